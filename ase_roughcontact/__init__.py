@@ -1,0 +1,25 @@
+"""Contact of rough spheres with elastic solids, as an ASE calculator."""
+
+from ase_roughcontact.calculator import RoughContact
+from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.loading import LoadStep, load_path
+from ase_roughcontact.optimize import FourierModes
+from ase_roughcontact.substrate import fcc_spacing, restore, snapshot, substrate
+from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
+
+__all__ = [
+    "FourierModes",
+    "HardWall",
+    "HeightMap",
+    "Interaction",
+    "LennardJones93",
+    "LoadStep",
+    "RoughContact",
+    "RoughSphere",
+    "SelfAffine",
+    "fcc_spacing",
+    "load_path",
+    "restore",
+    "snapshot",
+    "substrate",
+]

@@ -1,0 +1,277 @@
+"""ASE calculator for the contact of a rigid rough indenter with an elastic solid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.calculators.calculator import Calculator, all_changes
+
+from ase_roughcontact.checks import finite, positive, unknown
+from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.fourier import RealFFT2
+from ase_roughcontact.interactions import Interaction, LennardJones93
+from ase_roughcontact.substrate import Layout, displacement
+from ase_roughcontact.topography import Surface
+
+FFT_OPTIONS = ("dtype", "engine", "threads")
+CONTACT_PROPERTIES = ("normal_force", "contact_area", "pressure", "gap", "contact")
+
+
+class RoughContact(Calculator):
+    r"""Elastic half space under a rigid rough indenter.
+
+    The atoms are a grid of surface atoms and the indenter, see `substrate`. With
+    :math:`u` the atoms' z, :math:`Z` the indenter's, :math:`h` the indenter's shape,
+    :math:`a_0` the spacing, :math:`V` the wall's energy per area and :math:`L` the
+    load, the energy is
+
+    .. math:: U = \frac{a_0^2}{2} \sum u (K u) + a_0^2 \sum V(g) + L Z,
+              \qquad g = Z + h - (u - \langle u\rangle),
+
+    and the forces along z follow from it:
+
+    .. math:: f = -a_0^2 [K u + p - \langle p\rangle], \qquad
+              f_\text{indenter} = a_0^2 \sum p - L, \qquad p = -V'(g).
+
+    :math:`K` is the inverse of the half space's Green's function. The boundary is that
+    of the atoms: ``pbc = (True, True, False)`` makes a periodic half space, in which
+    the mean plane is the reference (the averages above), ``pbc = False`` a free one,
+    in which they are zero. Forces have no lateral components.
+
+    Control follows from the indenter atom: fixed (`FixAtoms`), it stays at its height;
+    free, it moves until the wall carries the `load`; tied to a point by ASE's
+    `Hookean`, it is the tip of a cantilever.
+
+    Parameters
+    ----------
+    indenter : Surface
+        `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`.
+    contact_modulus : float
+        ``E* = E/(1 - nu^2)`` of the substrate (eV/Å^3; 1 GPa is `ase.units.GPa`).
+    interaction : Interaction, optional
+        The wall; by default `LennardJones93.repulsive` as stiff as the substrate.
+    load : float
+        Constant force that presses the indenter down (eV/Å); acts on it only where it
+        is free to move.
+    fft : dict, optional
+        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not a finite number, not positive where it must be, or not
+        what it should be.
+    TypeError
+        If there is a parameter that is not known.
+
+    Notes
+    -----
+    Besides ASE's properties there are `normal_force` (eV/Å), `contact_area` (Å^2),
+    and, as arrays of the window's shape, `pressure` (eV/Å^3), `gap` (Å) and `contact`
+    (bool): from `get_property` or, all of them, from `state`.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016); C. Campana,
+    M. H. Müser, Phys. Rev. B 74, 075420 (2006).
+
+    Examples
+    --------
+    >>> from ase.optimize import LBFGS
+    >>> from ase_roughcontact import RoughContact, RoughSphere, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere, height=1.0)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.5)
+    >>> bool(LBFGS(atoms, logfile=None).run(fmax=1e-4))
+    True
+    >>> state = atoms.calc.state(atoms)
+    >>> state.repulsive_atoms
+    69
+    """
+
+    implemented_properties = ["energy", "free_energy", "energies", "forces"]
+    default_parameters: dict[str, Any] = {
+        "indenter": None,
+        "contact_modulus": None,
+        "interaction": None,
+        "load": 0.0,
+        "fft": {},
+    }
+    discard_results_on_any_change = True
+    nolabel = True
+
+    def __init__(
+        self,
+        indenter: Surface | None = None,
+        contact_modulus: float | None = None,
+        interaction: Interaction | None = None,
+        **kwargs: Any,
+    ) -> None:
+        self._kept: tuple[tuple, tuple[Layout, Contact]] | None = None
+        super().__init__(
+            indenter=indenter,
+            contact_modulus=contact_modulus,
+            interaction=interaction,
+            **kwargs,
+        )
+
+    def set(self, **kwargs: Any) -> dict:
+        """Change parameters; a change forgets the results.
+
+        Parameters
+        ----------
+        **kwargs
+            Any parameters of the class.
+
+        Returns
+        -------
+        dict
+            The parameters that changed.
+        """
+        for name in kwargs:
+            if name not in self.default_parameters:
+                raise TypeError(
+                    unknown(name, list(self.default_parameters), "parameter")
+                )
+        kwargs = {name: _checked(name, value) for name, value in kwargs.items()}
+        changed = super().set(**kwargs)
+        if set(changed) - {"load"}:
+            self._kept = None
+        return changed
+
+    def calculate(
+        self,
+        atoms: Atoms | None = None,
+        properties: list[str] | None = None,
+        system_changes: list[str] = all_changes,
+    ) -> None:
+        """Calculate energy and forces; see the class."""
+        super().calculate(atoms, properties, system_changes)
+        if not np.isfinite(self.atoms.positions).all():
+            raise ValueError("positions must be finite, got NaN or infinity")
+        layout, contact = self._scene(self.atoms)
+        height = float(self.atoms.positions[-1, 2])
+        state = contact.evaluate(displacement(self.atoms, layout), height)
+        self._state = state
+
+        load = self.parameters["load"]
+        forces = np.zeros((len(self.atoms), 3))
+        forces[:-1, 2] = state.forces.ravel()
+        forces[-1, 2] = state.normal_force - load
+        energy = state.energy + load * height
+        self.results = {
+            "energy": energy,
+            "free_energy": energy,
+            "energies": np.append(state.energies.ravel(), load * height),
+            "forces": forces,
+        }
+
+    def get_property(
+        self, name: str, atoms: Atoms | None = None, allow_calculation: bool = True
+    ) -> Any:
+        """Property by name: ASE's, and `CONTACT_PROPERTIES`."""
+        if name not in CONTACT_PROPERTIES:
+            return super().get_property(name, atoms, allow_calculation)
+        energy = super().get_property("energy", atoms, allow_calculation)
+        return None if energy is None else getattr(self._state, name)
+
+    def state(self, atoms: Atoms | None = None) -> ContactState:
+        """Return forces, gaps and pressures of the atoms.
+
+        Parameters
+        ----------
+        atoms : Atoms, optional
+            By default those of the last calculation.
+
+        Returns
+        -------
+        ContactState
+        """
+        if atoms is None and not self.results:
+            raise ValueError("nothing is calculated yet: give the atoms")
+        self.get_property("energy", atoms)
+        return self._state
+
+    def contact(self, atoms: Atoms) -> Contact:
+        """Half space, indenter and wall as they are at the atoms.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Substrate and indenter.
+
+        Returns
+        -------
+        Contact
+            Kept as long as nothing but displacement, height and load change.
+        """
+        return self._scene(atoms)[1]
+
+    def layout(self, atoms: Atoms) -> Layout:
+        """Shapes of window and grid of the atoms, checked; see `contact`."""
+        return self._scene(atoms)[0]
+
+    def _scene(self, atoms: Atoms) -> tuple[Layout, Contact]:
+        frame = (
+            atoms.positions[:-1, :2],
+            atoms.positions[-1, :2],
+            atoms.cell.array,
+            atoms.pbc,
+            atoms.numbers,
+        )
+        if self._kept is None or not all(map(np.array_equal, frame, self._kept[0])):
+            layout = Layout.of(atoms)
+            copies = tuple(part.copy() for part in frame)
+            self._kept = copies, (layout, self._build(layout))
+        return self._kept[1]
+
+    def _build(self, layout: Layout) -> Contact:
+        given = self.parameters
+        modulus, spacing = given["contact_modulus"], layout.spacing
+        indenter, interaction = given["indenter"], given["interaction"]
+        if indenter is None or modulus is None:
+            raise ValueError("RoughContact needs an indenter and a contact_modulus")
+        if interaction is None:
+            interaction = LennardJones93.repulsive(modulus, spacing)
+        heights = indenter.heights(layout.window, spacing, layout.origin)
+        halfspace = layout.halfspace(layout.window, spacing, modulus, **given["fft"])
+        return Contact(halfspace, heights, interaction)
+
+
+def _checked(name: str, value: Any) -> Any:
+    """Return a parameter in the form in which it is kept, or raise `ValueError`."""
+    if name == "load":
+        finite(load=value)
+        return float(value)
+    if name == "fft":
+        return _checked_fft(value)
+    if value is None:
+        return None
+    if name == "contact_modulus":
+        positive(contact_modulus=value)
+        return float(value)
+    if name == "interaction" and not isinstance(value, Interaction):
+        raise ValueError(f"interaction must be an Interaction, got {value!r}")
+    if name == "indenter" and (
+        isinstance(value, type) or not callable(getattr(value, "heights", None))
+    ):
+        raise ValueError(
+            f"indenter must be a surface with a method heights, got {value!r}"
+        )
+    return value
+
+
+def _checked_fft(options: Any) -> dict:
+    if not isinstance(options, dict):
+        raise ValueError(f"fft must be a dict of options, got {options!r}")
+    options = dict(options)
+    for key in options:
+        if key not in FFT_OPTIONS:
+            raise ValueError(unknown(str(key), FFT_OPTIONS, "option of fft"))
+    if "dtype" in options:
+        options["dtype"] = np.dtype(options["dtype"]).name
+    # fails now, and not at the first calculation, if an option is wrong
+    RealFFT2((1, 1), **options)
+    return options

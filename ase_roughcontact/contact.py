@@ -1,0 +1,239 @@
+"""Contact of a rigid surface with an elastic half space: arrays in, arrays out.
+
+The energy of a displacement ``u`` under an indenter at height ``Z`` is
+
+::
+
+    U(u, Z) = a0^2 [ 1/2 sum u (K u)  +  sum V(g) ],     g = Z + h - (u - <u>)
+
+over the cells of the grid (elastic part) and of the window (wall), ``<u>`` being the
+mean of a periodic cell and zero for a free half space. From it follow the force on an
+atom and the normal force on the indenter,
+
+::
+
+    f = -dU/du = -a0^2 [ K u + (p - <p>) ],     N = -dU/dZ = a0^2 sum p,
+
+with the wall's pressure ``p = -V'(g)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact.halfspace import HalfSpace
+from ase_roughcontact.interactions import HardWall, Interaction
+
+# A hard wall's atom is in contact if its gap is below this part of the spacing, and
+# carries load if its pressure is above this part of the largest one.
+_HARD_GAP = 1e-5
+_HARD_PRESSURE = 1e-9
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """Energy, forces and local fields of one configuration.
+
+    Attributes
+    ----------
+    energy : float
+        Elastic and wall energy.
+    energies : ndarray, shape (N, M)
+        The same, atom by atom.
+    forces : ndarray, shape (N, M)
+        Force on each atom of the grid, positive upward.
+    gap : ndarray, shape (n, m)
+        Distance to the indenter (length).
+    pressure : ndarray, shape (n, m)
+        Of the wall, positive where it repels (pressure).
+    normal_force : float
+        Of the wall on the indenter, positive upward.
+    cell_area : float
+        Area of an atom.
+    """
+
+    energy: float
+    energies: np.ndarray
+    forces: np.ndarray
+    gap: np.ndarray
+    pressure: np.ndarray
+    normal_force: float
+    cell_area: float
+
+    @property
+    def contact(self) -> np.ndarray:
+        """Mask of the atoms that feel a repulsive force, shape (n, m)."""
+        return self.pressure > 0.0
+
+    @property
+    def repulsive_atoms(self) -> int:
+        """Number of atoms in contact."""
+        return int(np.count_nonzero(self.pressure > 0.0))
+
+    @property
+    def attractive_atoms(self) -> int:
+        """Number of atoms that the wall pulls."""
+        return int(np.count_nonzero(self.pressure < 0.0))
+
+    @property
+    def contact_area(self) -> float:
+        """Number of atoms in contact times the area of one."""
+        return self.repulsive_atoms * self.cell_area
+
+
+class Contact:
+    """Half space, indenter and the interaction between them.
+
+    Parameters
+    ----------
+    halfspace : HalfSpace
+        The elastic solid.
+    heights : ndarray, shape (n, m)
+        Height of the indenter's lower surface above its reference height at every
+        atom of the window (length).
+    interaction : Interaction
+        The wall.
+
+    Raises
+    ------
+    ValueError
+        If `heights` does not have the shape of the half space's window, or is not
+        finite.
+    """
+
+    def __init__(
+        self, halfspace: HalfSpace, heights: np.ndarray, interaction: Interaction
+    ) -> None:
+        heights = np.asarray(heights, dtype=float)
+        if heights.shape != halfspace.shape:
+            raise ValueError(
+                f"heights must have the shape {halfspace.shape} of the window, "
+                f"got {heights.shape}"
+            )
+        if not np.isfinite(heights).all():
+            raise ValueError(
+                "heights must be finite, got "
+                f"{np.count_nonzero(~np.isfinite(heights))} values that are not"
+            )
+        self.halfspace = halfspace
+        self.heights = heights
+        self.interaction = interaction
+
+    @property
+    def first_contact(self) -> float:
+        """Height of the indenter at which the flat substrate begins to repel it."""
+        return float(self.interaction.contact_distance - self.heights.min())
+
+    def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:
+        """Gap at every atom of the window.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (N, M) or (n, m)
+            Of the grid or of the window (length).
+        height : float
+            Of the indenter (length).
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+        """
+        n, m = self.halfspace.shape
+        window = displacement[:n, :m]
+        if self.halfspace.periodic:
+            window = window - window.mean()
+        return height + self.heights - window
+
+    def wall(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Energy per area and pressure of the wall; only atoms in range cost.
+
+        Parameters
+        ----------
+        gap : ndarray, shape (n, m)
+            As `gap` returns it (length).
+
+        Returns
+        -------
+        energy, pressure : ndarray, shape (n, m)
+        """
+        energy = np.zeros(gap.shape)
+        pressure = np.zeros(gap.shape)
+        near = gap < self.interaction.cutoff
+        energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
+        return energy, pressure
+
+    def evaluate(self, displacement: np.ndarray, height: float) -> ContactState:
+        """Energy, forces and fields of a configuration.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (N, M)
+            Of every atom of the grid (length).
+        height : float
+            Of the indenter (length).
+
+        Returns
+        -------
+        ContactState
+
+        Raises
+        ------
+        ValueError
+            If the displacement does not have the shape of the grid, or the wall is
+            hard and atoms overlap with the indenter: the reaction of a hard wall is no
+            function of the positions then.
+        """
+        if displacement.shape != self.halfspace.grid:
+            raise ValueError(
+                f"displacement must have the shape {self.halfspace.grid} of the grid, "
+                f"got {displacement.shape}"
+            )
+        if self.halfspace.periodic:
+            displacement = displacement - displacement.mean()
+        area = self.halfspace.cell_area
+        elastic = self.halfspace.elastic_pressure(displacement)
+        gap = self.gap(displacement, height)
+        if isinstance(self.interaction, HardWall):
+            wall_energy, pressure = self._reaction(gap, elastic)
+        else:
+            wall_energy, pressure = self.wall(gap)
+
+        n, m = gap.shape
+        forces = elastic
+        energies = -0.5 * area * displacement * elastic
+        energies[:n, :m] += area * wall_energy
+        forces[:n, :m] -= pressure
+        if self.halfspace.periodic:
+            forces += pressure.mean()
+        forces *= area
+        return ContactState(
+            energy=float(energies.sum()),
+            energies=energies,
+            forces=forces,
+            gap=gap,
+            pressure=pressure,
+            normal_force=float(area * pressure.sum()),
+            cell_area=area,
+        )
+
+    def _reaction(
+        self, gap: np.ndarray, elastic: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pressure of a hard wall: what holds the atoms that touch it."""
+        touching = _HARD_GAP * self.halfspace.spacing
+        if gap.min() < -touching:
+            raise ValueError(
+                f"the hard wall overlaps with {np.count_nonzero(gap < -touching)} "
+                f"atoms by up to {-gap.min():.3g}, and exerts no force that would "
+                "push them out: relax it with HardWallCG, or take "
+                "LennardJones93.repulsive with any other optimizer"
+            )
+        window = elastic[: gap.shape[0], : gap.shape[1]]
+        if self.halfspace.periodic:
+            # the mean pressure does not show in the displacement: an open atom's is 0
+            window = window - (window.min() if (gap > touching).any() else 0.0)
+        least = _HARD_PRESSURE * max(window.max(), 0.0)
+        holds = (gap <= touching) & (window > least)
+        return np.zeros(gap.shape), np.where(holds, window, 0.0)

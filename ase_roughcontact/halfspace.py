@@ -1,0 +1,285 @@
+r"""The elastic half space under a grid of square cells, by its Green's function.
+
+A pressure :math:`p` displaces the surface by :math:`u = -G * p` (positive upward).
+In a periodic cell, with contact modulus :math:`E^*`,
+
+.. math:: \tilde u(q) = -\frac{2}{E^* |q|} \tilde p(q), \qquad \tilde u(0) = 0.
+
+For a free half space :math:`G` is the displacement by a uniform pressure on one cell,
+and the convolution is done by FFT on a grid padded to at least twice the window, which
+is exact for pressure and displacement inside the window.
+
+References
+----------
+K. L. Johnson, Contact Mechanics (1985), Sec. 3.3; A. E. H. Love, Phil. Trans. R. Soc. A
+228, 377 (1929); R. W. Hockney, Methods Comput. Phys. 9, 135 (1970); H. M. Stanley,
+T. Kato, J. Tribol. 119, 481 (1997); C. Campana, M. H. Müser, Phys. Rev. B 74, 075420
+(2006).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from scipy.fft import irfft2, rfft2
+
+from ase_roughcontact.checks import grid_shape, positive
+from ase_roughcontact.fourier import RealFFT2, fast_length
+
+# Distance in cells beyond which the kernel is integrated numerically: closer, the
+# closed form loses fewer than four digits; farther, 16 points leave less than 1e-14.
+_FAR = 16
+
+
+class HalfSpace(ABC):
+    """Elastic response of a window of surface cells.
+
+    Parameters
+    ----------
+    shape : (int, int)
+        Window ``(n, m)``: the cells that may carry pressure.
+    spacing : float
+        Side of a cell, the atomic spacing a0 (length).
+    contact_modulus : float
+        ``E* = E/(1 - nu^2)`` (pressure).
+    **fft
+        Options of `RealFFT2`: `dtype`, `engine`, `threads`.
+
+    Attributes
+    ----------
+    grid : (int, int)
+        Grid ``(N, M)`` of the transforms: the window, and padding where it is free.
+    compliance : ndarray, shape (N, M//2 + 1)
+        Spectrum ``G(q)`` of the Green's function (length per pressure).
+    window_transform : RealFFT2
+        Transform of the window on the grid; counts the convolutions.
+
+    Raises
+    ------
+    ValueError
+        If the shape is not two whole numbers, or spacing or modulus are not positive.
+    """
+
+    periodic: bool
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        spacing: float,
+        contact_modulus: float,
+        **fft: Any,
+    ) -> None:
+        self.shape = grid_shape(shape)
+        positive(spacing=spacing, contact_modulus=contact_modulus)
+        self.spacing = float(spacing)
+        self.contact_modulus = float(contact_modulus)
+        self.grid = self.padded(self.shape)
+        self.window_transform = RealFFT2(self.shape, self.grid, **fft)
+        self._fft = fft
+
+        self.compliance = self._compliance()
+        self._compliance_filter = self.window_transform.multiplier(-self.compliance)
+
+    def __reduce__(self) -> tuple:
+        """Rebuild from the parameters: plans and kernels are not worth storing."""
+        args = (self.shape, self.spacing, self.contact_modulus)
+        return _rebuild, (type(self), args, self._fft)
+
+    @staticmethod
+    @abstractmethod
+    def padded(shape: tuple[int, int]) -> tuple[int, int]:
+        """Shape of the grid for a window of the given shape."""
+
+    @abstractmethod
+    def _compliance(self) -> np.ndarray:
+        """Spectrum of the Green's function, shape (N, M//2 + 1) (length/pressure)."""
+
+    @cached_property
+    def stiffness(self) -> np.ndarray:
+        """Spectrum ``K(q) = 1/G(q)``, shape (N, M//2 + 1); zero where G is."""
+        resists = self.compliance > 0.0
+        return np.divide(1.0, self.compliance, where=resists, out=0.0 * self.compliance)
+
+    @cached_property
+    def grid_transform(self) -> RealFFT2:
+        """Transform of the whole grid, made when it is first needed."""
+        return RealFFT2(self.grid, **self._fft)
+
+    @cached_property
+    def _stiffness_filter(self) -> np.ndarray:
+        return self.grid_transform.multiplier(-self.stiffness)
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a surface cell, a0^2."""
+        return self.spacing**2
+
+    def displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement of the window by a pressure on it: one pair of transforms.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (n, m)
+            Positive in compression (pressure).
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            Positive upward (length); without its mean if periodic.
+        """
+        return self.window_transform.filter(pressure, self._compliance_filter)
+
+    def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
+        """Pressure that holds the whole grid at a displacement, ``-K u``.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (N, M)
+            Of every cell of the grid, the padding included (length).
+
+        Returns
+        -------
+        ndarray, shape (N, M)
+            Positive in compression (pressure).
+        """
+        return self.grid_transform.filter(displacement, self._stiffness_filter)
+
+    def surroundings(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement of the whole grid, padding included, by a pressure.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (n, m)
+            On the window (pressure).
+
+        Returns
+        -------
+        ndarray, shape (N, M)
+            With this displacement the padding carries no force: the state in which it
+            is relaxed.
+        """
+        if pressure.shape != self.shape:
+            raise ValueError(f"expected the shape {self.shape}, got {pressure.shape}")
+        # once in a while: not worth a plan
+        return irfft2(-self.compliance * rfft2(pressure, self.grid), self.grid)
+
+
+class PeriodicHalfSpace(HalfSpace):
+    """Half space below a periodic cell; the mean plane is the reference.
+
+    See `HalfSpace` for the parameters.
+    """
+
+    periodic = True
+
+    @staticmethod
+    def padded(shape: tuple[int, int]) -> tuple[int, int]:
+        """No padding: the grid is the window."""
+        return shape
+
+    def _compliance(self) -> np.ndarray:
+        n, m = self.grid
+        qx = 2 * np.pi * np.fft.fftfreq(n, self.spacing)
+        qy = 2 * np.pi * np.fft.rfftfreq(m, self.spacing)
+        q = np.hypot(qx[:, None], qy[None, :])
+        q[0, 0] = np.inf
+        return 2.0 / (self.contact_modulus * q)
+
+
+class FreeHalfSpace(HalfSpace):
+    """Half space without any image of the contact.
+
+    See `HalfSpace` for the parameters.
+    """
+
+    periodic = False
+
+    @staticmethod
+    def padded(shape: tuple[int, int]) -> tuple[int, int]:
+        """At least ``2n - 1`` cells in each direction, a fast length for the FFT."""
+        return fast_length(2 * shape[0] - 1), fast_length(2 * shape[1] - 1)
+
+    def _compliance(self) -> np.ndarray:
+        n, m = self.grid
+        quadrant = love_kernel(
+            np.arange(n // 2 + 1)[:, None],
+            np.arange(m // 2 + 1)[None, :],
+            self.spacing,
+            self.contact_modulus,
+        )
+        rows = np.minimum(np.arange(n), n - np.arange(n))
+        columns = np.minimum(np.arange(m), m - np.arange(m))
+        return rfft2(quadrant[np.ix_(rows, columns)]).real
+
+
+def love_kernel(
+    i: np.ndarray, j: np.ndarray, spacing: float, contact_modulus: float
+) -> np.ndarray:
+    r"""Depth of the surface at a cell's centre under unit pressure on another cell.
+
+    With :math:`b` half the spacing :math:`a_0` and corners
+    :math:`X_\pm = x \pm b`, :math:`Y_\pm = y \pm b`,
+
+    .. math:: G(x, y) = \frac{1}{\pi E^*} \sum_{s,t=\pm} s t \left[
+              X_s \operatorname{arsinh}\frac{Y_t}{|X_s|}
+              + Y_t \operatorname{arsinh}\frac{X_s}{|Y_t|}\right],
+
+    at the origin :math:`4 \ln(1 + \sqrt 2) a_0/(\pi E^*)`. Far away these terms cancel;
+    there the integral of :math:`1/(\pi E^* r)` over the cell is done with 4 x 4 Gauss
+    points instead. Relative error below 1e-12 at any distance.
+
+    Parameters
+    ----------
+    i, j : ndarray of int
+        Distances in cells along the two directions, broadcast together.
+    spacing : float
+        Side of the cell (length).
+    contact_modulus : float
+        E* (pressure).
+
+    Returns
+    -------
+    ndarray, shape of the broadcast
+        Displacement per pressure (length/pressure), positive.
+
+    References
+    ----------
+    A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929); K. L. Johnson, Contact
+    Mechanics (1985), Eq. (3.25).
+    """
+    x, y = np.broadcast_arrays(np.abs(i).astype(float), np.abs(j).astype(float))
+    kernel = np.empty(x.shape)
+    near = np.maximum(x, y) < _FAR
+    kernel[near] = _cell_integral(x[near], y[near])
+    kernel[~near] = _cell_quadrature(x[~near], y[~near])
+    kernel *= spacing / (np.pi * contact_modulus)
+    return kernel
+
+
+def _cell_integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Integral of 1/r over the unit cell at (x, y), closed form."""
+    total = np.zeros(x.shape)
+    for s in (0.5, -0.5):
+        for t in (0.5, -0.5):
+            cx, cy = x + s, y + t
+            corner = cx * np.arcsinh(cy / np.abs(cx)) + cy * np.arcsinh(cx / np.abs(cy))
+            total += corner if s == t else -corner
+    return total
+
+
+def _cell_quadrature(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Integral of 1/r over the unit cell at (x, y), 4 x 4 Gauss points."""
+    points, weights = leggauss(4)
+    total = np.zeros(x.shape)
+    for px, wx in zip(points / 2, weights / 2, strict=True):
+        for py, wy in zip(points / 2, weights / 2, strict=True):
+            total += wx * wy / np.sqrt((x + px) ** 2 + (y + py) ** 2)
+    return total
+
+
+def _rebuild(cls: type[HalfSpace], args: tuple, fft: dict) -> HalfSpace:
+    return cls(*args, **fft)

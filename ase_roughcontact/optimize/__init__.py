@@ -1,0 +1,5 @@
+"""Optimizers that know the half space."""
+
+from ase_roughcontact.optimize.modes import FourierModes
+
+__all__ = ["FourierModes"]

@@ -1,0 +1,384 @@
+"""A whole calculation as one object, also written as a TOML file.
+
+See ``ase_roughcontact/default.toml`` for the format, key by key.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, fields
+from functools import partial
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
+from ase.units import GPa, J, m
+from numpy.typing import ArrayLike
+
+from ase_roughcontact import theory
+from ase_roughcontact.calculator import RoughContact
+from ase_roughcontact.checks import finite, integer, positive, unknown
+from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.loading import LoadStep, load_path
+from ase_roughcontact.substrate import fcc_spacing, substrate
+from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+#: One nanonewton in ASE's unit of force, eV/Å.
+NANONEWTON = 1e-9 * J / m
+
+OPTIMIZERS = {cls.__name__: cls for cls in (LBFGS, FIRE, FIRE2, BFGSLineSearch)}
+
+
+@dataclass(frozen=True)
+class SubstrateTable:
+    """``[substrate]``: moduli in GPa, spacing in Å."""
+
+    symbol: str = "Cu"
+    spacing: float | None = None
+    contact_modulus: float = 147.0
+    shape: tuple[int, int] = (128, 128)
+    periodic: bool = False
+
+
+@dataclass(frozen=True)
+class IndenterTable:
+    """``[indenter]``: radius in units of the spacing."""
+
+    radius: float = 1000.0
+    profile: Any = "paraboloid"
+
+
+@dataclass(frozen=True)
+class RoughnessTable:
+    """``[roughness]``: wavelengths in units of the spacing."""
+
+    rms_slope: float = 0.1
+    hurst: float = 0.8
+    short_wavelength: float = 4.0
+    long_wavelength: float = 512.0
+    longest_wavelength: float | None = None
+    seed: int = 0
+    random_amplitudes: bool = False
+    normalise: Any = "realisation"
+    domain: float | None = None
+
+
+@dataclass(frozen=True)
+class InteractionTable:
+    """``[interaction]``: work of adhesion in J/m^2."""
+
+    kind: str = "repulsive"
+    work_of_adhesion: float | None = None
+
+
+@dataclass(frozen=True)
+class PathTable:
+    """``[path]``: loads in nN, penetrations and heights in Å."""
+
+    control: str = "load"
+    first: float | None = None
+    last: float | None = None
+    steps: int | None = None
+    scale: str = "geometric"
+    values: tuple[float, ...] | None = None
+
+
+@dataclass(frozen=True)
+class SolverTable:
+    """``[solver]``: tolerance in units of E* a0^2."""
+
+    optimizer: str = "NewtonKrylov"
+    fmax: float = 1e-6
+    max_steps: int = 10_000
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Sphere, material, wall, path and solver.
+
+    Parameters
+    ----------
+    substrate, indenter, roughness, interaction, path, solver
+        The tables of a scene file. Without `roughness` the sphere is smooth.
+
+    Raises
+    ------
+    ValueError
+        From `read` and from the methods, if a value is not what it should be.
+    """
+
+    substrate: SubstrateTable = field(default_factory=SubstrateTable)
+    indenter: IndenterTable = field(default_factory=IndenterTable)
+    roughness: RoughnessTable | None = None
+    interaction: InteractionTable = field(default_factory=InteractionTable)
+    path: PathTable = field(default_factory=PathTable)
+    solver: SolverTable = field(default_factory=SolverTable)
+
+    @classmethod
+    def read(cls, file: str | Path) -> Scene:
+        """Read a scene file.
+
+        Parameters
+        ----------
+        file : path
+            TOML, see ``ase-roughcontact scene``.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If the file can't be read, is not TOML, or has an unknown table or key.
+        """
+        try:
+            text = Path(file).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ValueError(f"can't read the scene {file}: {error}") from error
+        return cls.parse(text, str(file))
+
+    @classmethod
+    def parse(cls, text: str, name: str = "scene") -> Scene:
+        """Make a scene of the text of a scene file; see `read`."""
+        try:
+            tables = tomllib.loads(text)
+        except tomllib.TOMLDecodeError as error:
+            raise ValueError(f"{name} is not a TOML file: {error}") from error
+        known = {
+            "substrate": SubstrateTable,
+            "indenter": IndenterTable,
+            "roughness": RoughnessTable,
+            "interaction": InteractionTable,
+            "path": PathTable,
+            "solver": SolverTable,
+        }
+        parts = {}
+        for title, table in tables.items():
+            if title not in known:
+                raise ValueError(f"{name}: {unknown(title, list(known), 'table')}")
+            if not isinstance(table, dict):
+                raise ValueError(f"{name}: [{title}] must be a table, got {table!r}")
+            parts[title] = _table(known[title], table, f"{name}: [{title}]")
+        return cls(**parts)
+
+    @classmethod
+    def default(cls) -> Scene:
+        """Return the built-in scene."""
+        return cls.parse(default_text(), "default.toml")
+
+    @property
+    def spacing(self) -> float:
+        """Atomic spacing a0 (Å)."""
+        given = self.substrate.spacing
+        return fcc_spacing(self.substrate.symbol) if given is None else given
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* (eV/Å^3)."""
+        positive(contact_modulus=self.substrate.contact_modulus)
+        return self.substrate.contact_modulus * GPa
+
+    @property
+    def radius(self) -> float:
+        """Radius of the sphere (Å)."""
+        positive(radius=self.indenter.radius)
+        return self.indenter.radius * self.spacing
+
+    @property
+    def surface(self) -> RoughSphere:
+        """The indenter's surface."""
+        given = self.indenter
+        return RoughSphere(self.radius, self._rough(), given.profile)
+
+    @property
+    def wall(self) -> Interaction:
+        """The interaction."""
+        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
+        if kind in ("adhesive", "full"):
+            positive(work_of_adhesion=work)
+        elif work is not None:
+            raise ValueError(f"a {kind} wall has no work_of_adhesion, got {work}")
+        walls = {
+            "hard": HardWall,
+            "repulsive": partial(
+                LennardJones93.repulsive, self.contact_modulus, self.spacing
+            ),
+            "adhesive": lambda: LennardJones93.adhesive(
+                self.contact_modulus, self.spacing, work * J / m**2
+            ),
+            "full": lambda: LennardJones93.full(self.spacing, work * J / m**2),
+        }
+        return _choice(kind, walls, "kind of interaction")()
+
+    @property
+    def steps(self) -> np.ndarray:
+        """The path: loads (eV/Å), penetrations or heights (Å)."""
+        given = self.path
+        unit = _choice(
+            given.control,
+            {"load": NANONEWTON, "penetration": 1.0, "height": 1.0},
+            "control",
+        )
+        if given.values is not None:
+            return unit * np.asarray(given.values, dtype=float)
+        first, last, steps = given.first, given.last, integer("steps", given.steps, 1)
+        finite(first=first, last=last)
+        scales = {"geometric": np.geomspace, "linear": np.linspace}
+        scale = _choice(given.scale, scales, "scale")
+        if given.scale == "geometric" and not (first and last and first * last > 0):
+            raise ValueError(
+                "a geometric path needs first and last of one sign and not zero, got "
+                f"{first} and {last}"
+            )
+        return unit * scale(first, last, steps)
+
+    @property
+    def fmax(self) -> float:
+        """Tolerance of the forces (eV/Å)."""
+        positive(fmax=self.solver.fmax)
+        return self.solver.fmax * self.contact_modulus * self.spacing**2
+
+    @property
+    def kappa(self) -> float:
+        """Constant of the mean contact pressure, ``h'rms E*/kappa``, for this wall."""
+        if isinstance(self.wall, HardWall):
+            return theory.KAPPA_HARD
+        return theory.KAPPA_REPULSIVE
+
+    def atoms(self) -> Atoms:
+        """Build the substrate and the indenter above it, with their calculator."""
+        given = self.substrate
+        atoms = substrate(
+            given.symbol,
+            given.shape,
+            self.surface,
+            spacing=self.spacing,
+            periodic=given.periodic,
+            fixed=self.path.control != "load",
+        )
+        atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
+        atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
+        return atoms
+
+    def run(self, folder: str | Path) -> Iterator[LoadStep]:
+        """Relax step after step, writing ``curve.csv`` and ``sweep.traj``.
+
+        Parameters
+        ----------
+        folder : path
+            Where the files go; made if it is not there. If it holds a part of this
+            scene's run, the run goes on from there.
+
+        Yields
+        ------
+        LoadStep
+
+        Raises
+        ------
+        ValueError
+            If the folder holds the results of another scene.
+        OSError
+            If the folder can't be written.
+        """
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._claim(folder)
+        optimizer = _choice(self.solver.optimizer, OPTIMIZERS, "optimizer")
+        path: dict[str, Any] = {f"{self.path.control}s": self.steps}
+        yield from load_path(
+            self.atoms(),
+            optimizer=optimizer,
+            fmax=self.fmax,
+            trajectory=folder / "sweep.traj",
+            csv=folder / "curve.csv",
+            max_steps=self.solver.max_steps,
+            resume=True,
+            **path,
+        )
+
+    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Contact area by Eq. (4) of the paper, or of Hertz for a smooth sphere.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            eV/Å.
+
+        Returns
+        -------
+        ndarray
+            Å^2.
+
+        References
+        ----------
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
+        """
+        if self.roughness is None:
+            return self.hertz_area(normal_force)
+        pressure = theory.mean_contact_pressure(
+            self.roughness.rms_slope, self.contact_modulus, self.kappa
+        )
+        return theory.contact_area(
+            normal_force, self.radius, self.contact_modulus, pressure
+        )
+
+    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Contact area of the smooth sphere, without adhesion (Å^2)."""
+        return theory.hertz_contact_area(
+            normal_force, self.radius, self.contact_modulus
+        )
+
+    def _rough(self) -> Surface | None:
+        if self.roughness is None:
+            return None
+        given = asdict(self.roughness)
+        for name in (
+            "short_wavelength",
+            "long_wavelength",
+            "longest_wavelength",
+            "domain",
+        ):
+            if given[name] is not None:
+                positive(**{name: given[name]})
+                given[name] *= self.spacing
+        return SelfAffine(**given)
+
+    def _claim(self, folder: Path) -> None:
+        """Mark the folder as this scene's, or refuse it."""
+        mark = folder / "scene.txt"
+        text = repr(self) + "\n"
+        if mark.exists() and mark.read_text(encoding="utf-8") != text:
+            raise ValueError(
+                f"{folder} holds the results of another scene: give another folder"
+            )
+        mark.write_text(text, encoding="utf-8")
+
+
+def default_text() -> str:
+    """Text of the built-in scene file."""
+    return files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")
+
+
+def _table(cls: type, given: dict, where: str) -> Any:
+    known = [f.name for f in fields(cls)]
+    for key in given:
+        if key not in known:
+            raise ValueError(f"{where}: {unknown(key, known, 'key')}")
+    frozen = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
+    return cls(**frozen)
+
+
+def _choice(name: str, choices: dict[str, Any], what: str) -> Any:
+    if name not in choices:
+        raise ValueError(unknown(str(name), list(choices), what))
+    return choices[name]

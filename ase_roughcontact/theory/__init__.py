@@ -1,0 +1,91 @@
+"""Closed forms for smooth and rough spheres on an elastic half space."""
+
+from ase_roughcontact.theory.adhesion import (
+    dmt_contact_radius,
+    dmt_pull_off_force,
+    jkr_contact_radius,
+    jkr_force,
+    jkr_penetration,
+    jkr_pull_off_force,
+    jkr_zero_load_area,
+)
+from ase_roughcontact.theory.hertz import (
+    hertz_contact_area,
+    hertz_contact_radius,
+    hertz_contact_radius_from_penetration,
+    hertz_force,
+    hertz_penetration,
+    hertz_pressure,
+)
+from ase_roughcontact.theory.kappa import (
+    KAPPA_HARD,
+    KAPPA_REPULSIVE,
+    compliant_kappa,
+    inverse_kappa_adhesive,
+    inverse_kappa_attractive,
+    mean_contact_pressure,
+    sticks,
+)
+from ase_roughcontact.theory.maugis import (
+    maugis_dugdale,
+    maugis_dugdale_contact_radius,
+    maugis_dugdale_pull_off_force,
+    maugis_dugdale_stability_limit,
+    maugis_parameter,
+    tabor_parameter,
+)
+from ase_roughcontact.theory.rough import (
+    contact_area,
+    contact_fraction,
+    crossover_load,
+    crossover_radius_ratio,
+    low_load_plateau,
+)
+from ase_roughcontact.theory.roughness import (
+    asperity_radius,
+    asperity_radius_from_curvature,
+    first_contact_radius,
+    first_contact_radius_from_height,
+    rms_height,
+    slope_to_curvature_ratio,
+)
+
+__all__ = [
+    "KAPPA_HARD",
+    "KAPPA_REPULSIVE",
+    "asperity_radius",
+    "asperity_radius_from_curvature",
+    "compliant_kappa",
+    "contact_area",
+    "contact_fraction",
+    "crossover_load",
+    "crossover_radius_ratio",
+    "dmt_contact_radius",
+    "dmt_pull_off_force",
+    "first_contact_radius",
+    "first_contact_radius_from_height",
+    "hertz_contact_area",
+    "hertz_contact_radius",
+    "hertz_contact_radius_from_penetration",
+    "hertz_force",
+    "hertz_penetration",
+    "hertz_pressure",
+    "inverse_kappa_adhesive",
+    "inverse_kappa_attractive",
+    "jkr_contact_radius",
+    "jkr_force",
+    "jkr_penetration",
+    "jkr_pull_off_force",
+    "jkr_zero_load_area",
+    "low_load_plateau",
+    "maugis_dugdale",
+    "maugis_dugdale_contact_radius",
+    "maugis_dugdale_pull_off_force",
+    "maugis_dugdale_stability_limit",
+    "maugis_parameter",
+    "mean_contact_pressure",
+    "rms_height",
+    "slope_to_curvature_ratio",
+    "sticks",
+    "tabor_parameter",
+]

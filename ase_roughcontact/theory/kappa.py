@@ -1,0 +1,230 @@
+"""Kappa: how hard rough flats must press to be in contact, and when they stick.
+
+Nominally flat surfaces touch at the mean pressure p_rough = h' E*/kappa, with the rms
+slope h' = <|grad h|^2>^(1/2) and E* = E/(1 - nu^2). All functions broadcast over arrays
+and take any consistent system of units.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import hyp2f1
+
+from ase_roughcontact.checks import (
+    FloatArray,
+    finite_array,
+    nonnegative_array,
+    positive_array,
+)
+from ase_roughcontact.theory.roughness import hurst_exponent
+
+#: kappa of hard walls in the continuum limit: S. Hyun et al., Phys. Rev. E 70, 026117
+#: (2004); N. Prodanov, W. B. Dapp, M. H. Müser, Tribol. Lett. 53, 433 (2014).
+KAPPA_HARD = 2.0
+
+#: kappa of the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0: L. Pastewka,
+#: M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+KAPPA_REPULSIVE = 2.9
+
+
+def mean_contact_pressure(
+    rms_slope: ArrayLike, contact_modulus: ArrayLike, kappa: ArrayLike = KAPPA_HARD
+) -> FloatArray:
+    """Mean pressure in the contacts of rough flats, p_rough = h' E*/kappa.
+
+    Parameters
+    ----------
+    rms_slope : array_like
+        h', dimensionless.
+    contact_modulus : array_like
+        E*, force per area.
+    kappa : array_like
+        Dimensionless.
+
+    Returns
+    -------
+    ndarray
+        p_rough, force per area; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), before eq. (2).
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    return slope * modulus / positive_array("kappa", kappa)
+
+
+def compliant_kappa(
+    wall_stiffness: ArrayLike,
+    contact_modulus: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+    long_wavelength: ArrayLike = np.inf,
+    kappa_hard: ArrayLike = KAPPA_HARD,
+) -> FloatArray:
+    """First estimate of kappa for a wall of finite stiffness.
+
+    kappa = kappa_hard [<q^2 C>/<q^2 C/(1 + E* q/2k)^2>]^(1/2), C ~ q^(-2-2H).
+
+    Parameters
+    ----------
+    wall_stiffness : array_like
+        k = V''(r0), force per volume.
+    contact_modulus : array_like
+        E*, force per area.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength, long_wavelength : array_like
+        Ends lambda_s and lambda_L of the spectrum, lengths; lambda_L may be infinite.
+    kappa_hard : array_like
+        kappa of the hard wall, dimensionless.
+
+    Returns
+    -------
+    ndarray
+        kappa >= kappa_hard, dimensionless; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range, or lambda_L <= lambda_s.
+
+    Notes
+    -----
+    The wall in series with the half space turns E* q/2 into 1/(2/(E* q) + 1/k), which
+    lowers the rms pressure at full contact. The averages follow, with mu = 2 - 2H
+    and b = E*/2k, from
+
+    int q^(mu-1)/(1 + b q)^2 dq = (q^mu/mu) 2F1(2, mu; mu + 1; -b q).
+
+    References
+    ----------
+    An estimate of this package, in place of the expression in the supplement (S-2) of
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+    """
+    modulus = positive_array("contact_modulus", contact_modulus)
+    length = modulus / (2 * positive_array("wall_stiffness", wall_stiffness))
+    hard = positive_array("kappa_hard", kappa_hard)
+    short = positive_array("short_wavelength", short_wavelength)
+    long = np.asarray(long_wavelength, dtype=float)
+    if not np.all(long > short):
+        raise ValueError(
+            "long_wavelength must exceed short_wavelength "
+            f"{short_wavelength!r}, got {long_wavelength!r}"
+        )
+    mu = 2 - 2 * hurst_exponent(hurst)
+
+    low, high = 2 * np.pi / long, 2 * np.pi / short
+    rigid = high**mu - low**mu
+    compliant = high**mu * hyp2f1(2, mu, mu + 1, -length * high)
+    compliant -= low**mu * hyp2f1(2, mu, mu + 1, -length * low)
+    kappa: FloatArray = hard * np.sqrt(rigid / compliant)
+    return kappa
+
+
+def inverse_kappa_attractive(
+    work_of_adhesion: ArrayLike,
+    contact_modulus: ArrayLike,
+    attraction_range: ArrayLike,
+    rms_slope: ArrayLike,
+    rms_curvature: ArrayLike,
+) -> FloatArray:
+    """Attractive part of the inverse of kappa.
+
+    1/kappa_att = pi (3/16)^(2/3) (w/E*)/(h' D) [4 D/(h' d)]^(2/3), d = 4 h'/h''.
+
+    Parameters
+    ----------
+    work_of_adhesion : array_like
+        w, energy per area.
+    contact_modulus : array_like
+        E*, force per area.
+    attraction_range : array_like
+        D, gap over which the attraction decays, length.
+    rms_slope : array_like
+        h', dimensionless.
+    rms_curvature : array_like
+        h'' = <(lap h)^2>^(1/2), inverse length.
+
+    Returns
+    -------
+    ndarray
+        1/kappa_att, dimensionless; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
+    """
+    work = positive_array("work_of_adhesion", work_of_adhesion)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    reach = positive_array("attraction_range", attraction_range)
+    slope = positive_array("rms_slope", rms_slope)
+    width = 4 * slope / positive_array("rms_curvature", rms_curvature)
+    geometry = np.cbrt(3 / 16 * 4 * reach / (slope * width)) ** 2
+    inverse: FloatArray = np.pi * work / (modulus * slope * reach) * geometry
+    return inverse
+
+
+def inverse_kappa_adhesive(
+    kappa_repulsive: ArrayLike, inverse_kappa_attractive: ArrayLike
+) -> FloatArray:
+    """Inverse of kappa with adhesion, 1/kappa_adh = 1/kappa_rep - 1/kappa_att.
+
+    Parameters
+    ----------
+    kappa_repulsive : array_like
+        kappa_rep without the attraction, dimensionless.
+    inverse_kappa_attractive : array_like
+        1/kappa_att >= 0, dimensionless.
+
+    Returns
+    -------
+    ndarray
+        1/kappa_adh, dimensionless, of either sign; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
+    """
+    attractive = nonnegative_array("inverse_kappa_attractive", inverse_kappa_attractive)
+    return 1 / positive_array("kappa_repulsive", kappa_repulsive) - attractive
+
+
+def sticks(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
+    """Whether rough flats adhere macroscopically, 1/kappa_adh < 0.
+
+    Parameters
+    ----------
+    inverse_kappa_adhesive : array_like
+        1/kappa_adh, dimensionless.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape of the argument.
+
+    Raises
+    ------
+    ValueError
+        If the argument is not finite.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
+    """
+    return finite_array("inverse_kappa_adhesive", inverse_kappa_adhesive) < 0

@@ -1,0 +1,261 @@
+"""Self-affine roughness: its height, its curvature, and where it touches first.
+
+The spectrum is C(q) ~ q^(-2-2H) between the wavelengths lambda_s and
+lambda_L >> lambda_s; rms slope h' = <|grad h|^2>^(1/2), rms curvature
+h'' = <(lap h)^2>^(1/2). All functions broadcast over arrays.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact.checks import FloatArray, finite_array, positive_array
+
+
+def hurst_exponent(hurst: ArrayLike) -> FloatArray:
+    """Return Hurst exponents as an array, checked.
+
+    Parameters
+    ----------
+    hurst : array_like
+        H, dimensionless.
+
+    Returns
+    -------
+    ndarray
+        H, shape of the argument.
+
+    Raises
+    ------
+    ValueError
+        Unless 0 < H < 1.
+    """
+    array = finite_array("hurst", hurst)
+    if not np.all((array > 0) & (array < 1)):
+        raise ValueError(f"hurst must lie between 0 and 1, got {hurst!r}")
+    return array
+
+
+def rms_height(
+    wavelength: ArrayLike,
+    rms_slope: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+) -> FloatArray:
+    """Rms height of the roughness up to a wavelength lambda >> lambda_s.
+
+    h_rms = h' [(1-H)/H]^(1/2) lambda^H lambda_s^(1-H)/(2 pi).
+
+    Parameters
+    ----------
+    wavelength : array_like
+        lambda, length.
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        h_rms, length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    References
+    ----------
+    Integrals of q C(q) and q^3 C(q); on spectra see T. D. B. Jacobs, T. Junge,
+    L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001 (2017).
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    hurst = hurst_exponent(hurst)
+    short = positive_array("short_wavelength", short_wavelength)
+    scale = positive_array("wavelength", wavelength) ** hurst * short ** (1 - hurst)
+    return slope * np.sqrt((1 - hurst) / hurst) * scale / (2 * np.pi)
+
+
+def slope_to_curvature_ratio(
+    hurst: ArrayLike, short_wavelength: ArrayLike
+) -> FloatArray:
+    """Ratio of rms slope to rms curvature, [(2-H)/(1-H)]^(1/2) lambda_s/(2 pi).
+
+    Parameters
+    ----------
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        h'/h'', length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    References
+    ----------
+    Integrals of q^3 C(q) and q^5 C(q); on spectra see T. D. B. Jacobs, T. Junge,
+    L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001 (2017).
+    """
+    hurst = hurst_exponent(hurst)
+    short = positive_array("short_wavelength", short_wavelength)
+    return np.sqrt((2 - hurst) / (1 - hurst)) * short / (2 * np.pi)
+
+
+def first_contact_radius(
+    radius: ArrayLike,
+    rms_slope: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+) -> FloatArray:
+    """Radius around the axis in which the first contact is expected, as printed.
+
+    a'/lambda_s = {2 R h'/lambda_s [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
+
+    Parameters
+    ----------
+    radius : array_like
+        R of the sphere, length.
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        a', length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    Notes
+    -----
+    The printed brace lacks a factor 1/(2 pi) that a'^2 = 2 R h_rms(a') implies with
+    `rms_height`: it makes a' larger by (2 pi)^(1/(2-H)), 4.6 for H = 0.8.
+    `first_contact_radius_from_height` has the factor.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (3).
+    """
+    radius = positive_array("radius", radius)
+    slope = positive_array("rms_slope", rms_slope)
+    hurst = hurst_exponent(hurst)
+    short = positive_array("short_wavelength", short_wavelength)
+    brace = 2 * radius * slope / short * np.sqrt((1 - hurst) / hurst)
+    return short * brace ** (1 / (2 - hurst))
+
+
+def first_contact_radius_from_height(
+    radius: ArrayLike,
+    rms_slope: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+) -> FloatArray:
+    """Radius at which the sphere rises by the rms height, a'^2 = 2 R h_rms(a').
+
+    a'/lambda_s = {R h'/(pi lambda_s) [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
+
+    Parameters
+    ----------
+    radius : array_like
+        R of the sphere, length.
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        a', length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), before eq. (3),
+    solved with `rms_height`.
+    """
+    printed = first_contact_radius(radius, rms_slope, hurst, short_wavelength)
+    return printed / (2 * np.pi) ** (1 / (2 - np.asarray(hurst, dtype=float)))
+
+
+def asperity_radius(
+    rms_slope: ArrayLike, hurst: ArrayLike, short_wavelength: ArrayLike
+) -> FloatArray:
+    """Radius of the first asperity, rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
+
+    Parameters
+    ----------
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        rho, length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    Notes
+    -----
+    As printed, where it is equated with 2/h''. By `slope_to_curvature_ratio`, 2/h''
+    is larger by sqrt(2); `asperity_radius_from_curvature` gives that.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), right.
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    return np.sqrt(2) * slope_to_curvature_ratio(hurst, short_wavelength) / slope
+
+
+def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:
+    """Radius of the first asperity, rho = 2/h''.
+
+    Parameters
+    ----------
+    rms_curvature : array_like
+        h'', inverse length.
+
+    Returns
+    -------
+    ndarray
+        rho, length; shape of the argument.
+
+    Raises
+    ------
+    ValueError
+        If the argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), left.
+    """
+    return 2 / positive_array("rms_curvature", rms_curvature)

@@ -1,0 +1,75 @@
+"""What the tests share: walls, boundaries, a small scene, a fast relaxation."""
+
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+import pytest
+from scipy.fft import irfft2, rfft2
+from scipy.optimize import minimize
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import LennardJones93
+
+# In units of the contact modulus and of the spacing.
+WALLS = {
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
+    "full": LennardJones93.full(1.0, 0.04, cutoff=3.0),
+}
+
+
+@pytest.fixture(params=WALLS.values(), ids=WALLS.keys())
+def wall(request):
+    return request.param
+
+
+@pytest.fixture(params=[True, False], ids=["periodic", "free"])
+def periodic(request):
+    return request.param
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(2016)
+
+
+@pytest.fixture
+def scene(periodic, wall, rng):
+    """A small contact whose heights span the range of every wall."""
+    halfspace = (PeriodicHalfSpace if periodic else FreeHalfSpace)((6, 5), 1.0, 1.0)
+    return Contact(halfspace, rng.uniform(0.0, 3.0, (6, 5)), wall)
+
+
+@pytest.fixture(scope="session")
+def relax():
+    """Relaxation in scaled modes by scipy: fast, and none of the package's solvers.
+
+    The variables x are those of u = (K + E*/a0)^(-1/2) x, in which the elastic part of
+    the Hessian is nearly the identity.
+    """
+
+    def relaxed(contact, height, start=None, gtol=1e-7):
+        half = contact.halfspace
+        scale = (half.stiffness + half.contact_modulus / half.spacing) ** -0.5
+
+        def scaled(values):
+            return irfft2(rfft2(values.reshape(half.grid)) * scale, half.grid)
+
+        def energy_and_gradient(x):
+            state = contact.evaluate(scaled(x), height)
+            return state.energy, -scaled(state.forces).ravel()
+
+        x = np.zeros(half.grid[0] * half.grid[1])
+        if start is not None:
+            x = irfft2(rfft2(start) / scale, half.grid).ravel()
+        options = {"maxcor": 20, "ftol": 0.0, "gtol": gtol, "maxiter": 1000}
+        result = minimize(
+            energy_and_gradient, x, jac=True, method="L-BFGS-B", options=options
+        )
+        return scaled(result.x)
+
+    return relaxed

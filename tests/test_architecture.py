@@ -1,0 +1,130 @@
+"""Imports of the package point downward, and extras stay optional."""
+
+import ast
+import os
+import subprocess
+import sys
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+
+import pytest
+
+import ase_roughcontact
+
+PACKAGE = "ase_roughcontact"
+ROOT = Path(ase_roughcontact.__file__).parent
+FLOORS = [
+    {"checks"},
+    {"fourier", "interactions", "theory"}
+    | {"spectrum", "topography", "selfaffine", "heightmap"},
+    {"halfspace"},
+    {"contact"},
+    {"substrate", "calculator"},
+    {"optimize"},
+    {"window", "loading"},
+    {"scene", "analysis", "ensemble", "plot", "cli"},
+]
+FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
+EXTRAS = ("matplotlib", "dask", "ducc0")
+NEEDS_EXTRAS = ("plot",)
+
+
+def modules():
+    """Dotted names within the package, its own front door left out."""
+    for path in sorted(ROOT.rglob("*.py")):
+        parts = path.relative_to(ROOT).with_suffix("").parts
+        if parts != ("__init__",):
+            yield ".".join(parts), path
+
+
+FILES = dict(modules())
+
+
+def absolute(node, module):
+    """Dotted name from which `module` imports, relative dots resolved."""
+    if not node.level:
+        return node.module or ""
+    above = [PACKAGE, *module.split(".")][: -node.level]
+    return ".".join([*above, node.module] if node.module else above)
+
+
+def is_module(name):
+    return name in FILES or f"{name}.__init__" in FILES
+
+
+def imports(module):
+    """Modules of the package imported anywhere in `module`, also in functions."""
+    for node in ast.walk(ast.parse(FILES[module].read_text())):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            source = absolute(node, module)
+            names = [f"{source}.{alias.name}" for alias in node.names]
+        else:
+            continue
+        for name in names:
+            first, _, inner = name.partition(".")
+            if first == PACKAGE:
+                parent = inner.rpartition(".")[0]
+                yield inner if is_module(inner) else parent
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_every_module_has_its_floor(module):
+    room = module.partition(".")[0]
+    assert room in FLOOR_OF, f"add {room!r} to FLOORS in {Path(__file__).name}"
+
+
+@pytest.mark.parametrize("module", FILES)
+def test_module_imports_only_from_its_own_floor_or_below(module):
+    room = module.partition(".")[0]
+    for other in imports(module):
+        assert other, f"{module} must import from a module, not from {PACKAGE}"
+        below = other.partition(".")[0]
+        assert FLOOR_OF[below] <= FLOOR_OF[room], f"{module} imports {other} above it"
+
+
+def test_no_module_imports_itself_through_others():
+    graph = {
+        module: {f"{other}.__init__" if other not in FILES else other for other in uses}
+        for module, uses in ((module, set(imports(module))) for module in FILES)
+    }
+    try:
+        order = list(TopologicalSorter(graph).static_order())
+    except CycleError as error:
+        pytest.fail(f"modules import each other in a circle: {error.args[1]}")
+    assert order.index("checks") < order.index("halfspace") < order.index("contact")
+
+
+def python(code):
+    """Standard output of a fresh interpreter, which must end well."""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT.parent)},
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_importing_the_package_loads_neither_matplotlib_nor_dask():
+    loaded = python(f"import sys, {PACKAGE}; print(*sys.modules)").split()
+    assert PACKAGE in loaded
+    assert not {"matplotlib", "dask"} & set(loaded)
+
+
+def test_every_module_but_the_figures_imports_without_the_extras():
+    names = [
+        f"{PACKAGE}.{module}".removesuffix(".__init__")
+        for module in FILES
+        if module.partition(".")[0] not in NEEDS_EXTRAS
+    ]
+    code = (
+        "import sys\n"
+        "from importlib import import_module\n"
+        f"sys.modules.update(dict.fromkeys({EXTRAS}))\n"
+        f"for name in {names}: import_module(name)\n"
+        f"print(*sorted(name for name in sys.modules if {PACKAGE!r} in name))"
+    )
+    assert set(names) <= set(python(code).split())

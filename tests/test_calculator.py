@@ -1,0 +1,310 @@
+"""The ASE calculator: units, control, optimizers, cache, and what it refuses."""
+
+import copy
+import json
+import pickle
+
+import numpy as np
+import pytest
+from ase.constraints import Hookean
+from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
+from ase.units import GPa, _e
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+
+SPHERE = RoughSphere(radius=10.0)
+
+
+def make_atoms(wall=None, *, periodic=False, load=0.0, shape=(8, 6), **options):
+    """Atoms of unit spacing and contact modulus under a sphere."""
+    options = {"height": 0.6, "spacing": 1.0, **options}
+    atoms = substrate("Cu", shape, SPHERE, periodic=periodic, **options)
+    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
+    return atoms
+
+
+def convolutions(atoms):
+    return atoms.calc.contact(atoms).halfspace.grid_transform.pairs
+
+
+# Energy and forces
+
+
+def test_forces_are_minus_the_gradient_of_the_energy(periodic, wall, rng):
+    atoms = make_atoms(wall, periodic=periodic, load=0.3, fixed=False)
+    atoms.positions[:-1, 2] = rng.normal(0.0, 0.05, len(atoms) - 1)
+    forces, step = atoms.get_forces(), 1e-5
+    for index in (*range(0, len(atoms), 7), len(atoms) - 1):
+        energies = []
+        for sign in (1, -1):
+            moved = atoms.copy()
+            moved.calc = atoms.calc
+            moved.positions[index, 2] += sign * step
+            energies.append(moved.get_potential_energy())
+        numerical = (energies[1] - energies[0]) / (2 * step)
+        assert forces[index, 2] == pytest.approx(numerical, abs=1e-6)
+
+
+def test_forces_act_along_z_only(wall):
+    assert not make_atoms(wall).get_forces()[:, :2].any()
+
+
+def test_energies_sum_to_the_energy_with_the_load_on_the_indenter(wall, periodic):
+    atoms = make_atoms(wall, periodic=periodic, load=0.3)
+    energies = atoms.get_potential_energies()
+    assert energies.sum() == pytest.approx(atoms.get_potential_energy(), rel=1e-13)
+    assert energies[-1] == pytest.approx(0.3 * 0.6)
+
+
+def test_free_energy_is_the_energy():
+    atoms = make_atoms()
+    assert atoms.get_potential_energy(force_consistent=True) == (
+        atoms.get_potential_energy()
+    )
+
+
+@pytest.mark.parametrize(
+    "length, modulus",
+    [
+        (1.0, 1.0),
+        (2.55, 150 * GPa),
+        (2.55e-10, 150e9),
+        (2.55e-10, 150 * GPa * _e * 1e30),
+    ],
+    ids=["reduced", "eV and Å", "SI", "SI from eV and Å"],
+)
+def test_units_do_not_matter(wall, periodic, rng, length, modulus):
+    u = rng.normal(0.0, 0.1, len(make_atoms(periodic=periodic)) - 1)
+
+    def evaluate(a0, stress):
+        rough = SelfAffine(0.3, 0.8, 2 * a0, 8 * a0, domain=8 * a0, seed=3)
+        sphere = RoughSphere(10 * a0, rough)
+        atoms = substrate(
+            "Cu", (8, 6), sphere, spacing=a0, periodic=periodic, height=0.6 * a0
+        )
+        atoms.positions[:-1, 2] = a0 * u
+        parameters = vars(wall) | {"stiffness": wall.stiffness * stress / a0}
+        for name in ("distance", "onset", "cutoff", "core"):
+            parameters[name] *= a0
+        parameters["work_of_adhesion"] *= stress * a0
+        scaled = LennardJones93(**parameters)
+        atoms.calc = RoughContact(sphere, stress, scaled, load=0.2 * stress * a0**2)
+        energy = atoms.get_potential_energies() / (stress * a0**3)
+        return energy, atoms.get_forces(apply_constraint=False) / (stress * a0**2)
+
+    for here, reduced in zip(evaluate(length, modulus), evaluate(1, 1), strict=True):
+        np.testing.assert_allclose(here, reduced, atol=1e-10 * np.abs(reduced).max())
+
+
+def test_contact_properties_are_those_of_the_state():
+    atoms = make_atoms(LennardJones93.adhesive(1.0, 1.0, 0.02))
+    state = atoms.calc.state(atoms)
+    assert atoms.calc.get_property("normal_force", atoms) > 0.0
+    assert atoms.calc.get_property("contact_area") == state.repulsive_atoms
+    for name in ("pressure", "gap", "contact"):
+        assert atoms.calc.get_property(name).shape == (8, 6)
+
+
+def test_indenter_far_away_feels_nothing():
+    atoms = make_atoms(height=30.0)
+    assert atoms.calc.get_property("contact_area", atoms) == 0.0
+    assert not atoms.get_forces(apply_constraint=False).any()
+
+
+def test_indenter_that_moves_sideways_takes_its_pressure_along():
+    atoms = make_atoms(shape=(12, 12))
+    before = atoms.calc.get_property("pressure", atoms)
+    atoms.positions[-1, :2] += (2.0, -1.0)
+    after = atoms.calc.get_property("pressure", atoms)
+    np.testing.assert_allclose(after, np.roll(before, (2, -1), (0, 1)), atol=1e-12)
+
+
+# Optimizers and control
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, FIRE2, LBFGS, BFGSLineSearch])
+def test_optimizers_relax_the_atoms_to_one_energy(optimizer, periodic):
+    atoms, reference = (make_atoms(periodic=periodic) for _ in range(2))
+    assert LBFGS(reference, logfile=None).run(fmax=1e-6)
+    assert optimizer(atoms, logfile=None).run(fmax=1e-4, steps=1000)
+    energies = (each.get_potential_energy() for each in (atoms, reference))
+    assert next(energies) == pytest.approx(next(energies), rel=1e-5)
+
+
+def test_free_indenter_sinks_until_the_wall_carries_the_load(periodic):
+    atoms = make_atoms(periodic=periodic, load=0.5, fixed=False, height=1.0)
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-6)
+    assert atoms.calc.state(atoms).normal_force == pytest.approx(0.5, abs=1e-6)
+    assert atoms.positions[-1, 2] < 1.0
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
+def test_hookean_makes_a_cantilever_in_balance_with_the_wall(optimizer):
+    atoms = make_atoms(fixed=False, height=1.0)
+    base, stiffness = -0.5, 0.7
+    point = (*atoms.positions[-1, :2], base)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
+    assert optimizer(atoms, logfile=None).run(fmax=1e-5)
+    spring = stiffness * (atoms.positions[-1, 2] - base)
+    force = atoms.calc.state(atoms).normal_force
+    assert force == pytest.approx(spring, abs=1e-5)
+    assert force > 0.5
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, FIRE2])
+def test_hard_wall_and_an_unconstrained_optimizer_is_an_error_with_advice(
+    periodic, optimizer
+):
+    atoms = make_atoms(HardWall(), periodic=periodic, fixed=False, load=1.0, height=0.1)
+    with pytest.raises(ValueError, match=r"HardWallCG.*LennardJones93\.repulsive"):
+        optimizer(atoms, logfile=None).run(fmax=1e-4, steps=100)
+
+
+# Cache, parameters and copies
+
+
+def test_nothing_is_calculated_twice():
+    atoms = make_atoms()
+    atoms.get_potential_energy()
+    before = convolutions(atoms)
+    atoms.get_forces()
+    atoms.get_potential_energies()
+    atoms.calc.state(atoms)
+    assert convolutions(atoms) == before
+    atoms.positions[3, 2] += 0.1
+    atoms.get_forces()
+    assert convolutions(atoms) == before + 1
+
+
+def test_new_load_forgets_the_results_and_keeps_the_half_space():
+    atoms = make_atoms()
+    before = atoms.get_forces(apply_constraint=False)[-1, 2]
+    contact = atoms.calc.contact(atoms)
+    assert atoms.calc.set(load=2.0) == {"load": 2.0}
+    assert atoms.calc.results == {}
+    after = atoms.get_forces(apply_constraint=False)[-1, 2]
+    assert after == pytest.approx(before - 2.0)
+    assert atoms.calc.contact(atoms) is contact
+
+
+def test_state_without_atoms_or_calculation_is_an_error_that_says_so():
+    atoms = make_atoms()
+    atoms.get_potential_energy()
+    atoms.calc.set(load=1.0)
+    with pytest.raises((ValueError, RuntimeError), match="atoms"):
+        atoms.calc.state()
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.deepcopy, lambda calc: pickle.loads(pickle.dumps(calc))]
+)
+@pytest.mark.parametrize("used", [False, True])
+def test_copies_of_the_calculator_give_the_same_forces(copied, used):
+    atoms = make_atoms(load=0.1)
+    if used:
+        atoms.get_forces()
+    twin = atoms.copy()
+    twin.calc = copied(atoms.calc)
+    np.testing.assert_array_equal(twin.get_forces(), atoms.get_forces())
+    assert twin.calc.parameters == atoms.calc.parameters
+
+
+def test_parameters_fit_into_json(wall):
+    calculator = RoughContact(SPHERE, 1.0, wall, load=0.5)
+    stored = json.loads(json.dumps(calculator.todict()))
+    assert stored["indenter"] == SPHERE.todict()
+    assert stored["interaction"] == wall.todict()
+    assert (stored["contact_modulus"], stored["load"]) == (1.0, 0.5)
+
+
+# Bad input
+
+
+def test_unknown_keyword_is_an_error_that_names_the_nearest():
+    with pytest.raises(TypeError, match=r"'contact_modlus'.*did you mean 'contact_mod"):
+        RoughContact(SPHERE, contact_modlus=1.0)
+
+
+BAD_PARAMETERS = [
+    ("contact_modulus", 0.0),
+    ("contact_modulus", -1.0),
+    ("contact_modulus", np.nan),
+    ("contact_modulus", "soft"),
+    ("load", np.inf),
+    ("load", [1.0, 2.0]),
+    ("indenter", np.zeros((8, 6))),
+    ("indenter", RoughSphere),
+    ("interaction", "hard"),
+    ("fft", {"engine": "abacus"}),
+    ("fft", {"thread": 1}),
+    ("fft", None),
+]
+
+
+@pytest.mark.parametrize("name, value", BAD_PARAMETERS)
+def test_bad_parameters_are_refused_and_change_nothing(name, value):
+    atoms = make_atoms(load=0.5)
+    forces = atoms.get_forces()
+    with pytest.raises((TypeError, ValueError), match=name):
+        atoms.calc.set(load=0.7, **{name: value}) if name != "load" else (
+            atoms.calc.set(load=value)
+        )
+    assert atoms.calc.parameters["load"] == 0.5
+    np.testing.assert_array_equal(atoms.get_forces(), forces)
+
+
+@pytest.mark.parametrize("parameters", [{"indenter": SPHERE}, {"contact_modulus": 1.0}])
+def test_missing_parameters_are_an_error(parameters):
+    atoms = make_atoms()
+    atoms.calc = RoughContact(**parameters)
+    with pytest.raises(ValueError, match="needs an indenter and a contact_modulus"):
+        atoms.get_forces()
+
+
+@pytest.mark.parametrize("index", [3, -1])
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_positions_that_are_not_finite_are_refused(index, bad):
+    atoms = make_atoms()
+    atoms.get_forces()
+    atoms.positions[index, 2] = bad
+    with pytest.raises(ValueError, match="finite"):
+        atoms.get_forces()
+
+
+def test_atom_moved_off_the_grid_is_refused_until_it_is_back():
+    atoms = make_atoms()
+    forces = atoms.get_forces()
+    atoms.positions[9, 0] += 0.01
+    with pytest.raises(ValueError, match=r"atom 9 is off the square grid by 0\.01"):
+        atoms.get_forces()
+    atoms.positions[9, 0] -= 0.01
+    np.testing.assert_array_equal(atoms.get_forces(), forces)
+
+
+class BadSurface:
+    def __init__(self, heights):
+        self._heights = heights
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        return self._heights
+
+    def todict(self):
+        return {}
+
+
+@pytest.mark.parametrize(
+    "heights, message",
+    [(np.full((8, 6), np.nan), "finite"), (np.zeros((6, 8)), r"shape \(8, 6\)")],
+)
+def test_surface_with_bad_heights_is_refused(heights, message):
+    atoms = make_atoms()
+    atoms.calc = RoughContact(BadSurface(heights), 1.0)
+    with pytest.raises(ValueError, match=message):
+        atoms.get_forces()

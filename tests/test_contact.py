@@ -1,0 +1,198 @@
+"""Energy, forces and fields of a contact, as arrays."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import HardWall, LennardJones93
+
+WALL = LennardJones93.repulsive(1.0, 1.0)
+STEP = 1e-5
+
+
+def half_space(periodic, shape=(6, 5)):
+    return (PeriodicHalfSpace if periodic else FreeHalfSpace)(shape, 1.0, 1.0)
+
+
+def random_displacement(contact, rng, size=0.2):
+    return rng.normal(0.0, size, contact.halfspace.grid)
+
+
+def numerical_forces(contact, u, height):
+    forces = np.empty(u.shape)
+    for index in np.ndindex(u.shape):
+        moved = u.copy()
+        moved[index] += STEP
+        up = contact.evaluate(moved, height).energy
+        moved[index] -= 2 * STEP
+        forces[index] = (contact.evaluate(moved, height).energy - up) / (2 * STEP)
+    return forces
+
+
+# Energy and forces
+
+
+# Heights of the indenter: light touch, and atoms pushed through the core.
+@pytest.mark.parametrize("height", [0.9, -0.3], ids=["touching", "overlapping"])
+def test_forces_are_minus_the_gradient_of_the_energy(scene, rng, height):
+    u = random_displacement(scene, rng, 0.05)
+    state = scene.evaluate(u, height)
+    assert (state.gap.min() < 0.0) == (height < 0.0)
+    error = np.abs(numerical_forces(scene, u, height) - state.forces).max()
+    assert error < 1e-6 * max(1.0, np.abs(state.forces).max())
+
+
+@pytest.mark.parametrize("height", [0.9, -0.3], ids=["touching", "overlapping"])
+def test_normal_force_is_minus_the_derivative_by_the_height(scene, rng, height):
+    u = random_displacement(scene, rng, 0.05)
+    state = scene.evaluate(u, height)
+    up, down = (scene.evaluate(u, height + step).energy for step in (STEP, -STEP))
+    assert (down - up) / (2 * STEP) == pytest.approx(state.normal_force, rel=1e-6)
+
+
+def test_energies_of_the_atoms_sum_to_the_energy(scene, rng):
+    state = scene.evaluate(random_displacement(scene, rng), 0.8)
+    assert state.energies.sum() == pytest.approx(state.energy, rel=1e-13)
+
+
+def test_relaxed_energy_falls_with_the_height_by_the_normal_force(scene, relax):
+    height, step = 0.3, 1e-3
+    heights = (height + step, height, height - step)
+    up, middle, down = (scene.evaluate(relax(scene, z, gtol=1e-9), z) for z in heights)
+    slope = (down.energy - up.energy) / (2 * step)
+    assert slope == pytest.approx(middle.normal_force, rel=1e-4)
+
+
+def test_at_equilibrium_the_substrate_pushes_back_with_the_normal_force(rng, relax):
+    contact = Contact(half_space(False), rng.uniform(0.0, 3.0, (6, 5)), WALL)
+    u = relax(contact, 0.0, gtol=1e-9)
+    elastic = contact.halfspace.elastic_pressure(u)
+    normal_force = contact.evaluate(u, 0.0).normal_force
+    assert elastic.sum() == pytest.approx(normal_force, rel=1e-8)
+
+
+def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
+    u = relax(scene, 0.3, gtol=1e-9)
+    pressure = scene.evaluate(u, 0.3).pressure
+    u -= u.mean() if scene.halfspace.periodic else 0.0
+    np.testing.assert_allclose(u, scene.halfspace.surroundings(pressure), atol=1e-7)
+
+
+# Symmetries
+
+
+def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng):
+    heights = rng.uniform(0.0, 3.0, (6, 5))
+    contact = Contact(half_space(periodic), heights, wall)
+    swapped = Contact(half_space(periodic, (5, 6)), heights.T, wall)
+    u = random_displacement(contact, rng)
+    state, mirror = contact.evaluate(u, 0.5), swapped.evaluate(u.T, 0.5)
+    scale = np.abs(state.forces).max()
+    np.testing.assert_allclose(mirror.forces.T, state.forces, atol=1e-12 * scale)
+    assert mirror.energy == pytest.approx(state.energy, rel=1e-13)
+
+
+@pytest.mark.parametrize("name", ["energies", "forces", "gap", "pressure"])
+def test_periodic_substrate_may_shift_as_a_whole(wall, rng, name):
+    contact = Contact(half_space(True), rng.uniform(0.0, 3.0, (6, 5)), wall)
+    u = random_displacement(contact, rng)
+    there, here = (getattr(contact.evaluate(u + c, 0.8), name) for c in (0.7, 0.0))
+    np.testing.assert_allclose(there, here, atol=1e-12 * np.abs(here).max())
+
+
+def test_periodic_forces_sum_to_zero(wall, rng):
+    contact = Contact(half_space(True), rng.uniform(0.0, 3.0, (6, 5)), wall)
+    forces = contact.evaluate(random_displacement(contact, rng), 0.5).forces
+    assert abs(forces.sum()) < 1e-12 * np.abs(forces).sum()
+
+
+def test_free_indenter_may_stand_anywhere_on_the_window():
+    heights = np.full((8, 8), 5.0)
+    heights[2, 2] = 0.0
+    corner = np.roll(heights, (3, 4), (0, 1))
+    energies = [
+        Contact(half_space(False, (8, 8)), each, WALL).evaluate(
+            np.zeros(half_space(False, (8, 8)).grid), 0.8
+        )
+        for each in (heights, corner)
+    ]
+    assert energies[0].energy == pytest.approx(energies[1].energy, rel=1e-14)
+
+
+# Contact
+
+
+def test_distant_indenter_feels_nothing_and_touches_nothing(scene):
+    state = scene.evaluate(np.zeros(scene.halfspace.grid), 50.0)
+    assert (state.energy, state.normal_force, state.contact_area) == (0.0, 0.0, 0.0)
+
+
+def test_atoms_closer_than_the_contact_distance_are_in_contact(scene, rng):
+    state = scene.evaluate(random_displacement(scene, rng), 0.0)
+    wall = scene.interaction
+    np.testing.assert_array_equal(state.contact, state.gap < wall.contact_distance)
+    assert 0 < state.repulsive_atoms < state.gap.size
+    assert state.contact_area == state.repulsive_atoms * scene.halfspace.cell_area
+
+
+def test_attractive_walls_pull_between_contact_distance_and_cutoff(scene, rng):
+    state = scene.evaluate(random_displacement(scene, rng), 0.0)
+    wall = scene.interaction
+    pulled = (state.gap > wall.contact_distance) & (state.gap < wall.cutoff)
+    assert state.attractive_atoms == np.count_nonzero(pulled)
+    assert (state.attractive_atoms > 0) == wall.attractive
+
+
+def test_first_contact_is_the_height_at_which_one_atom_begins_to_touch(scene):
+    flat = np.zeros(scene.halfspace.grid)
+    assert scene.evaluate(flat, scene.first_contact + 1e-9).repulsive_atoms == 0
+    assert scene.evaluate(flat, scene.first_contact - 1e-9).repulsive_atoms == 1
+
+
+# Hard wall
+
+
+def test_hard_wall_carries_the_pressure_that_holds_its_atoms(periodic, rng):
+    half = half_space(periodic)
+    pressure = np.maximum(rng.normal(size=half.shape), 0.0)
+    u = half.surroundings(pressure)
+    window = u[: half.shape[0], : half.shape[1]]
+    heights = np.where(pressure > 0.0, window, window + 1.0)
+    state = Contact(half, heights, HardWall()).evaluate(u, 0.0)
+    np.testing.assert_allclose(state.pressure, pressure, atol=1e-12)
+    assert state.normal_force == pytest.approx(pressure.sum())
+    assert state.repulsive_atoms == np.count_nonzero(pressure)
+    np.testing.assert_allclose(state.forces, 0.0, atol=1e-12)
+
+
+def test_overlap_with_a_hard_wall_is_refused_with_advice(periodic):
+    half = half_space(periodic)
+    contact = Contact(half, np.zeros(half.shape), HardWall())
+    with pytest.raises(ValueError, match=r"overlaps with 30 atoms by up to 0\.1.*take"):
+        contact.evaluate(np.zeros(half.grid), -0.1)
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_heights_that_are_not_finite_are_refused(bad):
+    heights = np.zeros((6, 5))
+    heights[2, 3] = bad
+    with pytest.raises(ValueError, match="finite, got 1 values"):
+        Contact(half_space(False), heights, WALL)
+
+
+@pytest.mark.parametrize("shape", [(5, 6), (12, 9), (30,)])
+def test_heights_of_another_shape_than_the_window_are_refused(shape):
+    with pytest.raises(ValueError, match=r"shape \(6, 5\)"):
+        Contact(half_space(False), np.zeros(shape), WALL)
+
+
+@pytest.mark.parametrize("shape", [(6, 5), (9,), (1, 1), (12, 10)])
+def test_displacement_of_another_shape_than_the_grid_is_refused(shape):
+    contact = Contact(half_space(False), np.zeros((6, 5)), WALL)
+    assert contact.halfspace.grid == (12, 9)
+    with pytest.raises(ValueError, match="shape"):
+        contact.evaluate(np.zeros(shape), 2.0)

@@ -1,0 +1,154 @@
+"""Transforms of windows against numpy's transforms of whole grids."""
+
+import pickle
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from ase_roughcontact import fourier
+from ase_roughcontact.fourier import RealFFT2, available_threads, fast_length
+
+every_engine = pytest.mark.parametrize("engine", fourier.ENGINES)
+grids = pytest.mark.parametrize(
+    "window, grid",
+    [
+        ((8, 8), None),
+        ((7, 5), None),
+        ((1, 9), None),
+        ((6, 1), None),
+        ((8, 8), (16, 16)),
+        ((5, 7), (9, 15)),
+        ((3, 4), (3, 11)),
+        ((4, 3), (10, 3)),
+        ((1, 1), (2, 3)),
+    ],
+    ids=str,
+)
+
+
+def transform(window, grid=None, engine="pyfftw", **options):
+    pytest.importorskip(engine)
+    return RealFFT2(window, grid, engine=engine, **options)
+
+
+def random(shape):
+    return np.random.default_rng(7).standard_normal(shape)
+
+
+@every_engine
+@grids
+def test_forward_is_the_transform_of_the_window_padded_with_zeros(window, grid, engine):
+    fft = transform(window, grid, engine)
+    for factor in (1.0, -2.0):  # nothing is left over from the first
+        values = factor * random(window)
+        expected = np.fft.rfft2(values, grid or window)
+        assert_allclose(fft.forward(values), expected, atol=1e-13)
+
+
+@every_engine
+@grids
+def test_inverse_is_the_window_of_the_transform_back_not_normalised(
+    window, grid, engine
+):
+    fft = transform(window, grid, engine)
+    shape = grid or window
+    spectrum = np.fft.rfft2(random(shape))
+    fft.spectrum[:] = spectrum
+    expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
+    assert_allclose(fft.inverse() / np.prod(shape), expected, atol=1e-13)
+
+
+@every_engine
+@grids
+def test_filter_multiplies_the_spectrum(window, grid, engine):
+    fft = transform(window, grid, engine)
+    shape = grid or window
+    # an even kernel, so that its spectrum is real
+    i, j = np.indices(shape)
+    kernel = np.cos(2 * np.pi * (i / shape[0] + j / shape[1])) + (i + j == 0)
+    factor = np.fft.rfft2(kernel).real
+    values = random(window)
+    spectrum = np.fft.rfft2(values, shape) * factor
+    expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
+    multiplier = fft.multiplier(factor)
+    for _ in range(2):  # the first leaves the window's surroundings in the buffer
+        assert_allclose(fft.filter(values, multiplier), expected, atol=1e-12)
+
+
+@every_engine
+def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
+    fft = transform((5, 6), (9, 12), engine)
+    values, multiplier = random((5, 6)), fft.multiplier(np.ones((9, 7)))
+    before = values.copy(), multiplier.copy()
+    first = fft.filter(values, multiplier)
+    kept = first.copy()
+    fft.filter(2 * values, multiplier)
+    assert_array_equal(first, kept)
+    assert_array_equal(values, before[0])
+    assert_array_equal(multiplier, before[1])
+
+
+def test_pairs_of_transforms_are_counted():
+    fft = transform((4, 4))
+    one = fft.multiplier(np.ones((4, 3)))
+    for _ in range(3):
+        fft.filter(random((4, 4)), one)
+    assert fft.pairs == 3
+
+
+@every_engine
+def test_single_precision_stays_single(engine):
+    fft = transform((6, 6), (11, 12), engine, dtype=np.float32)
+    values = random((6, 6))
+    same = fft.filter(values, fft.multiplier(np.ones((11, 7))))
+    assert same.dtype == np.float32
+    assert fft.spectrum.dtype == np.complex64
+    assert_allclose(same, values, atol=1e-6)
+
+
+@every_engine
+def test_pickled_transform_works_like_the_first(engine):
+    fft = transform((5, 6), (9, 12), engine, dtype=np.float32, threads=2)
+    copy = pickle.loads(pickle.dumps(fft))
+    for name in ("window", "grid", "dtype", "engine", "threads"):
+        assert getattr(copy, name) == getattr(fft, name)
+    assert_allclose(copy.forward(random((5, 6))), fft.forward(random((5, 6))))
+
+
+@pytest.mark.parametrize("least", [1, 2, 7, 127, 255, 1021, 4095])
+def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
+    length = rest = fast_length(least)
+    assert least <= length < 1.3 * least + 1
+    for prime in (2, 3, 5, 7, 11):
+        while rest % prime == 0:
+            rest //= prime
+    assert rest == 1
+
+
+def test_number_of_threads_follows_the_environment(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    assert available_threads() == 3
+    for value in ("", "many", "0"):
+        monkeypatch.setenv("OMP_NUM_THREADS", value)
+        assert available_threads() >= 1
+
+
+def test_small_grids_use_one_thread():
+    assert transform((16, 16)).threads == 1
+
+
+def test_window_larger_than_the_grid_is_refused():
+    with pytest.raises(ValueError, match=r"window \(4, 4\) does not fit .* \(8, 3\)"):
+        RealFFT2((4, 4), (8, 3))
+
+
+def test_unknown_engine_is_refused_with_the_known_ones():
+    with pytest.raises(ValueError, match=r"one of .*pyfftw.*ducc0.* got 'fftpack'"):
+        RealFFT2((4, 4), engine="fftpack")
+
+
+def test_engine_that_is_not_installed_says_how_to_install_it(monkeypatch):
+    monkeypatch.setattr(fourier, "ducc0", None)
+    with pytest.raises(ImportError, match="pip install ducc0"):
+        RealFFT2((4, 4), engine="ducc0")

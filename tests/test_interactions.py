@@ -1,0 +1,288 @@
+"""Walls against closed forms and against differences of their own energy."""
+
+import json
+import math
+import pickle
+from itertools import pairwise
+
+import mpmath as mp
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.integrate import quad
+
+from ase_roughcontact.interactions import HardWall, LennardJones93
+
+E, A0, W = 2.0, 3.0, 0.05  # none of them one, so that no power of them hides
+
+REPULSIVE = LennardJones93.repulsive(E, A0)
+ADHESIVE = LennardJones93.adhesive(E, A0, W)
+FULL = LennardJones93.full(A0, W)
+WALLS = {
+    "repulsive": REPULSIVE,
+    "stiff repulsive": LennardJones93.repulsive(E, A0, stiffness=7.0, core=0.8 * A0),
+    "weakly adhesive": LennardJones93.adhesive(E, A0, 1e-4 * W),
+    "adhesive": ADHESIVE,
+    "full": FULL,
+    "full, short": LennardJones93.full(A0, W, onset=A0, cutoff=2.5 * A0, core=0.3 * A0),
+}
+every_wall = pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS.keys())
+with_tail = pytest.mark.parametrize("wall", [ADHESIVE, FULL], ids=["adhesive", "full"])
+
+
+def energy(wall, gap):
+    return wall.evaluate(np.asarray(gap))[0]
+
+
+def pressure(wall, gap):
+    return wall.evaluate(np.asarray(gap))[1]
+
+
+def stiffness(wall, gap):
+    return wall.evaluate(np.asarray(gap))[2]
+
+
+def pieces(wall):
+    """Pairs of neighbouring joints: core, minimum, begin and end of the tail."""
+    joints = {-A0, wall.core, wall.distance, wall.onset, wall.cutoff, wall.cutoff + A0}
+    return list(pairwise(sorted(joints)))
+
+
+def derivative(function, gap, step, side):
+    """Sixth-order difference from the left (-1), both sides (0) or the right (1)."""
+    offsets = np.arange(-3.0, 4.0) + 3 * side
+    unit = np.eye(7)[1]
+    weights = np.linalg.solve(np.vander(offsets, increasing=True).T, unit) / step
+    return weights @ function(gap + step * offsets[:, None])
+
+
+def gaps_and_derivatives(function, low, high):
+    """Gaps of a piece, its ends among them, and differences taken within it."""
+    gaps = np.linspace(low, high, 31)
+    step = min(1e-3 * A0, (high - low) / 200)
+    left, right = gaps[gaps < low + 3 * step], gaps[gaps > high - 3 * step]
+    middle = gaps[left.size : gaps.size - right.size]
+    parts = [(left, 1), (middle, 0), (right, -1)]
+    return gaps, np.concatenate([derivative(function, g, step, s) for g, s in parts])
+
+
+# Derivatives
+
+
+@every_wall
+def test_pressure_is_minus_the_derivative_of_the_energy_on_both_sides_of_joints(wall):
+    for low, high in pieces(wall):
+        gaps, slope = gaps_and_derivatives(lambda g: energy(wall, g), low, high)
+        noise = 1e-12 * wall.stiffness * A0
+        assert_allclose(pressure(wall, gaps), -slope, rtol=1e-7, atol=noise)
+
+
+@every_wall
+def test_stiffness_is_minus_the_derivative_of_the_pressure_on_both_sides(wall):
+    for low, high in pieces(wall):
+        gaps, slope = gaps_and_derivatives(lambda g: pressure(wall, g), low, high)
+        expected = stiffness(wall, gaps)
+        if not wall.attractive and high == wall.distance:
+            gaps, slope, expected = gaps[:-1], slope[:-1], expected[:-1]
+        assert_allclose(expected, -slope, rtol=1e-7, atol=1e-11 * wall.stiffness)
+
+
+def test_stiffness_of_the_repulsive_wall_falls_from_that_of_the_bulk_to_zero():
+    below, at = stiffness(REPULSIVE, [np.nextafter(A0, 0.0), A0])
+    assert below == pytest.approx(E / A0, rel=1e-14)
+    assert at == 0.0
+    slope = derivative(lambda g: pressure(REPULSIVE, g), np.array([A0]), 1e-3 * A0, -1)
+    assert_allclose(slope, -E / A0, rtol=1e-7)
+
+
+@every_wall
+def test_energy_pressure_and_stiffness_are_continuous_at_every_joint(wall):
+    scales = wall.stiffness * A0 ** np.array([2, 1, 0])
+    for joint, _ in pieces(wall)[1:]:
+        curves = np.array(wall.evaluate(joint * np.array([1 - 1e-13, 1, 1 + 1e-13])))
+        jumps = np.ptp(curves, axis=1) / np.maximum(scales, abs(curves).max(axis=1))
+        if not wall.attractive and joint == wall.distance:
+            jumps = jumps[:2]  # the stiffness does jump
+        assert jumps.max() < 1e-9
+
+
+# Closed forms
+
+
+def test_minimum_of_the_full_wall_has_its_depth_distance_and_curvature():
+    curves = FULL.evaluate(np.array([A0]))
+    assert_allclose(np.ravel(curves), [-W, 0.0, 27 * W / A0**2], rtol=1e-14)
+
+
+def test_full_wall_is_the_9_3_form_up_to_the_onset_of_its_cutoff():
+    depth = 3 * W / math.sqrt(10)  # epsilon
+    ratio = 1.5 ** (1 / 6) * (5 / 3) ** (1 / 6) * A0  # sigma = (5/2)^(1/6) r0
+    gaps = np.linspace(FULL.core, FULL.onset, 40)
+    nine_three = depth * (2 / 15 * (ratio / gaps) ** 9 - (ratio / gaps) ** 3)
+    assert_allclose(energy(FULL, gaps), nine_three, rtol=1e-13, atol=1e-14 * W)
+
+
+def test_bulk_matched_wall_has_epsilon_and_sigma_of_the_paper():
+    # eps = 0.0351364 E* a0 and sigma = 1.164993 a0 follow from V''(r0 = a0) = E*/a0.
+    epsilon, sigma = 0.0351364 * E * A0, 1.164993 * A0
+    gap = 0.8 * A0
+    slope = epsilon / gap * (1.2 * (sigma / gap) ** 9 - 3 * (sigma / gap) ** 3)
+    assert_allclose(pressure(REPULSIVE, [gap]), slope, rtol=1e-5)
+
+
+def test_repulsive_branch_is_the_9_3_form_shifted_to_zero_at_its_minimum():
+    gaps = np.linspace(REPULSIVE.core, A0, 30)
+    depth = E * A0 / 27
+    nine_three = depth / 2 * ((A0 / gaps) ** 9 - 3 * (A0 / gaps) ** 3)
+    assert_allclose(energy(REPULSIVE, gaps), nine_three + depth, atol=1e-14 * E * A0)
+
+
+def test_adhesive_wall_repels_like_the_repulsive_one():
+    gaps = np.linspace(-A0, 0.999 * A0, 50)
+    assert_array_equal(pressure(ADHESIVE, gaps), pressure(REPULSIVE, gaps))
+    assert_array_equal(stiffness(ADHESIVE, gaps), stiffness(REPULSIVE, gaps))
+
+
+def test_range_of_the_smooth_tail_is_root_of_12_w_over_k():
+    assert_allclose(ADHESIVE.attraction_range, math.sqrt(12 * W * A0 / E), rtol=1e-14)
+
+
+def test_largest_tension_of_the_smooth_tail_is_4kd_over_27_at_a_third_of_the_range():
+    reach = ADHESIVE.attraction_range
+    gaps = A0 + reach * np.linspace(0, 1, 301)
+    tension = -pressure(ADHESIVE, gaps)
+    assert np.argmax(tension) == 100
+    assert_allclose(tension[100], 4 / 27 * E / A0 * reach, rtol=1e-14)
+
+
+@with_tail
+def test_work_of_adhesion_is_the_depth_and_the_integral_of_the_tension(wall):
+    work, _ = quad(
+        lambda g: -pressure(wall, [g])[0],
+        A0,
+        wall.cutoff,
+        points=[wall.onset],
+        epsabs=1e-13,
+    )
+    assert_allclose(work, W, rtol=1e-10)
+    assert_allclose(-energy(wall, [A0]), W, rtol=1e-14)
+
+
+def test_core_is_the_second_order_taylor_polynomial_of_the_branch():
+    core = mp.mpf(FULL.core)
+    series = mp.taylor(lambda g: W / 2 * ((A0 / g) ** 9 - 3 * (A0 / g) ** 3), core, 2)
+    for gap in (-5.0 * A0, 0.0, 0.9 * FULL.core):
+        value = sum(term * (gap - core) ** n for n, term in enumerate(series))
+        assert_allclose(energy(FULL, [gap]), float(value), rtol=1e-12)
+
+
+@every_wall
+def test_energy_force_and_stiffness_vanish_beyond_the_cutoff(wall):
+    gaps = wall.cutoff * np.array([1.0, 1 + 1e-15, 1.5, 1e6])
+    assert_array_equal(wall.evaluate(gaps), np.zeros((3, 4)))
+
+
+@every_wall
+def test_wall_repels_exactly_below_its_contact_distance(wall):
+    gaps = np.linspace(-A0, wall.cutoff, 1000)
+    assert_array_equal(pressure(wall, gaps) > 0, gaps < wall.contact_distance)
+    assert wall.attractive == bool((pressure(wall, gaps) < 0).any())
+
+
+# Units, values, objects
+
+
+@pytest.mark.parametrize("length, stress", [(3.7e-10, 1e11), (1e4, 3e-7)])
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda length, stress: LennardJones93.repulsive(E * stress, A0 * length),
+        lambda length, stress: LennardJones93.adhesive(
+            E * stress, A0 * length, W * stress * length
+        ),
+        lambda length, stress: LennardJones93.full(A0 * length, W * stress * length),
+    ],
+    ids=["repulsive", "adhesive", "full"],
+)
+def test_units_of_length_and_pressure_only_scale_the_curves(make, length, stress):
+    gaps = np.linspace(-0.5, 1.4, 50) * A0
+    plain, scaled = (
+        make(1.0, 1.0).evaluate(gaps),
+        make(length, stress).evaluate(gaps * length),
+    )
+    units = (stress * length, stress, stress / length)
+    for curve, other, unit in zip(plain, scaled, units, strict=True):
+        assert_allclose(other / unit, curve, rtol=1e-12, atol=1e-14 * E)
+
+
+@every_wall
+def test_shape_is_kept_and_gaps_are_left_alone(wall):
+    gaps = np.linspace(-1, 5, 24).reshape(2, 3, 4) * A0
+    before = gaps.copy()
+    assert all(curve.shape == (2, 3, 4) for curve in wall.evaluate(gaps))
+    assert_array_equal(gaps, before)
+    assert all(curve.shape == (0,) for curve in wall.evaluate(gaps[:0, 0, 0]))
+
+
+def test_zero_work_of_adhesion_gives_the_repulsive_wall():
+    assert LennardJones93.adhesive(E, A0, 0.0) == REPULSIVE
+
+
+def test_hard_wall_is_free_until_it_touches_and_infinite_inside():
+    curves = HardWall().evaluate(np.array([-1e-9, 0.0, 2.0]))
+    assert_array_equal(curves, 3 * [[np.inf, 0.0, 0.0]])
+    assert (HardWall().cutoff, HardWall().contact_distance) == (0.0, 0.0)
+    assert not HardWall().attractive
+
+
+@pytest.mark.parametrize("wall", [HardWall(), *WALLS.values()])
+def test_wall_survives_json_and_pickle(wall):
+    parameters = json.loads(json.dumps(wall.todict()))
+    assert parameters == wall.todict()
+    kind = parameters.pop("kind")
+    assert kind == ("hard" if isinstance(wall, HardWall) else "lennard-jones-9-3")
+    assert type(wall)(**parameters) == wall
+    copy = pickle.loads(pickle.dumps(wall))
+    assert copy == wall
+    assert hash(copy) == hash(wall)
+
+
+# Errors
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf, "1", None])
+@pytest.mark.parametrize(
+    "name, make",
+    [
+        ("contact_modulus", lambda bad: LennardJones93.repulsive(bad, A0)),
+        ("spacing", lambda bad: LennardJones93.adhesive(E, bad, W)),
+        ("distance", lambda bad: LennardJones93.full(bad, W)),
+        ("work_of_adhesion", lambda bad: LennardJones93.full(A0, bad)),
+    ],
+)
+def test_parameters_that_are_no_positive_numbers_are_named_with_their_value(
+    name, make, bad
+):
+    with pytest.raises(ValueError, match=f"{name} must be a finite number > 0, got"):
+        make(bad)
+
+
+@pytest.mark.parametrize(
+    "message, make",
+    [
+        ("work_of_adhesion .* >= 0", lambda: LennardJones93.adhesive(E, A0, -W)),
+        ("stiffness", lambda: LennardJones93.adhesive(E, A0, W, stiffness=-1.0)),
+        ("stiffness", lambda: LennardJones93.repulsive(E, A0, stiffness=0.0)),
+        ("cutoff", lambda: LennardJones93.full(A0, W, cutoff=math.inf)),
+        ("onset and cutoff", lambda: LennardJones93.full(A0, W, cutoff=0.5 * A0)),
+        ("onset and cutoff", lambda: LennardJones93.full(A0, W, onset=0.5 * A0)),
+        ("onset and cutoff", lambda: LennardJones93.full(A0, W, onset=11 * A0)),
+        ("onset must be", lambda: LennardJones93.full(A0, W, onset=math.nan)),
+        ("core must be smaller", lambda: LennardJones93.full(A0, W, core=A0)),
+        ("core .* > 0", lambda: LennardJones93.repulsive(E, A0, core=0.0)),
+        ("tail must be", lambda: LennardJones93(A0, E, "cut", W, A0, A0, 1.0)),
+    ],
+)
+def test_gaps_out_of_order_and_unknown_tails_are_refused(message, make):
+    with pytest.raises(ValueError, match=message):
+        make()

@@ -1,0 +1,248 @@
+"""Load paths: what is recorded, written, marked and resumed."""
+
+import csv
+from dataclasses import asdict, fields
+from functools import partial
+
+import numpy as np
+import pytest
+from ase.io import read
+from ase.optimize import FIRE, LBFGS
+
+from ase_roughcontact import RoughContact, RoughSphere, substrate
+from ase_roughcontact.loading import LoadStep, load_path
+
+SPHERE = RoughSphere(radius=10.0)
+DEPTHS = [0.2, 0.4, 0.6]
+FMAX = 1e-5
+
+
+def make_atoms(modulus=1.0, **options):
+    options = {"shape": (8, 6), "height": 1.0, "spacing": 1.0, **options}
+    atoms = substrate("Cu", indenter=SPHERE, **options)
+    atoms.calc = RoughContact(SPHERE, modulus)
+    return atoms
+
+
+def rows_of(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def same(records, others, tolerance):
+    """Whether records agree, but for time and effort."""
+    names = ("step", "height", "normal_force", "contact_area", "energy", "converged")
+    return len(records) == len(others) and all(
+        getattr(a, name) == pytest.approx(getattr(b, name), abs=tolerance)
+        for a, b in zip(records, others, strict=True)
+        for name in names
+    )
+
+
+# Paths
+
+
+def test_penetrations_count_from_the_first_contact(periodic):
+    records = list(load_path(make_atoms(periodic=periodic), DEPTHS, fmax=FMAX))
+    assert [record.penetration for record in records] == pytest.approx(DEPTHS)
+    assert [1.0 - record.height for record in records] == pytest.approx(DEPTHS)
+    forces = [record.normal_force for record in records]
+    assert 0.0 < forces[0] < forces[1] < forces[2]
+
+
+def test_heights_are_the_indenters():
+    heights = [0.9, 0.5]
+    records = load_path(make_atoms(), heights=heights, fmax=FMAX)
+    assert [record.height for record in records] == heights
+
+
+def test_loads_are_carried_by_the_wall(periodic):
+    loads = [0.1, 0.5, 1.0]
+    atoms = make_atoms(fixed=False, periodic=periodic, height=0.9)
+    records = list(load_path(atoms, loads=loads, fmax=FMAX))
+    assert [record.normal_force for record in records] == pytest.approx(loads, abs=FMAX)
+
+
+def test_loads_may_start_out_of_contact():
+    atoms = make_atoms(fixed=False, height=1.5)
+    record = next(load_path(atoms, loads=[0.5], fmax=FMAX, max_steps=500))
+    assert record.converged
+    assert record.normal_force == pytest.approx(0.5, abs=FMAX)
+
+
+def test_heights_and_loads_are_two_ways_to_one_state():
+    first = list(load_path(make_atoms(), DEPTHS, fmax=FMAX))[-1]
+    atoms = make_atoms(fixed=False, height=0.9)
+    last = next(load_path(atoms, loads=[first.normal_force], fmax=FMAX))
+    assert last.height == pytest.approx(first.height, abs=1e-4)
+    assert last.contact_area == first.contact_area
+
+
+def test_record_describes_the_atoms():
+    atoms = make_atoms()
+    record = next(load_path(atoms, [0.4], fmax=FMAX))
+    state = atoms.calc.state(atoms)
+    assert record.energy == atoms.get_potential_energy()
+    assert record.normal_force == state.normal_force
+    assert record.contact_area == record.repulsive_atoms == state.repulsive_atoms > 0
+    assert record.attractive_atoms == 0
+    assert record.max_force == np.abs(atoms.get_forces()).max() < FMAX
+    assert record.converged and record.iterations > 0 and record.seconds > 0.0
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, LBFGS, partial(LBFGS, memory=5)])
+def test_any_optimizer_takes_the_same_path(optimizer):
+    records = list(load_path(make_atoms(), DEPTHS, optimizer, fmax=FMAX))
+    assert all(record.converged for record in records)
+    assert same(records, list(load_path(make_atoms(), DEPTHS, fmax=FMAX)), 1e-3)
+
+
+def test_every_step_starts_from_the_last_one():
+    atoms = make_atoms()
+    again = list(load_path(atoms, [0.4, 0.4], fmax=FMAX))[1]
+    assert again.iterations == 0
+
+
+# Files
+
+
+def test_records_are_on_disk_as_they_come(tmp_path):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    path = load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie, csv=table)
+    for count, record in enumerate(path, start=1):
+        rows = rows_of(table)
+        assert len(rows) == len(read(movie, ":")) == count
+        assert rows[-1] == {key: str(value) for key, value in asdict(record).items()}
+    assert list(rows[0]) == [field.name for field in fields(LoadStep)]
+
+
+def test_trajectory_shows_contact_and_tells_the_step(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    records = list(load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie))
+    for frame, record, depth in zip(read(movie, ":"), records, DEPTHS, strict=True):
+        assert np.count_nonzero(frame.get_tags() == 1) == record.repulsive_atoms
+        assert frame.positions[-1, 2] == record.height
+        assert frame.info["load_step"] == asdict(record)
+        assert frame.info["path"]["control"] == "penetrations"
+        assert frame.info["path"]["target"] == depth
+
+
+def test_step_that_does_not_converge_is_marked_and_written(tmp_path):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    path = load_path(
+        make_atoms(), DEPTHS, fmax=1e-9, max_steps=2, trajectory=movie, csv=table
+    )
+    records = list(path)
+    assert [record.converged for record in records] == [False] * 3
+    assert all(record.max_force > 1e-9 for record in records)
+    assert [row["converged"] for row in rows_of(table)] == ["False"] * 3
+    assert not read(movie, -1).info["load_step"]["converged"]
+
+
+# Resuming
+
+
+@pytest.mark.parametrize("done", [0, 1, 2, 3])
+def test_interrupted_path_goes_on_as_if_nothing_had_happened(tmp_path, periodic, done):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    options = {"fmax": FMAX, "trajectory": movie, "csv": table}
+    whole = list(load_path(make_atoms(periodic=periodic), DEPTHS, fmax=FMAX))
+    path = load_path(make_atoms(periodic=periodic), DEPTHS, **options)
+    before = [next(path) for _ in range(done)]
+    path.close()
+
+    resumed = list(
+        load_path(make_atoms(periodic=periodic), DEPTHS, resume=True, **options)
+    )
+    assert resumed[:done] == before
+    assert same(resumed, whole, 3e-4)
+    assert len(read(movie, ":")) == len(rows_of(table)) == 3
+
+
+def test_loads_resume_too(tmp_path):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
+    loads = [0.2, 0.5]
+    path = load_path(make_atoms(fixed=False, height=0.9), loads=loads, **options)
+    next(path)
+    path.close()
+    atoms = make_atoms(fixed=False, height=0.9)
+    records = list(load_path(atoms, loads=loads, resume=True, **options))
+    assert records[1].normal_force == pytest.approx(0.5, abs=FMAX)
+
+
+def test_file_cut_off_before_the_first_frame_is_no_obstacle(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    movie.touch()
+    path = load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
+    assert len(list(path)) == len(read(movie, ":")) == 3
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"penetrations": [0.2, 0.5, 0.6]},
+        {"penetrations": [0.2]},
+        {"heights": [0.8, 0.6, 0.4]},
+        {"penetrations": DEPTHS, "atoms": make_atoms(modulus=2.0)},
+        {"penetrations": DEPTHS, "atoms": make_atoms(shape=(9, 6))},
+        {"penetrations": DEPTHS, "atoms": make_atoms(periodic=True)},
+    ],
+    ids=["values", "shorter", "control", "modulus", "window", "boundary"],
+)
+def test_another_path_is_not_resumed(tmp_path, other):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:2], fmax=FMAX, trajectory=movie))
+    written = movie.read_bytes()
+    path = {"atoms": make_atoms(), **other}
+    with pytest.raises(ValueError, match="can't resume"):
+        next(load_path(**path, trajectory=movie, resume=True))
+    assert movie.read_bytes() == written
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({}, "exactly one of .* got none"),
+        ({"penetrations": [0.2], "loads": [0.1]}, "exactly one of .*penetrations, lo"),
+        ({"penetrations": []}, "penetrations must be a sequence of finite numbers"),
+        ({"heights": [0.9, np.nan]}, "heights must be a sequence of finite numbers"),
+        ({"heights": [[0.9]]}, "heights must be a sequence of finite numbers"),
+        ({"heights": ["high"]}, "heights must be a sequence of finite numbers"),
+        ({"loads": [0.1]}, "free to move.*fixed=False"),
+        ({"penetrations": [0.2], "fmax": 0.0}, "fmax must be a finite number > 0"),
+        ({"penetrations": [0.2], "max_steps": 0}, "max_steps"),
+        ({"penetrations": [0.2], "max_steps": 2.5}, "max_steps"),
+    ],
+)
+def test_bad_paths_are_refused_before_anything_happens(tmp_path, arguments, message):
+    atoms, movie = make_atoms(), tmp_path / "sweep.traj"
+    positions = atoms.positions.copy()
+    with pytest.raises(ValueError, match=message):
+        load_path(atoms, trajectory=movie, **arguments)
+    np.testing.assert_array_equal(atoms.positions, positions)
+    assert not movie.exists()
+
+
+@pytest.mark.parametrize("control", ["penetrations", "heights"])
+def test_free_indenter_is_refused_where_it_must_be_fixed(control):
+    with pytest.raises(ValueError, match=r"it is free.*FixAtoms"):
+        load_path(make_atoms(fixed=False), **{control: [0.2]})
+
+
+def test_atoms_without_the_calculator_are_refused():
+    atoms = make_atoms()
+    atoms.calc = None
+    with pytest.raises(ValueError, match="RoughContact"):
+        load_path(atoms, DEPTHS)
+
+
+def test_file_that_cannot_be_written_costs_no_older_one(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
+    table = tmp_path / "nowhere" / "curve.csv"
+    with pytest.raises(OSError, match="nowhere"):
+        next(load_path(make_atoms(), DEPTHS, trajectory=movie, csv=table))
+    assert len(read(movie, ":")) == 1
