@@ -3,12 +3,13 @@
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import LoadStep, load_path
-from ase_roughcontact.optimize import FourierModes
+from ase_roughcontact.optimize import FourierModes, HalfSpacePrecon
 from ase_roughcontact.substrate import fcc_spacing, restore, snapshot, substrate
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
 __all__ = [
     "FourierModes",
+    "HalfSpacePrecon",
     "HardWall",
     "HeightMap",
     "Interaction",

@@ -88,7 +88,7 @@ class RoughContact(Calculator):
     True
     >>> state = atoms.calc.state(atoms)
     >>> state.repulsive_atoms
-    69
+    177
     """
 
     implemented_properties = ["energy", "free_energy", "energies", "forces"]

@@ -50,8 +50,8 @@ class SubstrateTable:
 
 
 @dataclass(frozen=True)
-class IndenterTable:
-    """``[indenter]``: radius in units of the spacing."""
+class SphereTable:
+    """``[sphere]``: radius in units of the spacing."""
 
     radius: float = 1000.0
     profile: Any = "paraboloid"
@@ -107,7 +107,7 @@ class Scene:
 
     Parameters
     ----------
-    substrate, indenter, roughness, interaction, path, solver
+    substrate, sphere, roughness, interaction, path, solver
         The tables of a scene file. Without `roughness` the sphere is smooth.
 
     Raises
@@ -117,7 +117,7 @@ class Scene:
     """
 
     substrate: SubstrateTable = field(default_factory=SubstrateTable)
-    indenter: IndenterTable = field(default_factory=IndenterTable)
+    sphere: SphereTable = field(default_factory=SphereTable)
     roughness: RoughnessTable | None = None
     interaction: InteractionTable = field(default_factory=InteractionTable)
     path: PathTable = field(default_factory=PathTable)
@@ -156,7 +156,7 @@ class Scene:
             raise ValueError(f"{name} is not a TOML file: {error}") from error
         known = {
             "substrate": SubstrateTable,
-            "indenter": IndenterTable,
+            "sphere": SphereTable,
             "roughness": RoughnessTable,
             "interaction": InteractionTable,
             "path": PathTable,
@@ -180,7 +180,10 @@ class Scene:
     def spacing(self) -> float:
         """Atomic spacing a0 (Å)."""
         given = self.substrate.spacing
-        return fcc_spacing(self.substrate.symbol) if given is None else given
+        if given is None:
+            return fcc_spacing(self.substrate.symbol)
+        positive(spacing=given)
+        return given
 
     @property
     def contact_modulus(self) -> float:
@@ -191,13 +194,13 @@ class Scene:
     @property
     def radius(self) -> float:
         """Radius of the sphere (Å)."""
-        positive(radius=self.indenter.radius)
-        return self.indenter.radius * self.spacing
+        positive(radius=self.sphere.radius)
+        return self.sphere.radius * self.spacing
 
     @property
     def surface(self) -> RoughSphere:
         """The indenter's surface."""
-        given = self.indenter
+        given = self.sphere
         return RoughSphere(self.radius, self._rough(), given.profile)
 
     @property

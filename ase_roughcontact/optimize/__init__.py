@@ -1,5 +1,6 @@
 """Optimizers that know the half space."""
 
 from ase_roughcontact.optimize.modes import FourierModes
+from ase_roughcontact.optimize.precon import HalfSpacePrecon
 
-__all__ = ["FourierModes"]
+__all__ = ["FourierModes", "HalfSpacePrecon"]

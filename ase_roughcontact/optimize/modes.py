@@ -24,8 +24,12 @@ import numpy as np
 from ase import Atoms
 from ase.utils.abc import Optimizable
 
-from ase_roughcontact.checks import positive
-from ase_roughcontact.optimize.problem import Indenter, contact_of
+from ase_roughcontact.optimize.problem import (
+    Indenter,
+    contact_of,
+    indenter_stiffness,
+    reference_stiffness,
+)
 from ase_roughcontact.substrate import displacement, set_displacement
 
 # Curvature of the energy in the scaled modes (eV/Å^2).
@@ -158,10 +162,7 @@ class FourierModes(Optimizable):
 
     def _scale(self, reference: float | None) -> None:
         contact, halfspace = self.contact, self.contact.halfspace
-        if reference is None:
-            onset = np.nextafter(contact.interaction.contact_distance, -np.inf)
-            reference = 3.0 * float(contact.interaction.evaluate(np.array(onset))[2])
-        positive(reference_stiffness=reference)
+        reference = reference_stiffness(contact, reference)
         self._reference = reference
         stiffness = halfspace.stiffness
         weight = np.full(stiffness.shape, 2.0)
@@ -180,9 +181,7 @@ class FourierModes(Optimizable):
         self._gradient_to_force = _twice(to_mode / weight)
         self._modes = self._elastic.size
         self._shape = self._elastic.shape
-        n, m = halfspace.shape
-        across = halfspace.contact_modulus * halfspace.spacing * np.sqrt(n * m)
-        self._z_scale = np.sqrt(_CURVATURE / across)
+        self._z_scale = np.sqrt(_CURVATURE / indenter_stiffness(contact))
 
     def _read(self) -> None:
         transform = self.contact.halfspace.grid_transform

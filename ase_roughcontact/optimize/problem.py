@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,8 +10,44 @@ from ase import Atoms
 from ase.constraints import FixAtoms, FixCartesian, Hookean
 
 from ase_roughcontact.calculator import RoughContact
+from ase_roughcontact.checks import positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Where a solver of the half space has come to.
+
+    Attributes
+    ----------
+    pressure : ndarray, shape (n, m)
+        Elastic pressure on the window (pressure); with it goes the displacement.
+    displacement : ndarray, shape (n, m)
+        Of the window, ``-G pressure`` (length).
+    height : float
+        Of the indenter (length).
+    energy : float
+        Elastic and wall energy and that of load and springs.
+    error : float
+        Largest force that is left on any atom or the indenter.
+    converged : bool
+        Whether `error` is below the tolerance, by a fresh convolution.
+    message : str
+        Why it stopped, empty while it goes on.
+    pairs : float
+        Padded transform pairs spent since the last one, in units of a pair on the
+        whole window; work on smaller grids counts by its share of atoms.
+    """
+
+    pressure: np.ndarray
+    displacement: np.ndarray
+    height: float
+    energy: float
+    error: float
+    converged: bool
+    message: str
+    pairs: float
 
 
 def contact_of(atoms: Atoms, *, hard: bool = False) -> Contact:
@@ -120,3 +157,38 @@ class Indenter:
             f"{constraint} acts on surface atoms, or is not understood here: relax it "
             "with one of ASE's optimizers on the atoms themselves"
         )
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Scalar product without BLAS, whose threads would fight those of the FFT."""
+    return float(np.einsum("i,i", a.reshape(-1), b.reshape(-1)))
+
+
+def reference_stiffness(contact: Contact, given: float | None = None) -> float:
+    """Stiffness to add to the half space's own, so that no wave is too soft.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a soft wall.
+    given : float, optional
+        Taken instead, if it is positive.
+
+    Returns
+    -------
+    float
+        By default three times the wall's stiffness where it begins to repel (pressure
+        per length).
+    """
+    if given is None:
+        onset = np.nextafter(contact.interaction.contact_distance, -np.inf)
+        given = 3.0 * float(contact.interaction.evaluate(np.array(onset))[2])
+    positive(reference_stiffness=given)
+    return given
+
+
+def indenter_stiffness(contact: Contact) -> float:
+    """Stiffness of a contact half as wide as the window, ``2 E* a`` (force/length)."""
+    n, m = contact.halfspace.shape
+    halfspace = contact.halfspace
+    return halfspace.contact_modulus * halfspace.spacing * (n * m) ** 0.5

@@ -1,0 +1,171 @@
+"""Scenes: what a TOML file says, and what it may not say."""
+
+import numpy as np
+import pytest
+from ase.units import GPa, J, m
+
+from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.scene import NANONEWTON, Scene, default_text
+from ase_roughcontact.substrate import fcc_spacing
+from ase_roughcontact.topography import RoughSphere, SelfAffine
+
+SMALL = """
+[substrate]
+shape = [12, 10]
+contact_modulus = 100.0
+[sphere]
+radius = 60.0
+[roughness]
+long_wavelength = 16.0
+[path]
+control = "penetration"
+first = 0.2
+last = 0.6
+steps = 2
+scale = "linear"
+[solver]
+optimizer = "LBFGS"
+fmax = 1e-4
+"""
+
+
+def test_lengths_of_the_indenter_are_in_units_of_the_spacing():
+    scene = Scene.parse(SMALL)
+    a0 = fcc_spacing("Cu")
+    rough = SelfAffine(0.1, 0.8, 4 * a0, 16 * a0)
+    assert scene.surface == RoughSphere(60 * a0, rough)
+
+
+def test_moduli_are_in_gigapascal_and_works_of_adhesion_in_joule_per_square_metre():
+    text = SMALL + '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n'
+    scene = Scene.parse(text)
+    modulus = 100 * GPa
+    assert scene.contact_modulus == modulus
+    assert scene.wall == LennardJones93.adhesive(
+        modulus, scene.spacing, 0.05 * J / m**2
+    )
+
+
+@pytest.mark.parametrize(
+    "kind, wall",
+    [
+        ("hard", lambda e, a: HardWall()),
+        ("repulsive", LennardJones93.repulsive),
+        ("full", lambda e, a: LennardJones93.full(a, 0.1 * J / m**2)),
+    ],
+)
+def test_every_kind_of_wall_can_be_named(kind, wall):
+    work = "work_of_adhesion = 0.1\n" if kind == "full" else ""
+    scene = Scene.parse(SMALL + f'[interaction]\nkind = "{kind}"\n{work}')
+    assert scene.wall == wall(scene.contact_modulus, scene.spacing)
+
+
+def test_loads_are_in_nanonewton():
+    text = SMALL.replace('"penetration"', '"load"').replace('"linear"', '"geometric"')
+    np.testing.assert_allclose(
+        Scene.parse(text).steps, np.array([0.2, 0.6]) * NANONEWTON, rtol=1e-14
+    )
+    assert pytest.approx(0.6241509, rel=1e-6) == NANONEWTON  # eV/Å
+
+
+def test_values_can_be_listed():
+    text = SMALL.replace("first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.1, 0.3]")
+    np.testing.assert_array_equal(Scene.parse(text).steps, [0.1, 0.3])
+
+
+def test_built_in_scene_is_the_paper_s_roughness_over_three_decades_of_load():
+    scene = Scene.default()
+    assert min(scene.substrate.shape) >= 128
+    assert scene.sphere.radius == 1000.0
+    assert (scene.roughness.short_wavelength, scene.roughness.long_wavelength) == (
+        4.0,
+        512.0,
+    )
+    assert len(scene.steps) >= 10
+    assert scene.steps[-1] / scene.steps[0] >= 999.0
+
+
+def test_every_key_of_the_format_stands_in_the_built_in_scene():
+    from dataclasses import fields
+
+    text = default_text()
+    for table in fields(Scene):
+        assert f"[{table.name}]" in text
+        value = getattr(Scene.default(), table.name)
+        missing = [key.name for key in fields(value) if f"{key.name} = " not in text]
+        assert not missing
+
+
+def test_without_roughness_the_prediction_is_hertz():
+    text = SMALL.replace("[roughness]\nlong_wavelength = 16.0\n", "")
+    scene = Scene.parse(text)
+    np.testing.assert_array_equal(scene.predicted_area(2.0), scene.hertz_area(2.0))
+
+
+def test_run_writes_table_and_trajectory_and_goes_on_where_it_was(tmp_path):
+    scene = Scene.parse(SMALL)
+    first = next(scene.run(tmp_path))
+    records = list(scene.run(tmp_path))
+    assert records[0] == first
+    assert [record.converged for record in records] == [True, True]
+    assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
+
+
+def test_a_folder_of_another_scene_is_refused(tmp_path):
+    next(Scene.parse(SMALL).run(tmp_path))
+    other = Scene.parse(SMALL.replace("radius = 60.0", "radius = 61.0"))
+    with pytest.raises(ValueError, match="results of another scene"):
+        next(other.run(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        ("[spere]\nradius = 3", "unknown table 'spere'; .*'sphere'"),
+        ("[substrate]\nsymbl = 'Cu'", r"\[substrate\]: .*'symbl'; .*'symbol'"),
+        ("[roughness]\nrms_slop = 1", "unknown key 'rms_slop'; .*'rms_slope'"),
+        ("substrate = 3", r"\[substrate\] must be a table, got 3"),
+        ("[path", "not a TOML file"),
+    ],
+)
+def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(text)
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("contact_modulus = 100.0", "contact_modulus = -1.0", "contact_modulus"),
+        ("contact_modulus = 100.0", "contact_modulus = nan", "contact_modulus"),
+        ("contact_modulus = 100.0", 'spacing = "wide"', "spacing"),
+        ("contact_modulus = 100.0", 'symbol = "Fe"', "Fe is not fcc"),
+        ("shape = [12, 10]", "shape = [12]", "shape"),
+        ("radius = 60.0", "radius = 0.0", "radius"),
+        ("long_wavelength = 16.0", "long_wavelength = 2.0", "wavelength"),
+        ("long_wavelength = 16.0", 'long_wavelength = "x"', "long_wavelength"),
+        ("long_wavelength = 16.0", "short_wavelength = 1.0", "short_wavelength"),
+        ('control = "penetration"', 'control = "lod"', "'lod'; .*'load'"),
+        ("steps = 2", "steps = 0", "steps"),
+        ("first = 0.2", "", "first"),
+        ("first = 0.2", "first = inf", "first"),
+        ('scale = "linear"', 'scale = "log"', "scale"),
+        ('scale = "linear"\n', "", "geometric|must"),
+        ('"LBFGS"', '"LFBGS"', "'LFBGS'; .*'LBFGS'"),
+        ("fmax = 1e-4", "fmax = 0.0", "fmax"),
+        ("[solver]", '[interaction]\nkind = "soft"\n[solver]', "kind"),
+        ("[solver]", '[interaction]\nkind = "adhesive"\n[solver]', "work_of_adhesion"),
+        ("[solver]", "[interaction]\nwork_of_adhesion = 1.0\n[solver]", "no work_of"),
+    ],
+)
+def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
+    text = SMALL.replace(old, new)
+    if message.startswith("geometric"):
+        text = text.replace("first = 0.2", "first = -0.2")
+    with pytest.raises(ValueError, match=message):
+        list(Scene.parse(text).run(tmp_path))
+
+
+def test_an_unreadable_file_is_refused_by_name(tmp_path):
+    with pytest.raises(ValueError, match=r"can't read the scene .*absent\.toml"):
+        Scene.read(tmp_path / "absent.toml")
