@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 from ase.io import read
+from ase.units import GPa
 
 from ase_roughcontact.loading import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
@@ -97,7 +98,7 @@ def _heading(scene: Scene) -> str:
     n, m = scene.substrate.shape
     return (
         f"{scene.substrate.symbol}, {n} x {m} atoms, spacing {scene.spacing:.3f} Å, "
-        f"E* = {scene.substrate.contact_modulus:g} GPa; sphere of radius "
+        f"E* = {scene.contact_modulus / GPa:.4g} GPa; sphere of radius "
         f"{scene.radius / 10:.4g} nm, {scene.interaction.kind} wall\n\n"
         "   step   load (nN)   area (nm²)   A/A_Hertz   Eq. (4)   iterations   time (s)"
     )
@@ -145,22 +146,20 @@ def _draw(scene: Scene, records: list[LoadStep], folder: Path) -> list[str]:
     figure, panels = pyplot.subplots(
         1,
         len(chosen),
-        figsize=(3.4 * len(chosen), 3.4),
+        figsize=(3.2 * len(chosen) + 0.8, 3.4),
         layout="constrained",
         squeeze=False,
         sharey=True,
     )
-    for panel, index in zip(panels[0], chosen, strict=True):
-        record = pushed[index]
-        frame = read(folder / "sweep.traj", index=record.step)
-        radius = float(
-            hertz_contact_radius(
-                record.normal_force, scene.radius, scene.contact_modulus
-            )
-        )
-        title = f"{record.normal_force / NANONEWTON:.3g} nN"
-        image = plot_contact(panel, frame, radius, title)
-        figure.colorbar(image, ax=panel, label="pressure (GPa)", shrink=0.8)
+    frames = [read(folder / "sweep.traj", index=pushed[i].step) for i in chosen]
+    largest = max(frame.get_initial_charges().max() for frame in frames)
+    for panel, frame, i in zip(panels[0], frames, chosen, strict=True):
+        force = pushed[i].normal_force
+        radius = hertz_contact_radius(force, scene.radius, scene.contact_modulus)
+        title = f"{force / NANONEWTON:.3g} nN"
+        image = plot_contact(panel, frame, float(radius), largest, title)
+        panel.label_outer()
+    figure.colorbar(image, ax=panels[0], label="pressure (GPa)", shrink=0.8)
     figure.savefig(folder / "contact.png", dpi=150)
     pyplot.close(figure)
     return ["curve.png", "contact.png"]

@@ -45,7 +45,11 @@ def plot_curve(
 
 
 def plot_contact(
-    axes: Any, frame: Atoms, hertz_radius: float | None = None, title: str = ""
+    axes: Any,
+    frame: Atoms,
+    hertz_radius: float | None = None,
+    largest: float | None = None,
+    title: str = "",
 ) -> Any:
     """Map of the pressure on the atoms in contact, seen from above.
 
@@ -57,6 +61,8 @@ def plot_contact(
         A snapshot, as it is in a trajectory.
     hertz_radius : float, optional
         Radius of a circle around the indenter's axis (Å).
+    largest : float, optional
+        Pressure at the end of the colour scale (GPa).
     title : str
         Title of the map.
 
@@ -73,7 +79,13 @@ def plot_contact(
     half = 0.5 * frame.cell[0, 0] / 10.0 / n
     extent = (x.min() - half, x.max() + half, y.min() - half, y.max() + half)
     image = axes.imshow(
-        shown.T, origin="lower", extent=extent, cmap="viridis", interpolation="none"
+        shown.T,
+        origin="lower",
+        extent=extent,
+        cmap="viridis",
+        vmin=0.0,
+        vmax=largest,
+        interpolation="none",
     )
     if hertz_radius is not None:
         angle = np.linspace(0.0, 2.0 * np.pi, 181)

@@ -24,6 +24,7 @@ from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import finite, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import LoadStep, load_path
+from ase_roughcontact.material import contact_modulus, crystal_modulus
 from ase_roughcontact.substrate import fcc_spacing, substrate
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 
@@ -44,7 +45,8 @@ class SubstrateTable:
 
     symbol: str = "Cu"
     spacing: float | None = None
-    contact_modulus: float = 147.0
+    contact_modulus: float | None = None
+    elastic_constants: tuple | None = None
     shape: tuple[int, int] = (128, 128)
     periodic: bool = False
 
@@ -187,9 +189,16 @@ class Scene:
 
     @property
     def contact_modulus(self) -> float:
-        """E* (eV/Å^3)."""
-        positive(contact_modulus=self.substrate.contact_modulus)
-        return self.substrate.contact_modulus * GPa
+        """E* (eV/Å^3): given, from elastic constants, or of the crystal."""
+        given = self.substrate
+        if given.contact_modulus is not None and given.elastic_constants is not None:
+            raise ValueError("give contact_modulus or elastic_constants, not both")
+        if given.elastic_constants is not None:
+            return contact_modulus(given.elastic_constants) * GPa
+        if given.contact_modulus is not None:
+            positive(contact_modulus=given.contact_modulus)
+            return given.contact_modulus * GPa
+        return crystal_modulus(given.symbol) * GPa
 
     @property
     def radius(self) -> float:

@@ -28,7 +28,7 @@ from ase_roughcontact.topography import Surface
 # round them.
 _OFF_GRID = 1e-4
 
-TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_INDENTER = 0, 1, 2, 3
+TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED = 0, 1, 2
 
 
 @dataclass(frozen=True)
@@ -241,8 +241,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     Returns
     -------
     Atoms
-        Tags are 0 for open atoms, 1 for atoms in contact, 2 for atoms that are
-        attracted, 3 for the indenter. Initial charges are the pressures in GPa
+        Tags are 1 for atoms in contact, 2 for atoms that are attracted, 0 for open ones
+        and the indenter. Initial charges are the pressures in GPa
         (`ase gui` colours by either). Energy, energies and forces are kept in a
         `SinglePointCalculator`; normal force, contact area and `info` are in its
         `info`.
@@ -256,7 +256,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     tags = np.full(layout.window, TAG_OPEN)
     tags[state.pressure > 0] = TAG_CONTACT
     tags[state.pressure < 0] = TAG_ATTRACTED
-    frame.set_tags(np.append(tags, TAG_INDENTER))
+    frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     frame.info.update(
         normal_force=state.normal_force, contact_area=state.contact_area, **info

@@ -15,7 +15,7 @@ PACKAGE = "ase_roughcontact"
 ROOT = Path(ase_roughcontact.__file__).parent
 FLOORS = [
     {"checks"},
-    {"fourier", "interactions", "theory"}
+    {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
     {"halfspace"},
     {"contact"},
