@@ -3,7 +3,12 @@
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import LoadStep, load_path
-from ase_roughcontact.optimize import FourierModes, HalfSpacePrecon
+from ase_roughcontact.optimize import (
+    FourierModes,
+    HalfSpacePrecon,
+    HardWallCG,
+    NewtonKrylov,
+)
 from ase_roughcontact.substrate import fcc_spacing, restore, snapshot, substrate
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
@@ -11,10 +16,12 @@ __all__ = [
     "FourierModes",
     "HalfSpacePrecon",
     "HardWall",
+    "HardWallCG",
     "HeightMap",
     "Interaction",
     "LennardJones93",
     "LoadStep",
+    "NewtonKrylov",
     "RoughContact",
     "RoughSphere",
     "SelfAffine",

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -81,6 +82,7 @@ def load_path(
     heights: Sequence[float] | None = None,
     loads: Sequence[float] | None = None,
     max_steps: int = 10_000,
+    edge: str = "raise",
     resume: bool = False,
 ) -> Iterator[LoadStep]:
     """Relax the atoms at one load after the other.
@@ -104,6 +106,10 @@ def load_path(
         File of a table of the records, one line per step.
     max_steps : int
         Steps of the optimizer at most, per step of the path.
+    edge : {"raise", "ignore"}
+        What to do when the wall acts on an atom at the edge of a free window: the atoms
+        beyond it, which can't touch, would have touched, unless the indenter ends
+        there, as a flat punch does.
     resume : bool
         Go on from the steps that `trajectory` holds already: they are yielded again and
         not calculated again.
@@ -119,30 +125,32 @@ def load_path(
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
         constraint does not fit it, or `resume` finds another path.
+    RuntimeError
+        If the contact has come to the edge of the window.
     """
     control, targets = _one_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
     positive(fmax=fmax)
     integer("max_steps", max_steps, 1)
+    if edge not in ("raise", "ignore"):
+        raise ValueError(f"edge must be 'raise' or 'ignore', got {edge!r}")
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"load_path needs a RoughContact calculator, got {atoms.calc}")
     _check_constraint(atoms, control)
     done = _done(trajectory, _fingerprint(atoms), control, targets) if resume else []
-    return _steps(
-        atoms, control, targets, optimizer, fmax, trajectory, csv, max_steps, done
-    )
+    relax = partial(_relax, optimizer=optimizer, fmax=fmax, max_steps=max_steps)
+    return _steps(atoms, control, targets, relax, trajectory, csv, edge, done)
 
 
 def _steps(
     atoms: Atoms,
     control: str,
     targets: np.ndarray,
-    optimizer: Callable[..., Any],
-    fmax: float,
+    relax: Callable[[Atoms], tuple[int, bool]],
     trajectory: PathName | None,
     table: PathName | None,
-    max_steps: int,
+    edge: str,
     done: list[Atoms],
 ) -> Iterator[LoadStep]:
     with ExitStack() as files:
@@ -164,12 +172,11 @@ def _steps(
         for step in range(len(done), len(targets)):
             start = time.perf_counter()
             _apply(atoms, control, targets[step], first_contact)
-            dynamics = optimizer(atoms, logfile=None)
-            converged = dynamics.run(fmax=fmax, steps=max_steps)
+            iterations, converged = relax(atoms)
             seconds = time.perf_counter() - start
-            record = _record(
-                atoms, step, first_contact, dynamics.nsteps, seconds, bool(converged)
-            )
+            if edge == "raise":
+                _check_edge(atoms)
+            record = _record(atoms, step, first_contact, iterations, seconds, converged)
             if frames is not None:
                 path = {"system": system, "control": control, "target": targets[step]}
                 frames.write(snapshot(atoms, load_step=asdict(record), path=path))
@@ -217,6 +224,31 @@ def _apply(atoms: Atoms, control: str, target: float, first_contact: float) -> N
     else:
         height = target if control == "heights" else first_contact - target
         atoms.positions[-1, 2] = height
+
+
+def _relax(
+    atoms: Atoms, optimizer: Callable[..., Any], fmax: float, max_steps: int
+) -> tuple[int, bool]:
+    """Relax the atoms; return the number of steps and whether they converged."""
+    dynamics = optimizer(atoms, logfile=None)
+    converged = dynamics.run(fmax=fmax, steps=max_steps)
+    for _ in dynamics.optimizable.iterimages():
+        pass  # an optimizer with coordinates of its own moves the atoms only now
+    return int(dynamics.nsteps), bool(converged)
+
+
+def _check_edge(atoms: Atoms) -> None:
+    """Raise `RuntimeError` if the wall acts at the edge of a free window."""
+    if atoms.pbc.any():
+        return
+    acts = atoms.calc.state(atoms).pressure != 0.0
+    for rows in (acts, acts.T):
+        if rows[[0, -1]].any():
+            raise RuntimeError(
+                f"the contact has come to the edge of the window of {acts.shape} "
+                "atoms: build the atoms with a larger shape, or give edge='ignore' if "
+                "the indenter ends there"
+            )
 
 
 def _record(

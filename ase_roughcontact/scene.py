@@ -25,6 +25,7 @@ from ase_roughcontact.checks import finite, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import LoadStep, load_path
 from ase_roughcontact.material import contact_modulus, crystal_modulus
+from ase_roughcontact.optimize import HardWallCG, NewtonKrylov
 from ase_roughcontact.substrate import fcc_spacing, substrate
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 
@@ -36,7 +37,10 @@ else:
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = 1e-9 * J / m
 
-OPTIMIZERS = {cls.__name__: cls for cls in (LBFGS, FIRE, FIRE2, BFGSLineSearch)}
+OPTIMIZERS = {
+    cls.__name__: cls
+    for cls in (NewtonKrylov, HardWallCG, LBFGS, FIRE, FIRE2, BFGSLineSearch)
+}
 
 
 @dataclass(frozen=True)

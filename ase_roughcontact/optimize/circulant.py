@@ -33,11 +33,14 @@ class Circulant:
 
     Attributes
     ----------
+    atoms : ndarray of int, shape (k,)
+        The same.
     points : int
         Number of grid points of a transform.
     """
 
     def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
+        self.atoms = atoms
         i, j = np.divmod(atoms, halfspace.shape[1])
         window = grid = halfspace.shape
         if not halfspace.periodic:
@@ -51,9 +54,10 @@ class Circulant:
         fft = {**halfspace.fft, "dtype": np.float32}
         self._transform = RealFFT2(window, grid, **fft)
         symbol = halfspace.symbol(grid)
-        inverse = np.full(symbol.shape, 1.0 / symbol.max())  # for a periodic mean
-        np.divide(1.0, symbol, out=inverse, where=symbol > 0.0)
         self._compliance = self._transform.multiplier(symbol)
+        # the mean of a periodic surface is taken for a long wave
+        softest = max(symbol.max(), halfspace.atom_compliance)
+        inverse = 1.0 / np.where(symbol > 0.0, symbol, softest)
         self._stiffness = self._transform.multiplier(inverse)
 
     @property

@@ -7,26 +7,9 @@ Find the pressure :math:`p` on the window and the indenter's height :math:`Z` wi
 and :math:`Z` or the load :math:`a_0^2 \sum p` given: the minimum of the convex energy
 :math:`p \cdot G p/2 + (Z + h) \cdot p` over :math:`p \ge 0`.
 
-*Outer steps*, defect correction. One exact convolution gives the exact gap. Then
-:math:`G` is replaced by a `Circulant` on the atoms that may touch, and the contact
-problem of this model is solved for the correction of the pressure. The model's gradient
-is exact at the present pressure, hence its minimum lies in a direction of descent: a
-step that overshoots is cut to the least energy along it, and the energy never rises.
-
-*Inner steps*, inexact active set. With the present set of atoms in contact the model's
-linear system is solved by conjugate gradients, preconditioned by the model's inverse,
-to a tenth of the present violation only; then atoms under tension leave and atoms that
-overlap enter.
-
 On a free half space the window is cut to the atoms that the rigid indenter overlaps,
 since no other can touch. Without a start, the problem is solved on every other atom
-first, and so on.
-
-References
-----------
-I. A. Polonsky, L. M. Keer, Wear 231, 206 (1999); M. Hintermüller, K. Ito, K. Kunisch,
-SIAM J. Optim. 13, 865 (2002) (active set); E. A. H. Vollebregt, J. Comput. Phys. 257,
-332 (2014) (preconditioner).
+first, and so on. How it is solved on one grid is told in `activeset`.
 """
 
 from __future__ import annotations
@@ -41,7 +24,7 @@ import numpy as np
 from ase_roughcontact.checks import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
-from ase_roughcontact.optimize.circulant import Circulant
+from ase_roughcontact.optimize.activeset import Step, descend
 from ase_roughcontact.optimize.nested import (
     Box,
     can_coarsen,
@@ -52,20 +35,16 @@ from ase_roughcontact.optimize.nested import (
     refine,
     whole,
 )
-from ase_roughcontact.optimize.problem import Relaxation, dot
+from ase_roughcontact.optimize.problem import Relaxation
 
 External = Callable[[float], tuple[float, float]]
 
 # Largest gap in contact, in spacings: of a result, and on coarser grids.
 _GAP = 1e-6
 _COARSE_GAP = 0.03
-# Part of a violation that the model's solution may leave, and that its linear systems
-# may leave before the set of atoms in contact is looked at again.
-_CONTRACTION = 0.1
-_FORCING = 0.1
-# Steps of conjugate gradients for one correction, and outer steps without progress.
-_BUDGET = 300
-_PATIENCE = 10
+# Largest part of a window for which another half space is made: making it costs about
+# as much as all exact convolutions of a solution.
+_WORTH = 0.5
 # Below this part of the largest one a pressure given as a start is rounding.
 _ROUNDING = 1e-9
 
@@ -100,7 +79,7 @@ def certificate(
     Parameters
     ----------
     contact : Contact
-        With any wall; it is taken for hard.
+        Its wall is taken for hard.
     pressure : ndarray, shape (n, m)
         On the window, its mean included (pressure).
     height : float
@@ -118,8 +97,8 @@ def certificate(
     force = float(pressure.sum()) * halfspace.cell_area
     return Certificate(
         gap_in_contact=float(abs(gap[touching]).max(initial=0.0)),
-        penetration=float(-gap.min(where=~touching, initial=0.0)),
-        tension=float(-pressure.min(initial=0.0)),
+        penetration=abs(float(gap.min(where=~touching, initial=0.0))),
+        tension=abs(float(pressure.min(initial=0.0))),
         load_error=0.0 if load is None else abs(force - load),
     )
 
@@ -144,11 +123,12 @@ def iterate(
         Energy and force of the load on the indenter at a height; the force must be
         the same at every height. By default the height is fixed.
     start : ndarray, shape (n, m), optional
-        Pressure to start from. By default it comes from coarser grids.
+        Pressure to start from, up to a mean if periodic. By default it comes from
+        coarser grids.
     tolerance : float
         Largest force that is left: that which closes the gap of an atom in contact, or
-        pushes one out that overlaps. However large it is, no gap in contact is left
-        larger than 1e-6 spacings.
+        of one that overlaps. However large it is, no gap in contact and no overlap is
+        left larger than 1e-6 spacings.
 
     Yields
     ------
@@ -164,54 +144,154 @@ def iterate(
     """
     _check(contact, height, external, tolerance)
     halfspace = contact.halfspace
-    load = None if external is None else -external(height)[1]
-    if external is not None and load == 0.0:
-        height, load = contact.first_contact, None
     start = None if start is None else _clean(contact, start)
+    load = None if external is None else -external(height)[1]
     force_per_gap = halfspace.cell_area / halfspace.atom_compliance
+    if load is not None and load <= force_per_gap * _GAP * halfspace.spacing:
+        # a touch of the lowest point, of which coarser grids know nothing
+        height, start = contact.first_contact, np.zeros(halfspace.shape)
+        load = load or None
     gap = min(tolerance / force_per_gap, _GAP * halfspace.spacing)
-    for state in _solve(contact, height, load, start, gap):
-        energy = -0.5 * halfspace.cell_area * dot(state.pressure, state.displacement)
+    for step in _solve(contact, height, load, start, gap):
+        energy = step.elastic_energy
         if external is not None:
-            energy += external(state.height)[0]
-        yield _Whole(
-            state,
-            contact,
+            _check_load(external, (height, step.height))
+            energy += external(step.height)[0]
+        yield _Relaxed(contact, step, energy, step.violation * force_per_gap)
+
+
+class _Relaxed(Relaxation):
+    """The displacement of a cropped window is convolved only when it is looked at."""
+
+    contact: Contact
+
+    def __init__(
+        self, contact: Contact, step: Step, energy: float, error: float
+    ) -> None:
+        vars(self).update(
+            contact=contact,
+            pressure=step.pressure,
+            height=step.height,
             energy=energy,
-            error=state.violation * force_per_gap,
-            pairs=state.work / math.prod(halfspace.grid),
+            error=error,
+            converged=step.converged,
+            message=step.message,
+            pairs=step.work / math.prod(contact.halfspace.grid),
         )
+        if step.displacement is not None:
+            vars(self).update(displacement=step.displacement)
+
+    @cached_property
+    def displacement(self) -> np.ndarray:
+        """Of the window (length)."""
+        return self.contact.halfspace.displacement(self.pressure)
 
 
 def _check(
     contact: Contact, height: float, external: External | None, tolerance: float
 ) -> None:
-    """Raise `ValueError` if there is no solution or none that is found here."""
+    """Raise `ValueError` if there is no solution, or none that is found here."""
     if not isinstance(contact.interaction, HardWall):
         raise ValueError(f"HardWallCG is for the hard wall, got {contact.interaction}")
     finite(height=height)
     positive(tolerance=tolerance)
     if external is not None:
-        _check_load(external, (height, contact.first_contact, contact.lowest))
+        reach = float(np.ptp(contact.heights)) + contact.halfspace.spacing
+        first = contact.first_contact
+        _check_load(external, (height, first - reach, first + reach))
     elif contact.halfspace.periodic and height <= -contact.heights.mean():
         raise ValueError(
-            f"height {height:g} is not above {-contact.heights.mean():g}, where all of "
-            "the periodic surface is in contact under any load: give a load instead"
+            f"height must be above {-contact.heights.mean():g}, at which all of the "
+            f"periodic surface is in contact whatever the load, got {height:g}: give a "
+            "load instead"
         )
 
 
 def _check_load(external: External, heights: tuple[float, ...]) -> None:
-    """Raise `ValueError` unless the load is the same at the heights, and pushes."""
+    """Raise `ValueError` unless the load is the same at all heights, and pushes."""
     loads = [-external(height)[1] for height in heights]
     if not all(math.isclose(load, loads[0], rel_tol=1e-9) for load in loads):
         told = ", ".join(
-            f"{a:g} at height {b:g}" for a, b in zip(loads, heights, strict=True)
+            f"{load:g} at height {height:g}"
+            for load, height in zip(loads, heights, strict=True)
         )
         raise ValueError(
-            "HardWallCG can't honour a spring on the indenter: the load is "
-            f"{told}; give a constant load, or fix the height"
+            f"HardWallCG can't honour a spring on the indenter: the load is {told}; "
+            "give a constant load, or fix the height"
         )
     if not 0.0 <= loads[0] < math.inf:
         raise ValueError(
-            f"a hard wall carries no tension: the load must be >= 0, got {loads[0]:g}"
+            "a hard wall carries no tension: load must be finite and >= 0, "
+            f"got {loads[0]:g}"
         )
+
+
+def _clean(contact: Contact, start: np.ndarray) -> np.ndarray:
+    """Pressure to start from: none in the open, whatever its mean and rounding."""
+    start = finite_array("start", start)
+    if start.shape != contact.heights.shape:
+        raise ValueError(
+            f"start must have the shape {contact.heights.shape} of the window, "
+            f"got {start.shape}"
+        )
+    if contact.halfspace.periodic:
+        start = start - start.min()
+    return np.where(start > _ROUNDING * max(start.max(), 0.0), start, 0.0)
+
+
+def _solve(
+    contact: Contact,
+    height: float,
+    load: float | None,
+    start: np.ndarray | None,
+    tolerance: float,
+) -> Iterator[Step]:
+    """Outer steps on a window, to a gap; `height` is a guess if there is a load."""
+    work = 0.0
+    if start is None and can_coarsen(contact):
+        coarse, work = _coarse(contact, height, load)
+        start = refine(coarse.pressure, contact.halfspace.shape)
+        if load is not None:
+            height = coarse.height - coarse.violation
+    box = whole(contact)
+    if start is not None and not contact.halfspace.periodic:
+        box = _worthwhile(contact, reachable(contact, height, start))
+    while True:
+        needed = box
+        part = crop(contact, box)
+        pressure = None if start is None else start[box]
+        for step in descend(part, height, load, pressure, tolerance):
+            if step.converged:  # at its height, more atoms might touch
+                needed = join(box, reachable(contact, step.height))
+            converged = step.converged and needed == box
+            step = replace(step, converged=converged, work=step.work + work)
+            step = _placed(step, box, contact.halfspace.shape)
+            yield step
+            work = 0.0
+        if needed == box:
+            return
+        start, height, box = step.pressure, step.height, _worthwhile(contact, needed)
+
+
+def _worthwhile(contact: Contact, box: Box) -> Box:
+    """Return the box if it is worth a half space of its own, or the whole window."""
+    small = contact.heights[box].size <= _WORTH * contact.heights.size
+    return box if small else whole(contact)
+
+
+def _coarse(contact: Contact, height: float, load: float | None) -> tuple[Step, float]:
+    """Last step on every other atom, and the work of all."""
+    coarse = coarsen(contact)
+    steps = list(
+        _solve(coarse, height, load, None, _COARSE_GAP * coarse.halfspace.spacing)
+    )
+    return steps[-1], sum(step.work for step in steps)
+
+
+def _placed(step: Step, box: Box, shape: tuple[int, int]) -> Step:
+    """Step on the whole window instead of a box of it."""
+    if step.pressure.shape == shape:
+        return step
+    pressure = np.zeros(shape)
+    pressure[box] = step.pressure
+    return replace(step, pressure=pressure, displacement=None)

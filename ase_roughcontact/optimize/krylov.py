@@ -1,0 +1,215 @@
+r"""Newton's linear system of a soft wall, solved with a cheap model of the half space.
+
+On the atoms in range of the wall, with its stiffness :math:`D`, a change ``x`` of the
+pressure and ``z`` of the indenter's height solve
+
+.. math:: x + D (C x + z) = r, \qquad \sum x - s z = t,
+
+the second equation, with the stiffness ``s`` of a spring on the indenter per area, only
+where the height is free. :math:`C` is the `Circulant`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ase_roughcontact.halfspace import HalfSpace
+from ase_roughcontact.optimize.circulant import Circulant
+from ase_roughcontact.optimize.problem import dot
+
+# Atoms stiffer than this part of the mean take part in the preconditioner.
+_STIFF = 0.1
+
+
+class Patch(Circulant):
+    """Model of the half space for lists of atoms that change from step to step.
+
+    Parameters
+    ----------
+    halfspace : HalfSpace
+        The elastic solid.
+    atoms : ndarray of int, shape (k,)
+        Flat indices of the atoms of the window that are to lie in the box.
+    """
+
+    def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
+        self._columns = halfspace.shape[1]
+        first, last = [0, 0], [n - 1 for n in halfspace.shape]
+        if not halfspace.periodic:
+            for axis, place in enumerate(np.divmod(atoms, self._columns)):
+                first[axis], last[axis] = int(place.min()), int(place.max())
+        self._first, self._last = first, last
+        corners = [i * self._columns + j for i, j in (first, last)]
+        super().__init__(halfspace, np.array(corners))
+
+    def covers(self, atoms: np.ndarray) -> bool:
+        """Whether all atoms lie in the box."""
+        places = np.divmod(atoms, self._columns)
+        return all(
+            place.min() >= first and place.max() <= last
+            for place, first, last in zip(places, self._first, self._last, strict=True)
+        )
+
+    def system(self, atoms: np.ndarray, stiffness: np.ndarray) -> System:
+        """Return Newton's system on the atoms.
+
+        Parameters
+        ----------
+        atoms : ndarray of int, shape (k,)
+            Flat indices into the window, in the box.
+        stiffness : ndarray, shape (k,)
+            Of the wall at these atoms (pressure per length).
+
+        Returns
+        -------
+        System
+        """
+        i, j = np.divmod(atoms, self._columns)
+        width = self._last[1] - self._first[1] + 1
+        where = (i - self._first[0]) * width + j - self._first[1]
+        return System(self, where, stiffness)
+
+    def depth(self, pressure: np.ndarray, where: np.ndarray) -> np.ndarray:
+        """Depth of atoms of the box under pressure on them, ``C x``."""
+        return self._convolve(pressure, where, self._compliance, where)
+
+    def relief(self, stiffness: float) -> np.ndarray:
+        """Multiplier of ``(1 + k C)^-1``: one stiffness on the whole box."""
+        # the multipliers hold the norm of the transform
+        symbol = self.points * self._compliance
+        return 1.0 / (self.points * (1.0 + np.float32(stiffness) * symbol))
+
+    def relieve(
+        self, pressure: np.ndarray, where: np.ndarray, relief: np.ndarray
+    ) -> np.ndarray:
+        """Pressure that is left on atoms of the box when `relief` is applied."""
+        return self._convolve(pressure, where, relief, where)
+
+
+class System:
+    """Newton's system at a state, its rows scaled as in the module's equation.
+
+    Parameters
+    ----------
+    patch : Patch
+        Model of the half space.
+    where : ndarray of int, shape (k,)
+        Atoms as places in the patch's box.
+    stiffness : ndarray, shape (k,)
+        Of the wall (pressure per length).
+    """
+
+    def __init__(self, patch: Patch, where: np.ndarray, stiffness: np.ndarray) -> None:
+        self._patch, self._where, self._d = patch, where, stiffness
+        positive = stiffness[stiffness > 0.0]
+        least = _STIFF * float(positive.mean()) if positive.size else np.inf
+        self._stiff = np.flatnonzero(stiffness > least)
+        self._root = np.sqrt(stiffness[self._stiff])
+        if self._stiff.size:
+            self._relief = patch.relief(float(self._root.mean()) ** 2)
+
+    def solve(
+        self,
+        right: np.ndarray,
+        row: tuple[float, float] | None,
+        reduction: float,
+        most: int,
+    ) -> tuple[np.ndarray, float] | None:
+        """Solve by preconditioned generalised conjugate residuals.
+
+        Parameters
+        ----------
+        right : ndarray, shape (k,)
+            The pressures ``r`` that are missing (pressure).
+        row : (float, float), optional
+            Spring ``s`` and load ``t`` that is missing; by default the height is fixed.
+        reduction : float
+            Part of `right` that may be left.
+        most : int
+            Steps at most.
+
+        Returns
+        -------
+        ndarray, shape (k,), and float
+            Changes ``x`` of pressure and ``z`` of height; None if neither wall nor
+            spring resist a change of height.
+        """
+        response, spring, missing = np.zeros(0), 0.0, 0.0
+        if row is not None:
+            spring, missing = row
+            response = self._relieve(self._d)
+            if not response.sum() + spring > 0.0:
+                return None
+
+        def carried(x: np.ndarray, missing: float) -> np.ndarray:
+            if row is None:
+                return np.append(x, 0.0)
+            z = (x.sum() - missing) / (response.sum() + spring)
+            return np.append(x - z * response, z)
+
+        solution, rest = np.zeros(right.size + 1), right
+        if missing:
+            solution = carried(0.0 * right, missing)
+            rest = right - self._image(solution)
+        solution += _residuals(
+            self._image,
+            lambda rest: carried(self._relieve(rest), 0.0),
+            rest,
+            reduction * (_norm(right) or _norm(rest)),
+            most,
+        )
+        return solution[:-1], float(solution[-1])
+
+    def _image(self, change: np.ndarray) -> np.ndarray:
+        x, z = change[:-1], change[-1]
+        return x + self._d * (self._patch.depth(x, self._where) + z)
+
+    def _relieve(self, x: np.ndarray) -> np.ndarray:
+        """Apply the approximate inverse; atoms of little stiffness stay as they are."""
+        y = x.copy()
+        if self._stiff.size:
+            scaled = x[self._stiff] / self._root
+            where = self._where[self._stiff]
+            y[self._stiff] = self._root * self._patch.relieve(
+                scaled, where, self._relief
+            )
+        return y
+
+
+def _residuals(
+    image: Callable[[np.ndarray], np.ndarray],
+    precondition: Callable[[np.ndarray], np.ndarray],
+    rest: np.ndarray,
+    stop: float,
+    most: int,
+) -> np.ndarray:
+    """Change that makes the rest smaller than `stop`, or as small as it gets.
+
+    References
+    ----------
+    S. C. Eisenstat, H. C. Elman, M. H. Schultz, SIAM J. Numer. Anal. 20, 345 (1983).
+    """
+    found: np.ndarray | float = 0.0
+    tried: list[tuple[np.ndarray, np.ndarray]] = []
+    while _norm(rest) > stop and len(tried) < most:
+        change = precondition(rest)
+        new = image(change)
+        for old_change, old in tried:
+            overlap = dot(old, new)
+            new -= overlap * old
+            change -= overlap * old_change
+        size = _norm(new)
+        if not size > 0.0:
+            break
+        tried.append((change / size, new / size))
+        change, new = tried[-1]
+        overlap = dot(new, rest)
+        rest = rest - overlap * new
+        found = found + overlap * change
+    return np.asarray(found)
+
+
+def _norm(values: np.ndarray) -> float:
+    return dot(values, values) ** 0.5

@@ -1,0 +1,300 @@
+"""Energy of a soft contact as a function of pressure and height.
+
+With the elastic pressure ``q`` on the window, the Green's function ``G`` of the half
+space and the gap ``g = Z + h + G q``,
+
+::
+
+    E(q, Z) = a0^2 [ 1/2 sum q (G q) + sum V(g) ] + U(Z)
+
+has the gradient ``a0^2 G (q - p)`` in ``q``, with the wall's pressure ``p = -V'(g)``,
+and ``-(a0^2 sum p + F)`` in ``Z``, with the force ``F = -U'`` of load and springs on
+the indenter. ``G`` is linear: once the lift ``G x`` of a step is known, energy and
+derivatives anywhere along it cost no transform.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.optimize.problem import dot
+
+External = Callable[[float], tuple[float, float]]
+
+# Rounding of an energy, relative to the sum of its terms' magnitudes.
+_ROUNDING = 1e-14
+# Least curvature, of one, that a combination of steps takes a mode for.
+_LEAST_CURVATURE = 0.03
+# A line search stops at this part of the first slope.
+_SLOPE_LEFT = 0.3
+
+
+@dataclass(frozen=True)
+class State:
+    """A point of the landscape.
+
+    Attributes
+    ----------
+    pressure, lift : ndarray, shape (n, m)
+        Elastic pressure ``q``, and ``G q`` (length).
+    height : float
+        Of the indenter (length).
+    gap : ndarray, shape (n, m)
+        Length.
+    atoms : ndarray of int, shape (k,)
+        Flat indices of the atoms in range of the wall or under pressure; at least one.
+    stiffness, residual : ndarray, shape (k,)
+        The wall's stiffness and ``p - q`` on these atoms.
+    load_residual : float
+        Upward force on the indenter, zero if it is fixed.
+    energy, noise : float
+        The energy, and how large its rounding may be.
+    error : float
+        Largest force on any atom or the indenter.
+    """
+
+    pressure: np.ndarray
+    lift: np.ndarray
+    height: float
+    gap: np.ndarray
+    atoms: np.ndarray
+    stiffness: np.ndarray
+    residual: np.ndarray
+    load_residual: float
+    energy: float
+    noise: float
+    error: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """Change of pressure, of the lift that goes with it, and of the height."""
+
+    pressure: np.ndarray
+    lift: np.ndarray
+    height: float
+
+    def gap(self, atoms: np.ndarray) -> np.ndarray:
+        """Return the change of the gap at some atoms."""
+        return self.lift.reshape(-1)[atoms] + self.height
+
+    def times(self, factor: float) -> Step:
+        """Return a multiple of the step."""
+        return Step(factor * self.pressure, factor * self.lift, factor * self.height)
+
+    def plus(self, other: Step) -> Step:
+        """Return the sum of two steps."""
+        return Step(
+            self.pressure + other.pressure,
+            self.lift + other.lift,
+            self.height + other.height,
+        )
+
+
+class Landscape:
+    """Energy and its derivatives, at states and along steps.
+
+    Parameters
+    ----------
+    contact : Contact
+        With a soft wall.
+    external : callable, optional
+        Energy and upward force of load and springs on the indenter at a height; by
+        default the height is fixed.
+    """
+
+    def __init__(self, contact: Contact, external: External | None) -> None:
+        self.contact = contact
+        self.wall = contact.interaction
+        self.area = contact.halfspace.cell_area
+        self.loaded = external is not None
+        self.external = external or (lambda height: (0.0, 0.0))
+
+    def lift(self, pressure: np.ndarray) -> np.ndarray:
+        """Return ``G q``, the opening of the gap by a pressure: one convolution."""
+        return -self.contact.halfspace.displacement(pressure)
+
+    def spring(self, height: float) -> float:
+        """Stiffness of the springs on the indenter, by a difference of forces."""
+        if not self.loaded:
+            return 0.0
+        d = 1e-4 * self.contact.halfspace.spacing
+        fall = self.external(height - d)[1] - self.external(height + d)[1]
+        return max(fall / (2.0 * d), 0.0)
+
+    def state(self, pressure: np.ndarray, lift: np.ndarray, height: float) -> State:
+        """Evaluate the wall, the energy and its gradient."""
+        gap = height + self.contact.heights + lift
+        near = (gap < self.wall.cutoff) | (pressure != 0.0)
+        near.flat[gap.argmin()] = True
+        atoms = np.flatnonzero(near)
+        energies, repulsion, stiffness = self.wall.evaluate(gap.reshape(-1)[atoms])
+        residual = repulsion - pressure.reshape(-1)[atoms]
+        elastic = 0.5 * self.area * dot(pressure, lift)
+        outside, force = self.external(height)
+        if self.loaded:
+            force += self.area * float(repulsion.sum())
+        size = elastic + self.area * float(abs(energies).sum()) + abs(outside)
+        return State(
+            pressure=pressure,
+            lift=lift,
+            height=height,
+            gap=gap,
+            atoms=atoms,
+            stiffness=stiffness,
+            residual=residual,
+            load_residual=force,
+            energy=elastic + self.area * float(energies.sum()) + outside,
+            noise=_ROUNDING * size,
+            error=max(self.area * float(abs(residual).max()), abs(force)),
+        )
+
+    def afresh(self, state: State) -> State:
+        """Return the same state, its lift convolved anew."""
+        return self.state(state.pressure, self.lift(state.pressure), state.height)
+
+    def moved(self, state: State, step: Step, length: float) -> State:
+        """Return the state after a step."""
+        return self.state(
+            state.pressure + length * step.pressure,
+            state.lift + length * step.lift,
+            state.height + length * step.height,
+        )
+
+    def resists(self, state: State) -> bool:
+        """Whether wall or springs resist a change of the indenter's height."""
+        wall = bool((state.stiffness > 0.0).any())
+        return wall or self.spring(state.height) > 0.0
+
+    def carrying_height(
+        self, lift: np.ndarray | float = 0.0, highest: float = np.inf
+    ) -> float | None:
+        """Height where the wall on a frozen surface first carries the load, from above.
+
+        Parameters
+        ----------
+        lift : ndarray, shape (n, m)
+            Of the surface (length); by default it is flat.
+        highest : float
+            Where to begin, if not where the wall does.
+
+        Returns
+        -------
+        float or None
+            None if the indenter is not pulled down, or nowhere held.
+        """
+        shape = self.contact.heights + lift
+
+        def force(height: float) -> float:
+            gap = height + shape[shape < self.wall.cutoff - height]
+            repulsion = self.wall.evaluate(gap)[1]
+            return self.area * float(repulsion.sum()) + self.external(height)[1]
+
+        high = low = min(float(self.wall.cutoff - shape.min()), highest)
+        if force(high) >= 0.0:
+            return None
+        step = 0.01 * self.contact.halfspace.spacing
+        for _ in range(100):
+            high, low, step = low, low - step, 1.5 * step
+            if force(low) > 0.0:
+                break
+        else:
+            return None
+        for _ in range(60):
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if force(middle) <= 0.0 else (middle, high)
+        return low
+
+    def slope(self, state: State, step: Step) -> float:
+        """First derivative of the energy along a step."""
+        work = dot(state.residual, step.lift.reshape(-1)[state.atoms])
+        return -self.area * work - step.height * state.load_residual
+
+    def curvatures(self, state: State, steps: list[Step]) -> np.ndarray:
+        """Second derivatives of the energy along steps.
+
+        Parameters
+        ----------
+        state : State
+        steps : list of Step
+
+        Returns
+        -------
+        ndarray, shape (number of steps, number of steps)
+        """
+        spring = self.spring(state.height)
+        gaps = [step.gap(state.atoms) for step in steps]
+        result = np.empty((len(steps), len(steps)))
+        for i, one in enumerate(steps):
+            stressed = state.stiffness * gaps[i]
+            for j, other in enumerate(steps[: i + 1]):
+                bulk = dot(one.pressure, other.lift)
+                wall = dot(stressed, gaps[j])
+                value = self.area * (bulk + wall) + spring * one.height * other.height
+                result[i, j] = result[j, i] = value
+        return result
+
+    def combination(self, state: State, steps: list[Step]) -> Step:
+        """Combine steps to the least energy, by the exact Hessian among them.
+
+        Negative curvature is taken for positive: the result always leads downhill.
+        """
+        slopes = np.array([self.slope(state, step) for step in steps])
+        hessian = self.curvatures(state, steps)
+        scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
+        values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
+        along = modes.T @ (scale * slopes) / np.maximum(abs(values), _LEAST_CURVATURE)
+        parts = -scale * (modes @ along)
+        best = steps[0].times(parts[0])
+        for part, step in zip(parts[1:], steps[1:], strict=True):
+            best = best.plus(step.times(part))
+        return best
+
+    def line_search(self, state: State, step: Step) -> float:
+        """Length, at most one, where the energy has fallen and most of its slope gone.
+
+        Returns
+        -------
+        float
+            Zero if no length was found at which the energy falls.
+        """
+        along = self._line(state, step)
+        wanted = _SLOPE_LEFT * abs(self.slope(state, step))
+        length, low, high = 1.0, 0.0, 1.0
+        for _ in range(40):
+            energy, slope = along(length)
+            falls = energy <= state.noise
+            if falls and (abs(slope) <= wanted or (length == 1.0 and slope < 0.0)):
+                return length
+            if falls and slope < 0.0:
+                low = length
+            else:
+                high = length
+            length = (low + high) / 2.0
+            if high - low < 0.05 * low:
+                break
+        return low
+
+    def _line(self, state: State, step: Step) -> Callable[[float], tuple[float, float]]:
+        """Change of energy, and slope, as functions of the length of a step."""
+        linear = self.area * dot(state.pressure, step.lift)
+        square = self.area * dot(step.pressure, step.lift)
+        reach = state.gap + np.minimum(0.0, step.lift + step.height)
+        near = np.flatnonzero(reach < self.wall.cutoff)
+        gap, change = state.gap.reshape(-1)[near], step.gap(near)
+        start = self.wall.evaluate(gap)[0]
+        outside = self.external(state.height)[0]
+
+        def along(t: float) -> tuple[float, float]:
+            energies, repulsion, _ = self.wall.evaluate(gap + t * change)
+            now, force = self.external(state.height + t * step.height)
+            energy = t * linear + 0.5 * t * t * square + now - outside
+            energy += self.area * float((energies - start).sum())
+            slope = linear + t * square - self.area * dot(repulsion, change)
+            return energy, slope - force * step.height
+
+        return along

@@ -1,0 +1,281 @@
+r"""Relaxation of a soft wall by Newton's method with a cheap model of the half space.
+
+The unknown is the elastic pressure :math:`q` on the window. With the Green's function
+:math:`G` of the half space the surface lies at :math:`u = -G q`, the gap is
+:math:`g = Z + h + G q`, and
+
+.. math:: E(q, Z) = a_0^2 \left[\tfrac12 q \cdot G q + \sum V(g)\right] + U(Z)
+
+has the gradient :math:`a_0^2 G (q - p(g))` in :math:`q`, with the wall's pressure
+:math:`p = -V'`, and :math:`-a_0^2 \sum p - F(Z)` in :math:`Z`, with the force
+:math:`F = -U'` of load and springs.
+
+*Direction.* Newton's equations are solved loosely with a `Circulant` in place of
+:math:`G` (see `krylov`); the one exact convolution of a step gives its lift
+:math:`G x`. From the step and the few before it the best combination is made with the
+exact Hessian among them, negative curvature mirrored, which costs no transform and
+always leads downhill.
+
+*Length.* :math:`G` is linear: along a step, energy and slope cost no transform either.
+The energy falls in every step, down to rounding.
+
+*Adhesion.* The wall's negative stiffness, in the tail, is left out while the forces are
+large, so that the model is convex and the surface follows the state that a slow
+approach would find; it is put in for the quadratic end.
+
+References
+----------
+J. Nocedal, S. J. Wright, Numerical Optimization (2006), Ch. 7 (inexact Newton methods).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ase_roughcontact.checks import finite, finite_array, positive
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.interactions import HardWall
+from ase_roughcontact.optimize.krylov import Patch
+from ase_roughcontact.optimize.landscape import External, Landscape, State, Step
+from ase_roughcontact.optimize.nested import can_coarsen, coarsen, refine
+from ase_roughcontact.optimize.problem import Relaxation
+
+# Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
+# negative stiffness is put in.
+_COARSE = 0.1
+_NEAR = 0.3
+# Part of the residual that the linear solution may leave, and its steps at most.
+_REDUCTION = 0.1
+_KRYLOV_STEPS = 40
+# Steps that are combined with the present one.
+_MEMORY = 3
+# Steps without progress before giving up, and steps on a coarse grid.
+_PATIENCE = 5
+_COARSE_STEPS = 50
+
+
+def iterate(
+    contact: Contact,
+    *,
+    height: float,
+    external: External | None,
+    start: np.ndarray | None,
+    tolerance: float,
+) -> Iterator[Relaxation]:
+    """Relax the contact of a soft wall, step by step.
+
+    Parameters
+    ----------
+    contact : Contact
+        With any wall but the hard one.
+    height : float
+        Of the indenter (length): fixed, or where to start from if there is a load.
+    external : callable, optional
+        Energy and force, positive upward, of load and springs on the indenter at a
+        height. By default the height is fixed.
+    start : ndarray, shape (n, m), optional
+        Pressure to start from. By default it comes from coarser grids, and with a load
+        the height too.
+    tolerance : float
+        Largest force that is left on any atom, and on the indenter if it is free.
+
+    Yields
+    ------
+    Relaxation
+        The start, and the state after each step. The last one is converged, or has a
+        message that says why there is no further step; the energy never rises.
+
+    Raises
+    ------
+    ValueError
+        If the wall is hard, the start does not fit, or a number is not what it should
+        be.
+    """
+    _check(contact, height, start, tolerance)
+    spent = 0.0
+    if start is None:
+        start, height, spent = _cold_start(contact, height, external)
+    for state in _relax(contact, height, external, start, tolerance):
+        yield replace(state, pairs=state.pairs + spent)
+        spent = 0.0
+
+
+def _check(
+    contact: Contact, height: float, start: np.ndarray | None, tolerance: float
+) -> None:
+    if isinstance(contact.interaction, HardWall):
+        raise ValueError("a hard wall has no gradient: relax it with HardWallCG")
+    finite(height=height)
+    positive(tolerance=tolerance)
+    if start is not None:
+        finite_array("start", start)
+        if start.shape != contact.halfspace.shape:
+            raise ValueError(
+                f"start must have the shape {contact.halfspace.shape} of the window, "
+                f"got {start.shape}"
+            )
+
+
+def _cold_start(
+    contact: Contact, height: float, external: External | None
+) -> tuple[np.ndarray, float, float]:
+    """Pressure and height to start from, and the pairs that they cost."""
+    if not can_coarsen(contact):
+        if external is not None:
+            carried = Landscape(contact, external).carrying_height()
+            height = height if carried is None else carried
+        return np.zeros(contact.heights.shape), height, 0.0
+    coarse = coarsen(contact)
+    start, height, pairs = _cold_start(coarse, height, external)
+    halfspace = coarse.halfspace
+    accuracy = _COARSE * halfspace.contact_modulus
+    states = _relax(coarse, height, external, start, accuracy * halfspace.cell_area)
+    for _, state in zip(range(_COARSE_STEPS), states, strict=False):
+        pairs += state.pairs
+    share = coarse.heights.size / contact.heights.size
+    return refine(state.pressure, contact.heights.shape), state.height, pairs * share
+
+
+class _Newton:
+    """Steps downhill, and what they remember of each other."""
+
+    def __init__(self, landscape: Landscape) -> None:
+        halfspace = landscape.contact.halfspace
+        self.landscape, self.halfspace = landscape, halfspace
+        self.attractive = self.convex = landscape.wall.attractive
+        self.near = _NEAR * halfspace.contact_modulus * halfspace.cell_area
+        self.history: list[Step] = []
+        self.patch: Patch | None = None
+        self.points = 0
+
+    @property
+    def pairs(self) -> float:
+        """Transforms so far, in units of padded pairs on the window."""
+        size = math.prod(self.halfspace.grid)
+        return self.halfspace.window_transform.pairs + self.points / size
+
+    def advance(self, state: State, wanted: float) -> State | None:
+        """Return a state of lower energy, None if there is none to be found."""
+        if self.landscape.loaded and not self.landscape.resists(state):
+            return self._approached(state)
+        step = self._correction(state, max(_REDUCTION, 0.3 * wanted / state.error))
+        if step is None or not (self.convex or self._downhill(state, step)):
+            return None if self.convex else self._advance_convex(state, wanted)
+        if abs(self.landscape.slope(state, step)) <= state.noise:
+            self.convex = False  # only the quadratic end is left
+            return self.landscape.moved(state, step, 1.0)
+        steps = [step, *self.history]
+        step, self.history = self.landscape.combination(state, steps), steps[:_MEMORY]
+        length = self.landscape.line_search(state, step)
+        if length == 0.0:
+            return None if self.convex else self._advance_convex(state, wanted)
+        self._choose(state, length)
+        return self.landscape.moved(state, step, length)
+
+    def forget(self) -> None:
+        """Start anew, with the wall as it is."""
+        self.history, self.convex = [], False
+
+    def _advance_convex(self, state: State, wanted: float) -> State | None:
+        self.convex, self.near = True, _NEAR * state.error
+        return self.advance(state, wanted)
+
+    def _choose(self, state: State, length: float) -> None:
+        """Take the negative stiffness in while steps are accepted whole."""
+        if not self.attractive:
+            return
+        if length < 0.5 and not self.convex:
+            self.convex, self.near = True, _NEAR * state.error
+        elif length >= 1.0 and state.error < self.near:
+            self.convex = False
+
+    def _approached(self, state: State) -> State | None:
+        """Bring the indenter down to where the frozen surface carries the load."""
+        height = self.landscape.carrying_height(state.lift, state.height)
+        if height is None or height == state.height:
+            return None
+        return self.landscape.state(state.pressure, state.lift, height)
+
+    def _correction(self, state: State, reduction: float) -> Step | None:
+        """Newton's step by the model, and its exact lift."""
+        atoms, stiffness = state.atoms, state.stiffness
+        if self.convex:
+            stiffness = np.maximum(stiffness, 0.0)
+        if self.patch is None or not self.patch.covers(atoms):
+            self.patch = Patch(self.halfspace, atoms)
+        row = None
+        if self.landscape.loaded:
+            area = self.halfspace.cell_area
+            missing = float(state.residual.sum()) - state.load_residual / area
+            row = self.landscape.spring(state.height) / area, missing
+        before = self.patch.transforms
+        system = self.patch.system(atoms, stiffness)
+        solution = system.solve(state.residual, row, reduction, _KRYLOV_STEPS)
+        self.points += (self.patch.transforms - before) * self.patch.points
+        if solution is None:
+            return None
+        pressure = np.zeros(state.pressure.shape)
+        pressure.reshape(-1)[atoms] = solution[0]
+        return Step(pressure, self.landscape.lift(pressure), solution[1])
+
+    def _downhill(self, state: State, step: Step) -> bool:
+        falls = self.landscape.slope(state, step) < 0.0
+        return falls and self.landscape.curvatures(state, [step])[0, 0] > 0.0
+
+
+def _relax(
+    contact: Contact,
+    height: float,
+    external: External | None,
+    start: np.ndarray,
+    tolerance: float,
+) -> Iterator[Relaxation]:
+    """Relax on one grid."""
+    landscape = Landscape(contact, external)
+    newton = _Newton(landscape)
+    spent = newton.pairs
+    state = best = landscape.state(start, landscape.lift(start), height)
+    fresh, refreshed, idle = True, False, 0
+
+    def told(message: str = "", converged: bool = False) -> Relaxation:
+        nonlocal spent
+        pairs, spent = newton.pairs - spent, newton.pairs
+        return Relaxation(
+            pressure=state.pressure,
+            displacement=-state.lift,
+            height=state.height,
+            energy=state.energy,
+            error=state.error,
+            converged=converged,
+            message=message,
+            pairs=pairs,
+        )
+
+    while True:
+        if state.error <= tolerance and not fresh:
+            state, fresh = landscape.afresh(state), True
+        if state.error <= tolerance:
+            yield told(converged=True)
+            return
+        yield told()
+        new = newton.advance(state, tolerance)
+        if new is not None:
+            lower = new.energy < state.energy - state.noise
+            idle = 0 if lower or new.error < 0.9 * best.error else idle + 1
+            best = new if lower or new.error < best.error else best
+            state, fresh = new, False
+        if new is None or idle > _PATIENCE:
+            if refreshed:
+                break
+            newton.forget()
+            state, fresh, refreshed, idle = landscape.afresh(best), True, True, 0
+    state, stalled = best, "only rounding is left"
+    if new is None:
+        stalled = "no step lowers the energy"
+        if landscape.loaded and not landscape.resists(state):
+            stalled = "nothing holds the indenter"
+    yield told(f"stalled at a force of {best.error:.2g}: {stalled}")

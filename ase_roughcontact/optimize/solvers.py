@@ -1,0 +1,258 @@
+"""Solvers of the half space as ASE optimizers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+from ase import Atoms
+from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
+from ase.utils.abc import Optimizable
+
+from ase_roughcontact.optimize import hardwall, newton
+from ase_roughcontact.optimize.problem import Indenter, Relaxation, contact_of
+from ase_roughcontact.substrate import displacement, set_displacement
+
+
+class Window(Optimizable):
+    """Displacement of the window and height of the indenter, as a solver left them.
+
+    The margin of a free half space follows from the pressure on the window; the atoms
+    are written by `write` and when somebody looks at them through `iterimages`.
+    """
+
+    def __init__(self, atoms: Atoms, *, hard: bool) -> None:
+        self.atoms = atoms
+        self.contact = contact_of(atoms, hard=hard)
+        self.indenter = Indenter(atoms)
+        self.state: Relaxation | None = None
+
+    def ndofs(self) -> int:
+        """Return the number of atoms in the window, and one for the indenter."""
+        return self.contact.heights.size + 1
+
+    def get_x(self) -> np.ndarray:
+        """Return displacement and height, shape (ndofs,)."""
+        n, m = self.contact.heights.shape
+        layout = self.atoms.calc.layout(self.atoms)
+        if self.state is None:
+            window = displacement(self.atoms, layout)[:n, :m]
+            return np.append(window.ravel(), self.atoms.positions[-1, 2])
+        return np.append(self.state.displacement.ravel(), self.state.height)
+
+    def set_x(self, x: np.ndarray) -> None:
+        """Refuse: the solver alone moves the atoms."""
+        raise ValueError("the state of a solver can't be set from outside")
+
+    def get_gradient(self) -> np.ndarray:
+        """Return the largest force that is left, as the only entry of a gradient."""
+        if self.state is not None:
+            return np.array([self.state.error])
+        return np.array([np.linalg.norm(self.atoms.get_forces(), axis=1).max()])
+
+    def get_value(self) -> float:
+        """Return the energy (eV)."""
+        if self.state is None:
+            return float(self.atoms.get_potential_energy())
+        return self.state.energy
+
+    def gradient_norm(self, gradient: np.ndarray) -> float:
+        """Largest force on any atom (eV/Å)."""
+        return float(np.abs(gradient).max())
+
+    def iterimages(self) -> Iterator[Atoms]:
+        """Yield the atoms, moved to where the solver is."""
+        self.write()
+        yield self.atoms
+
+    def write(self) -> None:
+        """Move the atoms to where the solver is, the margin included."""
+        if self.state is None:
+            return
+        halfspace = self.contact.halfspace
+        values = self.state.displacement
+        if not halfspace.periodic:
+            n, m = halfspace.shape
+            values = halfspace.surroundings(self.state.pressure)
+            values[:n, :m] = self.state.displacement
+        set_displacement(self.atoms, values)
+        self.atoms.positions[-1, 2] = self.state.height
+
+
+class WindowOptimizer(Optimizer):
+    """ASE optimizer around a solver that knows the half space.
+
+    Attributes
+    ----------
+    pairs : float
+        Padded transform pairs spent so far, in units of a pair on the whole window.
+    message : str
+        Why the solver stopped, empty while it goes on.
+    """
+
+    optimizable: Window
+    _hard: bool
+    _iterate: Callable[..., Iterator[Relaxation]]
+
+    def __init__(
+        self,
+        atoms: Atoms,
+        restart: str | Path | None = None,
+        logfile: IO | str | Path | None = None,
+        trajectory: str | Path | None = None,
+        append_trajectory: bool = False,
+        **kwargs: Any,
+    ) -> None:
+        if restart is not None:
+            raise ValueError(
+                f"{type(self).__name__} restarts from the atoms: restart must be None"
+            )
+        super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
+        self.optimizable = Window(atoms, hard=self._hard)
+        self.pairs = 0.0
+        self.message = ""
+
+    def irun(
+        self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS
+    ) -> Iterator[bool]:
+        """Run as a generator; see `run`."""
+        self._states = self._start(fmax)
+        try:
+            yield from super().irun(fmax, steps)
+        finally:
+            self.optimizable.write()
+
+    def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
+        """Relax the atoms.
+
+        Parameters
+        ----------
+        fmax : float
+            Tolerance of the force on every atom (eV/Å).
+        steps : int
+            Steps at most.
+
+        Returns
+        -------
+        bool
+            Whether the tolerance was reached. If not, `message` says why, and the atoms
+            are in the best state that was found.
+        """
+        converged = False
+        for converged in self.irun(fmax, steps):
+            if self.message and not converged:
+                break
+        return bool(converged)
+
+    def step(self) -> None:
+        """Take one step of the solver."""
+        state = next(self._states, None)
+        if state is None:
+            self.message = self.message or "the solver has ended"
+            return
+        self.pairs += state.pairs
+        self.message = state.message
+        self.optimizable.state = state
+
+    def gradient_converged(self, gradient: np.ndarray) -> bool:
+        """Whether the solver says so; before its first step, whether the atoms do."""
+        state = self.optimizable.state
+        if state is not None:
+            return state.converged
+        return super().gradient_converged(gradient)
+
+    def _start(self, fmax: float) -> Iterator[Relaxation]:
+        window = self.optimizable
+        atoms, contact = window.atoms, window.contact
+        n, m = contact.halfspace.shape
+        values = displacement(atoms, atoms.calc.layout(atoms))
+        start = None
+        if np.ptp(values) > 0.0:
+            start = contact.halfspace.elastic_pressure(values)[:n, :m]
+        return type(self)._iterate(
+            contact,
+            height=float(atoms.positions[-1, 2]),
+            external=None if window.indenter.fixed else window.indenter.external,
+            start=start,
+            tolerance=fmax,
+        )
+
+
+class NewtonKrylov(WindowOptimizer):
+    """Newton-Krylov solver for soft walls, with or without attraction.
+
+    Solves for the pressure on the window by Newton's method; the linear system of each
+    step is solved in Fourier space only as well as the step deserves, and the energy
+    falls in every step. From the flat surface it starts on coarser grids. It honours
+    a fixed indenter, a load, and a `Hookean` spring on the indenter.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator and a soft wall.
+    logfile, trajectory, append_trajectory, **kwargs
+        As for any ASE `Optimizer`; the atoms are moved when the trajectory is written
+        and at the end.
+
+    Raises
+    ------
+    ValueError
+        If the calculator is not a `RoughContact`, the wall is hard, or there is a
+        constraint that the solver can't honour.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import NewtonKrylov, RoughContact, RoughSphere, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.5, load=5.0)
+    >>> NewtonKrylov(atoms).run(fmax=1e-9)
+    True
+    >>> round(atoms.calc.state(atoms).normal_force, 6)
+    5.0
+    """
+
+    _hard = False
+    _iterate = staticmethod(newton.iterate)
+
+
+class HardWallCG(WindowOptimizer):
+    """Solver for the hard wall: ``g >= 0, p >= 0, g p = 0``.
+
+    Active-set iteration with preconditioned conjugate gradients for the pressure in
+    the contact. The force that `fmax` bounds is the one that closes the gap of an atom:
+    ``E* a0/1.122`` times the largest gap in contact or overlap outside of it, which is
+    never allowed to be larger than 1e-6 spacings. It honours a fixed indenter and a
+    load.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator and a `HardWall`.
+    logfile, trajectory, append_trajectory, **kwargs
+        As for any ASE `Optimizer`; the atoms are moved when the trajectory is written
+        and at the end.
+
+    Raises
+    ------
+    ValueError
+        If the calculator is not a `RoughContact`, the wall is not hard, or there is a
+        constraint that the solver can't honour.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import HardWall, HardWallCG, RoughContact, RoughSphere
+    >>> from ase_roughcontact import substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, 0.5, HardWall(), load=5.0)
+    >>> HardWallCG(atoms).run(fmax=1e-9)
+    True
+    >>> round(atoms.calc.state(atoms).normal_force, 6)
+    5.0
+    """
+
+    _hard = True
+    _iterate = staticmethod(hardwall.iterate)

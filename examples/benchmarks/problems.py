@@ -1,0 +1,184 @@
+"""The problems that all codes solve, and one certificate for all their answers.
+
+Units are reduced: contact modulus E* = 1 and spacing a0 = 1. The indenter is a
+paraboloid of radius 10 n a0 with self-affine roughness, pressed on n x n atoms of a
+free half space with the load of a smooth Hertzian contact of radius 0.3 n a0; or, for a
+periodic half space, the roughness alone under a mean pressure of 0.004 E*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.topography import Surface
+
+WALLS: dict[str, Interaction] = {
+    "hard": HardWall(),
+    "periodic": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive-0.0005": LennardJones93.full(1.0, 0.0005),
+    "adhesive-0.005": LennardJones93.full(1.0, 0.005),
+}
+
+# Largest gap in contact (a0, hard walls) or force left on an atom (E* a0^2).
+TOLERANCE = 1e-6
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One input for every code.
+
+    A hard wall is pressed down with the load. A soft wall stands at the height at which
+    it carries the load, because not every peer can take a load there.
+    """
+
+    kind: str
+    n: int
+    indenter: Surface = field(init=False)
+
+    def __post_init__(self) -> None:
+        longest = float(min(512, self.n))
+        side = float(self.n) if self.periodic else max(4.0 * longest, float(self.n))
+        surface = SelfAffine(0.1, 0.8, 4.0, longest, seed=1, domain=side)
+        if not self.periodic:
+            surface = RoughSphere(radius=10.0 * self.n, roughness=surface)
+        object.__setattr__(self, "indenter", surface)
+
+    @property
+    def periodic(self) -> bool:
+        """Periodic or free half space."""
+        return self.kind == "periodic"
+
+    @property
+    def wall(self) -> Interaction:
+        """Interaction with the indenter."""
+        return WALLS[self.kind]
+
+    @property
+    def hard(self) -> bool:
+        """Hard or soft wall."""
+        return isinstance(self.wall, HardWall)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Window of atoms that may touch."""
+        return self.n, self.n
+
+    @property
+    def load(self) -> float:
+        """Force on the indenter."""
+        if self.periodic:
+            return 4e-3 * self.n**2
+        return 4.0 * (0.3 * self.n) ** 3 / (3.0 * 10.0 * self.n)
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """Lower surface of the indenter, shape (n, n)."""
+        axis = float(self.n // 2)
+        return self.indenter.heights(self.shape, 1.0, (-axis, -axis))
+
+    @cached_property
+    def height(self) -> float:
+        """Where a soft wall stands: carries the load, found off the clock."""
+        from ase_roughcontact.optimize import newton
+
+        contact = self.contact()
+        states = newton.iterate(
+            contact,
+            height=contact.first_contact,
+            external=self.press,
+            start=None,
+            tolerance=TOLERANCE,
+        )
+        *_, last = (state.height for state in states)
+        return last
+
+    def press(self, height: float) -> tuple[float, float]:
+        """Energy and force of the load at a height of the indenter."""
+        return self.load * height, -self.load
+
+    def contact(self) -> Contact:
+        """Arrays for the solvers: a new one, with its plans and kernel made."""
+        kind = PeriodicHalfSpace if self.periodic else FreeHalfSpace
+        halfspace = kind(self.shape, 1.0, 1.0)
+        halfspace.displacement(np.zeros(self.shape))
+        return Contact(halfspace, self.heights, self.wall)
+
+    def atoms(self) -> Atoms:
+        """Atoms for the optimizers, pressed by the load or fixed at the height."""
+        atoms = substrate(
+            "Cu",
+            self.shape,
+            self.indenter,
+            spacing=1.0,
+            periodic=self.periodic,
+            height=None if self.hard else self.height,
+            fixed=not self.hard,
+        )
+        atoms.calc = RoughContact(self.indenter, 1.0, self.wall, load=self.load)
+        return atoms
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a code returned.
+
+    Either the pressure on the window, or the displacement of the whole padded grid
+    (positive upward). `setup` is the time for what depends on the grid alone, and
+    `convolutions` counts those with the Green's function.
+    """
+
+    setup: float
+    seconds: float
+    iterations: int | None = None
+    convolutions: float | None = None
+    pressure: np.ndarray = field(default_factory=lambda: np.empty(0))
+    displacement: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+
+def certificate(problem: Problem, answer: Answer) -> dict[str, float]:
+    """How good an answer is, by our half space: the same measure for every code."""
+    contact = problem.contact()
+    if problem.hard:
+        return _hard(problem, contact, answer.pressure)
+    values = answer.displacement
+    if values.size == 0:
+        values = contact.halfspace.surroundings(answer.pressure)
+    state = contact.evaluate(values, problem.height)
+    return {
+        "area": state.contact_area,
+        "height": problem.height,
+        "load error": abs(state.normal_force / problem.load - 1.0),
+        "residual": float(np.abs(state.forces).max()),
+    }
+
+
+def _hard(problem: Problem, contact: Contact, pressure: np.ndarray) -> dict[str, float]:
+    # the height follows from the pressures too: codes differ in their reference
+    gap = problem.heights - contact.halfspace.displacement(pressure)
+    touching = pressure > 0.0
+    height = -float(gap[touching].mean())
+    gap += height
+    return {
+        "area": float(np.count_nonzero(touching)),
+        "height": height,
+        "load error": abs(float(pressure.sum()) / problem.load - 1.0),
+        "gap": float(np.abs(gap[touching]).max()),
+        "overlap": max(0.0, -float(gap[~touching].min(initial=0.0))),
+        "tension": max(0.0, -float(pressure.min())),
+    }

@@ -1,0 +1,193 @@
+"""Which optimizer for what: the same contact relaxed by all of them.
+
+    python examples/compare_optimizers.py --sizes 64 128 --out optimizers
+
+prints, for a smooth sphere, a rough one, and a rough one that adheres, how many force
+evaluations (padded transform pairs) and seconds each optimizer took to the same force,
+and which energy it found; writes the table as `optimizers.csv` and, with matplotlib,
+the residual against evaluations and time as `optimizers.png`.
+"""
+
+import argparse
+import csv
+import time
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
+from ase.optimize.precon import PreconFIRE, PreconLBFGS
+
+from ase_roughcontact import (
+    FourierModes,
+    HalfSpacePrecon,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+
+SPACING, MODULUS = 2.5, 0.9  # Å, eV/Å^3
+UNIT = MODULUS * SPACING**2  # of force, E* a0^2
+DENSE = 12, 24  # BFGSLineSearch keeps a matrix: largest sides of atoms and modes
+
+
+class Run(NamedTuple):
+    """What one optimizer did."""
+
+    case: str
+    size: int
+    optimizer: str
+    converged: bool
+    steps: int
+    evaluations: float
+    seconds: float
+    energy: float
+    history: list
+
+
+def contact(case, size):
+    """Atoms of a case, the indenter pressed in as far as the window is wide."""
+    a0 = SPACING
+    rough = SelfAffine(0.1, 0.8, 4 * a0, 64 * a0, seed=1)
+    sphere = RoughSphere(20 * size * a0, None if case == "smooth" else rough)
+    work = 0.005 * MODULUS * a0 if case == "adhesive" else 0.0
+    wall = LennardJones93.adhesive(MODULUS, a0, work)
+    atoms = substrate("Cu", (size, size), sphere, spacing=a0)
+    atoms.calc = RoughContact(sphere, MODULUS, wall)
+    atoms.positions[-1, 2] -= 0.5 * a0
+    return atoms
+
+
+def on_modes(optimizer, atoms, **options):
+    """Optimizer on the scaled modes of the half space."""
+    modes = FourierModes(atoms)
+    if optimizer in (FIRE, FIRE2):
+        options["maxstep"] = modes.maxstep
+    return optimizer(modes, **options)
+
+
+def with_precon(optimizer, atoms, **options):
+    """Optimizer of ASE's preconditioned family."""
+    return optimizer(atoms, precon=HalfSpacePrecon(atoms), **options)
+
+
+def optimizers(size):
+    """Name and maker of each optimizer, plain and with the half space's help."""
+    memory = {"memory": 20}
+    wide = {"maxstep": 0.2 * size}  # FIRE limits the norm of the whole step
+    makers = {
+        "FIRE": partial(FIRE, **wide),
+        "FIRE2": partial(FIRE2, **wide),
+        "LBFGS": partial(LBFGS, **memory),
+        "PreconLBFGS": partial(PreconLBFGS, precon=None, **memory),
+        "FIRE, modes": partial(on_modes, FIRE),
+        "FIRE2, modes": partial(on_modes, FIRE2),
+        "LBFGS, modes": partial(on_modes, LBFGS, alpha=1.0, **memory),
+        "PreconLBFGS, half space": partial(with_precon, PreconLBFGS, **memory),
+        "PreconFIRE, half space": partial(with_precon, PreconFIRE, maxmove=0.2 * size),
+        "NewtonKrylov": NewtonKrylov,
+    }
+    if size <= DENSE[0]:
+        makers["BFGSLineSearch"] = BFGSLineSearch
+    if size <= DENSE[1]:
+        makers["BFGSLineSearch, modes"] = partial(on_modes, BFGSLineSearch)
+    return makers
+
+
+def evaluations(dynamics, halfspace):
+    """Count the padded transform pairs so far."""
+    if isinstance(dynamics, NewtonKrylov):
+        return dynamics.pairs
+    if isinstance(dynamics.optimizable, FourierModes):
+        return dynamics.optimizable.evaluations
+    return halfspace.grid_transform.pairs
+
+
+def relax(case, size, name, make, fmax, steps):
+    """Relax a case with one optimizer, and follow its residual."""
+    atoms = contact(case, size)
+    halfspace = atoms.calc.contact(atoms).halfspace
+    dynamics = make(atoms, logfile=None)
+    history, start = [], time.perf_counter()
+    for converged in dynamics.irun(fmax=fmax, steps=steps):
+        gradient = dynamics.optimizable.get_gradient()
+        residual = dynamics.optimizable.gradient_norm(gradient) / UNIT
+        spent = time.perf_counter() - start
+        history.append((evaluations(dynamics, halfspace), spent, float(residual)))
+        done = bool(converged)
+    next(dynamics.optimizable.iterimages())
+    energy = float(atoms.get_potential_energy())
+    return Run(
+        case, size, name, done, dynamics.nsteps, *history[-1][:2], energy,
+        history,
+    )  # fmt: skip
+
+
+def compare(cases, sizes, fmax, steps):
+    """Yield a run for every case, size and optimizer."""
+    for case in cases:
+        for size in sizes:
+            for name, make in optimizers(size).items():
+                yield relax(case, size, name, make, fmax, steps)
+
+
+def draw(runs, file):
+    """Plot the residuals against evaluations and time, one row a case."""
+    from matplotlib import pyplot
+
+    cases = sorted({(run.case, run.size) for run in runs}, key=str)
+    figure, axes = pyplot.subplots(
+        len(cases), 2, figsize=(9, 3 * len(cases)), layout="constrained", squeeze=False
+    )
+    for (case, size), row in zip(cases, axes, strict=True):
+        for run in (run for run in runs if (run.case, run.size) == (case, size)):
+            for column, axis in enumerate(row):
+                x = [point[column] for point in run.history]
+                style = "--" if "," in run.optimizer else "-"
+                style = "k-" if run.optimizer == "NewtonKrylov" else style
+                y = [point[2] for point in run.history]
+                axis.loglog(x, y, style, lw=1.2, label=run.optimizer)
+        row[0].set_ylabel(f"{case}, {size} x {size}\nlargest force / $E^* a_0^2$")
+    axes[-1, 0].set_xlabel("padded transform pairs")
+    axes[-1, 1].set_xlabel("time (s)")
+    axes[0, 1].legend(fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
+    figure.savefig(file, dpi=120)
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128])
+    parser.add_argument("--cases", nargs="+", default=["smooth", "rough", "adhesive"])
+    parser.add_argument("--fmax", type=float, default=1e-6, help="in E* a0^2")
+    parser.add_argument("--steps", type=int, default=2000)
+    parser.add_argument("--out", default="optimizers", help="name of the files")
+    options = parser.parse_args(arguments)
+    runs = []
+    print(f"{'case':9s}{'size':>5s}  {'optimizer':26s}{'steps':>6s}{'pairs':>8s}"
+          f"{'s':>8s}  energy (eV)")  # fmt: skip
+    out = Path(options.out)
+    with open(out.with_suffix(".csv"), "w", newline="") as file:
+        table = csv.writer(file)
+        table.writerow(Run._fields[:-1])
+        for run in compare(
+            options.cases, options.sizes, options.fmax * UNIT, options.steps
+        ):
+            runs.append(run)
+            table.writerow(run[:-1])
+            file.flush()
+            mark = "" if run.converged else "  not converged"
+            print(f"{run.case:9s}{run.size:5d}  {run.optimizer:26s}{run.steps:6d}"
+                  f"{run.evaluations:8.0f}{run.seconds:8.2f}  {run.energy:.9f}{mark}",
+                  flush=True)  # fmt: skip
+    try:
+        draw(runs, out.with_suffix(".png"))
+    except ImportError:
+        print("(no picture: matplotlib is not installed)")
+    return runs
+
+
+if __name__ == "__main__":
+    main()
