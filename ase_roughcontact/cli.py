@@ -146,21 +146,23 @@ def _draw(scene: Scene, records: list[LoadStep], folder: Path) -> list[str]:
     figure, panels = pyplot.subplots(
         1,
         len(chosen),
-        figsize=(3.2 * len(chosen) + 0.8, 3.4),
+        figsize=(3.2 * len(chosen) + 0.8, 3.6),
         layout="constrained",
         squeeze=False,
-        sharey=True,
     )
     frames = [read(folder / "sweep.traj", index=pushed[i].step) for i in chosen]
     largest = max(frame.get_initial_charges().max() for frame in frames)
     for panel, frame, i in zip(panels[0], frames, chosen, strict=True):
         force = pushed[i].normal_force
         radius = hertz_contact_radius(force, scene.radius, scene.contact_modulus)
-        title = f"{force / NANONEWTON:.3g} nN"
-        image = plot_contact(panel, frame, float(radius), largest, title)
-        panel.label_outer()
+        load = np.format_float_positional(
+            force / NANONEWTON, precision=3, fractional=False, trim="-"
+        )
+        image = plot_contact(panel, frame, float(radius), largest, f"{load} nN")
+        if panel is not panels[0, 0]:
+            panel.set_ylabel("")
     figure.colorbar(image, ax=panels[0], label="pressure (GPa)", shrink=0.8)
-    figure.savefig(folder / "contact.png", dpi=150)
+    figure.savefig(folder / "contact.png", dpi=110)
     pyplot.close(figure)
     return ["curve.png", "contact.png"]
 

@@ -193,7 +193,10 @@ class Contact:
         if self.halfspace.periodic:
             displacement = displacement - displacement.mean()
         area = self.halfspace.cell_area
-        elastic = self.halfspace.elastic_pressure(displacement)
+        if displacement.any():
+            elastic = self.halfspace.elastic_pressure(displacement)
+        else:
+            elastic = np.zeros(displacement.shape)
         gap = self.gap(displacement, height)
         if isinstance(self.interaction, HardWall):
             wall_energy, pressure = self._reaction(gap, elastic)

@@ -53,6 +53,8 @@ def plot_contact(
 ) -> Any:
     """Map of the pressure on the atoms in contact, seen from above.
 
+    The map is cut to the contact and the circle.
+
     Parameters
     ----------
     axes : matplotlib Axes
@@ -95,8 +97,12 @@ def plot_contact(
             "k-",
             lw=1,
         )
-    axes.set_xlim(extent[:2])
-    axes.set_ylim(extent[2:])
+    reach = 0.0 if hertz_radius is None else hertz_radius / 10.0
+    if (tags == 1).any():
+        reach = max(reach, np.abs(x[tags == 1]).max(), np.abs(y[tags == 1]).max())
+    reach = 1.15 * reach + 2.0 * half
+    axes.set_xlim(-reach, reach)
+    axes.set_ylim(-reach, reach)
     axes.set_xlabel("$x$ (nm)")
     axes.set_ylabel("$y$ (nm)")
     axes.set_title(title)

@@ -19,9 +19,6 @@ from ase_roughcontact.halfspace import HalfSpace
 from ase_roughcontact.optimize.circulant import Circulant
 from ase_roughcontact.optimize.problem import dot
 
-# Atoms stiffer than this part of the mean take part in the preconditioner.
-_STIFF = 0.1
-
 
 class Patch(Circulant):
     """Model of the half space for lists of atoms that change from step to step.
@@ -36,6 +33,7 @@ class Patch(Circulant):
 
     def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
         self._columns = halfspace.shape[1]
+        self._local = halfspace.atom_compliance
         first, last = [0, 0], [n - 1 for n in halfspace.shape]
         if not halfspace.periodic:
             for axis, place in enumerate(np.divmod(atoms, self._columns)):
@@ -69,16 +67,16 @@ class Patch(Circulant):
         i, j = np.divmod(atoms, self._columns)
         width = self._last[1] - self._first[1] + 1
         where = (i - self._first[0]) * width + j - self._first[1]
-        return System(self, where, stiffness)
+        return System(self, where, stiffness, self._local)
 
     def depth(self, pressure: np.ndarray, where: np.ndarray) -> np.ndarray:
         """Depth of atoms of the box under pressure on them, ``C x``."""
         return self._convolve(pressure, where, self._compliance, where)
 
-    def relief(self, stiffness: float) -> np.ndarray:
-        """Multiplier of ``(1 + k C)^-1``: one stiffness on the whole box."""
+    def relief(self, stiffness: float, local: float) -> np.ndarray:
+        """Multiplier of ``1/(1 + k (C - c))``: one stiffness on the whole box."""
         # the multipliers hold the norm of the transform
-        symbol = self.points * self._compliance
+        symbol = self.points * self._compliance - np.float32(local)
         return 1.0 / (self.points * (1.0 + np.float32(stiffness) * symbol))
 
     def relieve(
@@ -99,16 +97,19 @@ class System:
         Atoms as places in the patch's box.
     stiffness : ndarray, shape (k,)
         Of the wall (pressure per length).
+    local : float
+        Compliance of an atom alone (length per pressure).
     """
 
-    def __init__(self, patch: Patch, where: np.ndarray, stiffness: np.ndarray) -> None:
+    def __init__(
+        self, patch: Patch, where: np.ndarray, stiffness: np.ndarray, local: float
+    ) -> None:
         self._patch, self._where, self._d = patch, where, stiffness
-        positive = stiffness[stiffness > 0.0]
-        least = _STIFF * float(positive.mean()) if positive.size else np.inf
-        self._stiff = np.flatnonzero(stiffness > least)
-        self._root = np.sqrt(stiffness[self._stiff])
+        self._stiff = np.flatnonzero(stiffness > 0.0)
         if self._stiff.size:
-            self._relief = patch.relief(float(self._root.mean()) ** 2)
+            self._soft = 1.0 + local * stiffness[self._stiff]
+            series = stiffness[self._stiff] / self._soft
+            self._relief = patch.relief(float(series.mean()), local)
 
     def solve(
         self,
@@ -167,14 +168,17 @@ class System:
         return x + self._d * (self._patch.depth(x, self._where) + z)
 
     def _relieve(self, x: np.ndarray) -> np.ndarray:
-        """Apply the approximate inverse; atoms of little stiffness stay as they are."""
+        """Apply the approximate inverse; atoms without stiffness stay as they are.
+
+        With the compliance ``c`` of one atom alone,
+        ``1 + D C = (1 + c D) (1 + S (C - c))``, where ``S = D/(1 + c D)``, wall and
+        atom in series, varies much less than ``D``: it is taken for its mean.
+        """
         y = x.copy()
         if self._stiff.size:
-            scaled = x[self._stiff] / self._root
             where = self._where[self._stiff]
-            y[self._stiff] = self._root * self._patch.relieve(
-                scaled, where, self._relief
-            )
+            scaled = x[self._stiff] / self._soft
+            y[self._stiff] = self._patch.relieve(scaled, where, self._relief)
         return y
 
 

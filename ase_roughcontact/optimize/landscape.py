@@ -133,6 +133,9 @@ class Landscape:
         near.flat[gap.argmin()] = True
         atoms = np.flatnonzero(near)
         energies, repulsion, stiffness = self.wall.evaluate(gap.reshape(-1)[atoms])
+        if self.contact.halfspace.periodic and atoms.size == gap.size:
+            # an even pressure displaces nothing, and no energy tells how large it is
+            pressure = pressure + (repulsion.mean() - pressure.mean())
         residual = repulsion - pressure.reshape(-1)[atoms]
         elastic = 0.5 * self.area * dot(pressure, lift)
         outside, force = self.external(height)

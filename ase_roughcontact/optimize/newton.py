@@ -1,26 +1,19 @@
-r"""Relaxation of a soft wall by Newton's method with a cheap model of the half space.
+"""Relaxation of a soft wall by Newton's method with a cheap model of the half space.
 
-The unknown is the elastic pressure :math:`q` on the window. With the Green's function
-:math:`G` of the half space the surface lies at :math:`u = -G q`, the gap is
-:math:`g = Z + h + G q`, and
+The unknowns are the elastic pressure on the window and the indenter's height; the
+`landscape` is their energy.
 
-.. math:: E(q, Z) = a_0^2 \left[\tfrac12 q \cdot G q + \sum V(g)\right] + U(Z)
+*Direction.* Newton's equations are solved loosely with a `Circulant` in place of the
+Green's function (see `krylov`); the one exact convolution of a step gives its lift.
+From the step and the few before it the best combination is made by the exact Hessian
+among them, which costs no transform, always leads downhill, and makes up for what the
+model misses.
 
-has the gradient :math:`a_0^2 G (q - p(g))` in :math:`q`, with the wall's pressure
-:math:`p = -V'`, and :math:`-a_0^2 \sum p - F(Z)` in :math:`Z`, with the force
-:math:`F = -U'` of load and springs.
+*Length.* Along a step, energy and slope cost no transform either. The energy falls in
+every step, down to rounding.
 
-*Direction.* Newton's equations are solved loosely with a `Circulant` in place of
-:math:`G` (see `krylov`); the one exact convolution of a step gives its lift
-:math:`G x`. From the step and the few before it the best combination is made with the
-exact Hessian among them, negative curvature mirrored, which costs no transform and
-always leads downhill.
-
-*Length.* :math:`G` is linear: along a step, energy and slope cost no transform either.
-The energy falls in every step, down to rounding.
-
-*Adhesion.* The wall's negative stiffness, in the tail, is left out while the forces are
-large, so that the model is convex and the surface follows the state that a slow
+*Adhesion.* The wall's negative stiffness, in its tail, is left out while the forces
+are large, so that the model is convex and the surface follows the state that a slow
 approach would find; it is put in for the quadratic end.
 
 References
@@ -99,6 +92,7 @@ def iterate(
     spent = 0.0
     if start is None:
         start, height, spent = _cold_start(contact, height, external)
+    start = np.asarray(start, float)
     for state in _relax(contact, height, external, start, tolerance):
         yield replace(state, pairs=state.pairs + spent)
         spent = 0.0
@@ -146,17 +140,12 @@ class _Newton:
     def __init__(self, landscape: Landscape) -> None:
         halfspace = landscape.contact.halfspace
         self.landscape, self.halfspace = landscape, halfspace
-        self.attractive = self.convex = landscape.wall.attractive
+        self.convex = True
         self.near = _NEAR * halfspace.contact_modulus * halfspace.cell_area
         self.history: list[Step] = []
         self.patch: Patch | None = None
         self.points = 0
-
-    @property
-    def pairs(self) -> float:
-        """Transforms so far, in units of padded pairs on the window."""
-        size = math.prod(self.halfspace.grid)
-        return self.halfspace.window_transform.pairs + self.points / size
+        self.reported = self._pairs()
 
     def advance(self, state: State, wanted: float) -> State | None:
         """Return a state of lower energy, None if there is none to be found."""
@@ -176,9 +165,31 @@ class _Newton:
         self._choose(state, length)
         return self.landscape.moved(state, step, length)
 
+    def report(
+        self, state: State, *, converged: bool = False, message: str = ""
+    ) -> Relaxation:
+        """Return a state for the outside, and what it cost since the last one."""
+        pairs = self._pairs()
+        spent, self.reported = pairs - self.reported, pairs
+        return Relaxation(
+            pressure=state.pressure,
+            displacement=-state.lift,
+            height=state.height,
+            energy=state.energy,
+            error=state.error,
+            converged=converged,
+            message=message,
+            pairs=spent,
+        )
+
     def forget(self) -> None:
         """Start anew, with the wall as it is."""
         self.history, self.convex = [], False
+
+    def _pairs(self) -> float:
+        """Count the transforms so far, in units of padded pairs on the window."""
+        size = math.prod(self.halfspace.grid)
+        return self.halfspace.window_transform.pairs + self.points / size
 
     def _advance_convex(self, state: State, wanted: float) -> State | None:
         self.convex, self.near = True, _NEAR * state.error
@@ -186,8 +197,6 @@ class _Newton:
 
     def _choose(self, state: State, length: float) -> None:
         """Take the negative stiffness in while steps are accepted whole."""
-        if not self.attractive:
-            return
         if length < 0.5 and not self.convex:
             self.convex, self.near = True, _NEAR * state.error
         elif length >= 1.0 and state.error < self.near:
@@ -237,31 +246,16 @@ def _relax(
     """Relax on one grid."""
     landscape = Landscape(contact, external)
     newton = _Newton(landscape)
-    spent = newton.pairs
     state = best = landscape.state(start, landscape.lift(start), height)
     fresh, refreshed, idle = True, False, 0
-
-    def told(message: str = "", converged: bool = False) -> Relaxation:
-        nonlocal spent
-        pairs, spent = newton.pairs - spent, newton.pairs
-        return Relaxation(
-            pressure=state.pressure,
-            displacement=-state.lift,
-            height=state.height,
-            energy=state.energy,
-            error=state.error,
-            converged=converged,
-            message=message,
-            pairs=pairs,
-        )
-
     while True:
         if state.error <= tolerance and not fresh:
-            state, fresh = landscape.afresh(state), True
+            state = best = landscape.afresh(state)
+            fresh = True
         if state.error <= tolerance:
-            yield told(converged=True)
+            yield newton.report(state, converged=True)
             return
-        yield told()
+        yield newton.report(state)
         new = newton.advance(state, tolerance)
         if new is not None:
             lower = new.energy < state.energy - state.noise
@@ -269,13 +263,19 @@ def _relax(
             best = new if lower or new.error < best.error else best
             state, fresh = new, False
         if new is None or idle > _PATIENCE:
-            if refreshed:
+            state = best = landscape.afresh(best)
+            if refreshed and state.error > tolerance:
                 break
             newton.forget()
-            state, fresh, refreshed, idle = landscape.afresh(best), True, True, 0
-    state, stalled = best, "only rounding is left"
+            fresh, refreshed, idle = True, True, 0
+    yield newton.report(state, message=_explanation(landscape, state, new))
+
+
+def _explanation(landscape: Landscape, state: State, new: State | None) -> str:
+    """Why there is no better state."""
+    reason = "only rounding is left"
     if new is None:
-        stalled = "no step lowers the energy"
+        reason = "no step lowers the energy"
         if landscape.loaded and not landscape.resists(state):
-            stalled = "nothing holds the indenter"
-    yield told(f"stalled at a force of {best.error:.2g}: {stalled}")
+            reason = "nothing holds the indenter"
+    return f"stalled at a force of {state.error:.2g}: {reason}"

@@ -11,23 +11,42 @@ from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase.utils.abc import Optimizable
 
+from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.optimize import hardwall, newton
-from ase_roughcontact.optimize.problem import Indenter, Relaxation, contact_of
+from ase_roughcontact.optimize.problem import Indenter, Relaxation, contact_of, dot
 from ase_roughcontact.substrate import displacement, set_displacement
 
 
 class Window(Optimizable):
-    """Displacement of the window and height of the indenter, as a solver left them.
+    """Pressure on the window and height of the indenter, where a solver has them.
 
-    The margin of a free half space follows from the pressure on the window; the atoms
-    are written by `write` and when somebody looks at them through `iterimages`.
+    The displacement of all atoms follows from the pressure; the atoms are moved by
+    `write`, and when somebody looks at them through `iterimages`.
+
+    Attributes
+    ----------
+    start : ndarray, shape (n, m), or None
+        Pressure that holds the atoms where they are; None where they are flat.
     """
 
     def __init__(self, atoms: Atoms, *, hard: bool) -> None:
         self.atoms = atoms
         self.contact = contact_of(atoms, hard=hard)
         self.indenter = Indenter(atoms)
+        self.read()
+
+    def read(self) -> None:
+        """Begin from where the atoms are."""
         self.state: Relaxation | None = None
+        self._height = float(self.atoms.positions[-1, 2])
+        values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
+        pressure, self._energy, self._error = (
+            self._hard_start(values)
+            if isinstance(self.contact.interaction, HardWall)
+            else self._soft_start(values)
+        )
+        self._energy += self.indenter.external(self._height)[0]
+        self.start = pressure if np.ptp(values) > 0.0 else None
 
     def ndofs(self) -> int:
         """Return the number of atoms in the window, and one for the indenter."""
@@ -35,12 +54,10 @@ class Window(Optimizable):
 
     def get_x(self) -> np.ndarray:
         """Return displacement and height, shape (ndofs,)."""
+        next(self.iterimages())
         n, m = self.contact.heights.shape
-        layout = self.atoms.calc.layout(self.atoms)
-        if self.state is None:
-            window = displacement(self.atoms, layout)[:n, :m]
-            return np.append(window.ravel(), self.atoms.positions[-1, 2])
-        return np.append(self.state.displacement.ravel(), self.state.height)
+        values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
+        return np.append(values[:n, :m].ravel(), self.atoms.positions[-1, 2])
 
     def set_x(self, x: np.ndarray) -> None:
         """Refuse: the solver alone moves the atoms."""
@@ -48,15 +65,11 @@ class Window(Optimizable):
 
     def get_gradient(self) -> np.ndarray:
         """Return the largest force that is left, as the only entry of a gradient."""
-        if self.state is not None:
-            return np.array([self.state.error])
-        return np.array([np.linalg.norm(self.atoms.get_forces(), axis=1).max()])
+        return np.array([self._error if self.state is None else self.state.error])
 
     def get_value(self) -> float:
         """Return the energy (eV)."""
-        if self.state is None:
-            return float(self.atoms.get_potential_energy())
-        return self.state.energy
+        return self._energy if self.state is None else self.state.energy
 
     def gradient_norm(self, gradient: np.ndarray) -> float:
         """Largest force on any atom (eV/Å)."""
@@ -71,14 +84,30 @@ class Window(Optimizable):
         """Move the atoms to where the solver is, the margin included."""
         if self.state is None:
             return
-        halfspace = self.contact.halfspace
-        values = self.state.displacement
-        if not halfspace.periodic:
-            n, m = halfspace.shape
-            values = halfspace.surroundings(self.state.pressure)
-            values[:n, :m] = self.state.displacement
+        values = self.contact.halfspace.surroundings(self.state.pressure)
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self.state.height
+
+    def _soft_start(self, values: np.ndarray) -> tuple[np.ndarray, float, float]:
+        """Pressure, energy and largest force of the atoms as they are."""
+        state = self.contact.evaluate(values, self._height)
+        n, m = state.pressure.shape
+        pressure = state.pressure + state.forces[:n, :m] / state.cell_area
+        if self.contact.halfspace.periodic:
+            pressure -= state.pressure.mean()
+        error = float(np.abs(state.forces).max())
+        if not self.indenter.fixed:
+            force = state.normal_force + self.indenter.external(self._height)[1]
+            error = max(error, abs(force))
+        return pressure, state.energy, error
+
+    def _hard_start(self, values: np.ndarray) -> tuple[np.ndarray, float, float]:
+        """Tell all but the force: whether it is relaxed the solver has to find out."""
+        halfspace = self.contact.halfspace
+        elastic = halfspace.elastic_pressure(values)
+        n, m = halfspace.shape
+        energy = -0.5 * halfspace.cell_area * dot(values, elastic)
+        return elastic[:n, :m], energy, np.inf
 
 
 class WindowOptimizer(Optimizer):
@@ -118,7 +147,16 @@ class WindowOptimizer(Optimizer):
         self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS
     ) -> Iterator[bool]:
         """Run as a generator; see `run`."""
-        self._states = self._start(fmax)
+        window = self.optimizable
+        window.read()
+        self.message = ""
+        self._states = type(self)._iterate(
+            window.contact,
+            height=float(window.atoms.positions[-1, 2]),
+            external=None if window.indenter.fixed else window.indenter.external,
+            start=window.start,
+            tolerance=fmax,
+        )
         try:
             yield from super().irun(fmax, steps)
         finally:
@@ -162,22 +200,6 @@ class WindowOptimizer(Optimizer):
         if state is not None:
             return state.converged
         return super().gradient_converged(gradient)
-
-    def _start(self, fmax: float) -> Iterator[Relaxation]:
-        window = self.optimizable
-        atoms, contact = window.atoms, window.contact
-        n, m = contact.halfspace.shape
-        values = displacement(atoms, atoms.calc.layout(atoms))
-        start = None
-        if np.ptp(values) > 0.0:
-            start = contact.halfspace.elastic_pressure(values)[:n, :m]
-        return type(self)._iterate(
-            contact,
-            height=float(atoms.positions[-1, 2]),
-            external=None if window.indenter.fixed else window.indenter.external,
-            start=start,
-            tolerance=fmax,
-        )
 
 
 class NewtonKrylov(WindowOptimizer):
