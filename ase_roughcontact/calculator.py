@@ -15,7 +15,7 @@ from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.substrate import Layout, displacement
 from ase_roughcontact.topography import Surface
 
-FFT_OPTIONS = ("dtype", "engine", "threads")
+FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
 CONTACT_PROPERTIES = ("normal_force", "contact_area", "pressure", "gap", "contact")
 
 
@@ -56,7 +56,8 @@ class RoughContact(Calculator):
         Constant force that presses the indenter down (eV/Å); acts on it only where it
         is free to move.
     fft : dict, optional
-        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
+        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`,
+        `measure`.
 
     Raises
     ------

@@ -59,6 +59,9 @@ class RealFFT2:
         do not wait for each other on a busy machine. Else pyfftw with measured plans.
     threads : int, optional
         By default one for pyfftw and for grids below 256 x 256, else all processors.
+    measure : bool
+        Whether pyfftw may take up to a second to find the fastest plan; not worth it
+        for a few transforms only.
 
     Raises
     ------
@@ -81,6 +84,7 @@ class RealFFT2:
         dtype: type | str = np.float64,
         engine: str | None = None,
         threads: int | None = None,
+        measure: bool = True,
     ) -> None:
         self.window = grid_shape(window)
         self.grid = self.window if grid is None else grid_shape(grid)
@@ -95,6 +99,7 @@ class RealFFT2:
             raise ValueError(f"dtype must be float32 or float64, got {dtype!r}")
         self.threads = self._threads() if threads is None else threads
         integer("threads", self.threads, 1)
+        self.measure = bool(measure)
         self.pairs = 0
 
         rows, (height, width) = self.window[0], self.grid
@@ -106,7 +111,11 @@ class RealFFT2:
     def __reduce__(self) -> tuple:
         """Plans can't be pickled: make them anew."""
         make = partial(
-            RealFFT2, dtype=self.dtype.type, engine=self.engine, threads=self.threads
+            RealFFT2,
+            dtype=self.dtype.type,
+            engine=self.engine,
+            threads=self.threads,
+            measure=self.measure,
         )
         return make, (self.window, self.grid)
 
@@ -159,13 +168,16 @@ class RealFFT2:
     def _plan_pyfftw(self) -> None:
         rows = self.spectrum[: self.window[0]]
         plan = partial(pyfftw.FFTW, threads=self.threads, planning_timelimit=_PLANNING)
-        once = ("FFTW_MEASURE", "FFTW_DESTROY_INPUT")
+        effort = "FFTW_MEASURE" if self.measure else "FFTW_ESTIMATE"
+        once = (effort, "FFTW_DESTROY_INPUT")
         back = {"direction": "FFTW_BACKWARD"}
         self._rows_forward = plan(self._real, rows, axes=(1,), flags=once).execute
         self._rows_inverse = plan(
             rows, self._real, axes=(1,), flags=once, **back
         ).execute
-        columns = partial(plan, self.spectrum, self.spectrum, axes=(0,))
+        columns = partial(
+            plan, self.spectrum, self.spectrum, axes=(0,), flags=(effort,)
+        )
         self._columns_forward = columns().execute
         self._columns_inverse = columns(**back).execute
 

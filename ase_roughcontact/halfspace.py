@@ -51,7 +51,7 @@ class HalfSpace(ABC):
     contact_modulus : float
         ``E* = E/(1 - nu^2)`` (pressure).
     **fft
-        Options of `RealFFT2`: `dtype`, `engine`, `threads`.
+        Options of `RealFFT2`: `dtype`, `engine`, `threads`, `measure`.
 
     Attributes
     ----------

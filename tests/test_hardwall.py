@@ -297,7 +297,6 @@ def test_cropped_window_gives_what_the_whole_one_does(rough, monkeypatch):
     monkeypatch.setattr(hardwall, "_WORTH", 0.0)
     entire = solve(contact, 1.0, tolerance=1e-8)
     assert_same(cropped, entire)
-    assert_allclose(cropped.displacement, entire.displacement, atol=1e-6)
 
 
 def test_cropped_window_is_cheaper(rough, monkeypatch):
@@ -316,19 +315,11 @@ def test_window_that_was_cut_too_small_grows(rough):
     assert_same(again, state)
 
 
-def test_displacement_is_that_of_the_pressure(rough):
-    contact, _, state = rough
-    assert_allclose(
-        state.displacement,
-        contact.halfspace.displacement(state.pressure),
-        atol=1e-12,
-    )
-
-
 def test_complementary_energy_falls_with_every_step(rough):
     contact, load, _ = rough
+    sunk = contact.halfspace.displacement
     energies = [
-        (step.pressure * (contact.heights - step.displacement / 2)).sum()
+        (step.pressure * (contact.heights - sunk(step.pressure) / 2)).sum()
         for step in steps(contact, load, tolerance=1e-8)
     ]
     assert len(energies) > 3
@@ -395,7 +386,8 @@ def test_no_load_is_carried_at_first_touch():
 def test_flat_punch_sinks_in_alike_everywhere():
     contact = contact_of(np.zeros((16, 16)))
     state = solve(contact, 10.0, tolerance=1e-9)
-    assert_allclose(state.displacement, state.height, atol=1e-8)
+    sunk = contact.halfspace.displacement(state.pressure)
+    assert_allclose(sunk, state.height, atol=1e-8)
     assert state.pressure.argmax() in (0, 15, 240, 255)
 
 

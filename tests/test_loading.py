@@ -18,7 +18,7 @@ FMAX = 1e-5
 
 
 def make_atoms(modulus=1.0, **options):
-    options = {"shape": (8, 6), "height": 1.0, "spacing": 1.0, **options}
+    options = {"shape": (12, 10), "height": 1.0, "spacing": 1.0, **options}
     atoms = substrate("Cu", indenter=SPHERE, **options)
     atoms.calc = RoughContact(SPHERE, modulus)
     return atoms
@@ -246,3 +246,24 @@ def test_file_that_cannot_be_written_costs_no_older_one(tmp_path):
     with pytest.raises(OSError, match="nowhere"):
         next(load_path(make_atoms(), DEPTHS, trajectory=movie, csv=table))
     assert len(read(movie, ":")) == 1
+
+
+# The edge of the window
+
+
+def test_contact_at_the_edge_of_a_free_window_is_an_error_with_advice(tmp_path):
+    table = tmp_path / "curve.csv"
+    path = load_path(make_atoms(shape=(6, 6)), [0.1, 1.5], fmax=FMAX, csv=table)
+    with pytest.raises(RuntimeError, match=r"edge of the window of \(6, 6\).* larger"):
+        list(path)
+    assert len(rows_of(table)) == 1
+
+
+def test_contact_at_the_edge_can_be_meant():
+    path = load_path(make_atoms(shape=(6, 6)), [1.5], fmax=FMAX, edge="ignore")
+    assert next(path).contact_area == 36.0
+
+
+def test_a_periodic_window_has_no_edge():
+    atoms = make_atoms(shape=(6, 6), periodic=True)
+    assert next(load_path(atoms, [1.5], fmax=FMAX)).converged

@@ -63,7 +63,8 @@ def relax(contact, height=0.0, external=None, start=None, tolerance=TIGHT):
 
 
 def wall_pressure(contact, state):
-    gap = state.height + contact.heights - state.displacement
+    gap = state.height + contact.heights
+    gap -= contact.halfspace.displacement(state.pressure)
     return contact.interaction.evaluate(gap)[1]
 
 

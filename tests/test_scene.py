@@ -11,7 +11,7 @@ from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 SMALL = """
 [substrate]
-shape = [12, 10]
+shape = [32, 30]
 contact_modulus = 100.0
 [sphere]
 radius = 60.0
@@ -140,7 +140,7 @@ def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, me
         ("contact_modulus = 100.0", "contact_modulus = nan", "contact_modulus"),
         ("contact_modulus = 100.0", 'spacing = "wide"', "spacing"),
         ("contact_modulus = 100.0", 'symbol = "Fe"', "Fe is not fcc"),
-        ("shape = [12, 10]", "shape = [12]", "shape"),
+        ("shape = [32, 30]", "shape = [12]", "shape"),
         ("radius = 60.0", "radius = 0.0", "radius"),
         ("long_wavelength = 16.0", "long_wavelength = 2.0", "wavelength"),
         ("long_wavelength = 16.0", 'long_wavelength = "x"', "long_wavelength"),

@@ -51,7 +51,7 @@ class Circulant:
         self.points = grid[0] * grid[1]
         self._where = i * window[1] + j
         self._field = np.zeros(window, np.float32)
-        fft = {**halfspace.fft, "dtype": np.float32}
+        fft = {**halfspace.fft, "dtype": np.float32, "measure": False}
         self._transform = RealFFT2(window, grid, **fft)
         symbol = halfspace.symbol(grid)
         self._compliance = self._transform.multiplier(symbol)

@@ -15,9 +15,8 @@ first, and so on. How it is solved on one grid is told in `activeset`.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -35,9 +34,7 @@ from ase_roughcontact.optimize.nested import (
     refine,
     whole,
 )
-from ase_roughcontact.optimize.problem import Relaxation
-
-External = Callable[[float], tuple[float, float]]
+from ase_roughcontact.optimize.problem import External, Relaxation
 
 # Largest gap in contact, in spacings: of a result, and on coarser grids.
 _GAP = 1e-6
@@ -157,34 +154,15 @@ def iterate(
         if external is not None:
             _check_load(external, (height, step.height))
             energy += external(step.height)[0]
-        yield _Relaxed(contact, step, energy, step.violation * force_per_gap)
-
-
-class _Relaxed(Relaxation):
-    """The displacement of a cropped window is convolved only when it is looked at."""
-
-    contact: Contact
-
-    def __init__(
-        self, contact: Contact, step: Step, energy: float, error: float
-    ) -> None:
-        vars(self).update(
-            contact=contact,
+        yield Relaxation(
             pressure=step.pressure,
             height=step.height,
             energy=energy,
-            error=error,
+            error=step.violation * force_per_gap,
             converged=step.converged,
             message=step.message,
-            pairs=step.work / math.prod(contact.halfspace.grid),
+            pairs=step.work / math.prod(halfspace.grid),
         )
-        if step.displacement is not None:
-            vars(self).update(displacement=step.displacement)
-
-    @cached_property
-    def displacement(self) -> np.ndarray:
-        """Of the window (length)."""
-        return self.contact.halfspace.displacement(self.pressure)
 
 
 def _check(

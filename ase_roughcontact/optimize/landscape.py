@@ -21,9 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.optimize.problem import dot
-
-External = Callable[[float], tuple[float, float]]
+from ase_roughcontact.optimize.problem import External, dot
 
 # Rounding of an energy, relative to the sum of its terms' magnitudes.
 _ROUNDING = 1e-14

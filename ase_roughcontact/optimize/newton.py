@@ -33,9 +33,9 @@ from ase_roughcontact.checks import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.optimize.krylov import Patch
-from ase_roughcontact.optimize.landscape import External, Landscape, State, Step
+from ase_roughcontact.optimize.landscape import Landscape, State, Step
 from ase_roughcontact.optimize.nested import can_coarsen, coarsen, refine
-from ase_roughcontact.optimize.problem import Relaxation
+from ase_roughcontact.optimize.problem import External, Relaxation
 
 # Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
 # negative stiffness is put in.
@@ -173,7 +173,6 @@ class _Newton:
         spent, self.reported = pairs - self.reported, pairs
         return Relaxation(
             pressure=state.pressure,
-            displacement=-state.lift,
             height=state.height,
             energy=state.energy,
             error=state.error,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import SimpleNamespace
 
@@ -14,6 +15,9 @@ from ase_roughcontact.checks import positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
 
+#: Energy and upward force on the indenter, of load and springs, at a height.
+External = Callable[[float], tuple[float, float]]
+
 
 @dataclass(frozen=True)
 class Relaxation:
@@ -22,9 +26,7 @@ class Relaxation:
     Attributes
     ----------
     pressure : ndarray, shape (n, m)
-        Elastic pressure on the window (pressure); with it goes the displacement.
-    displacement : ndarray, shape (n, m)
-        Of the window, ``-G pressure`` (length).
+        Elastic pressure on the window (pressure), from which the displacement follows.
     height : float
         Of the indenter (length).
     energy : float
@@ -41,7 +43,6 @@ class Relaxation:
     """
 
     pressure: np.ndarray
-    displacement: np.ndarray
     height: float
     energy: float
     error: float

@@ -16,6 +16,9 @@ from ase_roughcontact.optimize import hardwall, newton
 from ase_roughcontact.optimize.problem import Indenter, Relaxation, contact_of, dot
 from ase_roughcontact.substrate import displacement, set_displacement
 
+# Below this part of the largest one a pressure is rounding of the displacement.
+_ROUNDING = 1e-9
+
 
 class Window(Optimizable):
     """Pressure on the window and height of the indenter, where a solver has them.
@@ -93,8 +96,7 @@ class Window(Optimizable):
         state = self.contact.evaluate(values, self._height)
         n, m = state.pressure.shape
         pressure = state.pressure + state.forces[:n, :m] / state.cell_area
-        if self.contact.halfspace.periodic:
-            pressure -= state.pressure.mean()
+        pressure[abs(pressure) < _ROUNDING * abs(pressure).max()] = 0.0
         error = float(np.abs(state.forces).max())
         if not self.indenter.fixed:
             force = state.normal_force + self.indenter.external(self._height)[1]
