@@ -31,7 +31,7 @@ from ase_roughcontact import (
 
 SPACING, MODULUS = 2.5, 0.9  # Å, eV/Å^3
 UNIT = MODULUS * SPACING**2  # of force, E* a0^2
-DENSE = 12, 24  # BFGSLineSearch keeps a matrix: largest sides of atoms and modes
+DENSE = 8, 16  # BFGSLineSearch keeps a matrix: largest sides of atoms and modes
 
 
 class Run(NamedTuple):

@@ -34,12 +34,13 @@ class Window(Optimizable):
 
     def __init__(self, atoms: Atoms, *, hard: bool) -> None:
         self.atoms = atoms
-        self.contact = contact_of(atoms, hard=hard)
-        self.indenter = Indenter(atoms)
+        self._hard = hard
         self.read()
 
     def read(self) -> None:
-        """Begin from where the atoms are."""
+        """Begin from where the atoms are, under their load and constraints."""
+        self.contact = contact_of(self.atoms, hard=self._hard)
+        self.indenter = Indenter(self.atoms)
         self.state: Relaxation | None = None
         self._height = float(self.atoms.positions[-1, 2])
         values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
@@ -140,8 +141,9 @@ class WindowOptimizer(Optimizer):
             raise ValueError(
                 f"{type(self).__name__} restarts from the atoms: restart must be None"
             )
-        super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
-        self.optimizable = Window(atoms, hard=self._hard)
+        # in place of the atoms, so that a trajectory is written through `iterimages`
+        window = Window(atoms, hard=self._hard)
+        super().__init__(window, None, logfile, trajectory, append_trajectory, **kwargs)
         self.pairs = 0.0
         self.message = ""
 
@@ -159,8 +161,14 @@ class WindowOptimizer(Optimizer):
             start=window.start,
             tolerance=fmax,
         )
+        converged = False
         try:
-            yield from super().irun(fmax, steps)
+            for converged in super().irun(fmax, steps):
+                yield converged
+                if self.message:
+                    return
+            if not converged:
+                self.message = f"not converged after {steps} steps"
         finally:
             self.optimizable.write()
 
@@ -180,10 +188,7 @@ class WindowOptimizer(Optimizer):
             Whether the tolerance was reached. If not, `message` says why, and the atoms
             are in the best state that was found.
         """
-        converged = False
-        for converged in self.irun(fmax, steps):
-            if self.message and not converged:
-                break
+        *_, converged = self.irun(fmax, steps)
         return bool(converged)
 
     def step(self) -> None:

@@ -1,0 +1,90 @@
+"""The examples and the README's code, run."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+README = (ROOT / "README.md").read_text()
+BLOCKS = re.findall(r"^```python\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+
+
+def run_python(arguments, folder):
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+    environment = os.environ | {"PYTHONPATH": path, "MPLBACKEND": "Agg"}
+    return subprocess.run(
+        [sys.executable, "-W", "error::DeprecationWarning:__main__", *arguments],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+@pytest.fixture(scope="module")
+def comparison(tmp_path_factory):
+    """Runs of every optimizer, and the names of the files that they left."""
+    pytest.importorskip("matplotlib").use("Agg")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "examples"))
+        import compare_optimizers
+    folder = tmp_path_factory.mktemp("optimizers")
+    out = str(folder / "table")
+    runs = compare_optimizers.main(["--sizes", "6", "10", "--out", out])
+    return runs, {path.name for path in folder.iterdir()}
+
+
+def test_comparison_leaves_a_table_and_a_picture(comparison):
+    assert comparison[1] == {"table.csv", "table.png"}
+
+
+@pytest.mark.parametrize("case", ["smooth", "rough"])
+def test_optimizers_agree_where_the_minimum_is_unique(comparison, case):
+    for size in (6, 10):
+        runs = [r for r in comparison[0] if (r.case, r.size) == (case, size)]
+        names = {run.optimizer for run in runs if run.converged}
+        assert {"FIRE, modes", "LBFGS, modes", "NewtonKrylov", "LBFGS"} <= names
+        energies = [run.energy for run in runs if run.converged]
+        np.testing.assert_allclose(energies, np.median(energies), rtol=1e-8)
+
+
+def test_optimizers_end_in_stationary_states_with_adhesion(comparison):
+    runs = [run for run in comparison[0] if run.case == "adhesive"]
+    assert all(run.converged for run in runs if "LBFGS" in run.optimizer)
+    for run in runs:
+        assert np.isfinite(run.energy)
+        assert not run.converged or run.history[-1][2] < 1e-6
+
+
+def test_readme_has_python_to_run():
+    assert BLOCKS
+
+
+@pytest.mark.parametrize("number", range(len(BLOCKS)))
+def test_python_of_the_readme_runs(number, tmp_path):
+    script = tmp_path / "block.py"
+    script.write_text(BLOCKS[number])
+    result = run_python([script.name], tmp_path)
+    assert result.returncode == 0, result.stderr
+
+
+def test_command_of_the_readme_is_what_ci_runs(tmp_path):
+    (command,) = re.findall(
+        r"<!-- test command -->\n+```bash\n(.*?)\n```$", README, re.DOTALL | re.M
+    )
+    # the same script, on a README whose command only prints what it is
+    (tmp_path / ".ci").mkdir()
+    (tmp_path / ".ci" / "run").write_text((ROOT / ".ci" / "run").read_text())
+    (tmp_path / "README.md").write_text(README.replace(command, "echo it ran"))
+    result = subprocess.run(
+        ["bash", ".ci/run"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert result.returncode == 0, result.stderr
+    assert result.stdout.splitlines() == ["+ echo it ran", "it ran"]
+    assert "pytest" in command and "ruff" in command and "mypy" in command

@@ -1,0 +1,338 @@
+"""The contact in scaled Fourier modes: gradient, norms, ASE's optimizers, and cost."""
+
+from functools import cache
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+import pytest
+from ase.calculators.emt import EMT
+from ase.constraints import FixAtoms, Hookean
+from ase.io import read
+from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch, LBFGSLineSearch
+from ase.optimize.sciopt import SciPyFminBFGS, SciPyFminCG
+
+from ase_roughcontact import (
+    FourierModes,
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+
+SPHERE = RoughSphere(radius=10.0)
+
+
+def make_atoms(wall=None, *, shape=(8, 6), periodic=False, load=0.0, **options):
+    """Atoms of unit spacing and contact modulus under a sphere."""
+    options = {"height": 0.6, "spacing": 1.0, **options}
+    atoms = substrate("Cu", shape, SPHERE, periodic=periodic, **options)
+    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
+    return atoms
+
+
+def spring(atoms, stiffness=0.7):
+    point = (*atoms.positions[-1, :2], -0.5)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
+    return atoms
+
+
+def shaken(atoms, rng, amplitude=0.05):
+    atoms.positions[:-1, 2] = rng.normal(0.0, amplitude, len(atoms) - 1)
+    return atoms
+
+
+def assert_gradient(modes, rng):
+    """Compare with finite differences in directions that mix all modes."""
+    x, gradient, step = modes.get_x(), modes.get_gradient().copy(), 1e-5
+    directions = list(rng.normal(size=(6, modes.ndofs())) / modes.ndofs() ** 0.5)
+    for direction in [*directions, np.eye(modes.ndofs())[-1]]:
+        energies = []
+        for sign in (1, -1):
+            modes.set_x(x + sign * step * direction)
+            energies.append(modes.get_value())
+        slope = (energies[0] - energies[1]) / (2 * step)
+        assert gradient @ direction == pytest.approx(slope, rel=1e-6, abs=1e-6)
+
+
+# Value and gradient
+
+
+@pytest.mark.parametrize("shape", [(8, 6), (7, 5), (5, 8), (6, 7), (1, 4)], ids=str)
+def test_gradient_is_the_derivative_of_the_value(shape, periodic, wall, rng):
+    atoms = make_atoms(wall, shape=shape, periodic=periodic, load=0.3, fixed=False)
+    assert_gradient(FourierModes(shaken(atoms, rng)), rng)
+
+
+def test_gradient_has_the_spring_on_the_indenter(periodic, rng):
+    atoms = spring(make_atoms(periodic=periodic, load=0.3, fixed=False))
+    assert_gradient(FourierModes(shaken(atoms, rng)), rng)
+
+
+@pytest.mark.parametrize("tied", [False, True])
+def test_value_and_norm_are_the_atoms_energy_and_largest_force(
+    periodic, wall, rng, tied
+):
+    atoms = make_atoms(wall, periodic=periodic, load=0.3, fixed=False)
+    atoms = shaken(spring(atoms) if tied else atoms, rng)
+    modes = FourierModes(atoms)
+    largest = np.linalg.norm(atoms.get_forces(), axis=1).max()
+    assert modes.get_value() == pytest.approx(atoms.get_potential_energy(), rel=1e-12)
+    gradient = modes.get_gradient()
+    assert modes.gradient_norm(gradient) == pytest.approx(largest, rel=1e-12)
+
+
+def test_norm_of_a_step_is_the_largest_displacement(periodic, rng):
+    atoms = shaken(make_atoms(periodic=periodic, fixed=False), rng)
+    modes = FourierModes(atoms)
+    x, before = modes.get_x(), atoms.positions[:, 2].copy()
+    step = rng.normal(size=modes.ndofs())
+    modes.set_x(x + step)
+    modes.write()
+    moved = np.abs(atoms.positions[:, 2] - before).max()
+    assert modes.gradient_norm(step) == pytest.approx(moved, rel=1e-10)
+
+
+def test_coordinates_go_to_modes_and_back(periodic, rng):
+    atoms = shaken(make_atoms(periodic=periodic), rng)
+    before = atoms.positions.copy()
+    FourierModes(atoms).write()
+    np.testing.assert_allclose(atoms.positions, before, atol=1e-14)
+
+
+@pytest.mark.parametrize("reference", [0.3, 3.0, 30.0])
+def test_scaling_changes_the_coordinates_and_not_the_energy(reference, rng):
+    atoms = shaken(make_atoms(fixed=False), rng)
+    modes = FourierModes(atoms, reference_stiffness=reference)
+    assert modes.get_value() == pytest.approx(atoms.get_potential_energy(), rel=1e-12)
+    assert_gradient(modes, rng)
+
+
+def test_curvature_is_nearly_that_of_the_identity(rng):
+    atoms = make_atoms(height=30.0)
+    modes = FourierModes(atoms)
+    step = 1e-3 * rng.normal(size=modes.ndofs())
+    step[-1] = 0.0
+    modes.set_x(step + modes.get_x())
+    assert 0.05 < 2 * modes.get_value() / (step @ step) < 1.0
+
+
+# ASE's optimizers
+
+
+@pytest.mark.parametrize("control", ["fixed", "load", "spring"])
+@pytest.mark.parametrize(
+    "optimizer, options",
+    [
+        (FIRE, {}),
+        (FIRE2, {}),
+        (LBFGS, {"alpha": 1.0}),
+        (BFGSLineSearch, {}),
+        (LBFGSLineSearch, {"alpha": 1.0}),
+        (SciPyFminCG, {"alpha": 1.0}),
+        (SciPyFminBFGS, {"alpha": 1.0}),
+    ],
+)
+def test_optimizers_find_the_energy_that_they_find_on_atoms(
+    optimizer, options, control
+):
+    reference, atoms = (
+        make_atoms(load=0.5, fixed=control == "fixed") for _ in range(2)
+    )
+    if control == "spring":
+        spring(reference), spring(atoms)
+    assert LBFGS(reference, logfile=None).run(fmax=1e-7)
+    with optimizer(FourierModes(atoms), logfile=None, **options) as dynamics:
+        assert dynamics.run(fmax=1e-6, steps=1000)
+    energy = reference.get_potential_energy()
+    assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-8)
+    assert np.linalg.norm(atoms.get_forces(), axis=1).max() < 1e-6
+    assert atoms.positions[-1, 2] == pytest.approx(reference.positions[-1, 2], abs=1e-4)
+
+
+def test_one_pair_of_transforms_per_evaluation(periodic):
+    modes = FourierModes(make_atoms(periodic=periodic))
+    halfspace = modes.contact.halfspace
+    inside, outside = halfspace.window_transform, halfspace.grid_transform
+    before = inside.pairs, outside.pairs
+    x = modes.get_x()
+    for count in range(1, 4):
+        modes.set_x(x)
+        modes.get_value(), modes.get_gradient(), modes.get_value()
+        assert modes.evaluations == inside.pairs - before[0] == count
+    assert outside.pairs == before[1]
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
+def test_optimizers_evaluate_once_a_step(optimizer):
+    modes = FourierModes(make_atoms())
+    dynamics = optimizer(modes, logfile=None)
+    assert dynamics.run(fmax=1e-4)
+    assert modes.evaluations == dynamics.nsteps + 1
+
+
+def test_atoms_move_when_converged_and_not_before():
+    atoms = make_atoms()
+    dynamics = FIRE(FourierModes(atoms), logfile=None)
+    assert not dynamics.run(fmax=1e-6, steps=3)
+    assert not atoms.positions[:-1, 2].any()
+    assert dynamics.run(fmax=1e-6)
+    assert np.abs(atoms.get_forces()).max() < 1e-6
+
+
+def test_trajectory_shows_the_atoms_where_they_were(tmp_path):
+    atoms, movie = make_atoms(), tmp_path / "relax.traj"
+    with FIRE(FourierModes(atoms), logfile=None, trajectory=movie) as dynamics:
+        dynamics.run(fmax=1e-4)
+    frames = read(movie, ":")
+    assert len(frames) == dynamics.nsteps + 1
+    assert not frames[0].positions[:-1, 2].any()
+    deepest = [frame.positions[:-1, 2].min() for frame in frames]
+    assert len(set(deepest)) == len(frames)
+    np.testing.assert_allclose(frames[-1].positions, atoms.positions, atol=1e-14)
+
+
+@pytest.mark.parametrize("optimizer", [FIRE2, LBFGS])
+def test_fixed_indenter_stays(optimizer):
+    atoms = make_atoms(load=0.5)
+    assert optimizer(FourierModes(atoms), logfile=None).run(fmax=1e-5)
+    assert atoms.positions[-1, 2] == pytest.approx(0.6, abs=1e-14)
+
+
+# What is refused
+
+
+def test_hard_wall_is_refused():
+    with pytest.raises(ValueError, match="HardWallCG"):
+        FourierModes(make_atoms(HardWall()))
+
+
+@pytest.mark.parametrize("calculator", [None, EMT()], ids=["none", "EMT"])
+def test_other_calculators_are_refused(calculator):
+    atoms = make_atoms()
+    atoms.calc = calculator
+    with pytest.raises(ValueError, match="RoughContact"):
+        FourierModes(atoms)
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    [FixAtoms([3]), FixAtoms([0, -1]), Hookean(0, 1, 1.0, rt=1.0)],
+    ids=["fixed atom", "fixed atom and indenter", "bond"],
+)
+def test_constraints_on_the_surface_are_refused(constraint):
+    atoms = make_atoms()
+    atoms.set_constraint(constraint)
+    with pytest.raises(ValueError, match="one of ASE's optimizers on the atoms"):
+        FourierModes(atoms)
+
+
+@pytest.mark.parametrize("reference", [0.0, -1.0, np.nan])
+def test_reference_stiffness_must_be_positive(reference):
+    with pytest.raises(ValueError, match="reference_stiffness"):
+        FourierModes(make_atoms(), reference_stiffness=reference)
+
+
+# Steps. The window is 64 wide, the wall and the roughness those of a spacing of 1.
+
+
+def pressed(n, spacing, radius, depth):
+    """Rough sphere, and the solid shifted until no atom is in the wall's core."""
+    rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1)
+    sphere = RoughSphere(radius, rough)
+    atoms = substrate("Cu", (n, n), sphere, spacing=spacing, height=0.0)
+    atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
+    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact - depth
+    atoms.positions[:-1, 2] = -max(depth - 0.4, 0.0)
+    return atoms, 1e-4 * spacing**2
+
+
+def refined(n):
+    """One contact on n x n atoms of spacing 64/n."""
+    return pressed(n, 64.0 / n, 640.0, 1.0)
+
+
+def grown(n):
+    """A contact that grows with the window, at a spacing of 1."""
+    return pressed(n, 1.0, 10.0 * n, 0.015 * n)
+
+
+OPTIMIZERS = {"FIRE2": FIRE2, "LBFGS": LBFGS}
+
+
+@cache
+def steps(problem, name, n, helped=True):
+    """Steps to a force of 1e-4 E* per area of an atom."""
+    atoms, fmax = problem(n)
+    options = {"memory": 20} if name == "LBFGS" else {"maxstep": 0.2 * n}
+    if helped:
+        atoms = FourierModes(atoms)
+        options |= {"alpha": 1.0} if name == "LBFGS" else {"maxstep": atoms.maxstep}
+    dynamics = OPTIMIZERS[name](atoms, logfile=None, **options)
+    assert dynamics.run(fmax=fmax, steps=3000)
+    return dynamics.nsteps
+
+
+@pytest.mark.parametrize("name", OPTIMIZERS)
+def test_steps_do_not_grow_when_the_grid_is_refined(name):
+    assert steps(refined, name, 128) <= 1.5 * steps(refined, name, 64)
+
+
+@pytest.mark.slow  # a million atoms
+@pytest.mark.parametrize("name", OPTIMIZERS)
+def test_steps_at_512_are_at_most_half_more_than_at_64(name):
+    assert steps(refined, name, 512) <= 1.5 * steps(refined, name, 64)
+
+
+def exponent(name, sizes, helped):
+    counts = [steps(grown, name, n, helped) for n in sizes]
+    return np.polyfit(np.log(sizes), np.log(counts), 1)[0]
+
+
+@pytest.mark.slow  # a quarter of a million atoms, some minutes
+@pytest.mark.parametrize("name", OPTIMIZERS)
+def test_steps_grow_more_slowly_with_the_contact_than_on_atoms(name):
+    sizes = (64, 128, 256)
+    assert exponent(name, sizes, True) < exponent(name, sizes, False)
+
+
+# Cost
+
+
+def timed(function, repeats=15):
+    function()
+    times = []
+    for _ in range(repeats):
+        start = perf_counter()
+        function()
+        times.append(perf_counter() - start)
+    return median(times)
+
+
+def cost_ratio(n):
+    """Time of set, value and gradient over that of the transforms and the wall."""
+    atoms, _ = grown(n)
+    modes = FourierModes(atoms)
+    contact = modes.contact
+    transform, x = contact.halfspace.window_transform, modes.get_x()
+    height = float(atoms.positions[-1, 2])
+    flat = np.zeros(contact.halfspace.shape)
+    gap = contact.gap(flat, height)
+
+    def whole():
+        modes.set_x(x)
+        modes.get_value(), modes.get_gradient()
+
+    def pair_and_wall():
+        transform.forward(flat)
+        transform.inverse()
+        contact.wall(gap)
+
+    return timed(whole) / timed(pair_and_wall)
+
+
+@pytest.mark.slow  # a million atoms, and needs a quiet machine
+def test_own_evaluation_costs_little_more_than_transforms_and_wall():
+    assert median(cost_ratio(512) for _ in range(3)) <= 1.5
