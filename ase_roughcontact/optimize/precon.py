@@ -20,8 +20,10 @@ class HalfSpacePrecon(Precon):
 
     along z, diagonal in Fourier space: `solve` and `Pdot` cost one pair of transforms
     of the whole grid. Lateral coordinates, along which no force acts, keep their
-    scale. Against the same optimizers on `FourierModes` it takes about as many steps,
-    and each is dearer: it is here for scripts that want atoms.
+    scale. It is here for scripts that want atoms: `FourierModes` has no line search to
+    pay for and is faster. PreconLBFGS took 123 steps instead of 289 under a load, and
+    as many as without at a fixed height (rough sphere, window of 40 x 40 atoms); the
+    gain grows as the grid gets finer.
 
     Parameters
     ----------

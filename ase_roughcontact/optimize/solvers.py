@@ -80,8 +80,13 @@ class Window(Optimizable):
         return float(np.abs(gradient).max())
 
     def iterimages(self) -> Iterator[Atoms]:
-        """Yield the atoms, moved to where the solver is."""
+        """Yield the atoms, moved to where the solver is.
+
+        Energy and forces are known, unless atoms still overlap with a hard wall.
+        """
         self.write()
+        if not self._hard or (self.state is not None and self.state.converged):
+            self.atoms.get_potential_energy()
         yield self.atoms
 
     def write(self) -> None:
