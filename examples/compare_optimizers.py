@@ -79,6 +79,7 @@ def optimizers(size):
     memory = {"memory": 20}
     wide = {"maxstep": 0.2 * size}  # FIRE limits the norm of the whole step
     makers = {
+        "NewtonKrylov": NewtonKrylov,
         "FIRE": partial(FIRE, **wide),
         "FIRE2": partial(FIRE2, **wide),
         "LBFGS": partial(LBFGS, **memory),
@@ -88,7 +89,6 @@ def optimizers(size):
         "LBFGS, modes": partial(on_modes, LBFGS, alpha=1.0, **memory),
         "PreconLBFGS, half space": partial(with_precon, PreconLBFGS, **memory),
         "PreconFIRE, half space": partial(with_precon, PreconFIRE, maxmove=0.2 * size),
-        "NewtonKrylov": NewtonKrylov,
     }
     if size <= DENSE[0]:
         makers["BFGSLineSearch"] = BFGSLineSearch
@@ -167,7 +167,7 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     runs = []
     print(f"{'case':9s}{'size':>5s}  {'optimizer':26s}{'steps':>6s}{'pairs':>8s}"
-          f"{'s':>8s}  energy (eV)")  # fmt: skip
+          f"{'s':>8s}  {'energy (eV)':>15s}  above the first")  # fmt: skip
     out = Path(options.out)
     with open(out.with_suffix(".csv"), "w", newline="") as file:
         table = csv.writer(file)
@@ -176,11 +176,13 @@ def main(arguments=None):
             options.cases, options.sizes, options.fmax * UNIT, options.steps
         ):
             runs.append(run)
+            same = [r for r in runs if (r.case, r.size) == (run.case, run.size)]
+            above = (run.energy - same[0].energy) / abs(same[0].energy)
             table.writerow(run[:-1])
             file.flush()
             mark = "" if run.converged else "  not converged"
             print(f"{run.case:9s}{run.size:5d}  {run.optimizer:26s}{run.steps:6d}"
-                  f"{run.evaluations:8.0f}{run.seconds:8.2f}  {run.energy:.9f}{mark}",
+                  f"{run.evaluations:8.0f}{run.seconds:8.2f}  {run.energy:15.9f}  {above:8.1e}{mark}",
                   flush=True)  # fmt: skip
     try:
         draw(runs, out.with_suffix(".png"))

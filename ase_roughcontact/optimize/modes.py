@@ -165,7 +165,7 @@ class FourierModes(Optimizable):
         self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
 
     def iterimages(self) -> Iterator[Atoms]:
-        """Yield the atoms, moved to the present coordinates, energy and forces known."""
+        """Yield the atoms where they are now, with energy and forces."""
         self.write()
         self.atoms.get_potential_energy()
         yield self.atoms
