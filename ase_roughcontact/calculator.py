@@ -8,7 +8,7 @@ import numpy as np
 from ase import Atoms
 from ase.calculators.calculator import Calculator, all_changes
 
-from ase_roughcontact.checks import finite, positive, unknown
+from ase_roughcontact.checks import finite, positive, surface, unknown
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.fourier import RealFFT2
 from ase_roughcontact.interactions import Interaction, LennardJones93
@@ -111,6 +111,7 @@ class RoughContact(Calculator):
         **kwargs: Any,
     ) -> None:
         self._kept: tuple[tuple, tuple[Layout, Contact]] | None = None
+        self._held: tuple[np.ndarray, np.ndarray] | None = None
         super().__init__(
             indenter=indenter,
             contact_modulus=contact_modulus,
@@ -139,7 +140,7 @@ class RoughContact(Calculator):
         kwargs = {name: _checked(name, value) for name, value in kwargs.items()}
         changed = super().set(**kwargs)
         if set(changed) - {"load"}:
-            self._kept = None
+            self._kept = self._held = None
         return changed
 
     def calculate(
@@ -154,7 +155,12 @@ class RoughContact(Calculator):
             raise ValueError("positions must be finite, got NaN or infinity")
         layout, contact = self._scene(self.atoms)
         height = float(self.atoms.positions[-1, 2])
-        state = contact.evaluate(displacement(self.atoms, layout), height)
+        reaction = None
+        if self._held is not None:
+            held, pressure = self._held
+            reaction = pressure if np.array_equal(held, self.atoms.positions) else None
+        values = displacement(self.atoms, layout)
+        state = contact.evaluate(values, height, reaction)
         self._state = state
 
         load = self.parameters["load"]
@@ -175,8 +181,10 @@ class RoughContact(Calculator):
         """Property by name: ASE's, and `CONTACT_PROPERTIES`."""
         if name not in CONTACT_PROPERTIES:
             return super().get_property(name, atoms, allow_calculation)
-        energy = super().get_property("energy", atoms, allow_calculation)
-        return None if energy is None else getattr(self._state, name)
+        if not allow_calculation and self.calculation_required(atoms, ["energy"]):
+            return None
+        value = getattr(self.state(atoms), name)
+        return value.copy() if isinstance(value, np.ndarray) else value
 
     def state(self, atoms: Atoms | None = None) -> ContactState:
         """Return forces, gaps and pressures of the atoms.
@@ -194,6 +202,22 @@ class RoughContact(Calculator):
             raise ValueError("nothing is calculated yet: give the atoms")
         self.get_property("energy", atoms)
         return self._state
+
+    def hold(self, atoms: Atoms, reaction: np.ndarray) -> None:
+        """Tell the pressure of a hard wall on the atoms where they are.
+
+        It is no function of the positions when they are not relaxed, or when all atoms
+        of a periodic surface touch; a solver knows it.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Substrate and indenter.
+        reaction : ndarray, shape (n, m)
+            Pressure on the window (eV/Å^3).
+        """
+        self._held = atoms.positions.copy(), reaction
+        self.results = {}
 
     def contact(self, atoms: Atoms) -> Contact:
         """Half space, indenter and wall as they are at the atoms.
@@ -255,12 +279,8 @@ def _checked(name: str, value: Any) -> Any:
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):
         raise ValueError(f"interaction must be an Interaction, got {value!r}")
-    if name == "indenter" and (
-        isinstance(value, type) or not callable(getattr(value, "heights", None))
-    ):
-        raise ValueError(
-            f"indenter must be a surface with a method heights, got {value!r}"
-        )
+    if name == "indenter":
+        surface(indenter=value)
     return value
 
 

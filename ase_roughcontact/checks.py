@@ -129,6 +129,15 @@ def window(
     return grid_shape(shape), float(spacing), (float(x), float(y))
 
 
+def surface(**values: Any) -> None:
+    """Raise `ValueError` for a value that has no heights."""
+    for name, value in values.items():
+        if isinstance(value, type) or not callable(getattr(value, "heights", None)):
+            raise ValueError(
+                f"{name} must be a surface with a method heights, got {value!r}"
+            )
+
+
 def unknown(word: str, known: Sequence[str], what: str) -> str:
     """Message for a word that is not known, with the nearest one that is."""
     near = get_close_matches(word, known, n=1, cutoff=0.0)

@@ -164,7 +164,12 @@ class Contact:
         energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
         return energy, pressure
 
-    def evaluate(self, displacement: np.ndarray, height: float) -> ContactState:
+    def evaluate(
+        self,
+        displacement: np.ndarray,
+        height: float,
+        reaction: np.ndarray | None = None,
+    ) -> ContactState:
         """Energy, forces and fields of a configuration.
 
         Parameters
@@ -173,6 +178,10 @@ class Contact:
             Of every atom of the grid (length).
         height : float
             Of the indenter (length).
+        reaction : ndarray, shape (n, m), optional
+            Pressure of a hard wall, where a solver knows it. By default it is what
+            holds the atoms that touch; under all atoms of a periodic surface, the
+            least that does.
 
         Returns
         -------
@@ -199,7 +208,8 @@ class Contact:
             elastic = np.zeros(displacement.shape)
         gap = self.gap(displacement, height)
         if isinstance(self.interaction, HardWall):
-            wall_energy, pressure = self._reaction(gap, elastic)
+            wall_energy = np.zeros(gap.shape)
+            pressure = self._reaction(gap, elastic) if reaction is None else reaction
         else:
             wall_energy, pressure = self.wall(gap)
 
@@ -221,9 +231,7 @@ class Contact:
             cell_area=area,
         )
 
-    def _reaction(
-        self, gap: np.ndarray, elastic: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Pressure of a hard wall: what holds the atoms that touch it."""
         touching = _HARD_GAP * self.halfspace.spacing
         if gap.min() < -touching:
@@ -236,7 +244,7 @@ class Contact:
         window = elastic[: gap.shape[0], : gap.shape[1]]
         if self.halfspace.periodic:
             # the mean pressure does not show in the displacement: an open atom's is 0
-            window = window - (window.min() if (gap > touching).any() else 0.0)
+            window = window - window.min()
         least = _HARD_PRESSURE * max(window.max(), 0.0)
         holds = (gap <= touching) & (window > least)
-        return np.zeros(gap.shape), np.where(holds, window, 0.0)
+        return np.where(holds, window, 0.0)

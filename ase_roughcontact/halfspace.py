@@ -28,7 +28,7 @@ from numpy.polynomial.legendre import leggauss
 from scipy.fft import irfft2, rfft2
 
 from ase_roughcontact.checks import grid_shape, positive
-from ase_roughcontact.fourier import RealFFT2, fast_length
+from ase_roughcontact.fourier import RealFFT2, available_threads, fast_length
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -88,8 +88,9 @@ class HalfSpace(ABC):
         return _rebuild, (type(self), args, self.fft)
 
     def like(self, shape: tuple[int, int], spacing: float) -> Self:
-        """Half space of the same solid and kind under another grid."""
-        return type(self)(shape, spacing, self.contact_modulus, **self.fft)
+        """Half space of the same solid and kind under another grid, for a short use."""
+        fft = {**self.fft, "measure": False}
+        return type(self)(shape, spacing, self.contact_modulus, **fft)
 
     @staticmethod
     @abstractmethod
@@ -201,7 +202,9 @@ class HalfSpace(ABC):
         if pressure.shape != self.shape:
             raise ValueError(f"expected the shape {self.shape}, got {pressure.shape}")
         # once in a while: not worth a plan
-        return irfft2(-self.compliance * rfft2(pressure, self.grid), self.grid)
+        workers = available_threads()
+        spectrum = rfft2(pressure, self.grid, workers=workers)
+        return irfft2(-self.compliance * spectrum, self.grid, workers=workers)
 
 
 class PeriodicHalfSpace(HalfSpace):

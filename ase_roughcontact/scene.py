@@ -6,7 +6,7 @@ See ``ase_roughcontact/default.toml`` for the format, key by key.
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field, fields
 from functools import partial
 from importlib.resources import files
@@ -27,7 +27,7 @@ from ase_roughcontact.loading import LoadStep, load_path
 from ase_roughcontact.material import contact_modulus, crystal_modulus
 from ase_roughcontact.optimize import HardWallCG, NewtonKrylov
 from ase_roughcontact.substrate import fcc_spacing, substrate
-from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
+from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -265,11 +265,26 @@ class Scene:
         return self.solver.fmax * self.contact_modulus * self.spacing**2
 
     @property
-    def kappa(self) -> float:
-        """Constant of the mean contact pressure, ``h'rms E*/kappa``, for this wall."""
-        if isinstance(self.wall, HardWall):
-            return theory.KAPPA_HARD
-        return theory.KAPPA_REPULSIVE
+    def inverse_kappa(self) -> float:
+        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa``, for this wall.
+
+        Negative where rough flats would stick to each other.
+        """
+        wall = self.wall
+        if not isinstance(wall, LennardJones93):
+            return 1.0 / theory.KAPPA_HARD
+        surface = self._rough()
+        if not wall.attractive or surface is None:
+            return 1.0 / theory.KAPPA_REPULSIVE
+        rough = surface.statistics()
+        attraction = theory.inverse_kappa_attractive(
+            wall.work_of_adhesion,
+            self.contact_modulus,
+            wall.attraction_range,
+            rough.rms_slope,
+            rough.rms_curvature,
+        )
+        return float(theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, attraction))
 
     def atoms(self) -> Atoms:
         """Build the substrate and the indenter above it, with their calculator."""
@@ -306,13 +321,13 @@ class Scene:
         OSError
             If the folder can't be written.
         """
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        self._claim(folder)
         optimizer = _choice(self.solver.optimizer, OPTIMIZERS, "optimizer")
         path: dict[str, Any] = {f"{self.path.control}s": self.steps}
+        atoms = self.atoms()
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
         yield from load_path(
-            self.atoms(),
+            atoms,
             optimizer=optimizer,
             fmax=self.fmax,
             trajectory=folder / "sweep.traj",
@@ -324,6 +339,9 @@ class Scene:
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Contact area by Eq. (4) of the paper, or of Hertz for a smooth sphere.
+
+        Adhesion is in it as a change of kappa; NaN where it is so strong that the law
+        does not hold.
 
         Parameters
         ----------
@@ -341,8 +359,10 @@ class Scene:
         """
         if self.roughness is None:
             return self.hertz_area(normal_force)
+        if self.inverse_kappa <= 0.0:
+            return np.full(np.shape(normal_force), np.nan)
         pressure = theory.mean_contact_pressure(
-            self.roughness.rms_slope, self.contact_modulus, self.kappa
+            self.roughness.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
         )
         return theory.contact_area(
             normal_force, self.radius, self.contact_modulus, pressure
@@ -354,7 +374,7 @@ class Scene:
             normal_force, self.radius, self.contact_modulus
         )
 
-    def _rough(self) -> Surface | None:
+    def _rough(self) -> SelfAffine | None:
         if self.roughness is None:
             return None
         given = asdict(self.roughness)
@@ -369,16 +389,6 @@ class Scene:
                 given[name] *= self.spacing
         return SelfAffine(**given)
 
-    def _claim(self, folder: Path) -> None:
-        """Mark the folder as this scene's, or refuse it."""
-        mark = folder / "scene.txt"
-        text = repr(self) + "\n"
-        if mark.exists() and mark.read_text(encoding="utf-8") != text:
-            raise ValueError(
-                f"{folder} holds the results of another scene: give another folder"
-            )
-        mark.write_text(text, encoding="utf-8")
-
 
 def default_text() -> str:
     """Text of the built-in scene file."""
@@ -386,12 +396,31 @@ def default_text() -> str:
 
 
 def _table(cls: type, given: dict, where: str) -> Any:
-    known = [f.name for f in fields(cls)]
-    for key in given:
+    known = {f.name: str(f.type) for f in fields(cls)}
+    for key, value in given.items():
         if key not in known:
-            raise ValueError(f"{where}: {unknown(key, known, 'key')}")
+            raise ValueError(f"{where}: {unknown(key, list(known), 'key')}")
+        wanted, fits = _kind(known[key])
+        if not fits(value):
+            raise ValueError(f"{where}: {key} must be {wanted}, got {value!r}")
     frozen = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
     return cls(**frozen)
+
+
+def _kind(annotation: str) -> tuple[str, Callable[[Any], bool]]:
+    """Name a key's kind of value, and tell whether a value is of that kind."""
+    if "tuple" in annotation:
+        return "a list", lambda value: isinstance(value, list)
+    if "bool" in annotation:
+        return "true or false", lambda value: isinstance(value, bool)
+    if "float" in annotation or "int" in annotation:
+        return (
+            "a number",
+            lambda value: (
+                isinstance(value, (int, float)) and not isinstance(value, bool)
+            ),
+        )
+    return "a word in quotes", lambda value: isinstance(value, str)
 
 
 def _choice(name: str, choices: dict[str, Any], what: str) -> Any:

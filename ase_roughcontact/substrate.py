@@ -20,7 +20,7 @@ from ase.constraints import FixAtoms
 from ase.data import atomic_numbers, chemical_symbols, reference_states
 from ase.units import GPa
 
-from ase_roughcontact.checks import finite, grid_shape, positive
+from ase_roughcontact.checks import finite, grid_shape, positive, surface
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface
 
@@ -161,10 +161,7 @@ def substrate(
     """
     n, m = grid_shape(shape)
     _check_element(symbol)
-    if not callable(getattr(indenter, "heights", None)):
-        raise ValueError(
-            f"indenter must be a surface with a method heights, got {indenter!r}"
-        )
+    surface(indenter=indenter)
     a0 = fcc_spacing(symbol) if spacing is None else spacing
     positive(spacing=a0)
     if np.shape(center) != (2,):
@@ -250,7 +247,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     if not hasattr(atoms.calc, "state"):
         raise ValueError(f"snapshot needs a RoughContact calculator, got {atoms.calc}")
     state = atoms.calc.state(atoms)
-    layout = Layout.of(atoms)
+    layout = atoms.calc.layout(atoms)
     keep = np.append(_inside(layout), True)
     frame = atoms[keep]
     tags = np.full(layout.window, TAG_OPEN)
@@ -263,7 +260,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     )
     frame.calc = SinglePointCalculator(
         frame,
-        energy=atoms.get_potential_energy(),
+        energy=atoms.get_potential_energy(apply_constraint=False),
         energies=atoms.calc.results["energies"][keep],
         forces=atoms.get_forces(apply_constraint=False)[keep],
     )
@@ -286,6 +283,8 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
         Window, margin and indenter, without calculator. The indenter is fixed if it
         was; set other constraints anew.
     """
+    if not frame.has("initial_charges"):
+        raise ValueError("the frame has no pressures: it was not made by snapshot()")
     window = _window_of(frame.cell, _grid_of(frame.positions[:-1, :2], frame.cell)[1])
     periodic = _check_boundary(frame)
     spacing = frame.cell[0, 0] / window[0]

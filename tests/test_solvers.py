@@ -262,3 +262,86 @@ def test_state_can_not_be_set_from_outside(solver):
     window = solver(make_atoms(WALLS[solver])).optimizable
     with pytest.raises(ValueError, match="from outside"):
         window.set_x(window.get_x())
+
+
+# What observers, records and the calculator see of a solver
+
+
+def rough_atoms(wall, shape=(14, 14), periodic=False, fixed=True):
+    sphere = RoughSphere(20.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=2))
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, periodic=periodic, fixed=fixed)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
+    return atoms
+
+
+@pytest.mark.parametrize("wall", [None, HardWall()], ids=["soft", "hard"])
+def test_observers_see_the_atoms_where_the_solver_is(wall):
+    atoms = rough_atoms(wall)
+    atoms.positions[-1, 2] -= 0.5
+    optimizer = (HardWallCG if wall else NewtonKrylov)(atoms)
+    seen = []
+    optimizer.attach(lambda: seen.append(atoms.positions[:-1, 2].min()))
+    optimizer.run(fmax=1e-9)
+    assert seen[0] == 0.0
+    assert seen[-1] == pytest.approx(atoms.positions[:-1, 2].min(), abs=1e-6)
+    assert seen[-1] < 0.0
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3])
+def test_an_unconverged_step_of_a_hard_wall_is_recorded_and_marked(steps):
+    atoms = rough_atoms(HardWall(), fixed=False)
+    path = load_path(
+        atoms, loads=[2.0], optimizer=HardWallCG, fmax=1e-9, max_steps=steps
+    )
+    record = next(path)
+    assert not record.converged
+    assert record.normal_force == pytest.approx(2.0)
+    assert record.repulsive_atoms > 0
+
+
+def test_full_contact_of_a_periodic_hard_wall_carries_its_load():
+    rough = SelfAffine(0.02, 0.8, 4.0, 16.0, seed=2, domain=16.0)
+    atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True, fixed=False)
+    atoms.calc = RoughContact(rough, 1.0, HardWall())
+    loads = [1.0, 10.0, 30.0, 100.0]
+    records = list(load_path(atoms, loads=loads, optimizer=HardWallCG, fmax=1e-9))
+    assert [record.normal_force for record in records] == pytest.approx(loads)
+    assert records[-1].repulsive_atoms == 256
+    assert max(record.max_force for record in records) < 1e-9
+
+
+def test_a_hard_answer_carries_a_certificate():
+    atoms = rough_atoms(HardWall(), fixed=False)
+    atoms.calc.set(load=2.0)
+    optimizer = HardWallCG(atoms)
+    with pytest.raises(RuntimeError, match="before the first step"):
+        _ = optimizer.certificate
+    optimizer.run(fmax=1e-9)
+    found = optimizer.certificate
+    assert max(found.gap_in_contact, found.penetration, found.tension) <= 1e-6
+    assert found.load_error < 1e-12
+
+
+def test_a_wall_that_gives_nan_ends_the_run_with_a_message():
+    class Broken(LennardJones93):
+        def evaluate(self, gap):
+            energy, pressure, stiffness = super().evaluate(gap)
+            return energy, np.where(gap < 0.9, np.nan, pressure), stiffness
+
+    whole = LennardJones93.repulsive(1.0, 1.0)
+    atoms = rough_atoms(Broken(**vars(whole)))
+    atoms.positions[-1, 2] -= 1.0
+    optimizer = NewtonKrylov(atoms)
+    assert not optimizer.run(fmax=1e-6, steps=200)
+    assert "not finite" in optimizer.message
+
+
+@pytest.mark.parametrize("index", [-1, 14 * 14])
+def test_the_indenter_may_be_named_from_the_end(index):
+    atoms = rough_atoms(None, periodic=True, fixed=False)
+    atoms.set_constraint(FixAtoms([index]))
+    atoms.positions[-1, 2] -= 0.5
+    height = atoms.positions[-1, 2]
+    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    assert atoms.positions[-1, 2] == height

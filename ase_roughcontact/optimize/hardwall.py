@@ -34,7 +34,7 @@ from ase_roughcontact.optimize.nested import (
     refine,
     whole,
 )
-from ase_roughcontact.optimize.problem import External, Relaxation
+from ase_roughcontact.optimize.problem import External, Relaxation, without_rounding
 
 # Largest gap in contact, in spacings: of a result, and on coarser grids.
 _GAP = 1e-6
@@ -42,8 +42,6 @@ _COARSE_GAP = 0.03
 # Largest part of a window for which another half space is made: making it costs about
 # as much as all exact convolutions of a solution.
 _WORTH = 0.5
-# Below this part of the largest one a pressure given as a start is rounding.
-_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -214,7 +212,7 @@ def _clean(contact: Contact, start: np.ndarray) -> np.ndarray:
         )
     if contact.halfspace.periodic:
         start = start - start.min()
-    return np.where(start > _ROUNDING * max(start.max(), 0.0), start, 0.0)
+    return without_rounding(start).clip(0.0)
 
 
 def _solve(

@@ -124,7 +124,7 @@ class FourierModes(Optimizable):
         return self._value
 
     def get_gradient(self) -> np.ndarray:
-        """Return the gradient, shape (ndofs,)."""
+        """Return the gradient, shape (ndofs,), not to be written to."""
         return self._evaluate()
 
     def gradient_norm(self, gradient: np.ndarray) -> float:
@@ -147,14 +147,15 @@ class FourierModes(Optimizable):
             moved = self._real(gradient, self._from_mode)
             return float(max(np.abs(moved).max(), abs(gradient[-1]) * self._z_scale))
         if self._norm is None:
-            forces = self._real(gradient, self._gradient_to_force)
-            indenter = abs(gradient[-1]) / self._z_scale
-            self._norm = float(max(np.abs(forces).max(), indenter))
+            self._norm = self._largest_force(gradient)
         return self._norm
 
     def converged(self, gradient: np.ndarray, fmax: float) -> bool:
         """Whether the largest force is below `fmax`; if it is, write the atoms."""
-        done = self.gradient_norm(gradient) < fmax
+        if gradient is self._gradient:
+            done = self.gradient_norm(gradient) < fmax
+        else:
+            done = self._largest_force(gradient) < fmax
         if done:
             self.write()
         return done
@@ -201,6 +202,10 @@ class FourierModes(Optimizable):
         height = self.atoms.positions[-1, 2] / self._z_scale
         self.set_x(np.append(modes.ravel() / cells, height))
 
+    def _largest_force(self, gradient: np.ndarray) -> float:
+        forces = self._real(gradient, self._gradient_to_force)
+        return float(max(np.abs(forces).max(), abs(gradient[-1]) / self._z_scale))
+
     def _real(self, coordinates: np.ndarray, factor: np.ndarray) -> np.ndarray:
         """Return coordinates times a factor in real space, shape of the grid."""
         transform = self.contact.halfspace.grid_transform
@@ -238,6 +243,7 @@ class FourierModes(Optimizable):
         external_energy, external_force = self.indenter.external(height)
         force = 0.0 if self.indenter.fixed else wall_force + external_force
         gradient[-1] = -force * self._z_scale
+        gradient.flags.writeable = False
         self._gradient = gradient
         self._value = float(
             0.5 * twice_elastic

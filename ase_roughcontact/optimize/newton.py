@@ -263,7 +263,7 @@ def _relax(
             state, fresh = new, False
         if new is None or idle > _PATIENCE:
             state = best = landscape.afresh(best)
-            if refreshed and state.error > tolerance:
+            if refreshed and not state.error <= tolerance:
                 break
             newton.forget()
             fresh, refreshed, idle = True, True, 0
@@ -277,4 +277,6 @@ def _explanation(landscape: Landscape, state: State, new: State | None) -> str:
         reason = "no step lowers the energy"
         if landscape.loaded and not landscape.resists(state):
             reason = "nothing holds the indenter"
+    if not math.isfinite(state.error):
+        reason = "energy or pressure of the wall are not finite"
     return f"stalled at a force of {state.error:.2g}: {reason}"

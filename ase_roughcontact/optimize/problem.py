@@ -140,7 +140,8 @@ class Indenter:
         return float(energy), float(forces[self._last][2] - self._load)
 
     def _spring(self, constraint: Hookean) -> Hookean:
-        if constraint._type == "two atoms" or constraint.index != self._last:
+        pair = constraint._type == "two atoms"
+        if pair or constraint.index % (self._last + 1) != self._last:
             raise ValueError(
                 f"{constraint} does not tie the indenter to a point or a plane: "
                 "relax it with one of ASE's optimizers on the atoms themselves"
@@ -148,12 +149,17 @@ class Indenter:
         return constraint
 
     def _fixes(self, constraint: object) -> bool:
-        if isinstance(constraint, FixAtoms) and set(constraint.index) <= {self._last}:
-            return len(constraint.index) > 0
-        if isinstance(constraint, FixCartesian) and (
-            set(constraint.index) <= {self._last}
-        ):
-            return bool(constraint.mask[2])
+        if isinstance(constraint, FixAtoms):
+            along_z = True
+        elif isinstance(constraint, FixCartesian):
+            along_z = bool(constraint.mask[2])
+        else:
+            along_z = None
+        indices = np.atleast_1d(getattr(constraint, "index", [])) % (self._last + 1)
+        if along_z is False:
+            return False  # nothing moves along x and y anyway
+        if along_z and set(indices) <= {self._last}:
+            return len(indices) > 0
         raise ValueError(
             f"{constraint} acts on surface atoms, or is not understood here: relax it "
             "with one of ASE's optimizers on the atoms themselves"
@@ -178,12 +184,14 @@ def reference_stiffness(contact: Contact, given: float | None = None) -> float:
     Returns
     -------
     float
-        By default three times the wall's stiffness where it begins to repel (pressure
-        per length).
+        By default three times the wall's stiffness where it begins to repel, and at
+        least a tenth of E*/a0 (pressure per length).
     """
     if given is None:
         onset = np.nextafter(contact.interaction.contact_distance, -np.inf)
-        given = 3.0 * float(contact.interaction.evaluate(np.array(onset))[2])
+        halfspace = contact.halfspace
+        soft = 0.1 * halfspace.contact_modulus / halfspace.spacing
+        given = max(soft, 3.0 * float(contact.interaction.evaluate(onset)[2]))
     positive(reference_stiffness=given)
     return given
 
@@ -193,3 +201,8 @@ def indenter_stiffness(contact: Contact) -> float:
     n, m = contact.halfspace.shape
     halfspace = contact.halfspace
     return halfspace.contact_modulus * halfspace.spacing * (n * m) ** 0.5
+
+
+def without_rounding(pressure: np.ndarray) -> np.ndarray:
+    """Return a pressure read off a displacement, zero where it is only rounding."""
+    return np.where(abs(pressure) < 1e-9 * abs(pressure).max(), 0.0, pressure)

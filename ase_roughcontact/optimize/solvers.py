@@ -11,13 +11,15 @@ from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase.utils.abc import Optimizable
 
-from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.optimize import hardwall, newton
-from ase_roughcontact.optimize.problem import Indenter, Relaxation, contact_of, dot
+from ase_roughcontact.optimize.problem import (
+    Indenter,
+    Relaxation,
+    contact_of,
+    dot,
+    without_rounding,
+)
 from ase_roughcontact.substrate import displacement, set_displacement
-
-# Below this part of the largest one a pressure is rounding of the displacement.
-_ROUNDING = 1e-9
 
 
 class Window(Optimizable):
@@ -25,32 +27,23 @@ class Window(Optimizable):
 
     The displacement of all atoms follows from the pressure; the atoms are moved by
     `write`, and when somebody looks at them through `iterimages`.
-
-    Attributes
-    ----------
-    start : ndarray, shape (n, m), or None
-        Pressure that holds the atoms where they are; None where they are flat.
     """
 
     def __init__(self, atoms: Atoms, *, hard: bool) -> None:
         self.atoms = atoms
         self._hard = hard
-        self.read()
+        self._connect()
+        self._known: tuple[np.ndarray | None, float, float] | None = None
 
     def read(self) -> None:
         """Begin from where the atoms are, under their load and constraints."""
-        self.contact = contact_of(self.atoms, hard=self._hard)
-        self.indenter = Indenter(self.atoms)
-        self.state: Relaxation | None = None
-        self._height = float(self.atoms.positions[-1, 2])
-        values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
-        pressure, self._energy, self._error = (
-            self._hard_start(values)
-            if isinstance(self.contact.interaction, HardWall)
-            else self._soft_start(values)
-        )
-        self._energy += self.indenter.external(self._height)[0]
-        self.start = pressure if np.ptp(values) > 0.0 else None
+        self._connect()
+        self._known = None
+
+    @property
+    def start(self) -> np.ndarray | None:
+        """Pressure, shape (n, m), that holds the atoms; None where they are flat."""
+        return self._beginning()[0]
 
     def ndofs(self) -> int:
         """Return the number of atoms in the window, and one for the indenter."""
@@ -58,7 +51,7 @@ class Window(Optimizable):
 
     def get_x(self) -> np.ndarray:
         """Return displacement and height, shape (ndofs,)."""
-        next(self.iterimages())
+        self.write()
         n, m = self.contact.heights.shape
         values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
         return np.append(values[:n, :m].ravel(), self.atoms.positions[-1, 2])
@@ -69,11 +62,16 @@ class Window(Optimizable):
 
     def get_gradient(self) -> np.ndarray:
         """Return the largest force that is left, as the only entry of a gradient."""
-        return np.array([self._error if self.state is None else self.state.error])
+        error = self._beginning()[2] if self.state is None else self.state.error
+        return np.array([error])
 
     def get_value(self) -> float:
         """Return the energy (eV)."""
-        return self._energy if self.state is None else self.state.energy
+        if self.state is None:
+            return self._beginning()[1]
+        held = self.indenter.fixed  # then load and springs are not the solver's
+        outside = self.indenter.external(self.state.height)[0] if held else 0.0
+        return self.state.energy + outside
 
     def gradient_norm(self, gradient: np.ndarray) -> float:
         """Largest force on any atom (eV/Å)."""
@@ -82,10 +80,10 @@ class Window(Optimizable):
     def iterimages(self) -> Iterator[Atoms]:
         """Yield the atoms, moved to where the solver is.
 
-        Energy and forces are known, unless atoms still overlap with a hard wall.
+        Energy and forces are known, unless a hard wall has not been relaxed at all.
         """
         self.write()
-        if not self._hard or (self.state is not None and self.state.converged):
+        if not self._hard or self.state is not None:
             self.atoms.get_potential_energy()
         yield self.atoms
 
@@ -96,24 +94,46 @@ class Window(Optimizable):
         values = self.contact.halfspace.surroundings(self.state.pressure)
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self.state.height
+        if self._hard:
+            self.atoms.calc.hold(self.atoms, self.state.pressure)
 
-    def _soft_start(self, values: np.ndarray) -> tuple[np.ndarray, float, float]:
+    def _connect(self) -> None:
+        self.contact = contact_of(self.atoms, hard=self._hard)
+        self.indenter = Indenter(self.atoms)
+        self.state: Relaxation | None = None
+
+    def _beginning(self) -> tuple[np.ndarray | None, float, float]:
         """Pressure, energy and largest force of the atoms as they are."""
-        state = self.contact.evaluate(values, self._height)
+        if self._known is None:
+            height = float(self.atoms.positions[-1, 2])
+            values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
+            begin = self._hard_beginning if self._hard else self._soft_beginning
+            pressure, energy, error = begin(values, height)
+            start = without_rounding(pressure) if np.ptp(values) > 0.0 else None
+            self._known = start, energy + self.indenter.external(height)[0], error
+        return self._known
+
+    def _soft_beginning(
+        self, values: np.ndarray, height: float
+    ) -> tuple[np.ndarray, float, float]:
+        state = self.contact.evaluate(values, height)
         n, m = state.pressure.shape
         pressure = state.pressure + state.forces[:n, :m] / state.cell_area
-        pressure[abs(pressure) < _ROUNDING * abs(pressure).max()] = 0.0
         error = float(np.abs(state.forces).max())
         if not self.indenter.fixed:
-            force = state.normal_force + self.indenter.external(self._height)[1]
+            force = state.normal_force + self.indenter.external(height)[1]
             error = max(error, abs(force))
         return pressure, state.energy, error
 
-    def _hard_start(self, values: np.ndarray) -> tuple[np.ndarray, float, float]:
+    def _hard_beginning(
+        self, values: np.ndarray, height: float
+    ) -> tuple[np.ndarray, float, float]:
         """Tell all but the force: whether it is relaxed the solver has to find out."""
         halfspace = self.contact.halfspace
-        elastic = halfspace.elastic_pressure(values)
         n, m = halfspace.shape
+        if not values.any():
+            return np.zeros((n, m)), 0.0, np.inf
+        elastic = halfspace.elastic_pressure(values)
         energy = -0.5 * halfspace.cell_area * dot(values, elastic)
         return elastic[:n, :m], energy, np.inf
 
@@ -196,6 +216,12 @@ class WindowOptimizer(Optimizer):
         *_, converged = self.irun(fmax, steps)
         return bool(converged)
 
+    def call_observers(self) -> None:
+        """Call the observers, with the atoms where the solver is."""
+        if self.observers:
+            self.optimizable.write()
+        super().call_observers()
+
     def step(self) -> None:
         """Take one step of the solver."""
         state = next(self._states, None)
@@ -259,7 +285,7 @@ class HardWallCG(WindowOptimizer):
     the contact. The force that `fmax` bounds is the one that closes the gap of an atom:
     ``E* a0/1.122`` times the largest gap in contact or overlap outside of it, which is
     never allowed to be larger than 1e-6 spacings. It honours a fixed indenter and a
-    load.
+    load. After a run, `certificate` tells how well the conditions hold.
 
     Parameters
     ----------
@@ -282,7 +308,10 @@ class HardWallCG(WindowOptimizer):
     >>> sphere = RoughSphere(radius=200.0)
     >>> atoms = substrate('Cu', (16, 16), sphere, fixed=False)
     >>> atoms.calc = RoughContact(sphere, 0.5, HardWall(), load=5.0)
-    >>> HardWallCG(atoms).run(fmax=1e-9)
+    >>> optimizer = HardWallCG(atoms)
+    >>> optimizer.run(fmax=1e-9)
+    True
+    >>> optimizer.certificate.gap_in_contact < 1e-6
     True
     >>> round(atoms.calc.state(atoms).normal_force, 6)
     5.0
@@ -290,3 +319,22 @@ class HardWallCG(WindowOptimizer):
 
     _hard = True
     _iterate = staticmethod(hardwall.iterate)
+
+    @property
+    def certificate(self) -> hardwall.Certificate:
+        """Gap in contact, overlap, tension and load error, calculated afresh.
+
+        From the pressure where the solver has come to, by one convolution.
+
+        Raises
+        ------
+        RuntimeError
+            If there was no step yet.
+        """
+        window = self.optimizable
+        if window.state is None:
+            raise RuntimeError("there is no certificate before the first step")
+        load = None if window.indenter.fixed else window.atoms.calc.parameters["load"]
+        return hardwall.certificate(
+            window.contact, window.state.pressure, window.state.height, load
+        )
