@@ -182,8 +182,8 @@ def main(arguments=None):
             file.flush()
             mark = "" if run.converged else "  not converged"
             print(f"{run.case:9s}{run.size:5d}  {run.optimizer:26s}{run.steps:6d}"
-                  f"{run.evaluations:8.0f}{run.seconds:8.2f}  {run.energy:15.9f}  {above:8.1e}{mark}",
-                  flush=True)  # fmt: skip
+                  f"{run.evaluations:8.0f}{run.seconds:8.2f}  {run.energy:15.9f}"
+                  f"  {above:8.1e}{mark}", flush=True)  # fmt: skip
     try:
         draw(runs, out.with_suffix(".png"))
     except ImportError:
