@@ -73,7 +73,8 @@ class RealFFT2:
     spectrum : ndarray, shape (N, M//2 + 1), complex
         What `forward` wrote and what `inverse` reads (and destroys).
     pairs : int
-        Number of pairs of transforms made by `filter`.
+        Number of pairs of transforms: those of `filter`, and those that a caller of
+        `forward` and `inverse` adds.
     """
 
     def __init__(
