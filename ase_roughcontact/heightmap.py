@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import CubicSpline, make_interp_spline
 
 from ase_roughcontact.checks import FloatArray, height_array, positive, window
 
@@ -119,6 +119,49 @@ class HeightMap:
             places = values.shape[axis] // 2 + steps
             values = _interpolate(values, places, axis, self.periodic)
         return np.ascontiguousarray(values)
+
+    @property
+    def extent(self) -> float:
+        """Distance from the axis, along x and y, up to which the map is known once."""
+        n = min(self._values.shape)
+        return self.spacing * (n / 2 if self.periodic else (n - 1) // 2)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the map goes on beyond its extent."""
+        return self.periodic
+
+    def lowest(self, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> float:
+        """Lower bound of the heights on a grid.
+
+        Parameters
+        ----------
+        spacing : float
+            Distance between grid points.
+        origin : tuple of float
+            Position (x, y) of one of them relative to the centre of the map.
+
+        Returns
+        -------
+        float
+            The map's lowest height if all of them are points of the map; else that of
+            the control points of its spline, above which the spline lies.
+        """
+        steps = np.array([spacing, *origin]) / self.spacing
+        if np.abs(steps - np.rint(steps)).max() <= _ROUNDING:
+            return float(self._values.min())
+        return self._lowest_control
+
+    @cached_property
+    def _lowest_control(self) -> float:
+        control = self._values
+        for axis in (0, 1):
+            if self.periodic:
+                control = np.concatenate([control, control.take([0], axis)], axis)
+            ends = "periodic" if self.periodic else "not-a-knot"
+            points = np.arange(control.shape[axis])
+            control = make_interp_spline(points, control, 3, axis=axis, bc_type=ends).c
+        return float(control.min())
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, with a digest in place of heights."""

@@ -21,7 +21,8 @@ from ase.optimize import LBFGS
 
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import integer, positive
-from ase_roughcontact.substrate import indenter_fixed, restore, snapshot
+from ase_roughcontact.substrate import Layout, indenter_fixed, restore, snapshot
+from ase_roughcontact.window import AutoWindow, FixedWindow, box_of, rewindow
 
 PathName = str | os.PathLike
 
@@ -82,6 +83,7 @@ def load_path(
     heights: Sequence[float] | None = None,
     loads: Sequence[float] | None = None,
     max_steps: int = 10_000,
+    window: str = "fixed",
     edge: str = "raise",
     resume: bool = False,
 ) -> Iterator[LoadStep]:
@@ -106,9 +108,13 @@ def load_path(
         File of a table of the records, one line per step.
     max_steps : int
         Steps of the optimizer at most, per step of the path.
+    window : {"fixed", "auto"}
+        Keep the window of the atoms, or, on a free half space, exchange it in place for
+        one that holds all atoms that can touch at the step, and few others. That needs
+        an indenter that rises out of reach, such as `RoughSphere`.
     edge : {"raise", "ignore"}
-        What to do when the wall acts on an atom at the edge of a free window: the atoms
-        beyond it, which can't touch, would have touched, unless the indenter ends
+        What to do when the wall acts on an atom at the edge of a fixed free window: the
+        atoms beyond it, which can't touch, would have touched, unless the indenter ends
         there, as a flat punch does.
     resume : bool
         Go on from the steps that `trajectory` holds already: they are yielded again and
@@ -124,9 +130,11 @@ def load_path(
     ------
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
-        constraint does not fit it, or `resume` finds another path.
+        constraint does not fit it, or `resume` finds another path. With automatic
+        windows, if the indenter does not rise out of reach, or atoms could touch at
+        which its roughness is not known.
     RuntimeError
-        If the contact has come to the edge of the window.
+        If the contact has come to the edge of a fixed window.
     """
     control, targets = _one_path(
         penetrations=penetrations, heights=heights, loads=loads
@@ -135,22 +143,57 @@ def load_path(
     integer("max_steps", max_steps, 1)
     if edge not in ("raise", "ignore"):
         raise ValueError(f"edge must be 'raise' or 'ignore', got {edge!r}")
+    if window not in ("fixed", "auto"):
+        raise ValueError(f"window must be 'fixed' or 'auto', got {window!r}")
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"load_path needs a RoughContact calculator, got {atoms.calc}")
     _check_constraint(atoms, control)
-    done = _done(trajectory, _fingerprint(atoms), control, targets) if resume else []
+    auto = window == "auto" and not atoms.pbc.any()
+    windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)
+    system = _fingerprint(atoms, windows)
+    done = _done(trajectory, system, control, targets) if resume else []
     relax = partial(_relax, optimizer=optimizer, fmax=fmax, max_steps=max_steps)
-    return _steps(atoms, control, targets, relax, trajectory, csv, edge, done)
+    path = _Path(atoms, control, targets, system, relax, windows)
+    return _steps(path, trajectory, csv, done)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """What is relaxed, how, and under which loads."""
+
+    atoms: Atoms
+    control: str
+    targets: np.ndarray
+    system: str
+    relax: Callable[[Atoms], tuple[int, bool]]
+    windows: AutoWindow | FixedWindow
+
+    def step(self, number: int) -> LoadStep:
+        """Relax the atoms at a step, in windows that grow until they suffice."""
+        start = time.perf_counter()
+        first_contact = self.windows.first_contact
+        _apply(self.atoms, self.control, self.targets[number], first_contact)
+        self.windows.place(self.atoms, self.control)
+        iterations, converged = self.relax(self.atoms)
+        while self.windows.grow(self.atoms):
+            more, converged = self.relax(self.atoms)
+            iterations += more
+        seconds = time.perf_counter() - start
+        return _record(
+            self.atoms, number, first_contact, iterations, seconds, converged
+        )
+
+    def frame(self, record: LoadStep) -> Atoms:
+        """Return what is kept of the atoms, from which the path goes on."""
+        target = self.targets[record.step]
+        path = {"system": self.system, "control": self.control, "target": target}
+        return snapshot(self.atoms, load_step=asdict(record), path=path)
 
 
 def _steps(
-    atoms: Atoms,
-    control: str,
-    targets: np.ndarray,
-    relax: Callable[[Atoms], tuple[int, bool]],
+    path: _Path,
     trajectory: PathName | None,
     table: PathName | None,
-    edge: str,
     done: list[Atoms],
 ) -> Iterator[LoadStep]:
     with ExitStack() as files:
@@ -160,26 +203,18 @@ def _steps(
         if trajectory is not None:
             mode = "a" if done else "w"
             frames = files.enter_context(Trajectory(os.fspath(trajectory), mode))
-        system = _fingerprint(atoms)
         for frame in done:
             record = LoadStep(**frame.info["load_step"])
             if rows is not None:
                 rows.write(record)
             yield record
         if done:
-            _continue_from(atoms, done[-1])
-        first_contact = atoms.calc.contact(atoms).first_contact
-        for step in range(len(done), len(targets)):
-            start = time.perf_counter()
-            _apply(atoms, control, targets[step], first_contact)
-            iterations, converged = relax(atoms)
-            seconds = time.perf_counter() - start
-            if edge == "raise":
-                _check_edge(atoms)
-            record = _record(atoms, step, first_contact, iterations, seconds, converged)
+            _continue_from(path.atoms, done[-1])
+            path.windows.settle(path.atoms)
+        for number in range(len(done), len(path.targets)):
+            record = path.step(number)
             if frames is not None:
-                path = {"system": system, "control": control, "target": targets[step]}
-                frames.write(snapshot(atoms, load_step=asdict(record), path=path))
+                frames.write(path.frame(record))
             if rows is not None:
                 rows.write(record)
             yield record
@@ -237,20 +272,6 @@ def _relax(
     return int(dynamics.nsteps), bool(converged)
 
 
-def _check_edge(atoms: Atoms) -> None:
-    """Raise `RuntimeError` if the wall acts at the edge of a free window."""
-    if atoms.pbc.any():
-        return
-    acts = atoms.calc.state(atoms).pressure != 0.0
-    for rows in (acts, acts.T):
-        if rows[[0, -1]].any():
-            raise RuntimeError(
-                f"the contact has come to the edge of the window of {acts.shape} "
-                "atoms: build the atoms with a larger shape, or give edge='ignore' if "
-                "the indenter ends there"
-            )
-
-
 def _record(
     atoms: Atoms,
     step: int,
@@ -277,11 +298,10 @@ def _record(
     )
 
 
-def _fingerprint(atoms: Atoms) -> str:
+def _fingerprint(atoms: Atoms, windows: AutoWindow | FixedWindow) -> str:
     """Digest of all that a state depends on but height, load and displacement."""
     parameters = {k: v for k, v in atoms.calc.todict().items() if k != "load"}
-    layout = asdict(atoms.calc.layout(atoms))
-    text = json.dumps([parameters, layout], sort_keys=True)
+    text = json.dumps([parameters, windows.system()], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -314,8 +334,10 @@ def _done(
 
 
 def _continue_from(atoms: Atoms, frame: Atoms) -> None:
-    modulus = atoms.calc.parameters["contact_modulus"]
-    atoms.positions = restore(frame, modulus).positions
+    restored = restore(frame, atoms.calc.parameters["contact_modulus"])
+    if not atoms.pbc.any():
+        rewindow(atoms, box_of(Layout.of(restored)))
+    atoms.positions = restored.positions
 
 
 class _Table:

@@ -119,6 +119,33 @@ class SelfAffine:
             return self.domain
         return 4 * (self.longest_wavelength or self.long_wavelength)
 
+    @property
+    def extent(self) -> float:
+        """Distance from the origin, along x and y, up to which it does not repeat."""
+        return self.side / 2
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the surface goes on beyond its extent."""
+        return True
+
+    def lowest(self, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> float:
+        """Lowest height on a grid over the whole domain.
+
+        Parameters
+        ----------
+        spacing : float
+            Distance between grid points.
+        origin : tuple of float
+            Position (x, y) of one of them.
+
+        Returns
+        -------
+        float
+        """
+        points = self._points_per_side(spacing)
+        return float(_field(self, points, *_steps(spacing, origin)[1]).min())
+
     def heights(
         self,
         shape: tuple[int, int],
@@ -155,12 +182,7 @@ class SelfAffine:
                 f"{points} x {points} points and would see the same roughness twice; "
                 f"give the surface a domain of at least {max(shape) * spacing:g}"
             )
-        # Whole steps wrap indices; the fraction left over moves the waves.
-        places = [round(position / spacing, 12) for position in origin]
-        steps = [math.floor(place) for place in places]
-        shift = [
-            round(place - step, 12) for place, step in zip(places, steps, strict=True)
-        ]
+        steps, shift = _steps(spacing, origin)
         field = _field(self, points, *shift)
         index = [
             (step + np.arange(n)) % points for step, n in zip(steps, shape, strict=True)
@@ -199,6 +221,16 @@ class SelfAffine:
                 f"surface domain={math.ceil(ratio) * spacing!r}"
             )
         return points
+
+
+def _steps(
+    spacing: float, origin: tuple[float, float]
+) -> tuple[list[int], list[float]]:
+    """Whole steps, which wrap indices, and what is left over, which moves the waves."""
+    places = [round(position / spacing, 12) for position in origin]
+    steps = [math.floor(place) for place in places]
+    rest = [round(place - step, 12) for place, step in zip(places, steps, strict=True)]
+    return steps, rest
 
 
 @lru_cache(maxsize=2)

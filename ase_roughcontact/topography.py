@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -48,6 +48,27 @@ class Surface(Protocol):
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters of the surface."""
+        ...
+
+
+@runtime_checkable
+class BoundedSurface(Surface, Protocol):
+    """A surface that rises out of reach, so that windows can be chosen for it."""
+
+    def reach(
+        self, level: float, spacing: float, origin: tuple[float, float] = (0.0, 0.0)
+    ) -> float:
+        """Distance from the axis beyond which no atom is lower than a level."""
+        ...
+
+    @property
+    def extent(self) -> float:
+        """Distance from the axis, along x and y, up to which heights are known once."""
+        ...
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the surface goes on, repeating itself, beyond the extent."""
         ...
 
 
@@ -139,6 +160,60 @@ class RoughSphere:
             )
         # The same as R - sqrt(R^2 - r^2), without the cancellation.
         return square / (self.radius + np.sqrt(depth))
+
+    def reach(
+        self, level: float, spacing: float, origin: tuple[float, float] = (0.0, 0.0)
+    ) -> float:
+        """Distance from the axis beyond which no atom is lower than a level.
+
+        Parameters
+        ----------
+        level : float
+            Height.
+        spacing : float
+            Distance between atoms.
+        origin : tuple of float
+            Position (x, y) of one of them relative to the axis of the sphere.
+
+        Returns
+        -------
+        float
+            Where the smooth sphere rises above the level by the depth of the lowest
+            point of the roughness.
+
+        Raises
+        ------
+        ValueError
+            If the indenter is flat, or the roughness does not tell its lowest point.
+        """
+        rough: Any = self.roughness
+        told = rough is None or hasattr(rough, "lowest")
+        if self.radius == math.inf or not told:
+            raise ValueError(
+                "only a sphere of finite radius, smooth or with a roughness that tells "
+                f"its lowest point, rises out of reach; got {self!r}: give a fixed "
+                "window"
+            )
+        lowest = 0.0 if rough is None else rough.lowest(spacing, origin)
+        depth = max(level - lowest, 0.0)
+        if self.profile == "paraboloid":
+            return math.sqrt(2 * self.radius * depth)
+        depth = min(depth, self.radius)
+        return math.sqrt(depth * (2 * self.radius - depth))
+
+    @property
+    def extent(self) -> float:
+        """Distance from the axis, along x and y, up to which heights are known once."""
+        known = getattr(self.roughness, "extent", math.inf)
+        if self.profile == "sphere":
+            return min(known, self.radius / math.sqrt(2))  # a square within the sphere
+        return known
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the roughness goes on, repeating itself, beyond the extent."""
+        rough = getattr(self.roughness, "repeats", False)
+        return rough and self.profile == "paraboloid"
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, those of the roughness among them."""

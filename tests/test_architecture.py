@@ -17,7 +17,7 @@ FLOORS = [
     {"checks"},
     {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
-    {"halfspace"},
+    {"halfspace", "silhouette"},
     {"contact"},
     {"substrate", "calculator"},
     {"optimize"},

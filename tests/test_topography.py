@@ -568,3 +568,40 @@ def test_the_spectrum_of_a_wave_sits_at_its_wave_number():
     peak = np.argmax(density)
     assert q[peak] == pytest.approx(wavenumber, rel=0.05)
     assert np.delete(density, peak).max() < 1e-25
+
+
+# How far a surface can lie below a level
+
+
+@pytest.mark.parametrize("profile", ["paraboloid", "sphere"])
+@pytest.mark.parametrize("rough", [False, True], ids=["smooth", "rough"])
+def test_no_atom_beyond_the_reach_is_below_the_level(profile, rough):
+    roughness = SelfAffine(0.3, 0.8, 4.0, 16.0, domain=64.0) if rough else None
+    sphere = RoughSphere(100.0, roughness, profile)
+    heights = sphere.heights((64, 64), 1.0, (-32.0, -32.0))
+    x = np.arange(-32.0, 32.0)
+    distance = np.hypot(x[:, None], x)
+    for level in (-0.5, 0.0, 0.1, 1.0, 3.0):
+        reach = sphere.reach(level, 1.0)
+        assert (heights[distance > reach] >= level).all()
+    if not rough:
+        assert sphere._profile(np.array(reach**2)) == pytest.approx(level)
+
+
+def test_lowest_height_of_the_domain_is_that_on_the_lattice():
+    surface = SelfAffine(0.3, 0.8, 4.0, 16.0, domain=64.0)
+    for origin in ((0.0, 0.0), (3.0, -2.0), (0.25, 0.5)):
+        heights = surface.heights((64, 64), 1.0, origin)
+        assert surface.lowest(1.0, origin) == heights.min()
+    assert surface.extent == 32.0
+
+
+@pytest.mark.parametrize("repeats", [False, True], ids=["once", "periodic"])
+@pytest.mark.parametrize("spacing", [1.0, 2.0, 0.5, 0.3])
+def test_no_height_of_a_map_is_below_its_lowest(repeats, spacing):
+    values = np.random.default_rng(4).uniform(-1.0, 1.0, (12, 10))
+    surface = HeightMap(values, 1.0, periodic=repeats)
+    heights = surface.heights((5, 5), spacing, (-2 * spacing, -2 * spacing))
+    assert surface.lowest(spacing) <= heights.min()
+    assert (surface.lowest(spacing) == values.min()) == (spacing in (1.0, 2.0))
+    assert surface.extent == (5.0 if repeats else 4.0)

@@ -1,0 +1,265 @@
+"""Which atoms are below a level of the indenter: boxes of atoms, and its silhouette.
+
+Lengths are in any one unit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ase_roughcontact.fourier import fast_length
+from ase_roughcontact.topography import BoundedSurface, Surface
+
+# Side of the tiles that a surface is searched in, and of the first look at its middle.
+_TILE = 512
+_MIDDLE = 64
+# Windows have one of few sizes, each about this much longer than the one before.
+_RUNG = 1.12
+_SMALLEST = 8
+# Whole numbers of spacings up to this.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Box:
+    """Rectangle of atoms.
+
+    Attributes
+    ----------
+    start : (int, int)
+        First atom along x and y, in spacings from the indenter's axis.
+    shape : (int, int)
+        Number of atoms.
+    """
+
+    start: tuple[int, int]
+    shape: tuple[int, int]
+
+    @property
+    def stop(self) -> tuple[int, int]:
+        """First atom beyond."""
+        (i, j), (n, m) = self.start, self.shape
+        return i + n, j + m
+
+    @property
+    def size(self) -> int:
+        """Number of atoms."""
+        return math.prod(self.shape)
+
+    @classmethod
+    def between(cls, start: tuple[int, int], stop: tuple[int, int]) -> Box:
+        """Box from first atoms to those beyond the last."""
+        return cls(start, (stop[0] - start[0], stop[1] - start[1]))
+
+    @classmethod
+    def around(cls, mask: np.ndarray, start: tuple[int, int]) -> Box | None:
+        """Smallest box of the true entries of a mask that begins at `start`."""
+        if not mask.any():
+            return None
+        rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
+        return cls(
+            (start[0] + int(rows[0]), start[1] + int(columns[0])),
+            (int(rows[-1] - rows[0]) + 1, int(columns[-1] - columns[0]) + 1),
+        )
+
+    def holds(self, other: Box) -> bool:
+        """Whether all atoms of another box are in this one."""
+        return self.join(other) == self
+
+    def join(self, other: Box | None) -> Box:
+        """Smallest box that holds two."""
+        if other is None:
+            return self
+        (i, j), (k, m) = (
+            np.minimum(self.start, other.start),
+            np.maximum(self.stop, other.stop),
+        )
+        return Box.between((int(i), int(j)), (int(k), int(m)))
+
+    def meet(self, other: Box) -> Box:
+        """Atoms that are in both, which must overlap."""
+        (i, j), (k, m) = (
+            np.maximum(self.start, other.start),
+            np.minimum(self.stop, other.stop),
+        )
+        return Box.between((int(i), int(j)), (int(k), int(m)))
+
+    def index(self, part: Box) -> tuple[slice, slice]:
+        """Where a part is in an array of this box."""
+        first, second = (
+            slice(a - b, a - b + n)
+            for a, b, n in zip(part.start, self.start, part.shape, strict=True)
+        )
+        return first, second
+
+
+class Silhouette:
+    """Outline of an indenter seen along x and y, which tells what is below a level.
+
+    It keeps the lowest height in every row and every column of atoms. From these
+    follows the bounding box of the atoms below any level.
+
+    Parameters
+    ----------
+    indenter : Surface
+        One that tells its `reach`, such as `RoughSphere`.
+    spacing : float
+        Distance of neighbours (length).
+    origin : (float, float)
+        Position of any atom relative to the axis (length).
+
+    Raises
+    ------
+    ValueError
+        If the indenter does not rise out of reach.
+    """
+
+    def __init__(
+        self,
+        indenter: Surface,
+        spacing: float,
+        origin: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        if not isinstance(indenter, BoundedSurface):
+            raise ValueError(
+                "automatic windows need an indenter that rises out of reach, such as "
+                f"RoughSphere, got {indenter!r}: give a fixed window"
+            )
+        self.indenter, self.spacing = indenter, spacing
+        self.offset = (rest_of(origin[0], spacing), rest_of(origin[1], spacing))
+        self._half = -1
+        self._first = 0
+        self._rows = self._columns = np.zeros(0)
+
+    @cached_property
+    def lowest(self) -> float:
+        """Lowest height of any atom."""
+        self._search(_MIDDLE)
+        self._search(self._reach(float(self._rows.min())))
+        return float(self._rows.min())
+
+    @cached_property
+    def domain(self) -> Box | None:
+        """Atoms at which the surface is known, and does not repeat; None for all."""
+        indenter = self.indenter
+        if indenter.extent == math.inf:
+            return None
+        steps = indenter.extent / self.spacing + _ROUNDING
+        if indenter.repeats:
+            half = (math.floor(2 * steps) - 1) // 2
+        else:
+            half = math.floor(steps - max(map(abs, self.offset)) / self.spacing)
+        return Box((-half, -half), (2 * half + 1, 2 * half + 1))
+
+    def below(self, level: float) -> Box:
+        """Smallest box of all atoms lower than a level, and of the lowest.
+
+        Parameters
+        ----------
+        level : float
+            Height (length).
+
+        Returns
+        -------
+        Box
+            Also beyond the domain if the surface repeats, else up to its edge.
+        """
+        level = max(level, np.nextafter(self.lowest, np.inf))
+        self._search(self._reach(level))
+        rows, columns = (
+            np.flatnonzero(low < level) + self._first
+            for low in (self._rows, self._columns)
+        )
+        return Box.between(
+            (int(rows[0]), int(columns[0])), (int(rows[-1]) + 1, int(columns[-1]) + 1)
+        )
+
+    def known(self, box: Box) -> Box:
+        """Part of a box that is in the domain."""
+        return box if self.domain is None else box.meet(self.domain)
+
+    def check(self, level: float) -> None:
+        """Raise `ValueError` unless all atoms below a level are in the domain."""
+        if self.domain is None or self.domain.holds(box := self._possible(level)):
+            return
+        side = 2.0 * self.spacing * max(*map(abs, box.start), *map(abs, box.stop))
+        raise ValueError(
+            f"atoms up to {side / 2:g} from the indenter's axis can touch, but its "
+            f"surface is known only up to {self.indenter.extent:g}: give the roughness "
+            f"a larger domain (SelfAffine(..., domain={side:g}) or more) or a larger "
+            "map, or set window='fixed' if the indenter ends there"
+        )
+
+    def roomy(self, box: Box) -> Box:
+        """Box of one of few sizes around another, within the domain."""
+        start, shape = [], []
+        for axis in (0, 1):
+            n, first = _rung(box.shape[axis]), box.start[axis]
+            low = first - (n - box.shape[axis]) // 2
+            if self.domain is not None:
+                n = max(min(n, self.domain.shape[axis]), box.shape[axis])
+                low = max(min(low, self.domain.stop[axis] - n), self.domain.start[axis])
+            start.append(low)
+            shape.append(n)
+        return Box((start[0], start[1]), (shape[0], shape[1]))
+
+    def heights(self, box: Box) -> np.ndarray:
+        """Heights of the atoms in a box."""
+        x, y = (
+            start * self.spacing + offset
+            for start, offset in zip(box.start, self.offset, strict=True)
+        )
+        return self.indenter.heights(box.shape, self.spacing, (x, y))
+
+    def _possible(self, level: float) -> Box:
+        """Box of all atoms that may be below a level."""
+        if self.indenter.repeats:
+            return self.below(level)
+        half = self._reach(level)
+        return Box((-half, -half), (2 * half + 1, 2 * half + 1))
+
+    def _reach(self, level: float) -> int:
+        reach = self.indenter.reach(level, self.spacing, self.offset)
+        return math.ceil(reach / self.spacing)
+
+    def _search(self, half: int) -> None:
+        """Find the lowest heights of rows and columns up to a distance."""
+        if half <= self._half:
+            return
+        self._half = half = max(half, round(1.25 * self._half))
+        around = Box((-half, -half), (2 * half + 1, 2 * half + 1))
+        side = _TILE
+        if self.domain is not None:
+            side = min(side, *self.domain.shape)
+            around = around if self.indenter.repeats else around.meet(self.domain)
+        (self._first, _), (stop, _) = around.start, around.stop
+        self._rows, self._columns = np.full((2, stop - self._first), np.inf)
+        starts = range(self._first, stop, side)
+        for tile in (
+            Box((i, j), (side, side)).meet(around) for i in starts for j in starts
+        ):
+            nearest = [
+                max(a, 1 - b, 0) for a, b in zip(tile.start, tile.stop, strict=True)
+            ]
+            if math.hypot(*nearest) > half + 1:
+                continue
+            heights = self.heights(tile)
+            rows, columns = around.index(tile)
+            for low, part, axis in ((self._rows, rows, 1), (self._columns, columns, 0)):
+                np.minimum(low[part], heights.min(axis=axis), out=low[part])
+
+
+def rest_of(place: float, spacing: float) -> float:
+    """Part of a place that is not a whole number of spacings; zero, not rounding."""
+    rest = place - spacing * round(place / spacing)
+    return 0.0 if abs(rest) < _ROUNDING * spacing else rest
+
+
+def _rung(least: int) -> int:
+    """Length of a window from a ladder on which the padded grid is a fast one."""
+    steps = math.ceil(math.log(max(least, _SMALLEST), _RUNG) - _ROUNDING)
+    return (fast_length(2 * math.ceil(_RUNG**steps) - 1) + 1) // 2
