@@ -154,18 +154,21 @@ class System:
         if missing:
             solution = carried(0.0 * right, missing)
             rest = right - self._image(solution)
-        solution += _residuals(
+        solution += residuals(
             self._image,
             lambda rest: carried(self._relieve(rest), 0.0),
             rest,
-            reduction * (_norm(right) or _norm(rest)),
+            reduction * (norm(right) or norm(rest)),
             most,
         )
         return solution[:-1], float(solution[-1])
 
+    def image(self, change: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Left side of the equations for ``(x, z)``, given the depth of the atoms."""
+        return change[:-1] + self._d * (depth + change[-1])
+
     def _image(self, change: np.ndarray) -> np.ndarray:
-        x, z = change[:-1], change[-1]
-        return x + self._d * (self._patch.depth(x, self._where) + z)
+        return self.image(change, self._patch.depth(change[:-1], self._where))
 
     def _relieve(self, x: np.ndarray) -> np.ndarray:
         """Apply the approximate inverse; atoms without stiffness stay as they are.
@@ -182,7 +185,7 @@ class System:
         return y
 
 
-def _residuals(
+def residuals(
     image: Callable[[np.ndarray], np.ndarray],
     precondition: Callable[[np.ndarray], np.ndarray],
     rest: np.ndarray,
@@ -191,20 +194,40 @@ def _residuals(
 ) -> np.ndarray:
     """Change that makes the rest smaller than `stop`, or as small as it gets.
 
+    Generalised conjugate residuals; the preconditioner may vary.
+
+    Parameters
+    ----------
+    image : callable
+        Linear map of changes to what they take off the rest.
+    precondition : callable
+        Approximate inverse of it.
+    rest : ndarray
+        What is to be removed.
+    stop : float
+        Norm of the rest at which to stop.
+    most : int
+        Steps at most.
+
+    Returns
+    -------
+    ndarray
+        The change.
+
     References
     ----------
     S. C. Eisenstat, H. C. Elman, M. H. Schultz, SIAM J. Numer. Anal. 20, 345 (1983).
     """
     found: np.ndarray | float = 0.0
     tried: list[tuple[np.ndarray, np.ndarray]] = []
-    while _norm(rest) > stop and len(tried) < most:
+    while norm(rest) > stop and len(tried) < most:
         change = precondition(rest)
         new = image(change)
         for old_change, old in tried:
             overlap = dot(old, new)
             new -= overlap * old
             change -= overlap * old_change
-        size = _norm(new)
+        size = norm(new)
         if not size > 0.0:
             break
         tried.append((change / size, new / size))
@@ -215,5 +238,6 @@ def _residuals(
     return np.asarray(found)
 
 
-def _norm(values: np.ndarray) -> float:
+def norm(values: np.ndarray) -> float:
+    """Euclidean norm without BLAS."""
     return dot(values, values) ** 0.5

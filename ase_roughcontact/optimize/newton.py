@@ -32,7 +32,7 @@ import numpy as np
 from ase_roughcontact.checks import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
-from ase_roughcontact.optimize.krylov import Patch
+from ase_roughcontact.optimize.krylov import Patch, System, norm, residuals
 from ase_roughcontact.optimize.landscape import Landscape, State, Step
 from ase_roughcontact.optimize.nested import can_coarsen, coarsen, refine
 from ase_roughcontact.optimize.problem import External, Relaxation
@@ -44,6 +44,9 @@ _NEAR = 0.3
 # Part of the residual that the linear solution may leave, and its steps at most.
 _REDUCTION = 0.1
 _KRYLOV_STEPS = 40
+# The same of the exact equations, which the model preconditions.
+_EXACT_REDUCTION = 0.5
+_EXACT_STEPS = 10
 # Steps that are combined with the present one.
 _MEMORY = 3
 # Steps without progress before giving up, and steps on a coarse grid.
@@ -222,13 +225,52 @@ class _Newton:
             row = self.landscape.spring(state.height) / area, missing
         before = self.patch.transforms
         system = self.patch.system(atoms, stiffness)
-        solution = system.solve(state.residual, row, reduction, _KRYLOV_STEPS)
+        step = self._solved(system, state, row, reduction)
         self.points += (self.patch.transforms - before) * self.patch.points
+        return step
+
+    def _solved(
+        self,
+        system: System,
+        state: State,
+        row: tuple[float, float] | None,
+        reduction: float,
+    ) -> Step | None:
+        """Solve by the model, and again for what is left with the exact lift.
+
+        Where atoms overlap deeply, the wall is so stiff that the model's small error
+        spoils its solution: then it only preconditions the exact equations.
+        """
+        right = state.residual
+        solution = system.solve(right, row, reduction, _KRYLOV_STEPS)
         if solution is None:
             return None
+        change = np.append(*solution)
+        step = self._step(state, change)
+        if self.halfspace.periodic:  # the model is exact
+            return step
+        rest = right - system.image(change, step.lift.reshape(-1)[state.atoms])
+        accepted = _EXACT_REDUCTION * max(norm(right), norm(rest - right))
+        if norm(rest) <= accepted:
+            return step
+
+        def image(change: np.ndarray) -> np.ndarray:
+            lift = self._step(state, change).lift
+            return system.image(change, lift.reshape(-1)[state.atoms])
+
+        def precondition(rest: np.ndarray) -> np.ndarray:
+            still = None if row is None else (row[0], 0.0)
+            found = system.solve(rest, still, reduction, _KRYLOV_STEPS)
+            return np.append(*found) if found else np.append(rest, 0.0)
+
+        more = residuals(image, precondition, rest, accepted, _EXACT_STEPS)
+        return self._step(state, change + more)
+
+    def _step(self, state: State, change: np.ndarray) -> Step:
+        """Return a change of pressure and height with its exact lift."""
         pressure = np.zeros(state.pressure.shape)
-        pressure.reshape(-1)[atoms] = solution[0]
-        return Step(pressure, self.landscape.lift(pressure), solution[1])
+        pressure.reshape(-1)[state.atoms] = change[:-1]
+        return Step(pressure, self.landscape.lift(pressure), float(change[-1]))
 
     def _downhill(self, state: State, step: Step) -> bool:
         falls = self.landscape.slope(state, step) < 0.0
