@@ -27,7 +27,8 @@ Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Interaction(ABC):
     """What a wall has to know: a function of the gap, and its range.
 
-    A potential of your own needs the three attributes and `evaluate`.
+    A potential of your own needs the three attributes and `evaluate`; with attributes
+    that are not numbers or strings also `todict`.
 
     Attributes
     ----------
@@ -59,9 +60,9 @@ class Interaction(ABC):
             length).
         """
 
-    @abstractmethod
     def todict(self) -> dict:
         """Parameters as plain numbers and strings."""
+        return {"kind": type(self).__name__, **vars(self)}
 
 
 @dataclass(frozen=True)

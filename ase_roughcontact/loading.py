@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.io import Trajectory
-from ase.optimize import LBFGS
 
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import integer, positive
+from ase_roughcontact.optimize import NewtonKrylov
 from ase_roughcontact.substrate import Layout, indenter_fixed, restore, snapshot
 from ase_roughcontact.window import AutoWindow, FixedWindow, box_of, rewindow
 
@@ -75,7 +75,7 @@ class LoadStep:
 def load_path(
     atoms: Atoms,
     penetrations: Sequence[float] | None = None,
-    optimizer: Callable[..., Any] = LBFGS,
+    optimizer: Callable[..., Any] = NewtonKrylov,
     fmax: float = 1e-3,
     trajectory: PathName | None = None,
     csv: PathName | None = None,
@@ -136,6 +136,8 @@ def load_path(
     RuntimeError
         If the contact has come to the edge of a fixed window.
     """
+    if resume and trajectory is None:
+        raise ValueError("resume needs the trajectory to go on from")
     control, targets = _one_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
@@ -300,9 +302,17 @@ def _record(
 
 def _fingerprint(atoms: Atoms, windows: AutoWindow | FixedWindow) -> str:
     """Digest of all that a state depends on but height, load and displacement."""
-    parameters = {k: v for k, v in atoms.calc.todict().items() if k != "load"}
-    text = json.dumps([parameters, windows.system()], sort_keys=True)
+    parameters = {
+        k: v for k, v in atoms.calc.todict().items() if k not in ("load", "fft")
+    }
+    system = [parameters, windows.system()]
+    text = json.dumps(system, sort_keys=True, default=_plain)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _plain(value: Any) -> Any:
+    """Return a number or text in place of what JSON does not know."""
+    return value.item() if isinstance(value, np.generic) else repr(value)
 
 
 def _done(
@@ -328,7 +338,8 @@ def _done(
     if known != wanted:
         raise ValueError(
             f"can't resume: {os.fspath(trajectory)} holds {len(done)} steps of another "
-            f"path or system, the first {known[0]}; wanted {wanted[:1]}"
+            "path or system (indenter, wall, solid, window or loads differ): delete "
+            "it, or give another file or folder"
         )
     return done
 

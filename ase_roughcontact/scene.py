@@ -25,7 +25,7 @@ from ase_roughcontact.checks import finite, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import LoadStep, load_path
 from ase_roughcontact.material import contact_modulus, crystal_modulus
-from ase_roughcontact.optimize import HardWallCG, NewtonKrylov
+from ase_roughcontact.optimize import FourierModes, HardWallCG, NewtonKrylov
 from ase_roughcontact.substrate import fcc_spacing, substrate
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -37,9 +37,24 @@ else:
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = 1e-9 * J / m
 
-OPTIMIZERS = {
-    cls.__name__: cls
-    for cls in (NewtonKrylov, HardWallCG, LBFGS, FIRE, FIRE2, BFGSLineSearch)
+
+def _on_modes(cls: type, atoms: Atoms, **options: Any) -> Any:
+    """Optimizer of ASE on the scaled modes of the half space."""
+    modes = FourierModes(atoms)
+    if cls in (FIRE, FIRE2):
+        options["maxstep"] = modes.maxstep
+    if cls is LBFGS:
+        options |= {"alpha": 1.0, "memory": 20}
+    return cls(modes, **options)
+
+
+OPTIMIZERS: dict[str, Any] = {
+    "NewtonKrylov": NewtonKrylov,
+    "HardWallCG": HardWallCG,
+    **{
+        cls.__name__: partial(_on_modes, cls)
+        for cls in (LBFGS, FIRE, FIRE2, BFGSLineSearch)
+    },
 }
 
 
@@ -102,7 +117,7 @@ class PathTable:
 class SolverTable:
     """``[solver]``: tolerance in units of E* a0^2."""
 
-    optimizer: str = "NewtonKrylov"
+    optimizer: str | None = None
     fmax: float = 1e-6
     max_steps: int = 10_000
 
@@ -321,7 +336,9 @@ class Scene:
         OSError
             If the folder can't be written.
         """
-        optimizer = _choice(self.solver.optimizer, OPTIMIZERS, "optimizer")
+        suited = "HardWallCG" if self.interaction.kind == "hard" else "NewtonKrylov"
+        name = self.solver.optimizer or suited
+        optimizer = _choice(name, OPTIMIZERS, "optimizer")
         path: dict[str, Any] = {f"{self.path.control}s": self.steps}
         atoms = self.atoms()
         folder = Path(folder)

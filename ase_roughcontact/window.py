@@ -75,9 +75,9 @@ class FixedWindow:
         for rows in (acts, acts.T):
             if rows[[0, -1]].any():
                 raise RuntimeError(
-                    f"the contact has come to the edge of the window of {acts.shape} "
-                    "atoms: build the atoms with a larger shape, or give edge='ignore' "
-                    "if the indenter ends there"
+                    "the contact or its attraction has come to the edge of the window "
+                    f"of {acts.shape} atoms: give a larger shape (or edge='ignore' if "
+                    "the indenter ends there)"
                 )
         return False
 

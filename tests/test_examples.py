@@ -67,9 +67,9 @@ def test_readme_has_python_to_run():
 
 
 @pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_python_of_the_readme_runs(number, tmp_path):
+def test_python_of_the_readme_runs_from_top_to_bottom(number, tmp_path):
     script = tmp_path / "block.py"
-    script.write_text(BLOCKS[number])
+    script.write_text("\n".join(BLOCKS[: number + 1]))
     result = run_python([script.name], tmp_path)
     assert result.returncode == 0, result.stderr
 

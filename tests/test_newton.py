@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from ase_roughcontact import RoughSphere, SelfAffine
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
@@ -359,3 +360,14 @@ def test_a_hard_wall_is_refused():
     contact = scene(8, HardWall())
     with pytest.raises(ValueError, match="HardWallCG"):
         next(iterate(contact, height=0.0, external=None, start=None, tolerance=1e-6))
+
+
+def test_a_threefold_load_converges_from_a_warm_start():
+    rough = SelfAffine(0.1, 0.8, 4.0, 512.0, seed=1)
+    heights = RoughSphere(1000.0, rough).heights((480, 480), 1.0, (-240.0, -240.0))
+    contact = scene(480, heights=heights)
+    light = relax(contact, 0.0, constant(1067.0))[-1]
+    heavy = relax(contact, light.height, constant(3373.0), light.pressure)
+    cold = relax(contact, 0.0, constant(3373.0))[-1]
+    assert heavy[-1].energy == pytest.approx(cold.energy, rel=1e-12)
+    assert len(heavy) < 40

@@ -345,3 +345,12 @@ def test_the_indenter_may_be_named_from_the_end(index):
     height = atoms.positions[-1, 2]
     assert NewtonKrylov(atoms).run(fmax=1e-8)
     assert atoms.positions[-1, 2] == height
+
+
+def test_a_spring_beside_the_indenter_is_refused():
+    sphere = RoughSphere(20.0)
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0)
+    atoms.set_constraint(Hookean(a1=len(atoms) - 1, a2=(0.0, 0.0, -1.0), k=1.0, rt=0.0))
+    with pytest.raises(ValueError, match="beside the indenter"):
+        NewtonKrylov(atoms)

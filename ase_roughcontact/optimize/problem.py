@@ -146,6 +146,14 @@ class Indenter:
                 f"{constraint} does not tie the indenter to a point or a plane: "
                 "relax it with one of ASE's optimizers on the atoms themselves"
             )
+        if constraint._type == "point" and not np.allclose(
+            constraint.origin[:2], self._xy, rtol=0.0, atol=1e-6
+        ):
+            raise ValueError(
+                f"the spring is tied to {constraint.origin}, beside the indenter at "
+                f"{self._xy}, which moves along z only: tie it to a point above or "
+                "below, x, y, _ = atoms.positions[-1]"
+            )
         return constraint
 
     def _fixes(self, constraint: object) -> bool:
