@@ -23,6 +23,7 @@ J. Nocedal, S. J. Wright, Numerical Optimization (2006), Ch. 7 (inexact Newton m
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -51,6 +52,10 @@ _EXACT_STEPS = 10
 _MEMORY = 3
 # Steps without progress before giving up, and steps on a coarse grid.
 _PATIENCE = 5
+# After so many steps an energy that fell by less than this many times its rounding (a
+# millionth of its terms), with a force that was not halved, is no progress either.
+_CRAWL = 50
+_CRAWL_FALL = 1e8
 _COARSE_STEPS = 50
 
 
@@ -289,7 +294,8 @@ def _relax(
     newton = _Newton(landscape)
     state = best = landscape.state(start, landscape.lift(start), height)
     fresh, refreshed, idle = True, False, 0
-    while True:
+    milestone = state
+    for step in itertools.count(1):
         if state.error <= tolerance and not fresh:
             state = best = landscape.afresh(state)
             fresh = True
@@ -303,6 +309,11 @@ def _relax(
             idle = 0 if lower or new.error < 0.9 * best.error else idle + 1
             best = new if lower or new.error < best.error else best
             state, fresh = new, False
+        if step % _CRAWL == 0:
+            fall = milestone.energy - state.energy
+            if fall < _CRAWL_FALL * state.noise and 2.0 * state.error > milestone.error:
+                idle = _PATIENCE + 1
+            milestone = state
         if new is None or idle > _PATIENCE:
             state = best = landscape.afresh(best)
             if refreshed and not state.error <= tolerance:
@@ -314,7 +325,7 @@ def _relax(
 
 def _explanation(landscape: Landscape, state: State, new: State | None) -> str:
     """Why there is no better state."""
-    reason = "only rounding is left"
+    reason = "only rounding is left, or steps too small to matter"
     if new is None:
         reason = "no step lowers the energy"
         if landscape.loaded and not landscape.resists(state):
