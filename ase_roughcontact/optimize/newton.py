@@ -45,8 +45,9 @@ _NEAR = 0.3
 # Part of the residual that the linear solution may leave, and its steps at most.
 _REDUCTION = 0.1
 _KRYLOV_STEPS = 40
-# The same of the exact equations, which the model preconditions.
-_EXACT_REDUCTION = 0.5
+# The same of the exact equations: a solution of the model that leaves more of them than
+# there was, it only preconditions.
+_EXACT_REDUCTION = 1.0
 _EXACT_STEPS = 10
 # Steps that are combined with the present one.
 _MEMORY = 3
