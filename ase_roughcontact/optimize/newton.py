@@ -49,6 +49,10 @@ _KRYLOV_STEPS = 40
 # there was, it only preconditions.
 _EXACT_REDUCTION = 1.0
 _EXACT_STEPS = 10
+# Part of the load that may be missing for a start to be worth more than coarser grids:
+# a start with 5 % less load took 34, 56 and 66 pairs on free windows of 128, 256 and
+# 480 atoms along a side, no start 35, 47 and 49.
+_FAR = 0.03
 # Steps that are combined with the present one.
 _MEMORY = 3
 # Steps without progress before giving up, and steps on a coarse grid.
@@ -81,7 +85,8 @@ def iterate(
         height. By default the height is fixed.
     start : ndarray, shape (n, m), optional
         Pressure to start from. By default it comes from coarser grids, and with a load
-        the height too.
+        the height too; so it does if a wall that only repels, whose state is unique,
+        carries much more or less than the load.
     tolerance : float
         Largest force that is left on any atom, and on the indenter if it is free.
 
@@ -99,7 +104,7 @@ def iterate(
     """
     _check(contact, height, start, tolerance)
     spent = 0.0
-    if start is None:
+    if start is None or _far(contact, height, external, start):
         start, height, spent = _cold_start(contact, height, external)
     start = np.asarray(start, float)
     for state in _relax(contact, height, external, start, tolerance):
@@ -121,6 +126,18 @@ def _check(
                 f"start must have the shape {contact.halfspace.shape} of the window, "
                 f"got {start.shape}"
             )
+
+
+def _far(
+    contact: Contact, height: float, external: External | None, start: np.ndarray
+) -> bool:
+    """Whether a start is so far from the load that coarser grids are nearer."""
+    if external is None or contact.interaction.attractive:
+        return False
+    gap = height + contact.heights - contact.halfspace.displacement(start)
+    carried = contact.halfspace.cell_area * float(contact.wall(gap)[1].sum())
+    load = -external(height)[1]
+    return abs(carried - load) > _FAR * abs(load)
 
 
 def _cold_start(
