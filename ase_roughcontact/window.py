@@ -19,6 +19,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.optimize.problem import without_rounding
 from ase_roughcontact.silhouette import Box, Silhouette, rest_of
 from ase_roughcontact.substrate import (
     Layout,
@@ -37,8 +38,6 @@ _AFRESH = 1.1
 # Normal force of a smooth sphere, over E* times penetration times half the side of the
 # box that it overlaps: sqrt(8)/3 by Hertz.
 _HERTZ = math.sqrt(8.0) / 3.0
-# Below this part of the largest one a pressure is rounding of the displacement.
-_ROUNDING = 1e-9
 
 
 class FixedWindow:
@@ -325,9 +324,8 @@ def _pressure(atoms: Atoms) -> np.ndarray:
     values = displacement(atoms, layout)
     if not values.any():
         return np.zeros((n, m))
-    pressure = atoms.calc.contact(atoms).halfspace.elastic_pressure(values)[:n, :m]
-    size = abs(pressure)
-    return np.where(size > _ROUNDING * size.max(), pressure, 0.0)
+    elastic = atoms.calc.contact(atoms).halfspace.elastic_pressure(values)
+    return without_rounding(elastic[:n, :m])
 
 
 def _carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
