@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.constraints import Hookean
 from ase.io import Trajectory
 
 from ase_roughcontact.calculator import RoughContact
@@ -55,7 +56,7 @@ class LoadStep:
     seconds : float
         Time that the step took.
     converged : bool
-        Whether `max_force` came below the tolerance.
+        Whether the optimizer came below its tolerance.
     """
 
     step: int
@@ -152,7 +153,7 @@ def load_path(
     _check_constraint(atoms, control)
     auto = window == "auto" and not atoms.pbc.any()
     windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)
-    system = _fingerprint(atoms, windows)
+    system = _fingerprint(atoms, windows, fmax)
     done = _done(trajectory, system, control, targets) if resume else []
     relax = partial(_relax, optimizer=optimizer, fmax=fmax, max_steps=max_steps)
     path = _Path(atoms, control, targets, system, relax, windows)
@@ -205,11 +206,11 @@ def _steps(
         if trajectory is not None:
             mode = "a" if done else "w"
             frames = files.enter_context(Trajectory(os.fspath(trajectory), mode))
-        for frame in done:
-            record = LoadStep(**frame.info["load_step"])
-            if rows is not None:
+        before = [LoadStep(**frame.info["load_step"]) for frame in done]
+        if rows is not None:
+            for record in before:
                 rows.write(record)
-            yield record
+        yield from before
         if done:
             _continue_from(path.atoms, done[-1])
             path.windows.settle(path.atoms)
@@ -300,14 +301,22 @@ def _record(
     )
 
 
-def _fingerprint(atoms: Atoms, windows: AutoWindow | FixedWindow) -> str:
+def _fingerprint(atoms: Atoms, windows: AutoWindow | FixedWindow, fmax: float) -> str:
     """Digest of all that a state depends on but height, load and displacement."""
     parameters = {
         k: v for k, v in atoms.calc.todict().items() if k not in ("load", "fft")
     }
-    system = [parameters, windows.system()]
+    precision = atoms.calc.parameters["fft"].get("dtype")
+    springs = [_spring(c) for c in atoms.constraints if isinstance(c, Hookean)]
+    system = [parameters, precision, springs, windows.system(), fmax]
     text = json.dumps(system, sort_keys=True, default=_plain)
     return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _spring(constraint: Hookean) -> list:
+    """Return what counts of a spring: its x and y move with automatic windows."""
+    given = constraint.todict()["kwargs"]
+    return [given["k"], given["rt"], np.ravel(given["a2"]).tolist()[2:]]
 
 
 def _plain(value: Any) -> Any:
@@ -338,8 +347,8 @@ def _done(
     if known != wanted:
         raise ValueError(
             f"can't resume: {os.fspath(trajectory)} holds {len(done)} steps of another "
-            "path or system (indenter, wall, solid, window or loads differ): delete "
-            "it, or give another file or folder"
+            "path or system (indenter, wall, solid, window, loads or fmax differ): "
+            "delete it, or give another file or folder"
         )
     return done
 

@@ -22,7 +22,7 @@ FLOORS = [
     {"substrate", "calculator"},
     {"optimize"},
     {"window", "loading"},
-    {"scene", "analysis", "ensemble", "plot", "cli"},
+    {"scene", "plot", "cli"},
 ]
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 EXTRAS = ("matplotlib", "dask", "ducc0")

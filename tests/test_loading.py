@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from ase.constraints import Hookean
 from ase.io import read
 from ase.optimize import FIRE, LBFGS
 
@@ -269,3 +270,45 @@ def test_contact_at_the_edge_can_be_meant():
 def test_a_periodic_window_has_no_edge():
     atoms = make_atoms(shape=(6, 6), periodic=True)
     assert next(load_path(atoms, [1.5], fmax=FMAX)).converged
+
+
+# What a path can't be resumed with
+
+
+def test_another_tolerance_is_not_resumed(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=1e-3, trajectory=movie))
+    with pytest.raises(ValueError, match="fmax differ"):
+        load_path(make_atoms(), DEPTHS, fmax=1e-6, trajectory=movie, resume=True)
+
+
+def test_another_spring_is_not_resumed(tmp_path):
+    def on_spring(stiffness):
+        atoms = make_atoms(fixed=False)
+        x, y, z = atoms.positions[-1]
+        spring = Hookean(len(atoms) - 1, (x, y, z - 1.0), k=stiffness, rt=0.0)
+        atoms.set_constraint(spring)
+        return atoms
+
+    options = {"loads": [0.1, 0.2], "fmax": FMAX, "trajectory": tmp_path / "tip.traj"}
+    next(load_path(on_spring(1.0), **options))
+    assert next(load_path(on_spring(1.0), resume=True, **options)).step == 0
+    with pytest.raises(ValueError, match="another path or system"):
+        load_path(on_spring(2.0), resume=True, **options)
+
+
+def test_threads_do_not_keep_a_path_from_being_resumed(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
+    atoms = make_atoms()
+    atoms.calc.set(fft={"threads": 2})
+    path = load_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
+    assert len(list(path)) == len(DEPTHS)
+
+
+def test_table_of_a_resumed_path_is_whole_from_the_first_record_on(tmp_path):
+    movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
+    files = {"trajectory": movie, "csv": table}
+    list(load_path(make_atoms(), DEPTHS, fmax=FMAX, **files))
+    next(load_path(make_atoms(), DEPTHS, fmax=FMAX, resume=True, **files))
+    assert len(rows_of(table)) == len(DEPTHS)
