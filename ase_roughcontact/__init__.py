@@ -2,13 +2,15 @@
 
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
-from ase_roughcontact.loading import LoadStep, load_path
+from ase_roughcontact.loading import load_path
 from ase_roughcontact.optimize import (
     FourierModes,
     HalfSpacePrecon,
     HardWallCG,
     NewtonKrylov,
 )
+from ase_roughcontact.record import LoadStep
+from ase_roughcontact.stepping import Stepper
 from ase_roughcontact.substrate import fcc_spacing, restore, snapshot, substrate
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
@@ -25,6 +27,7 @@ __all__ = [
     "RoughContact",
     "RoughSphere",
     "SelfAffine",
+    "Stepper",
     "fcc_spacing",
     "load_path",
     "restore",

@@ -11,7 +11,7 @@ import numpy as np
 from ase.io import read
 from ase.units import GPa
 
-from ase_roughcontact.loading import LoadStep
+from ase_roughcontact.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
 from ase_roughcontact.theory import hertz_contact_radius
 

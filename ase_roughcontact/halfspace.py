@@ -151,6 +151,12 @@ class HalfSpace(ABC):
         return self.grid_transform.multiplier(-self.stiffness)
 
     @property
+    def pairs(self) -> int:
+        """Number of pairs of transforms so far."""
+        made = [t for t in ("window_transform", "grid_transform") if t in vars(self)]
+        return sum(getattr(self, name).pairs for name in made)
+
+    @property
     def cell_area(self) -> float:
         """Area of a surface cell, a0^2."""
         return self.spacing**2

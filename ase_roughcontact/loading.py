@@ -2,90 +2,40 @@
 
 from __future__ import annotations
 
-import csv
-import hashlib
-import json
 import os
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.constraints import Hookean
 from ase.io import Trajectory
 
-from ase_roughcontact.calculator import RoughContact
-from ase_roughcontact.checks import integer, positive
-from ase_roughcontact.optimize import NewtonKrylov
-from ase_roughcontact.substrate import Layout, indenter_fixed, restore, snapshot
-from ase_roughcontact.window import AutoWindow, FixedWindow, box_of, rewindow
+from ase_roughcontact.record import LoadStep, Table
+from ase_roughcontact.stepping import Stepper
+from ase_roughcontact.substrate import snapshot
 
 PathName = str | os.PathLike
-
-
-@dataclass(frozen=True)
-class LoadStep:
-    """What is known of one relaxed step.
-
-    Attributes
-    ----------
-    step : int
-        Number of the step, from zero.
-    height : float
-        Height of the indenter (Å).
-    penetration : float
-        How far the indenter has come down since the height at which the flat substrate
-        began to repel it (Å).
-    normal_force : float
-        Of the wall on the indenter, positive in compression (eV/Å).
-    contact_area : float
-        Number of atoms that feel a repulsive force, times the area of one (Å^2).
-    repulsive_atoms, attractive_atoms : int
-        Number of atoms that the wall pushes, and that it pulls.
-    energy : float
-        Of substrate, wall and load (eV).
-    max_force : float
-        Largest force that is left on any atom (eV/Å).
-    iterations : int
-        Steps of the optimizer.
-    seconds : float
-        Time that the step took.
-    converged : bool
-        Whether the optimizer came below its tolerance.
-    """
-
-    step: int
-    height: float
-    penetration: float
-    normal_force: float
-    contact_area: float
-    repulsive_atoms: int
-    attractive_atoms: int
-    energy: float
-    max_force: float
-    iterations: int
-    seconds: float
-    converged: bool
 
 
 def load_path(
     atoms: Atoms,
     penetrations: Sequence[float] | None = None,
-    optimizer: Callable[..., Any] = NewtonKrylov,
-    fmax: float = 1e-3,
+    optimizer: Callable[..., Any] | None = None,
+    fmax: float | None = None,
     trajectory: PathName | None = None,
     csv: PathName | None = None,
     *,
     heights: Sequence[float] | None = None,
     loads: Sequence[float] | None = None,
+    accuracy: str | float = "normal",
     max_steps: int = 10_000,
     window: str = "fixed",
     edge: str = "raise",
+    keep: str = "all",
     resume: bool = False,
 ) -> Iterator[LoadStep]:
     """Relax the atoms at one load after the other.
@@ -98,15 +48,19 @@ def load_path(
         The path, exactly one of: distances that the indenter has come down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
         it (eV/Å). The first two need an indenter that is fixed, loads one that is free.
-    optimizer : callable
+    optimizer : callable, optional
         Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
-        or a `functools.partial` of one with its options.
-    fmax : float
-        Tolerance of the force on every atom (eV/Å).
+        or a `functools.partial` of one with its options. By default `NewtonKrylov`,
+        or `HardWallCG` where the wall is hard.
+    fmax : float, optional
+        Tolerance of the force on every atom (eV/Å), instead of `accuracy`.
     trajectory : path, optional
         File of an ASE trajectory of snapshots, one per step.
     csv : path, optional
         File of a table of the records, one line per step.
+    accuracy : {"fast", "normal", "high"} or float
+        Tolerance relative to the mean force on the atoms in contact, see `Accuracy`:
+        it fits loads of any size.
     max_steps : int
         Steps of the optimizer at most, per step of the path.
     window : {"fixed", "auto"}
@@ -117,6 +71,8 @@ def load_path(
         What to do when the wall acts on an atom at the edge of a fixed free window: the
         atoms beyond it, which can't touch, would have touched, unless the indenter ends
         there, as a flat punch does.
+    keep : {"all", "last"}
+        Frames that the trajectory keeps. The last one is enough to go on from.
     resume : bool
         Go on from the steps that `trajectory` holds already: they are yielded again and
         not calculated again.
@@ -142,82 +98,104 @@ def load_path(
     control, targets = _one_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
-    positive(fmax=fmax)
-    integer("max_steps", max_steps, 1)
-    if edge not in ("raise", "ignore"):
-        raise ValueError(f"edge must be 'raise' or 'ignore', got {edge!r}")
-    if window not in ("fixed", "auto"):
-        raise ValueError(f"window must be 'fixed' or 'auto', got {window!r}")
-    if not isinstance(atoms.calc, RoughContact):
-        raise ValueError(f"load_path needs a RoughContact calculator, got {atoms.calc}")
-    _check_constraint(atoms, control)
-    auto = window == "auto" and not atoms.pbc.any()
-    windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)
-    system = _fingerprint(atoms, windows, fmax)
-    done = _done(trajectory, system, control, targets) if resume else []
-    relax = partial(_relax, optimizer=optimizer, fmax=fmax, max_steps=max_steps)
-    path = _Path(atoms, control, targets, system, relax, windows)
-    return _steps(path, trajectory, csv, done)
+    if keep not in ("all", "last"):
+        raise ValueError(f"keep must be 'all' or 'last', got {keep!r}")
+    stepper = Stepper(
+        atoms,
+        control,
+        optimizer,
+        fmax=fmax,
+        accuracy=accuracy,
+        max_steps=max_steps,
+        window=window,
+        edge=edge,
+    )
+    path, frames = _Path(stepper, targets), _Frames(trajectory, keep)
+    return _steps(path, frames, csv, _done(path, frames) if resume else [])
 
 
 @dataclass(frozen=True)
 class _Path:
-    """What is relaxed, how, and under which loads."""
+    """The targets of a path, and what goes along it."""
 
-    atoms: Atoms
-    control: str
+    stepper: Stepper
     targets: np.ndarray
-    system: str
-    relax: Callable[[Atoms], tuple[int, bool]]
-    windows: AutoWindow | FixedWindow
+
+    def mark(self, number: int) -> dict[str, Any]:
+        """Tell a step's place on the path from all others."""
+        return {
+            "system": self.stepper.fingerprint(),
+            "control": self.stepper.control,
+            "target": self.targets[number],
+        }
 
     def step(self, number: int) -> LoadStep:
-        """Relax the atoms at a step, in windows that grow until they suffice."""
-        start = time.perf_counter()
-        first_contact = self.windows.first_contact
-        _apply(self.atoms, self.control, self.targets[number], first_contact)
-        self.windows.place(self.atoms, self.control)
-        iterations, converged = self.relax(self.atoms)
-        while self.windows.grow(self.atoms):
-            more, converged = self.relax(self.atoms)
-            iterations += more
-        seconds = time.perf_counter() - start
-        return _record(
-            self.atoms, number, first_contact, iterations, seconds, converged
-        )
+        """Relax the atoms at a step."""
+        return self.stepper.step(number, self.targets[number])
 
     def frame(self, record: LoadStep) -> Atoms:
         """Return what is kept of the atoms, from which the path goes on."""
-        target = self.targets[record.step]
-        path = {"system": self.system, "control": self.control, "target": target}
-        return snapshot(self.atoms, load_step=asdict(record), path=path)
+        mark = self.mark(record.step)
+        return snapshot(self.stepper.atoms, load_step=asdict(record), path=mark)
+
+
+@dataclass(frozen=True)
+class _Frames:
+    """Where frames are kept: all of them, or the last one."""
+
+    file: PathName | None
+    keep: str
+
+    def read(self) -> list[Atoms]:
+        """Return the frames that are there."""
+        if self.file is None or not Path(self.file).exists():
+            return []
+        if Path(self.file).stat().st_size == 0:
+            return []
+        try:
+            with Trajectory(os.fspath(self.file)) as frames:
+                return list(frames)
+        except Exception as error:
+            raise ValueError(
+                f"can't resume: {os.fspath(self.file)} is not a whole trajectory "
+                f"({error})"
+            ) from error
+
+    def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None]:
+        """Return what writes a frame."""
+        if self.file is None:
+            return lambda frame: None
+        if self.keep == "last":
+            return partial(_replace, os.fspath(self.file))
+        trajectory = Trajectory(os.fspath(self.file), "a" if append else "w")
+        return files.enter_context(trajectory).write
+
+
+def _replace(file: str, frame: Atoms) -> None:
+    """Write a trajectory of one frame in place of what is there, or not at all."""
+    with Trajectory(f"{file}.new", "w") as trajectory:
+        trajectory.write(frame)
+    os.replace(f"{file}.new", file)
 
 
 def _steps(
-    path: _Path,
-    trajectory: PathName | None,
-    table: PathName | None,
-    done: list[Atoms],
+    path: _Path, frames: _Frames, table: PathName | None, done: list[Atoms]
 ) -> Iterator[LoadStep]:
     with ExitStack() as files:
         # the table first: a trajectory that is there is lost once it is opened to write
-        rows = None if table is None else files.enter_context(_Table(table))
-        frames = None
-        if trajectory is not None:
-            mode = "a" if done else "w"
-            frames = files.enter_context(Trajectory(os.fspath(trajectory), mode))
+        rows = None if table is None else files.enter_context(Table(table))
+        keep = frames.open(files, append=bool(done))
         before = [LoadStep(**frame.info["load_step"]) for frame in done]
         if rows is not None:
             for record in before:
                 rows.write(record)
         yield from before
         if done:
-            _continue_from(path.atoms, done[-1])
-            path.windows.settle(path.atoms)
-        for number in range(len(done), len(path.targets)):
+            path.stepper.proceed_from(done[-1])
+        first = before[-1].step + 1 if done else 0
+        for number in range(first, len(path.targets)):
             record = path.step(number)
-            if frames is not None:
-                frames.write(path.frame(record))
+            keep(path.frame(record))
             if rows is not None:
                 rows.write(record)
             yield record
@@ -239,142 +217,21 @@ def _one_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
     return control, targets
 
 
-def _check_constraint(atoms: Atoms, control: str) -> None:
-    fixed = indenter_fixed(atoms)
-    if fixed and control == "loads":
-        raise ValueError(
-            "loads need an indenter that is free to move, but it is fixed: build the "
-            "atoms with substrate(..., fixed=False)"
-        )
-    if not fixed and control != "loads":
-        raise ValueError(
-            f"{control} need an indenter that is fixed, but it is free: constrain it "
-            "with ase.constraints.FixAtoms, or build the atoms with "
-            "substrate(..., fixed=True)"
-        )
-
-
-def _apply(atoms: Atoms, control: str, target: float, first_contact: float) -> None:
-    if control == "loads":
-        atoms.calc.set(load=float(target))
-        # out of contact nothing but the load acts, and some optimizers divide by zero
-        atoms.positions[-1, 2] = min(atoms.positions[-1, 2], first_contact)
-    else:
-        height = target if control == "heights" else first_contact - target
-        atoms.positions[-1, 2] = height
-
-
-def _relax(
-    atoms: Atoms, optimizer: Callable[..., Any], fmax: float, max_steps: int
-) -> tuple[int, bool]:
-    """Relax the atoms; return the number of steps and whether they converged."""
-    dynamics = optimizer(atoms, logfile=None)
-    converged = dynamics.run(fmax=fmax, steps=max_steps)
-    for _ in dynamics.optimizable.iterimages():
-        pass  # an optimizer with coordinates of its own moves the atoms only now
-    return int(dynamics.nsteps), bool(converged)
-
-
-def _record(
-    atoms: Atoms,
-    step: int,
-    first_contact: float,
-    iterations: int,
-    seconds: float,
-    converged: bool,
-) -> LoadStep:
-    state = atoms.calc.state(atoms)
-    height = float(atoms.positions[-1, 2])
-    return LoadStep(
-        step=step,
-        height=height,
-        penetration=first_contact - height,
-        normal_force=state.normal_force,
-        contact_area=state.contact_area,
-        repulsive_atoms=state.repulsive_atoms,
-        attractive_atoms=state.attractive_atoms,
-        energy=float(atoms.get_potential_energy()),
-        max_force=float(np.linalg.norm(atoms.get_forces(), axis=1).max()),
-        iterations=iterations,
-        seconds=seconds,
-        converged=converged,
-    )
-
-
-def _fingerprint(atoms: Atoms, windows: AutoWindow | FixedWindow, fmax: float) -> str:
-    """Digest of all that a state depends on but height, load and displacement."""
-    parameters = {
-        k: v for k, v in atoms.calc.todict().items() if k not in ("load", "fft")
-    }
-    precision = atoms.calc.parameters["fft"].get("dtype")
-    springs = [_spring(c) for c in atoms.constraints if isinstance(c, Hookean)]
-    system = [parameters, precision, springs, windows.system(), fmax]
-    text = json.dumps(system, sort_keys=True, default=_plain)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-def _spring(constraint: Hookean) -> list:
-    """Return what counts of a spring: its x and y move with automatic windows."""
-    given = constraint.todict()["kwargs"]
-    return [given["k"], given["rt"], np.ravel(given["a2"]).tolist()[2:]]
-
-
-def _plain(value: Any) -> Any:
-    """Return a number or text in place of what JSON does not know."""
-    return value.item() if isinstance(value, np.generic) else repr(value)
-
-
-def _done(
-    trajectory: PathName | None, system: str, control: str, targets: np.ndarray
-) -> list[Atoms]:
+def _done(path: _Path, frames: _Frames) -> list[Atoms]:
     """Frames that were calculated before, checked against the path."""
-    if trajectory is None or not Path(trajectory).exists():
-        return []
-    if Path(trajectory).stat().st_size == 0:
-        return []
-    try:
-        with Trajectory(os.fspath(trajectory)) as frames:
-            done = list(frames)
-    except Exception as error:
-        raise ValueError(
-            f"can't resume: {os.fspath(trajectory)} is not a whole trajectory ({error})"
-        ) from error
+    done = frames.read()
+    steps = [frame.info.get("load_step", {}).get("step", -1) for frame in done]
+    first = steps[0] if done and frames.keep == "last" else 0
+    in_order = steps == list(range(first, first + len(done)))
     known = [frame.info.get("path") for frame in done]
-    wanted = [
-        {"system": system, "control": control, "target": target}
-        for target in targets[: len(done)]
-    ]
-    if known != wanted:
+    if steps and not (
+        in_order
+        and 0 <= steps[-1] < len(path.targets)
+        and known == [path.mark(step) for step in steps]
+    ):
         raise ValueError(
-            f"can't resume: {os.fspath(trajectory)} holds {len(done)} steps of another "
-            "path or system (indenter, wall, solid, window, loads or fmax differ): "
-            "delete it, or give another file or folder"
+            f"can't resume: {os.fspath(frames.file or '')} holds {len(done)} steps of "
+            "another path or system (indenter, wall, solid, window, loads or tolerance "
+            "differ): delete it, or give another file or folder"
         )
     return done
-
-
-def _continue_from(atoms: Atoms, frame: Atoms) -> None:
-    restored = restore(frame, atoms.calc.parameters["contact_modulus"])
-    if not atoms.pbc.any():
-        rewindow(atoms, box_of(Layout.of(restored)))
-    atoms.positions = restored.positions
-
-
-class _Table:
-    """CSV file of records, each line on disk before the next step begins."""
-
-    def __init__(self, path: PathName) -> None:
-        # written from start to end by this object, closed by its __exit__
-        self._file = open(path, "w", newline="")  # noqa: SIM115
-        self._writer = csv.DictWriter(self._file, [f.name for f in fields(LoadStep)])
-        self._writer.writeheader()
-
-    def __enter__(self) -> _Table:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def write(self, record: LoadStep) -> None:
-        self._writer.writerow(asdict(record))
-        self._file.flush()

@@ -23,9 +23,10 @@ from ase_roughcontact import theory
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import finite, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
-from ase_roughcontact.loading import LoadStep, load_path
+from ase_roughcontact.loading import load_path
 from ase_roughcontact.material import contact_modulus, crystal_modulus
 from ase_roughcontact.optimize import FourierModes, HardWallCG, NewtonKrylov
+from ase_roughcontact.record import LoadStep
 from ase_roughcontact.substrate import fcc_spacing, substrate
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 

@@ -14,15 +14,15 @@ import ase_roughcontact
 PACKAGE = "ase_roughcontact"
 ROOT = Path(ase_roughcontact.__file__).parent
 FLOORS = [
-    {"checks"},
+    {"checks", "accuracy"},
     {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
     {"halfspace", "silhouette"},
     {"contact"},
     {"substrate", "calculator"},
     {"optimize"},
-    {"window", "loading"},
-    {"scene", "plot", "cli"},
+    {"window", "record", "stepping", "loading"} | {"hysteresis"},
+    {"analysis", "scene", "ensemble", "plot", "cli"},
 ]
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 EXTRAS = ("matplotlib", "dask", "ducc0")

@@ -7,11 +7,11 @@ from functools import partial
 import numpy as np
 import pytest
 from ase.constraints import Hookean
-from ase.io import read
+from ase.io import Trajectory, read
 from ase.optimize import FIRE, LBFGS
 
-from ase_roughcontact import RoughContact, RoughSphere, substrate
-from ase_roughcontact.loading import LoadStep, load_path
+from ase_roughcontact import HardWall, LoadStep, RoughContact, RoughSphere, substrate
+from ase_roughcontact.loading import load_path
 
 SPHERE = RoughSphere(radius=10.0)
 DEPTHS = [0.2, 0.4, 0.6]
@@ -278,7 +278,7 @@ def test_a_periodic_window_has_no_edge():
 def test_another_tolerance_is_not_resumed(tmp_path):
     movie = tmp_path / "sweep.traj"
     list(load_path(make_atoms(), DEPTHS[:1], fmax=1e-3, trajectory=movie))
-    with pytest.raises(ValueError, match="fmax differ"):
+    with pytest.raises(ValueError, match="tolerance differ"):
         load_path(make_atoms(), DEPTHS, fmax=1e-6, trajectory=movie, resume=True)
 
 
@@ -312,3 +312,49 @@ def test_table_of_a_resumed_path_is_whole_from_the_first_record_on(tmp_path):
     list(load_path(make_atoms(), DEPTHS, fmax=FMAX, **files))
     next(load_path(make_atoms(), DEPTHS, fmax=FMAX, resume=True, **files))
     assert len(rows_of(table)) == len(DEPTHS)
+
+
+def test_keeping_the_last_frame_is_enough_to_go_on(tmp_path):
+    movie = tmp_path / "last.traj"
+    options = {"fmax": 1e-9, "trajectory": movie, "keep": "last"}
+    whole = list(load_path(make_atoms(), DEPTHS, fmax=1e-9))
+    path = load_path(make_atoms(), DEPTHS, **options)
+    next(path), next(path)
+    path.close()
+    rest = list(load_path(make_atoms(), DEPTHS, resume=True, **options))
+    assert [record.step for record in rest] == list(range(1, len(DEPTHS)))
+    assert same(rest, whole[1:], 1e-6)
+    with Trajectory(movie) as frames:
+        assert len(frames) == 1
+
+
+def test_the_optimizer_is_chosen_by_the_wall():
+    atoms = make_atoms()
+    atoms.calc.set(interaction=HardWall())
+    record = next(load_path(atoms, DEPTHS[-1:]))
+    assert record.converged
+    assert 0.0 < record.gap_error < 1e-6 * atoms.calc.layout(atoms).spacing
+
+
+@pytest.mark.parametrize("load", [1e-9, 1e-3, 1.0])
+def test_an_accuracy_is_relative_to_the_force_on_an_atom_in_contact(load):
+    atoms = make_atoms(fixed=False)
+    record = next(load_path(atoms, loads=[load], accuracy=1e-3))
+    mean = record.normal_force / record.repulsive_atoms
+    assert record.max_force <= record.tolerance <= 1e-3 * mean
+
+
+def test_a_record_tells_how_it_was_obtained():
+    atoms = make_atoms()
+    record = next(load_path(atoms, DEPTHS[:1], fmax=FMAX))
+    shapes = atoms.calc.contact(atoms).halfspace
+    assert record.window == "x".join(map(str, shapes.shape))
+    assert record.grid == "x".join(map(str, shapes.grid))
+    assert (record.precision, record.tolerance) == ("float64", FMAX)
+    assert record.pairs >= record.iterations > 0
+
+
+def test_a_step_that_did_not_converge_says_why():
+    record = next(load_path(make_atoms(), DEPTHS[-1:], LBFGS, fmax=FMAX, max_steps=2))
+    assert not record.converged
+    assert record.message == "not converged after 2 steps"

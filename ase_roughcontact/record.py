@@ -1,0 +1,182 @@
+"""What is known of a relaxed step, and the table in which it is kept."""
+
+from __future__ import annotations
+
+import csv
+import os
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact.interactions import HardWall
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """What is known of one relaxed step, and how it was obtained.
+
+    Attributes
+    ----------
+    step : int
+        Number of the step, from zero.
+    height : float
+        Height of the indenter (Å).
+    penetration : float
+        How far the indenter has come down since the height at which the flat substrate
+        began to repel it (Å).
+    normal_force : float
+        Of the wall on the indenter, positive in compression (eV/Å).
+    contact_area : float
+        Number of atoms that feel a repulsive force, times the area of one (Å^2).
+    repulsive_atoms, attractive_atoms : int
+        Number of atoms that the wall pushes, and that it pulls.
+    energy : float
+        Of substrate, wall and load (eV).
+    max_force : float
+        Largest force that is left on any atom (eV/Å).
+    gap_error : float
+        Of a hard wall, the largest gap of an atom that it pushes, or overlap of one
+        that it does not; zero for a soft wall (Å).
+    converged : bool
+        Whether the optimizer came below its tolerance.
+    message : str
+        Why it did not.
+    tolerance : float
+        Largest force that was to be left (eV/Å).
+    iterations : int
+        Steps of the optimizer.
+    pairs : float
+        Pairs of Fourier transforms that it took, in units of one on the grid.
+    window, grid : str
+        Shapes of the window of atoms that may touch and of the grid of the transforms.
+    precision : str
+        Of the transforms.
+    seconds : float
+        Time that the step took.
+    """
+
+    step: int
+    height: float
+    penetration: float
+    normal_force: float
+    contact_area: float
+    repulsive_atoms: int
+    attractive_atoms: int
+    energy: float
+    max_force: float
+    gap_error: float
+    converged: bool
+    message: str
+    tolerance: float
+    iterations: int
+    pairs: float
+    window: str
+    grid: str
+    precision: str
+    seconds: float
+
+
+@dataclass
+class Effort:
+    """How a step was relaxed; grows while it is.
+
+    Attributes
+    ----------
+    converged : bool
+    message : str
+    tolerance : float
+    iterations : int
+    pairs : float
+        See `LoadStep`.
+    """
+
+    converged: bool = False
+    message: str = ""
+    tolerance: float = np.inf
+    iterations: int = 0
+    pairs: float = 0.0
+
+
+def record_of(
+    atoms: Atoms, step: int, first_contact: float, effort: Effort, seconds: float
+) -> LoadStep:
+    """Read a record off relaxed atoms.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    step : int
+        Number of the step.
+    first_contact : float
+        Height at which the flat substrate begins to repel the indenter (Å).
+    effort : Effort
+        How they were relaxed.
+    seconds : float
+        Time that it took.
+
+    Returns
+    -------
+    LoadStep
+        Forces, energy and gaps are calculated afresh, not taken from the optimizer.
+    """
+    state, halfspace = atoms.calc.state(atoms), atoms.calc.contact(atoms).halfspace
+    height = float(atoms.positions[-1, 2])
+    return LoadStep(
+        step=step,
+        height=height,
+        penetration=first_contact - height,
+        normal_force=state.normal_force,
+        contact_area=state.contact_area,
+        repulsive_atoms=state.repulsive_atoms,
+        attractive_atoms=state.attractive_atoms,
+        energy=float(atoms.get_potential_energy()),
+        max_force=float(np.linalg.norm(atoms.get_forces(), axis=1).max()),
+        gap_error=_gap_error(atoms),
+        window=_text(halfspace.shape),
+        grid=_text(halfspace.grid),
+        precision=np.dtype(halfspace.fft.get("dtype", float)).name,
+        seconds=seconds,
+        **asdict(effort),
+    )
+
+
+class Table:
+    """CSV file of records, each line on disk before the next step begins.
+
+    Parameters
+    ----------
+    path : path
+        Of the file, which is written anew.
+    """
+
+    def __init__(self, path: str | os.PathLike) -> None:
+        # written from start to end by this object, closed by its __exit__
+        self._file = open(path, "w", newline="")  # noqa: SIM115
+        self._writer = csv.DictWriter(self._file, [f.name for f in fields(LoadStep)])
+        self._writer.writeheader()
+
+    def __enter__(self) -> Table:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def write(self, record: LoadStep) -> None:
+        """Append a line."""
+        self._writer.writerow(asdict(record))
+        self._file.flush()
+
+
+def _gap_error(atoms: Atoms) -> float:
+    if not isinstance(atoms.calc.contact(atoms).interaction, HardWall):
+        return 0.0
+    state = atoms.calc.state(atoms)
+    pushed, gap = state.contact, state.gap
+    closed = abs(gap[pushed]).max(initial=0.0)
+    return float(max(closed, -gap[~pushed].min(initial=0.0)))
+
+
+def _text(shape: tuple[int, ...]) -> str:
+    return "x".join(map(str, shape))
