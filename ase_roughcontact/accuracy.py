@@ -28,11 +28,14 @@ class Accuracy:
     cutoff: float
 
 
+# A 9-3 attraction still has this times (r0/r)^3 of its depth at a distance r.
+_TAIL = 1.5
+
 #: Accuracies by name.
 LEVELS = {
-    "fast": Accuracy(1e-2, "float64", 3.0),
-    "normal": Accuracy(1e-4, "float64", 5.0),
-    "high": Accuracy(1e-8, "float64", 20.0),
+    "fast": Accuracy(1e-2, "float64", 5.0),
+    "normal": Accuracy(1e-4, "float64", 10.0),
+    "high": Accuracy(1e-8, "float64", 30.0),
 }
 
 
@@ -62,4 +65,4 @@ def accuracy_of(wanted: str | float) -> Accuracy:
         raise ValueError(
             f"accuracy must be a relative error from 1e-12 to 1, got {wanted:g}"
         )
-    return Accuracy(float(wanted), "float64", max(3.0, float(wanted) ** -0.5))
+    return Accuracy(float(wanted), "float64", max(3.0, (_TAIL / wanted) ** (1 / 3)))

@@ -95,9 +95,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _heading(scene: Scene) -> str:
-    n, m = scene.substrate.shape
     return (
-        f"{scene.substrate.symbol}, {n} x {m} atoms, spacing {scene.spacing:.3f} Å, "
+        f"{scene.substrate.symbol}, spacing {scene.spacing:.3f} Å, "
         f"E* = {scene.contact_modulus / GPa:.4g} GPa; sphere of radius "
         f"{scene.radius / 10:.4g} nm, {scene.interaction.kind} wall\n\n"
         "   step   load (nN)   area (nm²)   A/A_Hertz   Eq. (4)   iterations   time (s)"

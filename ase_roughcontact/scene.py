@@ -20,6 +20,7 @@ from ase.units import GPa, J, m
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
+from ase_roughcontact.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import finite, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
@@ -34,6 +35,9 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+# Of the atoms before a window is chosen for them.
+_FIRST_SHAPE = (8, 8)
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = 1e-9 * J / m
@@ -67,7 +71,7 @@ class SubstrateTable:
     spacing: float | None = None
     contact_modulus: float | None = None
     elastic_constants: tuple | None = None
-    shape: tuple[int, int] = (128, 128)
+    shape: tuple[int, int] | str = "auto"
     periodic: bool = False
 
 
@@ -96,10 +100,11 @@ class RoughnessTable:
 
 @dataclass(frozen=True)
 class InteractionTable:
-    """``[interaction]``: work of adhesion in J/m^2."""
+    """``[interaction]``: work of adhesion in J/m^2, cutoff in units of the spacing."""
 
     kind: str = "repulsive"
     work_of_adhesion: float | None = None
+    cutoff: float | None = None
 
 
 @dataclass(frozen=True)
@@ -116,10 +121,11 @@ class PathTable:
 
 @dataclass(frozen=True)
 class SolverTable:
-    """``[solver]``: tolerance in units of E* a0^2."""
+    """``[solver]``: fmax in units of E* a0^2."""
 
     optimizer: str | None = None
-    fmax: float = 1e-6
+    accuracy: float | str = "normal"
+    fmax: float | None = None
     max_steps: int = 10_000
 
 
@@ -240,6 +246,9 @@ class Scene:
             positive(work_of_adhesion=work)
         elif work is not None:
             raise ValueError(f"a {kind} wall has no work_of_adhesion, got {work}")
+        cutoff = self.interaction.cutoff
+        if cutoff is not None and kind != "full":
+            raise ValueError(f"only a full wall has a cutoff to choose, got {cutoff}")
         walls = {
             "hard": HardWall,
             "repulsive": partial(
@@ -248,7 +257,11 @@ class Scene:
             "adhesive": lambda: LennardJones93.adhesive(
                 self.contact_modulus, self.spacing, work * J / m**2
             ),
-            "full": lambda: LennardJones93.full(self.spacing, work * J / m**2),
+            "full": lambda: LennardJones93.full(
+                self.spacing,
+                work * J / m**2,
+                cutoff=self.spacing * (cutoff or self.accuracy.cutoff),
+            ),
         }
         return _choice(kind, walls, "kind of interaction")()
 
@@ -275,10 +288,30 @@ class Scene:
         return unit * scale(first, last, steps)
 
     @property
-    def fmax(self) -> float:
-        """Tolerance of the forces (eV/Å)."""
+    def fmax(self) -> float | None:
+        """Tolerance of the forces (eV/Å), if it is given."""
+        if self.solver.fmax is None:
+            return None
         positive(fmax=self.solver.fmax)
         return self.solver.fmax * self.contact_modulus * self.spacing**2
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """What the accuracy asks for."""
+        return accuracy_of(self.solver.accuracy)
+
+    @property
+    def auto(self) -> bool:
+        """Whether windows are chosen step by step."""
+        shape = self.substrate.shape
+        if isinstance(shape, str):
+            _choice(shape, {"auto": None}, "shape")
+            if self.substrate.periodic:
+                raise ValueError(
+                    'shape = "auto" needs a free half space: give the shape of the '
+                    "periodic cell, [n, m]"
+                )
+        return isinstance(shape, str)
 
     @property
     def inverse_kappa(self) -> float:
@@ -307,15 +340,49 @@ class Scene:
         given = self.substrate
         atoms = substrate(
             given.symbol,
-            given.shape,
+            self.shape or _FIRST_SHAPE,
             self.surface,
             spacing=self.spacing,
             periodic=given.periodic,
             fixed=self.path.control != "load",
         )
-        atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
+        fft = {"dtype": self.accuracy.dtype}
+        atoms.calc = RoughContact(
+            self.surface, self.contact_modulus, self.wall, fft=fft
+        )
         atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
         return atoms
+
+    def relax(
+        self, steps: ArrayLike | None = None, **options: Any
+    ) -> Iterator[LoadStep]:
+        """Relax step after step.
+
+        Parameters
+        ----------
+        steps : array_like, optional
+            Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
+        **options
+            Of `load_path`: files, and whether to resume from them.
+
+        Returns
+        -------
+        iterator of LoadStep
+        """
+        name = self.solver.optimizer
+        optimizer = None if name is None else _choice(name, OPTIMIZERS, "optimizer")
+        targets = self.steps if steps is None else steps
+        path: dict[str, Any] = {f"{self.path.control}s": targets}
+        return load_path(
+            self.atoms(),
+            optimizer=optimizer,
+            fmax=self.fmax,
+            accuracy=self.solver.accuracy,
+            max_steps=self.solver.max_steps,
+            window="fixed" if self.shape else "auto",
+            **path,
+            **options,
+        )
 
     def run(self, folder: str | Path) -> Iterator[LoadStep]:
         """Relax step after step, writing ``curve.csv`` and ``sweep.traj``.
@@ -337,23 +404,13 @@ class Scene:
         OSError
             If the folder can't be written.
         """
-        suited = "HardWallCG" if self.interaction.kind == "hard" else "NewtonKrylov"
-        name = self.solver.optimizer or suited
-        optimizer = _choice(name, OPTIMIZERS, "optimizer")
-        path: dict[str, Any] = {f"{self.path.control}s": self.steps}
-        atoms = self.atoms()
         folder = Path(folder)
         folder.mkdir(parents=True, exist_ok=True)
-        yield from load_path(
-            atoms,
-            optimizer=optimizer,
-            fmax=self.fmax,
-            trajectory=folder / "sweep.traj",
-            csv=folder / "curve.csv",
-            max_steps=self.solver.max_steps,
-            resume=True,
-            **path,
-        )
+        files: dict[str, Any] = {
+            "trajectory": folder / "sweep.traj",
+            "csv": folder / "curve.csv",
+        }
+        yield from self.relax(resume=True, **files)
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Contact area by Eq. (4) of the paper, or of Hertz for a smooth sphere.
@@ -426,19 +483,28 @@ def _table(cls: type, given: dict, where: str) -> Any:
 
 
 def _kind(annotation: str) -> tuple[str, Callable[[Any], bool]]:
-    """Name a key's kind of value, and tell whether a value is of that kind."""
-    if "tuple" in annotation:
-        return "a list", lambda value: isinstance(value, list)
-    if "bool" in annotation:
-        return "true or false", lambda value: isinstance(value, bool)
-    if "float" in annotation or "int" in annotation:
-        return (
-            "a number",
-            lambda value: (
-                isinstance(value, (int, float)) and not isinstance(value, bool)
-            ),
-        )
-    return "a word in quotes", lambda value: isinstance(value, str)
+    """Name a key's kinds of value, and tell whether a value is of one of them."""
+    names = [name.partition("[")[0] for name in annotation.split(" | ")]
+    kinds = [_KINDS[name] for name in names if name != "None"]
+    return (
+        " or ".join(told for told, _ in kinds),
+        lambda value: any(fits(value) for _, fits in kinds),
+    )
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+# What TOML may hold for a field of a type; Any stands for one of a few words.
+_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "tuple": ("a list", lambda value: isinstance(value, list)),
+    "bool": ("true or false", lambda value: isinstance(value, bool)),
+    "float": ("a number", _is_number),
+    "int": ("a number", _is_number),
+    "str": ("a word in quotes", lambda value: isinstance(value, str)),
+    "Any": ("a word in quotes", lambda value: isinstance(value, str)),
+}
 
 
 def _choice(name: str, choices: dict[str, Any], what: str) -> Any:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ase.units import GPa, J, m
 
+from ase_roughcontact.accuracy import LEVELS
 from ase_roughcontact.interactions import HardWall, LennardJones93
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
 from ase_roughcontact.substrate import fcc_spacing
@@ -75,7 +76,7 @@ def test_values_can_be_listed():
 
 def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
     scene = Scene.default()
-    assert min(scene.substrate.shape) >= 128
+    assert scene.shape is None
     assert scene.sphere.radius == 1000.0
     assert (scene.roughness.short_wavelength, scene.roughness.long_wavelength) == (
         4.0,
@@ -156,7 +157,7 @@ def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, me
         ("long_wavelength = 16.0", "short_wavelength = 1.0", "short_wavelength"),
         ('control = "penetration"', 'control = "lod"', "'lod'; .*'load'"),
         ("steps = 2", "steps = 0", "steps"),
-        ("shape = [32, 30]", "shape = 32", "shape must be a list"),
+        ("shape = [32, 30]", "shape = 32", "shape must be a list or a word"),
         ("shape = [32, 30]", 'periodic = "false"', "periodic must be true or false"),
         ("steps = 2", "steps = true", "steps must be a number"),
         ('control = "penetration"', "control = 1", "control must be a word"),
@@ -183,3 +184,25 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
 def test_an_unreadable_file_is_refused_by_name(tmp_path):
     with pytest.raises(ValueError, match=r"can't read the scene .*absent\.toml"):
         Scene.read(tmp_path / "absent.toml")
+
+
+def test_a_window_of_its_own_for_every_step_needs_a_free_half_space():
+    text = SMALL.replace("shape = [32, 30]", 'shape = "auto"\nperiodic = true')
+    with pytest.raises(ValueError, match="needs a free half space"):
+        Scene.parse(text).atoms()
+
+
+def test_accuracy_is_a_word_or_a_number_and_an_explicit_fmax_wins():
+    text = SMALL.replace("fmax = 1e-4", 'accuracy = "high"')
+    assert Scene.parse(text).accuracy == LEVELS["high"]
+    assert Scene.parse(text).fmax is None
+    scene = Scene.parse(SMALL.replace("fmax", "accuracy = 1e-3\nfmax"))
+    assert scene.accuracy.tolerance == 1e-3
+    tolerance = 1e-4 * scene.contact_modulus * scene.spacing**2
+    assert next(scene.relax()).tolerance == tolerance
+
+
+def test_steps_can_be_relaxed_from_the_middle_of_a_path():
+    scene = Scene.parse(SMALL)
+    whole = list(scene.relax())
+    assert next(scene.relax(scene.steps[1:])).height == whole[1].height
