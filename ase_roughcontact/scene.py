@@ -301,17 +301,17 @@ class Scene:
         return accuracy_of(self.solver.accuracy)
 
     @property
-    def auto(self) -> bool:
-        """Whether windows are chosen step by step."""
+    def shape(self) -> tuple[int, int] | None:
+        """Atoms that may touch; None if they are chosen step by step."""
         shape = self.substrate.shape
-        if isinstance(shape, str):
-            _choice(shape, {"auto": None}, "shape")
-            if self.substrate.periodic:
-                raise ValueError(
-                    'shape = "auto" needs a free half space: give the shape of the '
-                    "periodic cell, [n, m]"
-                )
-        return isinstance(shape, str)
+        if not isinstance(shape, str):
+            return shape
+        if self.substrate.periodic:
+            raise ValueError(
+                'shape = "auto" needs a free half space: give the shape of the '
+                "periodic cell, [n, m]"
+            )
+        return _choice(shape, {"auto": None}, "shape")
 
     @property
     def inverse_kappa(self) -> float:
