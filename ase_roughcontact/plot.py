@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.units import GPa
+
+from ase_roughcontact.contactmap import ContactMap
 
 # Okabe and Ito's palette, told apart by all kinds of colour vision.
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#7F7F7F"
@@ -73,13 +76,10 @@ def plot_contact(
     matplotlib image
         Of the pressure in GPa, for a colour bar.
     """
-    tags = frame.get_tags()[:-1]
-    pressure = frame.get_initial_charges()[:-1]
-    x, y = (frame.positions[:-1, :2] - frame.positions[-1, :2]).T / 10.0
-    n = len(np.unique(np.round(x, 6)))
-    shown = np.where(tags == 1, pressure, np.nan).reshape(n, -1)
-    half = 0.5 * frame.cell[0, 0] / 10.0 / n
-    extent = (x.min() - half, x.max() + half, y.min() - half, y.max() + half)
+    seen = ContactMap.from_frame(frame)
+    shown = np.where(seen.contact, seen.pressure / GPa, np.nan)
+    x, y, half = seen.x / 10.0, seen.y / 10.0, 0.05 * seen.spacing
+    extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
     image = axes.imshow(
         shown.T,
         origin="lower",
@@ -98,8 +98,8 @@ def plot_contact(
             lw=1,
         )
     reach = 0.0 if hertz_radius is None else hertz_radius / 10.0
-    if (tags == 1).any():
-        reach = max(reach, np.abs(x[tags == 1]).max(), np.abs(y[tags == 1]).max())
+    for places, along in ((x, 1), (y, 0)):
+        reach = max(reach, abs(places[seen.contact.any(axis=along)]).max(initial=0.0))
     reach = 1.15 * reach + 2.0 * half
     axes.set_xlim(-reach, reach)
     axes.set_ylim(-reach, reach)

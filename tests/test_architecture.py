@@ -22,7 +22,7 @@ FLOORS = [
     {"substrate", "calculator"},
     {"optimize"},
     {"window", "record", "stepping", "loading"} | {"hysteresis"},
-    {"analysis", "scene", "ensemble", "plot", "cli"},
+    {"contactmap", "patches", "analysis", "scene", "ensemble", "plot", "cli"},
 ]
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 EXTRAS = ("matplotlib", "dask", "ducc0")
