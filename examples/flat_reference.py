@@ -1,26 +1,25 @@
 """Contact fraction of nominally flat rough surfaces, tabulated for strong adhesion.
 
-    python examples/flat_reference.py --work 0.0005 0.005 --out flat.csv
+    python examples/flat_reference.py --work 0 0.0005 0.005 --out flat.csv
 
-presses periodic self-affine surfaces with the paper's adhesive wall on a flat solid, from
-zero pressure up, and writes which fraction of the atoms is repelled. Lengths are in
-spacings a0, pressures in E*, works of adhesion in E* a0. The table of the package,
-`ase_roughcontact/theory/flat_reference.csv`, was made this way; for another interaction
-or roughness, change the options, or `wall`, and read the new file with
+presses periodic self-affine surfaces with the paper's adhesive wall on a flat solid,
+from zero pressure up, and writes which fraction of the atoms is repelled. Lengths are
+in spacings a0, pressures in E*, works of adhesion in E* a0. This made the table of the
+package, `ase_roughcontact/theory/flat_reference.csv`. For another interaction or
+roughness change the options, or `wall`, and read the new file with
 `theory.FlatReference.read`.
 """
 
 import argparse
 import csv
 import shlex
+import sys
 from importlib.metadata import version
-from multiprocessing import Pool
 
 import numpy as np
 
 from ase_roughcontact import (
     LennardJones93,
-    NewtonKrylov,
     RoughContact,
     SelfAffine,
     load_path,
@@ -51,9 +50,7 @@ def fractions(options, work, pressures, seed):
     """Fraction of the atoms in contact at rising pressures, for one realisation."""
     rough = surface(options, seed)
     shape = options.size, options.size
-    atoms = substrate(
-        "Cu", shape, rough, spacing=1.0, periodic=True, fixed=False
-    )
+    atoms = substrate("Cu", shape, rough, spacing=1.0, periodic=True, fixed=False)
     atoms.calc = RoughContact(rough, 1.0, wall(work, options.stiffness))
     sites = options.size**2
     found = []
@@ -61,9 +58,12 @@ def fractions(options, work, pressures, seed):
         if not step.converged:
             raise RuntimeError(f"w {work:g}, seed {seed}: {step} did not converge")
         found.append(step.contact_area / sites)
-        print(f"w {work:<8g} seed {seed}  p {pressures[step.step]:.3e}  "
-              f"f {found[-1]:.6f}  {step.iterations:3d} steps "
-              f"{step.seconds:6.1f} s", flush=True)  # fmt: skip
+        print(
+            f"w {work:<8g} seed {seed}  p {pressures[step.step]:.3e}  "
+            f"f {found[-1]:.6f}  {step.iterations:3d} steps "
+            f"{step.seconds:6.1f} s",
+            flush=True,
+        )
     return found
 
 
@@ -71,16 +71,9 @@ def table(options):
     """Rows of the table: mean and standard deviation over the realisations."""
     rising = options.slope * np.geomspace(*options.pressures, options.points)
     pressures = np.append(0.0, rising)
-    tasks = [
-        (options, work, pressures, seed)
-        for work in options.work
-        for seed in options.seeds
-    ]
-    with Pool(options.workers) as pool:
-        found = pool.starmap(fractions, tasks, chunksize=1)
-    curves = np.reshape(found, (len(options.work), len(options.seeds), -1))
-    for work, curve in zip(options.work, curves, strict=True):
-        columns = pressures, curve.mean(axis=0), curve.std(axis=0)
+    for work in options.work:
+        curves = [fractions(options, work, pressures, seed) for seed in options.seeds]
+        columns = pressures, np.mean(curves, axis=0), np.std(curves, axis=0)
         for row in zip(*columns, strict=True):
             yield [f"{work:g}", *(f"{value:.7g}" for value in row)]
 
@@ -102,32 +95,27 @@ def header(options, command):
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     add = parser.add_argument
-    add("--work", type=float, nargs="+", default=[0.0005, 0.005], help="w/(E* a0)")
+    add("--work", type=float, nargs="+", default=[0.0, 0.0005, 0.005], help="w/(E* a0)")
     add("--stiffness", type=float, default=1.0, help="of the wall, a0/E* V''(a0)")
     add("--slope", type=float, default=0.1, help="rms slope")
     add("--hurst", type=float, default=0.8)
     add("--short", type=float, default=4.0, help="shortest wavelength")
     add("--long", type=float, default=512.0, help="longest wavelength")
-    add("--size", type=int, default=512, help="atoms a side of the periodic cell")
-    add("--seeds", type=int, nargs="+", default=[1, 2])
+    add("--size", type=int, default=1024, help="atoms a side of the periodic cell")
+    add("--seeds", type=int, nargs="+", default=[1, 2, 3])
     add("--pressures", type=float, nargs=2, default=[1e-3, 3.0], help="p/(h' E*)")
-    add("--points", type=int, default=25, help="number of pressures above zero")
+    add("--points", type=int, default=20, help="number of pressures above zero")
     add("--fmax", type=float, default=1e-8, help="tolerance, E* a0^2")
-    add("--workers", type=int, default=1, help="processes")
     add("--out", default="flat_reference.csv")
+    arguments = sys.argv[1:] if arguments is None else arguments
     options = parser.parse_args(arguments)
-    command = shlex.join(arguments) if arguments else " ".join(_given())
     with open(options.out, "w", newline="") as file:
-        file.write(header(options, command))
+        file.write(header(options, shlex.join(arguments)))
         rows = csv.writer(file, lineterminator="\n")
         rows.writerow(COLUMNS)
-        rows.writerows(table(options))
-
-
-def _given():
-    import sys
-
-    return [shlex.quote(word) for word in sys.argv[1:]]
+        for row in table(options):
+            rows.writerow(row)
+            file.flush()
 
 
 if __name__ == "__main__":

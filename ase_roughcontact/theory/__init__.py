@@ -1,14 +1,12 @@
 """Closed forms for smooth and rough spheres on an elastic half space."""
 
-from ase_roughcontact.theory.adhesion import (
+from ase_roughcontact.theory.dmt import (
     dmt_contact_radius,
+    dmt_force,
+    dmt_penetration,
     dmt_pull_off_force,
-    jkr_contact_radius,
-    jkr_force,
-    jkr_penetration,
-    jkr_pull_off_force,
-    jkr_zero_load_area,
 )
+from ase_roughcontact.theory.flat import FlatReference
 from ase_roughcontact.theory.hertz import (
     hertz_contact_area,
     hertz_contact_radius,
@@ -17,10 +15,20 @@ from ase_roughcontact.theory.hertz import (
     hertz_penetration,
     hertz_pressure,
 )
+from ase_roughcontact.theory.jkr import (
+    jkr_contact_radius,
+    jkr_contact_radius_from_penetration,
+    jkr_force,
+    jkr_penetration,
+    jkr_pull_off_force,
+    jkr_pull_off_penetration,
+    jkr_zero_load_area,
+)
 from ase_roughcontact.theory.kappa import (
     KAPPA_HARD,
     KAPPA_REPULSIVE,
     compliant_kappa,
+    flattening_energy,
     inverse_kappa_adhesive,
     inverse_kappa_attractive,
     mean_contact_pressure,
@@ -31,17 +39,19 @@ from ase_roughcontact.theory.maugis import (
     maugis_dugdale_contact_radius,
     maugis_dugdale_pull_off_force,
     maugis_dugdale_stability_limit,
-    maugis_parameter,
-    tabor_parameter,
 )
+from ase_roughcontact.theory.parameters import maugis_parameter, tabor_parameter
+from ase_roughcontact.theory.regime import Regime, regime
 from ase_roughcontact.theory.rough import (
     contact_area,
     contact_fraction,
     crossover_load,
     crossover_radius_ratio,
     low_load_plateau,
+    predicted_area,
 )
 from ase_roughcontact.theory.roughness import (
+    ASPERITY_FACTOR_REPULSIVE,
     asperity_radius,
     asperity_radius_from_curvature,
     first_contact_radius,
@@ -49,10 +59,18 @@ from ase_roughcontact.theory.roughness import (
     rms_height,
     slope_to_curvature_ratio,
 )
+from ase_roughcontact.theory.roughsphere import Roughness, RoughSphereTheory
+from ase_roughcontact.theory.smooth import SmoothContact, smooth_contact
 
 __all__ = [
+    "ASPERITY_FACTOR_REPULSIVE",
     "KAPPA_HARD",
     "KAPPA_REPULSIVE",
+    "FlatReference",
+    "Regime",
+    "RoughSphereTheory",
+    "Roughness",
+    "SmoothContact",
     "asperity_radius",
     "asperity_radius_from_curvature",
     "compliant_kappa",
@@ -61,9 +79,12 @@ __all__ = [
     "crossover_load",
     "crossover_radius_ratio",
     "dmt_contact_radius",
+    "dmt_force",
+    "dmt_penetration",
     "dmt_pull_off_force",
     "first_contact_radius",
     "first_contact_radius_from_height",
+    "flattening_energy",
     "hertz_contact_area",
     "hertz_contact_radius",
     "hertz_contact_radius_from_penetration",
@@ -73,9 +94,11 @@ __all__ = [
     "inverse_kappa_adhesive",
     "inverse_kappa_attractive",
     "jkr_contact_radius",
+    "jkr_contact_radius_from_penetration",
     "jkr_force",
     "jkr_penetration",
     "jkr_pull_off_force",
+    "jkr_pull_off_penetration",
     "jkr_zero_load_area",
     "low_load_plateau",
     "maugis_dugdale",
@@ -84,8 +107,11 @@ __all__ = [
     "maugis_dugdale_stability_limit",
     "maugis_parameter",
     "mean_contact_pressure",
+    "predicted_area",
+    "regime",
     "rms_height",
     "slope_to_curvature_ratio",
+    "smooth_contact",
     "sticks",
     "tabor_parameter",
 ]

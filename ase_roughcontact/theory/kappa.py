@@ -7,7 +7,7 @@ and take any consistent system of units.
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import hyp2f1
+from scipy.special import exprel, hyp2f1
 
 from ase_roughcontact.checks import (
     FloatArray,
@@ -228,3 +228,57 @@ def sticks(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
     L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
     """
     return finite_array("inverse_kappa_adhesive", inverse_kappa_adhesive) < 0
+
+
+def flattening_energy(
+    rms_slope: ArrayLike,
+    contact_modulus: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+    long_wavelength: ArrayLike,
+) -> FloatArray:
+    """Elastic energy per area of rough flats in full contact, (E*/4) <q h^2>.
+
+    Adhesion of more than this work pulls the surfaces flat, and what is left of it acts
+    between them as if they were smooth.
+
+    Parameters
+    ----------
+    rms_slope : array_like
+        h', dimensionless.
+    contact_modulus : array_like
+        E*, force per area.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength, long_wavelength : array_like
+        Ends lambda_s and lambda_L of the spectrum, lengths.
+
+    Returns
+    -------
+    ndarray
+        Energy per area; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range, or lambda_L <= lambda_s.
+
+    References
+    ----------
+    B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001).
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    short = positive_array("short_wavelength", short_wavelength)
+    long = positive_array("long_wavelength", long_wavelength)
+    if not np.all(long > short):
+        raise ValueError(
+            "long_wavelength must exceed short_wavelength "
+            f"{short_wavelength!r}, got {long_wavelength!r}"
+        )
+    mu = 2 - 2 * hurst_exponent(hurst)
+    # Integrals of q^(mu - 2) and q^(mu - 1), over that power of the upper end.
+    span = np.log(long / short)
+    ratio = exprel((1 - mu) * span) / exprel(-mu * span)
+    energy: FloatArray = modulus * slope**2 / 4 * short / (2 * np.pi) * ratio
+    return energy

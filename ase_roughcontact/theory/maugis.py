@@ -11,88 +11,14 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from ase_roughcontact.checks import FloatArray, positive, positive_array
-from ase_roughcontact.theory.adhesion import above_pull_off
 from ase_roughcontact.theory.hertz import hertz_contact_radius
-
-
-def tabor_parameter(
-    radius: ArrayLike,
-    contact_modulus: ArrayLike,
-    work_of_adhesion: ArrayLike,
-    equilibrium_distance: ArrayLike,
-) -> FloatArray:
-    """Tabor's parameter, mu = (R w^2/(E*^2 z0^3))^(1/3): small for DMT, large for JKR.
-
-    Parameters
-    ----------
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-    work_of_adhesion : array_like
-        w, energy per area.
-    equilibrium_distance : array_like
-        z0, gap at which the surfaces rest, length.
-
-    Returns
-    -------
-    ndarray
-        mu, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-
-    References
-    ----------
-    D. Tabor, J. Colloid Interface Sci. 58, 2 (1977).
-    """
-    work = positive_array("work_of_adhesion", work_of_adhesion)
-    modulus = positive_array("contact_modulus", contact_modulus)
-    distance = positive_array("equilibrium_distance", equilibrium_distance)
-    return np.cbrt(positive_array("radius", radius) * (work / modulus) ** 2) / distance
-
-
-def maugis_parameter(
-    radius: ArrayLike,
-    contact_modulus: ArrayLike,
-    work_of_adhesion: ArrayLike,
-    cohesive_stress: ArrayLike,
-) -> FloatArray:
-    """Maugis' parameter, lambda = sigma0 (9 R/(2 pi w E*^2))^(1/3).
-
-    Parameters
-    ----------
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-    work_of_adhesion : array_like
-        w, energy per area.
-    cohesive_stress : array_like
-        sigma0, force per area.
-
-    Returns
-    -------
-    ndarray
-        lambda, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-
-    References
-    ----------
-    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), where it reads
-    lambda = 2 sigma0 (R/(pi w K^2))^(1/3) with K = 4 E*/3.
-    """
-    stress = positive_array("cohesive_stress", cohesive_stress)
-    work = positive_array("work_of_adhesion", work_of_adhesion)
-    modulus = positive_array("contact_modulus", contact_modulus)
-    radius = positive_array("radius", radius)
-    return stress * np.cbrt(9 * radius / (2 * np.pi * work * modulus**2))
+from ase_roughcontact.theory.parameters import maugis_parameter
+from ase_roughcontact.theory.pulloff import (
+    Branch,
+    above_pull_off,
+    is_stable,
+    refuse_beyond,
+)
 
 
 def maugis_dugdale(
@@ -204,8 +130,9 @@ def maugis_dugdale_contact_radius(
     contact_modulus: float,
     work_of_adhesion: float,
     cohesive_stress: float,
+    branch: Branch = "stable",
 ) -> FloatArray:
-    """Radius of the Maugis-Dugdale contact that is stable under a given force.
+    """Radius of the Maugis-Dugdale contact under a given force.
 
     Inverts N(m) of `maugis_dugdale` numerically.
 
@@ -221,6 +148,8 @@ def maugis_dugdale_contact_radius(
         w, energy per area.
     cohesive_stress : float
         sigma0, force per area.
+    branch : {"stable", "unstable"}
+        Under the given force. The unstable branch ends where its contact is a point.
 
     Returns
     -------
@@ -230,8 +159,8 @@ def maugis_dugdale_contact_radius(
     Raises
     ------
     ValueError
-        If a force lies below pull-off, where no contact exists, or another argument
-        is not finite and positive.
+        If a force lies below pull-off, where no contact exists, or beyond the unstable
+        branch, or another argument is not finite and positive.
 
     References
     ----------
@@ -244,6 +173,11 @@ def maugis_dugdale_contact_radius(
     last = _last_stable_angle(parameter, 1)
     pull_off = _state(last, parameter)[1]
     excess = above_pull_off(normal_force, pull_off * unit_force) / unit_force
+    stable = is_stable(branch)
+    if not stable:
+        end = _state(np.pi / 2, parameter)[1]
+        force = np.asarray(normal_force, dtype=float)
+        refuse_beyond("normal_force", force, float(end * unit_force))
 
     def reduced_radius(excess: float) -> float:
         def too_strong(angle: float) -> float:
@@ -251,10 +185,14 @@ def maugis_dugdale_contact_radius(
 
         if excess == 0:
             return float(_state(last, parameter)[0])
-        first = last / 2
-        while too_strong(first) < 0:
-            first /= 2
-        return float(_state(brentq(too_strong, first, last, xtol=1e-15), parameter)[0])
+        other = last / 2 if stable else np.pi / 2
+        while stable and too_strong(other) < 0:
+            other /= 2
+        # rounding may put the end of the unstable branch below a force given there
+        if too_strong(other) <= 0:
+            return float(_state(other, parameter)[0])
+        angle = brentq(too_strong, *sorted((last, other)), xtol=1e-15)
+        return float(_state(angle, parameter)[0])
 
     radii = np.array([reduced_radius(each) for each in np.asarray(excess).flat])
     unit_radius = hertz_contact_radius(unit_force, radius, contact_modulus)

@@ -10,6 +10,10 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact.checks import FloatArray, finite_array, positive_array
 
+#: By how much the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0, multiplies
+#: rho: L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+ASPERITY_FACTOR_REPULSIVE = 3.0
+
 
 def hurst_exponent(hurst: ArrayLike) -> FloatArray:
     """Return Hurst exponents as an array, checked.

@@ -1,7 +1,7 @@
-"""JKR and DMT: a smooth rigid sphere that adheres to an elastic half space.
+"""JKR: adhesion of a large soft sphere, short-ranged attraction inside the contact.
 
 The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and take
-any consistent system of units. `maugis` holds what lies between the two limits.
+any consistent system of units.
 """
 
 import numpy as np
@@ -14,6 +14,12 @@ from ase_roughcontact.checks import (
     positive_array,
 )
 from ase_roughcontact.theory.hertz import hertz_contact_radius
+from ase_roughcontact.theory.pulloff import (
+    Branch,
+    above_pull_off,
+    is_stable,
+    refuse_beyond,
+)
 
 
 def jkr_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:
@@ -49,21 +55,24 @@ def jkr_contact_radius(
     radius: ArrayLike,
     contact_modulus: ArrayLike,
     work_of_adhesion: ArrayLike,
+    branch: Branch = "stable",
 ) -> FloatArray:
-    """Radius of the JKR contact that is stable under a given force.
+    """Radius of the JKR contact under a given force.
 
-    a^3 = (3R/4E*) [N + 3 pi w R + sqrt(6 pi w R N + (3 pi w R)^2)].
+    a^3 = (3R/4E*) [N + 3 pi w R +- sqrt(6 pi w R N + (3 pi w R)^2)].
 
     Parameters
     ----------
     normal_force : array_like
-        N, force, not below pull-off.
+        N, force, not below pull-off, and not above zero on the unstable branch.
     radius : array_like
         R of the sphere, length.
     contact_modulus : array_like
         E*, force per area.
     work_of_adhesion : array_like
         w, energy per area.
+    branch : {"stable", "unstable"}
+        Under the given force: plus or minus sign.
 
     Returns
     -------
@@ -73,17 +82,22 @@ def jkr_contact_radius(
     Raises
     ------
     ValueError
-        If a force lies below pull-off, where no contact exists, or another argument
-        is not finite and positive.
+        If a force lies below pull-off, where no contact exists, or beyond the unstable
+        branch, or another argument is not finite and positive.
 
     References
     ----------
     K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. Lond. A 324, 301 (1971).
     """
     pull_off = jkr_pull_off_force(radius, work_of_adhesion)
-    excess = above_pull_off(normal_force, pull_off)
-    adhesive = excess - pull_off + np.sqrt(-4 * pull_off * excess)
-    return hertz_contact_radius(adhesive, radius, contact_modulus)
+    # The bracket is a square: N + 2 P +- 2 sqrt(P (N + P)) with P = 1.5 pi w R.
+    above = np.sqrt(above_pull_off(normal_force, pull_off))
+    root = above + np.sqrt(-pull_off)
+    if not is_stable(branch):
+        force = finite_array("normal_force", normal_force)
+        refuse_beyond("normal_force", force, 0.0)
+        root = -np.minimum(force, 0.0) / root
+    return hertz_contact_radius(root**2, radius, contact_modulus)
 
 
 def jkr_zero_load_area(
@@ -202,47 +216,15 @@ def jkr_penetration(
     return a**2 / positive_array("radius", radius) - adhesive
 
 
-def dmt_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:
-    """Least force of the DMT contact, -2 pi w R.
-
-    Parameters
-    ----------
-    radius : array_like
-        R of the sphere, length.
-    work_of_adhesion : array_like
-        w, energy per area.
-
-    Returns
-    -------
-    ndarray
-        Force, negative; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-
-    References
-    ----------
-    B. V. Derjaguin, V. M. Muller, Yu. P. Toporov, J. Colloid Interface Sci. 53, 314
-    (1975).
-    """
-    work = positive_array("work_of_adhesion", work_of_adhesion)
-    return -2 * np.pi * work * positive_array("radius", radius)
-
-
-def dmt_contact_radius(
-    normal_force: ArrayLike,
-    radius: ArrayLike,
-    contact_modulus: ArrayLike,
-    work_of_adhesion: ArrayLike,
+def jkr_pull_off_penetration(
+    radius: ArrayLike, contact_modulus: ArrayLike, work_of_adhesion: ArrayLike
 ) -> FloatArray:
-    """Radius of the DMT contact, a^3 = (3R/4E*)(N + 2 pi w R); delta = a^2/R.
+    """Least penetration of the JKR contact, -(3/4) (pi^2 w^2 R/E*^2)^(1/3).
+
+    There a contact parts when the height is held; a^3 = pi w R^2/8E*.
 
     Parameters
     ----------
-    normal_force : array_like
-        N, force, not below pull-off.
     radius : array_like
         R of the sphere, length.
     contact_modulus : array_like
@@ -253,47 +235,84 @@ def dmt_contact_radius(
     Returns
     -------
     ndarray
+        delta, length, negative; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), section 5.5.
+    """
+    work = positive_array("work_of_adhesion", work_of_adhesion)
+    length = np.pi * work / positive_array("contact_modulus", contact_modulus)
+    return -0.75 * np.cbrt(length**2 * positive_array("radius", radius))
+
+
+def jkr_contact_radius_from_penetration(
+    penetration: ArrayLike,
+    radius: ArrayLike,
+    contact_modulus: ArrayLike,
+    work_of_adhesion: ArrayLike,
+    branch: Branch = "stable",
+) -> FloatArray:
+    """Radius of the JKR contact at a given penetration.
+
+    Parameters
+    ----------
+    penetration : array_like
+        delta, length, not below `jkr_pull_off_penetration`, and not above zero on the
+        unstable branch.
+    radius : array_like
+        R of the sphere, length.
+    contact_modulus : array_like
+        E*, force per area.
+    work_of_adhesion : array_like
+        w, energy per area.
+    branch : {"stable", "unstable"}
+        At the given penetration: larger or smaller radius.
+
+    Returns
+    -------
+    ndarray
         a, length; shape as the arguments broadcast.
 
     Raises
     ------
     ValueError
-        If a force lies below pull-off, where no contact exists, or another argument
-        is not finite and positive.
+        If a penetration has no contact on the branch, or another argument is not finite
+        and positive.
+
+    Notes
+    -----
+    With a1 the radius at the least penetration, -3 a1^2/R, `jkr_penetration` reads
+    x^4 - 4 x = d, x = sqrt(a/a1), d = delta R/a1^2. Ferrari's resolvent m^3 + d m = 2
+    has one positive root for d >= -3, and x = sqrt(m/2) +- sqrt(sqrt(2/m) - m/2).
 
     References
     ----------
-    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), section 5.5,
+    inverted here.
     """
-    pull_off = dmt_pull_off_force(radius, work_of_adhesion)
-    excess = above_pull_off(normal_force, pull_off)
-    return hertz_contact_radius(excess, radius, contact_modulus)
-
-
-def above_pull_off(normal_force: ArrayLike, pull_off: FloatArray) -> FloatArray:
-    """Force in excess of pull-off; rounding at pull-off itself counts as zero.
-
-    Parameters
-    ----------
-    normal_force : array_like
-        N, force.
-    pull_off : ndarray
-        Least force, negative.
-
-    Returns
-    -------
-    ndarray
-        N - pull_off >= 0, force.
-
-    Raises
-    ------
-    ValueError
-        If a force is not finite or below pull-off.
-    """
-    excess = finite_array("normal_force", normal_force) - pull_off
-    if not np.all(excess >= 1e-12 * pull_off):
+    least = jkr_pull_off_penetration(radius, contact_modulus, work_of_adhesion)
+    depth = finite_array("penetration", penetration)
+    d = -3 * depth / least
+    if not np.all(d >= -3 * (1 + 1e-12)):
         raise ValueError(
-            f"normal_force must not lie below the pull-off force {pull_off!r}, "
-            f"got {normal_force!r}"
+            f"penetration must not lie below that of pull-off {least!r}, "
+            f"got {penetration!r}"
         )
-    return np.maximum(excess, 0.0)
+    d = np.maximum(d, -3.0)
+    u = np.cbrt(1 + np.sqrt(1 + (d / 3) ** 3)) ** 2
+    m = 2 / (u + d / 3 + (d / 3) ** 2 / u)
+    half = np.sqrt(np.maximum(np.sqrt(2 / m) - m / 2, 0.0))
+    if is_stable(branch):
+        x = np.sqrt(m / 2) + half
+    else:
+        refuse_beyond("penetration", depth, 0.0)
+        x = np.sqrt(m / 2) - half
+        x = -d / (4 - x**3)  # what the difference lost to rounding
+    a1 = np.sqrt(-least / 3 * np.asarray(radius, dtype=float))
+    return a1 * x**2

@@ -1,0 +1,147 @@
+"""DMT: adhesion of a small stiff sphere, with attraction all around the contact.
+
+The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and take
+any consistent system of units. A contact is stable under every force above pull-off.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact.checks import FloatArray, nonnegative_array, positive_array
+from ase_roughcontact.theory.hertz import hertz_contact_radius
+from ase_roughcontact.theory.pulloff import above_pull_off
+
+
+def dmt_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:
+    """Least force of the DMT contact, -2 pi w R.
+
+    Parameters
+    ----------
+    radius : array_like
+        R of the sphere, length.
+    work_of_adhesion : array_like
+        w, energy per area.
+
+    Returns
+    -------
+    ndarray
+        Force, negative; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    B. V. Derjaguin, V. M. Muller, Yu. P. Toporov, J. Colloid Interface Sci. 53, 314
+    (1975).
+    """
+    work = positive_array("work_of_adhesion", work_of_adhesion)
+    return -2 * np.pi * work * positive_array("radius", radius)
+
+
+def dmt_contact_radius(
+    normal_force: ArrayLike,
+    radius: ArrayLike,
+    contact_modulus: ArrayLike,
+    work_of_adhesion: ArrayLike,
+) -> FloatArray:
+    """Radius of the DMT contact, a^3 = (3R/4E*)(N + 2 pi w R).
+
+    Parameters
+    ----------
+    normal_force : array_like
+        N, force, not below pull-off.
+    radius : array_like
+        R of the sphere, length.
+    contact_modulus : array_like
+        E*, force per area.
+    work_of_adhesion : array_like
+        w, energy per area.
+
+    Returns
+    -------
+    ndarray
+        a, length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If a force lies below pull-off, where no contact exists, or another argument
+        is not finite and positive.
+
+    References
+    ----------
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    """
+    pull_off = dmt_pull_off_force(radius, work_of_adhesion)
+    excess = above_pull_off(normal_force, pull_off)
+    return hertz_contact_radius(excess, radius, contact_modulus)
+
+
+def dmt_force(
+    contact_radius: ArrayLike,
+    radius: ArrayLike,
+    contact_modulus: ArrayLike,
+    work_of_adhesion: ArrayLike,
+) -> FloatArray:
+    """Force of the DMT contact, N = 4 E* a^3/3R - 2 pi w R.
+
+    Parameters
+    ----------
+    contact_radius : array_like
+        a >= 0, length.
+    radius : array_like
+        R of the sphere, length.
+    contact_modulus : array_like
+        E*, force per area.
+    work_of_adhesion : array_like
+        w, energy per area.
+
+    Returns
+    -------
+    ndarray
+        N, force; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    """
+    cube = nonnegative_array("contact_radius", contact_radius) ** 3
+    modulus = positive_array("contact_modulus", contact_modulus)
+    repulsive = 4 * modulus * cube / (3 * positive_array("radius", radius))
+    return repulsive + dmt_pull_off_force(radius, work_of_adhesion)
+
+
+def dmt_penetration(contact_radius: ArrayLike, radius: ArrayLike) -> FloatArray:
+    """Penetration of the DMT contact, delta = a^2/R as for Hertz.
+
+    Parameters
+    ----------
+    contact_radius : array_like
+        a >= 0, length.
+    radius : array_like
+        R of the sphere, length.
+
+    Returns
+    -------
+    ndarray
+        delta, length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    """
+    a = nonnegative_array("contact_radius", contact_radius)
+    return a**2 / positive_array("radius", radius)

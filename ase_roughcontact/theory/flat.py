@@ -1,0 +1,160 @@
+"""Tabulated contact of nominally flat rough surfaces, in place of a formula.
+
+With strong adhesion no formula is good enough for the fraction f(p) of rough flats in
+contact: it is calculated once per interaction and roughness, and looked up here.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import PchipInterpolator
+
+from ase_roughcontact.checks import (
+    FloatArray,
+    nonnegative,
+    nonnegative_array,
+    positive,
+)
+
+TABLE = Path(__file__).with_name("flat_reference.csv")
+
+
+@dataclass(frozen=True, eq=False)
+class FlatReference:
+    """Fraction of rough flats in contact, interpolated between calculated values.
+
+    Parameters
+    ----------
+    pressures : array_like, shape (n,)
+        Nominal pressures, rising from zero, force per area.
+    fractions : array_like, shape (n,)
+        Fractions of the area in contact, 0 to 1.
+
+    Raises
+    ------
+    ValueError
+        If the values are not finite, out of range or out of order.
+
+    Examples
+    --------
+    >>> flat = FlatReference.read(work_of_adhesion=0.005)
+    >>> bool(flat.fraction(1e-3) > 0.05)
+    True
+    """
+
+    pressures: FloatArray
+    fractions: FloatArray
+
+    def __post_init__(self) -> None:
+        """Check the table, and keep it as arrays."""
+        pressures = nonnegative_array("pressures", self.pressures)
+        fractions = nonnegative_array("fractions", self.fractions)
+        if pressures.ndim != 1 or pressures.shape != fractions.shape:
+            raise ValueError(
+                "pressures and fractions must be sequences of one length, got shapes "
+                f"{pressures.shape} and {fractions.shape}"
+            )
+        if pressures.size < 2 or pressures[0] != 0 or np.any(np.diff(pressures) <= 0):
+            raise ValueError(f"pressures must rise from zero, got {self.pressures!r}")
+        if fractions.max() > 1:
+            raise ValueError(f"fractions must not exceed 1, got {self.fractions!r}")
+        object.__setattr__(self, "pressures", pressures)
+        object.__setattr__(self, "fractions", fractions)
+
+    @classmethod
+    def read(
+        cls,
+        work_of_adhesion: float,
+        contact_modulus: float = 1.0,
+        file: str | os.PathLike[str] = TABLE,
+    ) -> FlatReference:
+        """Read the curve of one interaction from a table.
+
+        Parameters
+        ----------
+        work_of_adhesion : float
+            w/(E* a0), one of the table's.
+        contact_modulus : float
+            E*, the unit of the pressures in the table, force per area.
+        file : path
+            Written by `examples/flat_reference.py`. By default the package's own table
+            for the paper's roughness and walls; its first lines say how it was made.
+
+        Returns
+        -------
+        FlatReference
+
+        Raises
+        ------
+        ValueError
+            If the table has no such curve, or is not a table of this kind.
+
+        References
+        ----------
+        Calculated with this package, in the way of L. Pastewka, M. O. Robbins, Appl.
+        Phys. Lett. 108, 221601 (2016), fig. 2c.
+        """
+        nonnegative(work_of_adhesion=work_of_adhesion)
+        positive(contact_modulus=contact_modulus)
+        curves = _curves(Path(file))
+        for work, rows in curves.items():
+            if np.isclose(work, work_of_adhesion, rtol=1e-6, atol=0):
+                pressures, fractions = np.transpose(rows)
+                return cls(contact_modulus * pressures, fractions)
+        raise ValueError(
+            f"{os.fspath(file)} has no curve for work_of_adhesion "
+            f"{work_of_adhesion!r}, only for {', '.join(map(str, curves))}; "
+            "calculate it with examples/flat_reference.py"
+        )
+
+    def fraction(self, pressure: ArrayLike) -> FloatArray:
+        """Fraction of the nominal area in contact, f(p).
+
+        Monotonic cubic interpolation; constant beyond the last pressure of the table.
+
+        Parameters
+        ----------
+        pressure : array_like
+            Nominal pressure p >= 0, force per area.
+
+        Returns
+        -------
+        ndarray
+            f between 0 and 1; shape of the argument.
+
+        Raises
+        ------
+        ValueError
+            If a pressure is not finite or negative.
+
+        References
+        ----------
+        F. N. Fritsch, R. E. Carlson, SIAM J. Numer. Anal. 17, 238 (1980).
+        """
+        pressure = nonnegative_array("pressure", pressure)
+        curve = PchipInterpolator(self.pressures, self.fractions)
+        fraction: FloatArray = curve(np.minimum(pressure, self.pressures[-1]))
+        return fraction
+
+
+def _curves(file: Path) -> dict[float, list[tuple[float, float]]]:
+    """Pressures and fractions of a table, by work of adhesion."""
+    with open(file, newline="") as lines:
+        rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
+    curves: dict[float, list[tuple[float, float]]] = {}
+    try:
+        for row in rows:
+            point = float(row["pressure"]), float(row["contact_fraction"])
+            curves.setdefault(float(row["work_of_adhesion"]), []).append(point)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(
+            f"{file} is not a table with the columns work_of_adhesion, pressure and "
+            f"contact_fraction ({error!r})"
+        ) from error
+    return curves

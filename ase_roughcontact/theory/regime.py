@@ -1,0 +1,207 @@
+"""Which law an experiment follows: a sphere of given size, roughness and adhesion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+from ase_roughcontact.checks import FloatArray, nonnegative
+from ase_roughcontact.theory.hertz import hertz_contact_radius
+from ase_roughcontact.theory.kappa import KAPPA_HARD
+from ase_roughcontact.theory.roughsphere import Roughness, RoughSphereTheory
+from ase_roughcontact.theory.smooth import smooth_contact
+
+LAWS = {
+    "Hertz": "as smooth, no adhesion: A = pi (3 N R/4E*)^(2/3)",
+    "JKR": "as smooth, short-ranged adhesion: jkr_contact_radius",
+    "DMT": "as smooth, long-ranged adhesion: dmt_contact_radius",
+    "Maugis-Dugdale": "as smooth, between both: maugis_dugdale_contact_radius",
+    "first asperity": "as a smooth sphere with the radius rho of the first peak",
+    "rough, linear": "many peaks, as on flats: A = N/p_rough",
+    "sticky rough": "rough flats stick by themselves: no formula, tabulate f(p)",
+}
+
+
+def _number(meaning: str) -> Any:
+    return field(default=None, metadata={"meaning": meaning})
+
+
+@dataclass(frozen=True, kw_only=True)
+class Regime:
+    """The law that applies, and the numbers that tell so, in the units given.
+
+    Print it to read it. A number is None where it has no meaning.
+
+    Attributes
+    ----------
+    law : str
+        One of "first asperity", "rough, linear", "Hertz", "JKR", "DMT",
+        "Maugis-Dugdale" and "sticky rough".
+    contact_area : float
+        Predicted A, area; None for "sticky rough" without a tabulated f(p).
+    mean_pressure : float
+        N/A, force per area.
+    hertz_radius : float
+        a of a smooth sphere without adhesion, length.
+    tabor_parameter, maugis_parameter : float
+        Of the smooth sphere with the effective work of adhesion.
+    pull_off_force : float
+        Of that sphere; negative.
+    effective_work_of_adhesion : float
+        w, less what it takes to flatten the roughness; energy per area.
+    inverse_kappa : float
+        1/kappa_adh: rough flats stick where it is not positive.
+    rough_pressure : float
+        p_rough, force per area.
+    asperity_radius, first_contact_radius : float
+        rho, and the distance a' from the axis at which to find it; lengths.
+    crossover_ratio : float
+        N/N_c: above one the sphere is as good as smooth.
+    asperity_ratio : float
+        N/N_c(rho): below one a single asperity carries the load.
+    linear_decades : float
+        Decades of load, from N_c(rho) to N_c, in which area is linear in load.
+    """
+
+    law: str
+    contact_area: float | None = _number("predicted contact area")
+    mean_pressure: float | None = _number("mean pressure in the contact")
+    hertz_radius: float | None = _number("contact radius of Hertz")
+    tabor_parameter: float | None = _number("Tabor's parameter")
+    maugis_parameter: float | None = _number("Maugis' parameter (DMT < 0.1, JKR > 5)")
+    pull_off_force: float | None = _number("pull-off force")
+    effective_work_of_adhesion: float | None = _number("effective work of adhesion")
+    inverse_kappa: float | None = _number("1/kappa (rough flats stick < 0)")
+    rough_pressure: float | None = _number("pressure p_rough between rough flats")
+    asperity_radius: float | None = _number("radius rho of the first asperity")
+    first_contact_radius: float | None = _number("its distance a' from the axis")
+    crossover_ratio: float | None = _number("N/N_c (as smooth > 1)")
+    asperity_ratio: float | None = _number("N/N_c(rho) (one asperity < 1)")
+    linear_decades: float | None = _number("decades of load with A ~ N")
+
+    def __str__(self) -> str:
+        """Law and numbers, a line each."""
+        lines = [f"{self.law}: {LAWS[self.law]}"]
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if each.metadata and value is not None:
+                lines.append(f"  {each.metadata['meaning']:<40s} {value:.4g}")
+        return "\n".join(lines)
+
+
+def regime(
+    normal_force: float,
+    radius: float,
+    contact_modulus: float,
+    roughness: Roughness | None = None,
+    *,
+    work_of_adhesion: float = 0.0,
+    attraction_range: float | None = None,
+    kappa_repulsive: float = KAPPA_HARD,
+    asperity_factor: float = 1.0,
+    flat: Callable[[FloatArray], FloatArray] | None = None,
+) -> Regime:
+    """Tell which law the contact of a sphere follows.
+
+    Parameters
+    ----------
+    normal_force : float
+        N, force; negative only for a smooth sphere with adhesion.
+    radius : float
+        R of the sphere, length.
+    contact_modulus : float
+        E*, force per area.
+    roughness : Roughness, optional
+        Of the sphere, such as `ase_roughcontact.SelfAffine`; by default it is smooth.
+    work_of_adhesion : float
+        w, energy per area.
+    attraction_range : float, optional
+        D, gap over which the attraction decays, length; needed with adhesion.
+    kappa_repulsive : float
+        Without attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or `compliant_kappa`.
+    asperity_factor : float
+        What the wall's compliance makes of rho: 1 for the hard wall,
+        `ASPERITY_FACTOR_REPULSIVE` for the repulsive 9-3 wall.
+    flat : callable, optional
+        Tabulated f(p), such as `FlatReference.fraction`, to predict the area with.
+
+    Returns
+    -------
+    Regime
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range or missing, or the force is below pull-off.
+
+    Notes
+    -----
+    Smooth spheres follow `smooth_contact`. So do rough ones above N_c, and those that
+    are sharper than their roughness, R <= rho. Below N_c(rho) one asperity
+    carries the load; in between area is linear in load. Adhesion enters through kappa,
+    and where rough flats in full contact still gain energy, w > `flattening_energy`,
+    what is left of w acts as on a smooth sphere. Where rough flats stick although
+    nothing is left, there is no formula below the N_c of the wall without attraction.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+
+    Examples
+    --------
+    The tip of an AFM on a polymer, in nm, nN and GPa, with 50 mJ/m^2 over 0.3 nm:
+
+    >>> tip = regime(10, 30, 10, work_of_adhesion=0.05, attraction_range=0.3)
+    >>> print(str(tip).splitlines()[0])
+    Maugis-Dugdale: as smooth, between both: maugis_dugdale_contact_radius
+    """
+    smooth = work_of_adhesion, attraction_range
+    if roughness is None:
+        contact = smooth_contact(normal_force, radius, contact_modulus, *smooth)
+        numbers = asdict(contact)
+        if work_of_adhesion > 0:
+            numbers["effective_work_of_adhesion"] = work_of_adhesion
+    else:
+        nonnegative(normal_force=normal_force)
+        sphere = RoughSphereTheory(
+            radius,
+            contact_modulus,
+            roughness,
+            *smooth,
+            kappa_repulsive,
+            asperity_factor,
+        )
+        numbers = _rough_numbers(sphere, normal_force, flat)
+    area = numbers["contact_area"]
+    pressing = max(normal_force, 0.0)
+    return Regime(
+        mean_pressure=normal_force / area if area else None,
+        hertz_radius=float(hertz_contact_radius(pressing, radius, contact_modulus)),
+        **numbers,
+    )
+
+
+def _rough_numbers(
+    sphere: RoughSphereTheory,
+    normal_force: float,
+    flat: Callable[[FloatArray], FloatArray] | None,
+) -> dict[str, Any]:
+    """Return what `Regime` says of a rough sphere."""
+    numbers = asdict(sphere.smooth(normal_force)) | {
+        "law": sphere.law(normal_force),
+        "contact_area": sphere.area(normal_force, flat),
+        "inverse_kappa": sphere.inverse_kappa,
+        "asperity_radius": sphere.asperity_radius,
+        "first_contact_radius": sphere.first_contact_radius,
+        "crossover_ratio": normal_force / sphere.crossover_load,
+    }
+    if sphere.work_of_adhesion > 0:
+        numbers["effective_work_of_adhesion"] = sphere.effective_work_of_adhesion
+    if not sphere.sticky:
+        ratio = sphere.asperity_load / sphere.crossover_load
+        numbers["rough_pressure"] = sphere.rough_pressure
+        numbers["asperity_ratio"] = normal_force / sphere.asperity_load
+        numbers["linear_decades"] = -math.log10(ratio)
+    return numbers

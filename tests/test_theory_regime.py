@@ -1,0 +1,214 @@
+"""Which law applies: smooth and rough spheres of the laboratory and of the paper."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ase_roughcontact import SelfAffine, theory
+from ase_roughcontact.theory import regime
+
+# Units a0 = E* = 1.
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 512.0)
+RHO = 4 / (0.2 * np.pi) * np.sqrt(12)
+BIG = 1e5
+
+
+def paper_adhesion(work):
+    """Return the paper's wall of a work of adhesion w/(E* a0)."""
+    reach = np.sqrt(12 * work)
+    return {
+        "work_of_adhesion": work,
+        "attraction_range": reach,
+        "kappa_repulsive": theory.KAPPA_REPULSIVE,
+    }
+
+
+# Smooth spheres
+
+
+def test_smooth_sphere_without_adhesion_is_hertzian():
+    found = regime(3.0, 50.0, 2.0)
+    assert found.law == "Hertz"
+    assert_allclose(found.contact_area, theory.hertz_contact_area(3.0, 50.0, 2.0))
+    assert_allclose(found.mean_pressure, 3.0 / found.contact_area)
+    assert found.pull_off_force is None
+
+
+def test_millimetre_sphere_of_an_elastomer_follows_jkr():
+    # Like silicone rubber: R 1 mm, w 44 mJ/m^2, E* 3 MPa.
+    found = regime(0.0, 1e-3, 3e6, work_of_adhesion=0.044, attraction_range=4e-10)
+    assert found.law == "JKR"
+    assert_allclose(
+        found.contact_area, theory.jkr_zero_load_area(1e-3, 3e6, 0.044), rtol=1e-12
+    )
+    assert_allclose(found.pull_off_force, -1.5 * np.pi * 0.044 * 1e-3, rtol=1e-12)
+
+
+def test_stiff_sharp_tip_follows_dmt():
+    found = regime(0.0, 5.0, 800.0, work_of_adhesion=0.05, attraction_range=0.4)
+    assert found.law == "DMT"
+    assert_allclose(found.pull_off_force, -2 * np.pi * 0.05 * 5.0, rtol=1e-12)
+
+
+def test_tip_between_the_limits_follows_maugis():
+    found = regime(0.0, 30.0, 10.0, work_of_adhesion=0.05, attraction_range=0.3)
+    assert found.law == "Maugis-Dugdale"
+    unit = np.pi * 0.05 * 30.0
+    assert -2 * unit < found.pull_off_force < -1.5 * unit
+    # Both parameters, for the tension w/D: lambda = (9/2 pi)^(1/3) mu.
+    ratio = found.maugis_parameter / found.tabor_parameter
+    assert_allclose(ratio, np.cbrt(4.5 / np.pi), rtol=1e-12)
+
+
+def test_large_load_makes_adhesion_unimportant():
+    tip = {"work_of_adhesion": 0.05, "attraction_range": 0.3}
+    unit = np.pi * 0.05 * 30.0
+    assert regime(10 * unit, 30.0, 10.0, **tip).law == "Maugis-Dugdale"
+    assert regime(1e4 * unit, 30.0, 10.0, **tip).law == "Hertz"
+
+
+def test_smooth_sphere_may_be_pulled_as_far_as_pull_off():
+    tip = {"work_of_adhesion": 0.05, "attraction_range": 0.3}
+    pull_off = regime(0.0, 30.0, 10.0, **tip).pull_off_force
+    assert regime(0.9 * pull_off, 30.0, 10.0, **tip).law == "Maugis-Dugdale"
+    with pytest.raises(ValueError, match="below the pull-off force"):
+        regime(1.1 * pull_off, 30.0, 10.0, **tip)
+
+
+# Rough spheres
+
+
+def test_laws_of_a_large_rough_sphere_follow_each_other_as_the_load_rises():
+    loads = np.geomspace(1e-3, 1e9, 25)
+    laws = [regime(load, BIG, 1.0, ROUGH).law for load in loads]
+    assert list(dict.fromkeys(laws)) == ["first asperity", "rough, linear", "Hertz"]
+
+
+def test_sphere_is_hertzian_from_the_crossover_load_on():
+    load = theory.crossover_load(BIG, 1.0, 0.1)
+    assert regime(0.99 * load, BIG, 1.0, ROUGH).law == "rough, linear"
+    found = regime(1.01 * load, BIG, 1.0, ROUGH)
+    assert found.law == "Hertz"
+    assert_allclose(found.crossover_ratio, 1.01)
+
+
+def test_area_is_linear_over_two_decades_of_load_for_each_decade_of_the_radius():
+    found = regime(1.0, BIG, 1.0, ROUGH)
+    assert_allclose(found.linear_decades, 2 * np.log10(BIG / RHO))
+
+
+def test_tip_of_an_afm_has_no_significant_linear_range():
+    # The paper, on R = 100 a0; R = 10^5 a0 has more than seven decades.
+    assert regime(1.0, 100.0, 1.0, ROUGH).linear_decades < 1.5
+    assert regime(1.0, BIG, 1.0, ROUGH).linear_decades > 7
+
+
+def test_sphere_sharper_than_its_roughness_is_as_good_as_smooth():
+    adhesion = {"work_of_adhesion": 1e-4, "attraction_range": 0.05}
+    found = regime(1e-3, 10.0, 1.0, ROUGH, **adhesion)
+    smooth = regime(1e-3, 10.0, 1.0, **adhesion)
+    assert (found.law, found.contact_area) == (smooth.law, smooth.contact_area)
+
+
+def test_weak_adhesion_changes_only_kappa():
+    found = regime(1e4, BIG, 1.0, ROUGH, **paper_adhesion(0.0005))
+    assert found.law == "rough, linear"
+    assert_allclose(1 / 2.9 - found.inverse_kappa, 0.042, rtol=0.02)
+    assert_allclose(found.rough_pressure, 0.1 * found.inverse_kappa)
+    assert_allclose(found.contact_area, 1e4 / found.rough_pressure, rtol=0.01)
+
+
+def test_adhesion_beyond_kappa_makes_flats_sticky_and_leaves_no_formula():
+    adhesion = paper_adhesion(0.01)
+    found = regime(1e4, BIG, 1.0, ROUGH, **adhesion)
+    assert found.law == "sticky rough"
+    assert found.inverse_kappa < 0
+    assert found.contact_area is None
+
+
+def test_tabulated_flats_give_the_area_where_no_formula_does():
+    adhesion = paper_adhesion(0.01)
+    found = regime(1e4, BIG, 1.0, ROUGH, **adhesion, flat=lambda p: 0.25 + 0 * p)
+    expected = theory.hertz_contact_area(1e4, BIG, 1.0) / 4
+    assert_allclose(found.contact_area, expected)
+
+
+def test_adhesion_that_flattens_the_roughness_leaves_a_smooth_sphere_with_less_of_it():
+    smoother = SelfAffine(1e-3, 0.8, 4.0, 512.0)
+    cost = theory.flattening_energy(1e-3, 1.0, 0.8, 4.0, 512.0)
+    adhesion = {"work_of_adhesion": 100 * float(cost), "attraction_range": 0.01}
+    found = regime(0.1, BIG, 1.0, smoother, **adhesion)
+    assert found.law == "JKR"
+    assert_allclose(found.effective_work_of_adhesion, 99 * cost)
+    area = np.pi * theory.jkr_contact_radius(0.1, BIG, 1.0, 99 * cost) ** 2
+    assert_allclose(found.contact_area, area)
+
+
+def test_compliant_wall_makes_the_first_asperity_blunter():
+    factor = theory.ASPERITY_FACTOR_REPULSIVE
+    load = 1e-3
+    hard = regime(load, BIG, 1.0, ROUGH)
+    soft = regime(
+        load,
+        BIG,
+        1.0,
+        ROUGH,
+        kappa_repulsive=theory.KAPPA_REPULSIVE,
+        asperity_factor=factor,
+    )
+    assert_allclose(hard.asperity_radius, RHO)
+    assert_allclose(soft.contact_area / hard.contact_area, factor ** (2 / 3))
+
+
+def test_any_object_with_the_numbers_of_a_surface_is_rough():
+    plain = SimpleNamespace(
+        rms_slope=0.1, hurst=0.8, short_wavelength=4.0, long_wavelength=512.0
+    )
+    assert regime(1e4, BIG, 1.0, plain) == regime(1e4, BIG, 1.0, ROUGH)
+
+
+def test_regime_does_not_depend_on_the_units():
+    def law_and_ratio(length, pressure):
+        rough = SelfAffine(0.1, 0.8, 4 * length, 512 * length)
+        found = regime(
+            1e4 * pressure * length**2,
+            BIG * length,
+            pressure,
+            rough,
+            work_of_adhesion=5e-4 * pressure * length,
+            attraction_range=0.0775 * length,
+        )
+        return found.law, found.crossover_ratio, found.maugis_parameter
+
+    law, *numbers = law_and_ratio(2.9e-10, 1.6e11)
+    expected, *ratios = law_and_ratio(1.0, 1.0)
+    assert law == expected
+    assert numbers[1] is None and ratios[1] is None
+    assert_allclose(numbers[0], ratios[0])
+
+
+def test_regime_prints_law_and_numbers_with_their_meaning():
+    text = str(regime(1e4, BIG, 1.0, ROUGH, **paper_adhesion(0.0005)))
+    lines = text.splitlines()
+    assert lines[0] == "rough, linear: many peaks, as on flats: A = N/p_rough"
+    assert any("decades of load with A ~ N" in line and "7.3" in line for line in lines)
+    assert "None" not in text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"normal_force": np.nan}, "normal_force must be a finite"),
+        ({"normal_force": -1.0}, "normal_force must"),
+        ({"radius": 0.0}, "radius must be"),
+        ({"work_of_adhesion": 0.1}, "attraction_range must be given"),
+        ({"work_of_adhesion": -0.1}, "work_of_adhesion must be"),
+        ({"kappa_repulsive": 0.0}, "kappa_repulsive must be"),
+    ],
+)
+def test_unphysical_arguments_are_refused(arguments, message):
+    given = {"normal_force": 1.0, "radius": BIG, "contact_modulus": 1.0}
+    with pytest.raises(ValueError, match=message):
+        regime(**given | {"roughness": ROUGH} | arguments)
