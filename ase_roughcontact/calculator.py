@@ -155,12 +155,8 @@ class RoughContact(Calculator):
             raise ValueError("positions must be finite, got NaN or infinity")
         layout, contact = self._scene(self.atoms)
         height = float(self.atoms.positions[-1, 2])
-        reaction = None
-        if self._held is not None:
-            held, pressure = self._held
-            reaction = pressure if np.array_equal(held, self.atoms.positions) else None
         values = displacement(self.atoms, layout)
-        state = contact.evaluate(values, height, reaction)
+        state = contact.evaluate(values, height, self._holding(values))
         self._state = state
 
         load = self.parameters["load"]
@@ -203,21 +199,52 @@ class RoughContact(Calculator):
         self.get_property("energy", atoms)
         return self._state
 
-    def hold(self, atoms: Atoms, reaction: np.ndarray) -> None:
-        """Tell the pressure of a hard wall on the atoms where they are.
+    def hold(self, atoms: Atoms, pressure: np.ndarray) -> None:
+        """Tell the pressure that displaces the atoms to where they are.
 
-        It is no function of the positions when they are not relaxed, or when all atoms
-        of a periodic surface touch; a solver knows it.
+        A solver knows it. Elsewhere it has to be calculated from the displacement; that
+        of a hard wall is no function of the positions when they are not relaxed, or
+        when all atoms of a periodic surface touch.
 
         Parameters
         ----------
         atoms : Atoms
             Substrate and indenter.
-        reaction : ndarray, shape (n, m)
-            Pressure on the window (eV/Å^3).
+        pressure : ndarray, shape (n, m)
+            On the window (eV/Å^3).
         """
-        self._held = atoms.positions.copy(), reaction
+        self._held = displacement(atoms, self.layout(atoms)).copy(), pressure
         self.results = {}
+
+    def elastic_pressure(self, atoms: Atoms) -> np.ndarray:
+        """Pressure that displaces the atoms to where they are.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Substrate and indenter.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            On the window (eV/Å^3), up to its mean if periodic.
+        """
+        layout, contact = self._scene(atoms)
+        values = displacement(atoms, layout)
+        held = self._holding(values)
+        if held is None:
+            n, m = contact.halfspace.shape
+            held = contact.halfspace.elastic_pressure(values)[:n, :m]
+        return held
+
+    def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
+        """Return what has changed since the last calculation; quick if nothing has."""
+        if self.atoms is not None and len(self.atoms) == len(atoms):
+            pairs = zip(_frame(self.atoms), _frame(atoms), strict=True)
+            known = np.array_equal(self.atoms.positions, atoms.positions)
+            if known and all(np.array_equal(*pair) for pair in pairs):
+                return []
+        return super().check_state(atoms, tol)
 
     def contact(self, atoms: Atoms) -> Contact:
         """Half space, indenter and wall as they are at the atoms.
@@ -239,13 +266,7 @@ class RoughContact(Calculator):
         return self._scene(atoms)[0]
 
     def _scene(self, atoms: Atoms) -> tuple[Layout, Contact]:
-        frame = (
-            atoms.positions[:-1, :2],
-            atoms.positions[-1, :2],
-            atoms.cell.array,
-            atoms.pbc,
-            atoms.numbers,
-        )
+        frame = _frame(atoms)
         if self._kept is None or not all(map(np.array_equal, frame, self._kept[0])):
             layout = Layout.of(atoms)
             copies = tuple(part.copy() for part in frame)
@@ -260,9 +281,20 @@ class RoughContact(Calculator):
             raise ValueError("RoughContact needs an indenter and a contact_modulus")
         if interaction is None:
             interaction = LennardJones93.repulsive(modulus, spacing)
-        heights = indenter.heights(layout.window, spacing, layout.origin)
-        halfspace = layout.halfspace(layout.window, spacing, modulus, **given["fft"])
-        return Contact(halfspace, heights, interaction)
+        halfspace = layout.halfspace(modulus, **given["fft"])
+        return Contact(halfspace, layout.heights(indenter), interaction)
+
+    def _holding(self, values: np.ndarray) -> np.ndarray | None:
+        """Pressure that a solver has told, if the atoms are where they were then."""
+        if self._held is None or not np.array_equal(self._held[0], values):
+            return None
+        return self._held[1]
+
+
+def _frame(atoms: Atoms) -> tuple[np.ndarray, ...]:
+    """All that half space, heights and wall depend on."""
+    xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
+    return xy, axis, atoms.cell.array, atoms.pbc, atoms.numbers
 
 
 def _checked(name: str, value: Any) -> Any:

@@ -40,10 +40,10 @@ class ContactState:
     ----------
     energy : float
         Elastic and wall energy.
-    energies : ndarray, shape (N, M)
+    energies : ndarray, shape of the layer
         The same, atom by atom.
-    forces : ndarray, shape (N, M)
-        Force on each atom of the grid, positive upward.
+    forces : ndarray, shape of the layer
+        Force on each atom, positive upward.
     gap : ndarray, shape (n, m)
         Distance to the indenter (length).
     pressure : ndarray, shape (n, m)
@@ -131,8 +131,8 @@ class Contact:
 
         Parameters
         ----------
-        displacement : ndarray, shape (N, M) or (n, m)
-            Of the grid or of the window (length).
+        displacement : ndarray, shape of the layer or (n, m)
+            Of all atoms or of the window (length).
         height : float
             Of the indenter (length).
 
@@ -168,20 +168,21 @@ class Contact:
         self,
         displacement: np.ndarray,
         height: float,
-        reaction: np.ndarray | None = None,
+        held: np.ndarray | None = None,
     ) -> ContactState:
         """Energy, forces and fields of a configuration.
 
         Parameters
         ----------
-        displacement : ndarray, shape (N, M)
-            Of every atom of the grid (length).
+        displacement : ndarray, shape of the half space's layer
+            Of every atom (length).
         height : float
             Of the indenter (length).
-        reaction : ndarray, shape (n, m), optional
-            Pressure of a hard wall, where a solver knows it. By default it is what
-            holds the atoms that touch; under all atoms of a periodic surface, the
-            least that does.
+        held : ndarray, shape (n, m), optional
+            The pressure on the window that displaces it so, where a solver knows it:
+            no transform is needed then. A hard wall exerts it. By default the wall
+            exerts what holds the atoms that touch; under all atoms of a periodic
+            surface, the least that does.
 
         Returns
         -------
@@ -190,26 +191,23 @@ class Contact:
         Raises
         ------
         ValueError
-            If the displacement does not have the shape of the grid, or the wall is
+            If the displacement does not have the shape of the layer, or the wall is
             hard and atoms overlap with the indenter: the reaction of a hard wall is no
             function of the positions then.
         """
-        if displacement.shape != self.halfspace.grid:
+        if displacement.shape != self.halfspace.layer:
             raise ValueError(
-                f"displacement must have the shape {self.halfspace.grid} of the grid, "
-                f"got {displacement.shape}"
+                f"displacement must have the shape {self.halfspace.layer} of the "
+                f"atoms, got {displacement.shape}"
             )
         if self.halfspace.periodic:
             displacement = displacement - displacement.mean()
         area = self.halfspace.cell_area
-        if displacement.any():
-            elastic = self.halfspace.elastic_pressure(displacement)
-        else:
-            elastic = np.zeros(displacement.shape)
+        elastic = self._elastic_pressure(displacement, held)
         gap = self.gap(displacement, height)
         if isinstance(self.interaction, HardWall):
             wall_energy = np.zeros(gap.shape)
-            pressure = self._reaction(gap, elastic) if reaction is None else reaction
+            pressure = self._reaction(gap, elastic) if held is None else held
         else:
             wall_energy, pressure = self.wall(gap)
 
@@ -230,6 +228,18 @@ class Contact:
             normal_force=float(area * pressure.sum()),
             cell_area=area,
         )
+
+    def _elastic_pressure(
+        self, displacement: np.ndarray, held: np.ndarray | None
+    ) -> np.ndarray:
+        """Pressure that holds all atoms where they are, a new array."""
+        elastic = np.zeros(displacement.shape)
+        if held is not None:
+            n, m = held.shape
+            elastic[:n, :m] = held - held.mean() if self.halfspace.periodic else held
+        elif displacement.any():
+            elastic = self.halfspace.elastic_pressure(displacement)
+        return elastic
 
     def _reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Pressure of a hard wall: what holds the atoms that touch it."""

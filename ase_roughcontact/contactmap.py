@@ -8,12 +8,9 @@ import numpy as np
 from ase import Atoms
 from ase.units import GPa
 
-from ase_roughcontact.checks import FloatArray, finite_array, positive, surface, window
-from ase_roughcontact.substrate import TAG_CONTACT, snapshot
+from ase_roughcontact.checks import FloatArray, finite_array, surface, window
+from ase_roughcontact.substrate import TAG_CONTACT, Layout
 from ase_roughcontact.topography import Surface
-
-# Lateral positions may be off the sites of the lattice by this part of the spacing.
-_OFF_SITE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -63,22 +60,13 @@ class ContactMap:
                 )
 
     @classmethod
-    def from_frame(
-        cls,
-        frame: Atoms,
-        spacing: float | None = None,
-        indenter: Surface | None = None,
-    ) -> ContactMap:
+    def from_frame(cls, frame: Atoms, indenter: Surface | None = None) -> ContactMap:
         """Map of a frame of a trajectory.
 
         Parameters
         ----------
         frame : Atoms
-            As `snapshot` made it, also read back from a file. The atoms may be any
-            sites of a square lattice.
-        spacing : float, optional
-            Distance of neighbouring sites (Å); by default the smallest distance of two
-            rows or columns of atoms.
+            As `snapshot` made it, also read back from a file.
         indenter : Surface, optional
             The frame's indenter, from whose heights the gap follows.
 
@@ -90,29 +78,29 @@ class ContactMap:
         Raises
         ------
         ValueError
-            If the frame was not made by `snapshot`, its atoms are not on different
-            sites of a lattice, or a periodic cell is not full.
+            If the frame was not made by `snapshot`.
         """
-        if not frame.has("initial_charges") or frame.numbers[-1] != 0:
+        if not frame.has("initial_charges"):
             raise ValueError(
-                "the frame has no pressures, or its last atom is not the indenter "
-                "(symbol X): it was not made by snapshot()"
+                "the frame has no pressures: it was not made by snapshot()"
             )
-        tags, pressure = frame.get_tags()[:-1], frame.get_initial_charges()[:-1] * GPa
-        lattice = _Lattice.of(frame, spacing)
-        gap = None if indenter is None else lattice.gap(frame, indenter)
-        return lattice.map(pressure, tags == TAG_CONTACT, gap)
+        layout, gap = Layout.of(frame), None
+        if indenter is not None:
+            surface(indenter=indenter)
+            u = frame.positions[:-1, 2]
+            gap = frame.positions[-1, 2] - (u - u.mean() * layout.periodic)
+            gap = gap + layout.heights(indenter).ravel()
+        pressure = frame.get_initial_charges()[:-1] * GPa
+        return _map(layout, pressure, frame.get_tags()[:-1] == TAG_CONTACT, gap)
 
     @classmethod
-    def from_atoms(cls, atoms: Atoms, spacing: float | None = None) -> ContactMap:
+    def from_atoms(cls, atoms: Atoms) -> ContactMap:
         """Map of atoms as they are.
 
         Parameters
         ----------
         atoms : Atoms
             With a `RoughContact` calculator.
-        spacing : float, optional
-            As in `from_frame` (Å).
 
         Returns
         -------
@@ -122,13 +110,12 @@ class ContactMap:
         Raises
         ------
         ValueError
-            If the atoms have no `RoughContact` calculator, or are not on a lattice.
+            If the atoms have no `RoughContact` calculator.
         """
-        lattice = _Lattice.of(snapshot(atoms), spacing)
-        state = atoms.calc.state(atoms)
-        return lattice.map(
-            state.pressure.ravel(), state.contact.ravel(), state.gap.ravel()
-        )
+        if not hasattr(atoms.calc, "layout"):
+            raise ValueError(f"the atoms need a RoughContact, got {atoms.calc!r}")
+        state, layout = atoms.calc.state(atoms), atoms.calc.layout(atoms)
+        return _map(layout, state.pressure, state.contact, state.gap)
 
     @property
     def x(self) -> np.ndarray:
@@ -164,87 +151,27 @@ class ContactMap:
         return float(np.count_nonzero(self.contact) * self.cell_area)
 
 
-@dataclass(frozen=True)
-class _Lattice:
-    """Sites of the atoms of a frame, within their bounding box."""
-
-    sites: tuple[np.ndarray, np.ndarray]
-    shape: tuple[int, int]
-    spacing: float
-    origin: tuple[float, float]
-    periodic: bool
-
-    @classmethod
-    def of(cls, frame: Atoms, spacing: float | None) -> _Lattice:
-        xy = frame.positions[:-1, :2]
-        a0 = _spacing_of(xy) if spacing is None else spacing
-        positive(spacing=a0)
-        steps = (xy - xy.min(axis=0)) / a0
-        sites = np.rint(steps).astype(int)
-        off = float(np.abs(steps - sites).max())
-        n, m = (int(last) + 1 for last in sites.max(axis=0))
-        if off > _OFF_SITE:
-            raise ValueError(
-                f"atoms are off a square lattice of spacing {a0:g} by up to {off:.3g} "
-                "spacings: give the right spacing, and atoms that move along z only"
-            )
-        if np.bincount(sites[:, 0] * m + sites[:, 1]).max() > 1:
-            raise ValueError("several atoms are on one site of the lattice")
-        full = np.diag(frame.cell.array)[:2] / a0
-        if frame.pbc[:2].any() and (
-            not frame.pbc[:2].all()
-            or len(sites) != n * m
-            or np.abs(full - (n, m)).max() > 0.5
-        ):
-            raise ValueError(
-                "a periodic half space must be periodic along x and y and have an atom "
-                f"at all sites of its cell, got pbc {frame.pbc.tolist()} and "
-                f"{len(sites)} atoms for {full.tolist()} spacings"
-            )
-        x, y = xy.min(axis=0) - frame.positions[-1, :2]
-        return cls(
-            (sites[:, 0], sites[:, 1]),
-            (n, m),
-            float(a0),
-            (float(x), float(y)),
-            bool(frame.pbc[0]),
-        )
-
-    def gap(self, frame: Atoms, indenter: Surface) -> FloatArray:
-        """Gap of the atoms."""
-        surface(indenter=indenter)
-        heights = indenter.heights(self.shape, self.spacing, self.origin)[self.sites]
-        u = frame.positions[:-1, 2]
-        return frame.positions[-1, 2] + heights - (u - u.mean() * self.periodic)
-
-    def map(
-        self, pressure: np.ndarray, contact: np.ndarray, gap: np.ndarray | None
-    ) -> ContactMap:
-        """Map of values of the atoms."""
-        return ContactMap(
-            pressure=self._filled(pressure, 0.0),
-            contact=self._filled(contact, False),
-            spacing=self.spacing,
-            origin=self.origin,
-            periodic=self.periodic,
-            gap=None if gap is None else self._filled(gap, np.nan),
-        )
-
-    def _filled(self, values: np.ndarray, elsewhere: float) -> np.ndarray:
-        field = np.full(self.shape, elsewhere, dtype=values.dtype)
-        field[self.sites] = values
-        return field
+def _map(
+    layout: Layout, pressure: np.ndarray, contact: np.ndarray, gap: np.ndarray | None
+) -> ContactMap:
+    """Map of values of the atoms that may touch."""
+    return ContactMap(
+        pressure=_filled(layout, pressure, 0.0),
+        contact=_filled(layout, contact, False),
+        spacing=layout.spacing,
+        origin=layout.origin,
+        periodic=layout.periodic,
+        gap=None if gap is None else _filled(layout, gap, np.nan),
+    )
 
 
-def _spacing_of(xy: np.ndarray) -> float:
-    """Smallest distance of two rows or columns, sharpened by the whole extent."""
-    steps = np.diff(np.sort(xy, axis=0), axis=0)
-    extent = float(np.ptp(xy, axis=0).max())
-    if not extent > 0.0:
-        raise ValueError("one atom does not tell the spacing: give spacing=")
-    # what is smaller is rounding of the positions
-    smallest = steps[steps > _OFF_SITE * steps.max()].min()
-    return extent / round(extent / smallest)
+def _filled(layout: Layout, values: np.ndarray, elsewhere: float) -> np.ndarray:
+    """Values of the atoms on the window, something else at sites without one."""
+    if layout.sites is None:
+        return values.reshape(layout.window)
+    field = np.full(layout.window, elsewhere, dtype=values.dtype)
+    field[tuple(layout.sites.T)] = values.ravel()
+    return field
 
 
 def nearest_image(values: FloatArray, period: float | FloatArray) -> FloatArray:

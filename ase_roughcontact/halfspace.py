@@ -113,6 +113,16 @@ class HalfSpace(ABC):
         """
 
     @property
+    def layer(self) -> tuple[int, int]:
+        """Shape of the atoms that are displaced: the grid, its padding included."""
+        return self.grid
+
+    @property
+    def lattice(self) -> bool:
+        """Whether the window is a rectangle of which parts can be taken."""
+        return True
+
+    @property
     def atom_compliance(self) -> float:
         """Depth of an atom under unit pressure on it alone (length per pressure).
 
@@ -141,6 +151,11 @@ class HalfSpace(ABC):
     def grid_transform(self) -> RealFFT2:
         """Transform of the whole grid, made when it is first needed."""
         return RealFFT2(self.grid, **self.fft)
+
+    @property
+    def layer_transform(self) -> RealFFT2:
+        """Transform of all atoms that are displaced."""
+        return self.grid_transform
 
     @cached_property
     def _compliance_filter(self) -> np.ndarray:
@@ -177,22 +192,22 @@ class HalfSpace(ABC):
         return self.window_transform.filter(pressure, self._compliance_filter)
 
     def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
-        """Pressure that holds the whole grid at a displacement, ``-K u``.
+        """Pressure that holds all atoms at a displacement, ``-K u``.
 
         Parameters
         ----------
-        displacement : ndarray, shape (N, M)
-            Of every cell of the grid, the padding included (length).
+        displacement : ndarray, shape of the layer
+            Of every atom, those of the padding included (length).
 
         Returns
         -------
-        ndarray, shape (N, M)
+        ndarray, shape of the layer
             Positive in compression (pressure).
         """
         return self.grid_transform.filter(displacement, self._stiffness_filter)
 
     def surroundings(self, pressure: np.ndarray) -> np.ndarray:
-        """Displacement of the whole grid, padding included, by a pressure.
+        """Displacement of all atoms, those of the padding included, by a pressure.
 
         Parameters
         ----------
@@ -201,10 +216,14 @@ class HalfSpace(ABC):
 
         Returns
         -------
-        ndarray, shape (N, M)
+        ndarray, shape of the layer
             With this displacement the padding carries no force: the state in which it
             is relaxed.
         """
+        return self.on_grid(pressure)
+
+    def on_grid(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement of the whole grid, shape (N, M); see `surroundings`."""
         if pressure.shape != self.shape:
             raise ValueError(f"expected the shape {self.shape}, got {pressure.shape}")
         # once in a while: not worth a plan

@@ -6,13 +6,17 @@ Lengths are in any one unit.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from ase_roughcontact.fourier import fast_length
-from ase_roughcontact.topography import BoundedSurface, Surface
+from ase_roughcontact.topography import BoundedSurface, Surface, heights_at
+
+#: Most atoms that may be scattered: their matrix has the square of that many numbers.
+FEW = 2048
 
 # Side of the tiles that a surface is searched in, and of the first look at its middle.
 _TILE = 512
@@ -88,6 +92,16 @@ class Box:
         )
         return Box.between((int(i), int(j)), (int(k), int(m)))
 
+    def places(self, values: np.ndarray) -> np.ndarray:
+        """Atoms, shape (k, 2), at which an array of the box is not zero."""
+        return np.argwhere(values) + self.start
+
+    def find(self, places: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """Tell which places are in the box, and their indices in an array of it."""
+        index = places - self.start
+        inside: np.ndarray = np.all((index >= 0) & (index < self.shape), axis=1)
+        return inside, tuple(index[inside].T)
+
     def index(self, part: Box) -> tuple[slice, slice]:
         """Where a part is in an array of this box."""
         first, second = (
@@ -95,6 +109,48 @@ class Box:
             for a, b, n in zip(part.start, self.start, part.shape, strict=True)
         )
         return first, second
+
+
+@dataclass(frozen=True, eq=False)
+class Sites:
+    """Atoms anywhere.
+
+    Attributes
+    ----------
+    all : ndarray of int, shape (k, 2)
+        Along x and y, in spacings from the indenter's axis.
+    """
+
+    all: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape of an array of the sites, a column."""
+        return len(self.all), 1
+
+    @property
+    def size(self) -> int:
+        """Number of atoms."""
+        return len(self.all)
+
+    @property
+    def box(self) -> Box:
+        """Smallest box that holds them."""
+        (i, j), (k, m) = self.all.min(axis=0), self.all.max(axis=0) + 1
+        return Box.between((int(i), int(j)), (int(k), int(m)))
+
+    def places(self, values: np.ndarray) -> np.ndarray:
+        """Atoms, shape (k, 2), at which a column is not zero."""
+        return self.all[np.flatnonzero(values)]
+
+    def find(self, places: np.ndarray) -> tuple[np.ndarray, tuple]:
+        """Tell which places are among the sites, and their indices in a column."""
+        index = {tuple(site): n for n, site in enumerate(self.all.tolist())}
+        found = np.array(
+            [index.get(tuple(at), -1) for at in places.tolist()], dtype=int
+        )
+        inside = found >= 0
+        return inside, (found[inside], np.zeros(inside.sum(), dtype=int))
 
 
 class Silhouette:
@@ -178,6 +234,31 @@ class Silhouette:
             (int(rows[0]), int(columns[0])), (int(rows[-1]) + 1, int(columns[-1]) + 1)
         )
 
+    def count(self, level: float) -> int:
+        """Count the atoms lower than a level, at most one more than `FEW`."""
+        return max(int(np.searchsorted(self._lowest_few[1], level)), 1)
+
+    def lowest_sites(self, count: int) -> Sites:
+        """Return the lowest atoms, at most `FEW`, from the lowest up."""
+        return Sites(self._lowest_few[0][:count])
+
+    @cached_property
+    def _lowest_few(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sites and heights of one atom more than `FEW`, sorted by height."""
+        middle = self.known(Box((-_MIDDLE, -_MIDDLE), (2 * _MIDDLE + 1,) * 2))
+        level = float(np.sort(self.heights(middle), axis=None)[: FEW + 1][-1])
+        half = self._reach(level)
+        around = self.known(Box((-half, -half), (2 * half + 1,) * 2))
+        sites, heights = [], []
+        for tile in self._tiles(around):
+            values = self.heights(tile)
+            low = values <= level
+            sites.append(tile.places(low))
+            heights.append(values[low])
+        every, lowest = np.concatenate(sites), np.concatenate(heights)
+        order = np.argsort(lowest, kind="stable")[: FEW + 1]
+        return every[order], lowest[order]
+
     def known(self, box: Box) -> Box:
         """Part of a box that is in the domain."""
         return box if self.domain is None else box.meet(self.domain)
@@ -207,13 +288,16 @@ class Silhouette:
             shape.append(n)
         return Box((start[0], start[1]), (shape[0], shape[1]))
 
-    def heights(self, box: Box) -> np.ndarray:
-        """Heights of the atoms in a box."""
+    def heights(self, window: Box | Sites) -> np.ndarray:
+        """Heights of the atoms in a window, shape of the window."""
+        if isinstance(window, Sites):
+            sites, spacing = window.all, self.spacing
+            return heights_at(self.indenter, sites, spacing, self.offset)[:, None]
         x, y = (
             start * self.spacing + offset
-            for start, offset in zip(box.start, self.offset, strict=True)
+            for start, offset in zip(window.start, self.offset, strict=True)
         )
-        return self.indenter.heights(box.shape, self.spacing, (x, y))
+        return self.indenter.heights(window.shape, self.spacing, (x, y))
 
     def _possible(self, level: float) -> Box:
         """Box of all atoms that may be below a level."""
@@ -232,16 +316,10 @@ class Silhouette:
             return
         self._half = half = max(half, round(1.25 * self._half))
         around = Box((-half, -half), (2 * half + 1, 2 * half + 1))
-        side = _TILE
-        if self.domain is not None:
-            side = min(side, *self.domain.shape)
-            around = around if self.indenter.repeats else around.meet(self.domain)
+        around = self.known(around) if not self.indenter.repeats else around
         (self._first, _), (stop, _) = around.start, around.stop
         self._rows, self._columns = np.full((2, stop - self._first), np.inf)
-        starts = range(self._first, stop, side)
-        for tile in (
-            Box((i, j), (side, side)).meet(around) for i in starts for j in starts
-        ):
+        for tile in self._tiles(around):
             nearest = [
                 max(a, 1 - b, 0) for a, b in zip(tile.start, tile.stop, strict=True)
             ]
@@ -251,6 +329,14 @@ class Silhouette:
             rows, columns = around.index(tile)
             for low, part, axis in ((self._rows, rows, 1), (self._columns, columns, 0)):
                 np.minimum(low[part], heights.min(axis=axis), out=low[part])
+
+    def _tiles(self, box: Box) -> Iterator[Box]:
+        """Parts of a box that are not too large to be worked on."""
+        side = _TILE if self.domain is None else min(_TILE, *self.domain.shape)
+        (i, j), (k, m) = box.start, box.stop
+        for first in range(i, k, side):
+            for second in range(j, m, side):
+                yield Box((first, second), (side, side)).meet(box)
 
 
 def rest_of(place: float, spacing: float) -> float:

@@ -18,8 +18,9 @@ from ase_roughcontact.checks import integer, positive
 from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.optimize import HardWallCG, NewtonKrylov
 from ase_roughcontact.record import Effort, LoadStep, record_of
+from ase_roughcontact.rewindow import rewindow, window_of
 from ase_roughcontact.substrate import Layout, indenter_fixed, restore
-from ase_roughcontact.window import AutoWindow, FixedWindow, box_of, rewindow
+from ase_roughcontact.window import AutoWindow, FixedWindow
 
 CONTROLS = ("penetrations", "heights", "loads")
 # Force on an atom in contact, in units of E* a0^2, until it is known: about that of the
@@ -111,10 +112,12 @@ class Stepper:
             As `snapshot` made it.
         """
         atoms = self.atoms
-        restored = restore(frame, atoms.calc.parameters["contact_modulus"])
-        if not atoms.pbc.any():
-            rewindow(atoms, box_of(Layout.of(restored)))
-        atoms.positions = restored.positions
+        if not atoms.pbc.any() and isinstance(self.windows, AutoWindow):
+            rewindow(atoms, window_of(Layout.of(frame)))
+            atoms.positions = frame.positions
+        else:
+            restored = restore(frame, atoms.calc.parameters["contact_modulus"])
+            atoms.positions = restored.positions
         self.windows.settle(atoms)
 
     def fingerprint(self) -> str:

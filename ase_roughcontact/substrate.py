@@ -1,10 +1,12 @@
-"""The substrate as ASE Atoms: a grid of surface atoms, and last the indenter.
+"""The substrate as ASE Atoms: surface atoms on a square lattice, and the indenter.
 
-The atoms of the grid come first, row by row along y: atom ``i*M + j`` of an N x M grid
-at ``(x0 + i a0, y0 + j a0, u)``, its z being its displacement. The last atom, of symbol
-X, is the indenter: its z is the indenter's height, its x and y are the position of the
-indenter's axis. The cell is the window of atoms that may touch the indenter; the atoms
-outside of it are the margin of a free half space, which no wall acts on.
+The surface atoms come first, row by row along y: atom ``i*M + j`` of an N x M grid at
+``(x0 + i a0, y0 + j a0, u)``, its z being its displacement. The last atom, of symbol X,
+is the indenter: its z is the indenter's height, its x and y are the position of the
+indenter's axis. The cell is the window of atoms that may touch the indenter; atoms
+outside of it are the margin of a free half space, which no wall acts on. The margin may
+be left out, and, where few atoms can touch, all the others, too: a cell that is flat,
+as high as the spacing, tells that its atoms are scattered.
 """
 
 from __future__ import annotations
@@ -21,8 +23,9 @@ from ase.data import atomic_numbers, chemical_symbols, reference_states
 from ase.units import GPa
 
 from ase_roughcontact.checks import finite, grid_shape, positive, surface
+from ase_roughcontact.condensed import CondensedHalfSpace, ScatteredHalfSpace
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace, PeriodicHalfSpace
-from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography import Surface, heights_at
 
 # Lateral positions may differ from the grid's by this part of the spacing: text formats
 # round them.
@@ -37,14 +40,19 @@ class Layout:
 
     Attributes
     ----------
-    window, grid : (int, int)
-        Shapes of the window that may touch and of the whole grid.
+    window : (int, int)
+        Shape of the window that may touch.
+    grid : (int, int)
+        Shape of all surface atoms: of the window and its margin, of the window, or
+        ``(k, 1)`` if they are scattered.
     spacing : float
         Distance of neighbours (length).
     origin : (float, float)
-        Position of the first atom relative to the indenter's axis (length).
+        Position of the window's first corner relative to the indenter's axis (length).
     periodic : bool
         Periodic or free half space.
+    sites : ndarray of int, shape (k, 2), or None
+        Places of scattered atoms in the window, in spacings.
     """
 
     window: tuple[int, int]
@@ -52,11 +60,25 @@ class Layout:
     spacing: float
     origin: tuple[float, float]
     periodic: bool
+    sites: np.ndarray | None = None
 
-    @property
-    def halfspace(self) -> type[HalfSpace]:
-        """Class of the half space that the boundary asks for."""
-        return PeriodicHalfSpace if self.periodic else FreeHalfSpace
+    def halfspace(self, contact_modulus: float, **fft: Any) -> HalfSpace:
+        """Half space below the atoms; see there for the parameters."""
+        given = self.spacing, contact_modulus
+        if self.sites is not None:
+            return ScatteredHalfSpace(self.sites, *given, **fft)
+        if self.periodic:
+            return PeriodicHalfSpace(self.window, *given, **fft)
+        margin = self.grid == FreeHalfSpace.padded(self.window)
+        return (FreeHalfSpace if margin else CondensedHalfSpace)(
+            self.window, *given, **fft
+        )
+
+    def heights(self, indenter: Surface) -> np.ndarray:
+        """Heights of an indenter at the atoms that may touch (length)."""
+        if self.sites is None:
+            return indenter.heights(self.window, self.spacing, self.origin)
+        return heights_at(indenter, self.sites, self.spacing, self.origin)[:, None]
 
     @classmethod
     def of(cls, atoms: Atoms) -> Layout:
@@ -80,20 +102,25 @@ class Layout:
         """
         _check_indenter(atoms)
         periodic = _check_boundary(atoms)
-        xy = atoms.positions[:-1, :2]
         if not np.isfinite(atoms.positions).all():
             raise ValueError("positions must be finite, got NaN or infinity")
+        xy = atoms.positions[:-1, :2]
+        axis = atoms.positions[-1, :2]
+        if _is_flat(atoms.cell):
+            window, spacing, sites = _scattered(xy, atoms.cell)
+            corner = xy[0] - spacing * sites[0] - axis
+            origin = float(corner[0]), float(corner[1])
+            return cls(window, (len(xy), 1), spacing, origin, periodic, sites)
         grid, spacing = _grid_of(xy, atoms.cell)
         _check_on_grid(xy, grid, spacing)
         window = _window_of(atoms.cell, spacing)
         expected = Layout.grid_for(window, periodic)
-        if grid != expected:
+        if grid not in (expected, window):
             raise ValueError(
                 f"a cell of {window} atoms needs a grid of {expected} atoms, margin "
-                f"included; got {grid}. Build the atoms with substrate(), and rebuild "
-                "frames of a trajectory with restore()"
+                f"included, or of {window} without; got {grid}. Build the atoms with "
+                "substrate()"
             )
-        axis = atoms.positions[-1, :2]
         origin = (float(xy[0, 0] - axis[0]), float(xy[0, 1] - axis[1]))
         return cls(window, grid, spacing, origin, periodic)
 
@@ -216,12 +243,12 @@ def fcc_spacing(symbol: str) -> float:
 
 
 def displacement(atoms: Atoms, layout: Layout) -> np.ndarray:
-    """Displacement of the grid, shape (N, M) (Å)."""
+    """Displacement of the surface atoms, shape of the layout's grid (Å)."""
     return atoms.positions[:-1, 2].reshape(layout.grid)
 
 
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
-    """Move the atoms of the grid to a displacement, shape (N, M) (Å)."""
+    """Move the surface atoms to a displacement, shape of the layout's grid (Å)."""
     atoms.positions[:-1, 2] = values.ravel()
 
 
@@ -250,7 +277,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     layout = atoms.calc.layout(atoms)
     keep = np.append(_inside(layout), True)
     frame = atoms[keep]
-    tags = np.full(layout.window, TAG_OPEN)
+    tags = np.full(state.pressure.shape, TAG_OPEN)
     tags[state.pressure > 0] = TAG_CONTACT
     tags[state.pressure < 0] = TAG_ATTRACTED
     frame.set_tags(np.append(tags, TAG_OPEN))
@@ -268,7 +295,10 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
 
 
 def restore(frame: Atoms, contact_modulus: float) -> Atoms:
-    """Rebuild the atoms of a calculation from a frame of its trajectory.
+    """Rebuild the atoms of a calculation, with their margin, from a frame.
+
+    A frame is good for a calculation as it is, too; with its margin an energy costs one
+    pair of transforms.
 
     Parameters
     ----------
@@ -280,11 +310,15 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
     Returns
     -------
     Atoms
-        Window, margin and indenter, without calculator. The indenter is fixed if it
-        was; set other constraints anew.
+        Window, margin and indenter, without calculator; scattered atoms have no margin.
+        The indenter is fixed if it was; set other constraints anew.
     """
     if not frame.has("initial_charges"):
         raise ValueError("the frame has no pressures: it was not made by snapshot()")
+    if _is_flat(frame.cell):
+        atoms = Atoms(frame.numbers, frame.positions, cell=frame.cell, pbc=frame.pbc)
+        _fix_like(frame, atoms)
+        return atoms
     window = _window_of(frame.cell, _grid_of(frame.positions[:-1, :2], frame.cell)[1])
     periodic = _check_boundary(frame)
     spacing = frame.cell[0, 0] / window[0]
@@ -309,8 +343,7 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
         cell=frame.cell,
         pbc=frame.pbc,
     )
-    if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
-        atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    _fix_like(frame, atoms)
     return atoms
 
 
@@ -328,7 +361,15 @@ def _check_element(symbol: str) -> None:
         raise ValueError(f"unknown chemical symbol {symbol!r}")
 
 
+def _fix_like(frame: Atoms, atoms: Atoms) -> None:
+    """Fix the indenter if it is in the frame."""
+    if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
+        atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+
+
 def _inside(layout: Layout) -> np.ndarray:
+    if layout.sites is not None:
+        return np.ones(len(layout.sites), dtype=bool)
     inside = np.zeros(layout.grid, dtype=bool)
     inside[: layout.window[0], : layout.window[1]] = True
     return inside.ravel()
@@ -371,6 +412,35 @@ def _grid_of(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float]:
             f"{len(xy)} surface atoms do not make a grid with rows of {columns}"
         )
     return (rows, columns), spacing
+
+
+def _is_flat(cell: Any) -> bool:
+    """Whether a cell tells that its atoms are scattered."""
+    return bool(0.0 < cell[2, 2] < 0.999 * max(cell[0, 0], cell[1, 1]))
+
+
+def _scattered(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float, np.ndarray]:
+    """Window, spacing and sites of scattered atoms."""
+    window = _window_of(cell, float(cell[2, 2]))
+    longer = int(np.argmax(window))
+    spacing = float(cell[longer, longer]) / window[longer]
+    steps = (xy - xy.min(axis=0)) / spacing
+    sites = np.rint(steps).astype(int)
+    off = np.abs(steps - sites).max(axis=1)
+    if off.max() > _OFF_GRID * max(1.0, 1e-3 * max(window)):
+        raise ValueError(
+            f"atom {off.argmax()} is off the lattice by {off.max():.3g} spacings of "
+            f"{spacing:.6g}, the height of the cell: surface atoms may move along z "
+            "only"
+        )
+    if len(np.unique(sites, axis=0)) < len(sites):
+        raise ValueError("several atoms are on one site of the lattice")
+    if tuple(sites.max(axis=0) + 1) != window:
+        raise ValueError(
+            f"scattered atoms must span the cell of {window} atoms, got "
+            f"{tuple(sites.max(axis=0) + 1)}"
+        )
+    return window, spacing, sites
 
 
 def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:

@@ -6,23 +6,25 @@ heights ``h`` below the level ``cutoff - Z`` can touch: a window that holds thes
 exact. Where the wall pulls, the surface bulges. Outside of the atoms that the wall acts
 on, the displacement is a harmonic function that falls to zero, so that it is nowhere
 higher than on these; this bounds the atoms that have to be looked at.
+
+A window is a box of atoms, or the few `Sites` that can touch. A large box is made for
+the contact rather than for all that could touch, and checked afterwards.
 """
 
 from __future__ import annotations
 
 import math
-from copy import copy
 from dataclasses import asdict
-from typing import Any
 
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.condensed import ScatteredHalfSpace
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.optimize.problem import without_rounding
-from ase_roughcontact.silhouette import Box, Silhouette, rest_of
+from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace
+from ase_roughcontact.rewindow import carry, rewindow, window_of
+from ase_roughcontact.silhouette import FEW, Box, Silhouette, Sites
 from ase_roughcontact.substrate import (
-    Layout,
     displacement,
     indenter_fixed,
     set_displacement,
@@ -38,6 +40,18 @@ _AFRESH = 1.1
 # Normal force of a smooth sphere, over E* times penetration times half the side of the
 # box that it overlaps: sqrt(8)/3 by Hertz.
 _HERTZ = math.sqrt(8.0) / 3.0
+
+
+# Squares of the number of scattered atoms that cost as much as one atom of a box.
+_PRICE = 16.0
+# Counts of scattered atoms are one of few, each this many times the one before.
+_RUNG = 1.25
+# Boxes of more atoms are made for the contact rather than for all that could touch: at
+# first for a part of the side (0.71 under a smooth sphere), then for so many times that
+# of the last step.
+_LARGE = 256 * 256
+_FIRST_PART = 0.85
+_MORE = 1.08
 
 
 class FixedWindow:
@@ -70,6 +84,11 @@ class FixedWindow:
         """Raise `RuntimeError` if the wall acts at the edge of a free window."""
         if self._edge == "ignore" or atoms.pbc.any():
             return False
+        if self._layout["sites"] is not None:
+            raise RuntimeError(
+                "scattered atoms have no edge that would tell whether others can "
+                "touch: give window='auto' (or edge='ignore')"
+            )
         acts = atoms.calc.state(atoms).pressure != 0.0
         for rows in (acts, acts.T):
             if rows[[0, -1]].any():
@@ -108,6 +127,7 @@ class AutoWindow:
         self.modulus = contact.halfspace.contact_modulus
         self.first_contact = self.wall.contact_distance - self.silhouette.lowest
         self._filled = _HERTZ
+        self._part = _FIRST_PART
         self._level = -np.inf
         self._acting: Box | None = None
         self._settled = math.inf
@@ -127,19 +147,16 @@ class AutoWindow:
         if control == "loads":
             height = self._expected(atoms.calc.parameters["load"], height)
         self._level = self.wall.cutoff - height
-        box = self.silhouette.below(self._level)
         if control != "loads":
             self.silhouette.check(self._level)
-        box = self.silhouette.known(box)
-        window = box_of(atoms.calc.layout(atoms))
-        if self.wall.attractive:
-            displaced = displacement(atoms, atoms.calc.layout(atoms)).any()
-            box = box.join(self._acting or (window if displaced else None))
-        elif box.size > _AFRESH * self._settled:
+        box = self.silhouette.known(self.silhouette.below(self._level))
+        window = window_of(atoms.calc.layout(atoms))
+        if not self.wall.attractive and box.size > _AFRESH * self._settled:
             self._flatten(atoms)
-        enough = _KEPT * self.silhouette.roomy(box).size
-        if not window.holds(box) or window.size > enough:
-            rewindow(atoms, self.silhouette.roomy(box))
+        needed = self._window(self._level, self._kept_acting(atoms, window))
+        large = _cost(window) > _KEPT * _cost(self._roomy(needed))
+        if large or not _holds(window, needed):
+            rewindow(atoms, self._roomy(needed))
 
     def grow(self, atoms: Atoms) -> bool:
         """Grow the window if an atom outside could feel the wall.
@@ -159,39 +176,113 @@ class AutoWindow:
         ValueError
             If an atom could touch at which the surface is not known.
         """
-        height = float(atoms.positions[-1, 2])
-        window, silhouette = box_of(atoms.calc.layout(atoms)), self.silhouette
-        box = self._deeper(window, self.wall.cutoff - height)
-        if window.holds(box):
-            silhouette.check(self.wall.cutoff - height)
-            if self.wall.attractive:
-                box = self._lifted(atoms, window)
-        if not window.holds(box):
-            if not self.wall.attractive:
-                self._flatten(atoms)
-            rewindow(atoms, silhouette.roomy(box.join(window)))
-            return True
-        self.settle(atoms)
-        return False
+        level = self.wall.cutoff - float(atoms.positions[-1, 2])
+        window, lowest = window_of(atoms.calc.layout(atoms)), self.silhouette.lowest
+        depth = max(self._level - lowest, 1e-3 * self.silhouette.spacing)
+        if level - lowest > _DEEPER * depth and not self._all_below(level, window):
+            # under load, an indenter comes out too deep in too small a window
+            self._level = lowest + _DEEPER * depth
+            needed = self._window(self._level, _box(window))
+        else:
+            self._level = level
+            missing = self._missing(atoms, window)
+            if missing is None:
+                self.settle(atoms)
+                return False
+            needed = missing
+        if not self.wall.attractive:
+            self._flatten(atoms)
+        rewindow(atoms, self._roomy(needed))
+        return True
 
     def settle(self, atoms: Atoms) -> None:
         """Remember a relaxed state, from which the next step is guessed."""
         layout, height = atoms.calc.layout(atoms), float(atoms.positions[-1, 2])
-        window = box_of(layout)
+        window = window_of(layout)
         box = self.silhouette.below(self.wall.cutoff - height)
         self._settled = box.size
         load, depth = atoms.calc.parameters["load"], self.first_contact - height
         if load > 0.0 and depth > 0.0:
             self._filled *= load / self._carried(depth, _half_side(box))
-        if self.wall.attractive:
-            near = self._gap(atoms, window, window) < self.wall.cutoff
-            self._acting = Box.around(near, window.start)
+        acting = window.places(self._gap(atoms, window, window) < self.wall.cutoff)
+        self._acting = Sites(acting).box if len(acting) else None
+        if self._acting is not None:
+            part = max(np.divide(self._acting.shape, box.shape))
+            self._part = min(1.0, _MORE * float(part))
 
     def system(self) -> dict:
         """Return what tells the lattice apart from others, whatever the window."""
         spacing = self.silhouette.spacing
         offset = [round(x / spacing, 9) for x in self.silhouette.offset]
         return {"window": "auto", "spacing": spacing, "offset": offset}
+
+    def _kept_acting(self, atoms: Atoms, window: Box | Sites) -> Box | None:
+        """Atoms that the wall acts on before the step, which attraction may keep."""
+        if not self.wall.attractive:
+            return None
+        displaced = displacement(atoms, atoms.calc.layout(atoms)).any()
+        return self._acting or (_box(window) if displaced else None)
+
+    def _window(self, level: float, also: Box | None) -> Box | Sites:
+        """Window for a level, which holds some other atoms, too.
+
+        Of a large box only the part that is expected to touch; in a paraboloid's, the
+        side goes with the root of the depth.
+        """
+        silhouette = self.silhouette
+        box = silhouette.known(silhouette.below(level)).join(also)
+        count = silhouette.count(level)
+        if also is not None and count <= FEW:
+            low = silhouette.lowest_sites(FEW).all
+            held = np.flatnonzero(also.find(low)[0])
+            count = max(count, int(held[-1]) + 1 if held.size else 1)
+        if count <= FEW and count**2 < _PRICE * box.size:
+            return silhouette.lowest_sites(count)
+        if box.size > _LARGE:
+            depth = (level - silhouette.lowest) * self._part**2
+            part = silhouette.below(silhouette.lowest + depth)
+            box = silhouette.known(part).join(also)
+        return box
+
+    def _roomy(self, window: Box | Sites) -> Box | Sites:
+        """Window of one of few sizes around another."""
+        if isinstance(window, Box):
+            return self.silhouette.roomy(window)
+        rungs = math.ceil(math.log(window.size, _RUNG))
+        return self.silhouette.lowest_sites(min(math.ceil(_RUNG**rungs), FEW))
+
+    def _all_below(self, level: float, window: Box | Sites) -> bool:
+        """Whether a window holds all atoms lower than a level."""
+        if isinstance(window, Sites):
+            return self.silhouette.count(level) <= window.size
+        return window.holds(self.silhouette.known(self.silhouette.below(level)))
+
+    def _missing(self, atoms: Atoms, window: Box | Sites) -> Box | Sites | None:
+        """Window that holds the atoms outside that the wall reaches; None if none."""
+        level = self._level
+        self.silhouette.check(level)
+        if self.wall.attractive:
+            lift = float(displacement(atoms, atoms.calc.layout(atoms)).max())
+            level += max(lift, 0.0)
+        if self._all_below(level, window):
+            return None
+        self.silhouette.check(level)
+        count = self.silhouette.count(level)
+        if isinstance(window, Sites) and count <= FEW:
+            wide: Box | Sites = self.silhouette.lowest_sites(count)
+        else:
+            below = self.silhouette.known(self.silhouette.below(level))
+            wide = below.join(_box(window))
+        near = self._gap(atoms, window, wide) < self.wall.cutoff
+        if isinstance(wide, Sites):
+            last = int(np.flatnonzero(near)[-1]) + 1 if near.any() else 0
+            return None if last <= window.size else self.silhouette.lowest_sites(last)
+        reached = Box.around(near, wide.start)
+        if isinstance(window, Sites):
+            inside = window.find(wide.places(near))[0].all()
+            return None if inside else self._window(level, reached)
+        needed = window.join(reached)
+        return None if needed == window else needed
 
     def _flatten(self, atoms: Atoms) -> None:
         """Forget the displacement, and under a load the height."""
@@ -219,137 +310,43 @@ class AutoWindow:
         """Load at a depth with a box of a half side in spacings, as last time."""
         return self._filled * self.modulus * depth * half * self.silhouette.spacing
 
-    def _deeper(self, window: Box, level: float) -> Box:
-        """Box of a level, or of one on the way to it that the window does not hold.
-
-        In too small a window an indenter under load comes out too deep.
-        """
-        lowest = self.silhouette.lowest
-        while True:
-            depth = max(self._level - lowest, 1e-3 * self.silhouette.spacing)
-            self._level = min(level, lowest + _DEEPER * depth)
-            box = self.silhouette.known(self.silhouette.below(self._level))
-            if self._level == level or not window.holds(box):
-                return box
-
-    def _lifted(self, atoms: Atoms, window: Box) -> Box:
-        """Window and the atoms outside which the wall reaches since they bulge."""
-        n, m = window.shape
-        inside = displacement(atoms, atoms.calc.layout(atoms))[:n, :m]
-        level = self.wall.cutoff - float(atoms.positions[-1, 2])
-        level += max(float(inside.max()), 0.0)
-        box = self.silhouette.below(level)
-        if window.holds(box):
-            return window
-        self.silhouette.check(level)
-        wide = window.join(box)
-        near = self._gap(atoms, window, wide) < self.wall.cutoff
-        return window.join(Box.around(near, wide.start))
-
-    def _gap(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
-        """Gap of the atoms in a box around the window."""
+    def _gap(self, atoms: Atoms, window: Box | Sites, wide: Box | Sites) -> np.ndarray:
+        """Gap of the atoms of a wider window."""
         contact: Contact = atoms.calc.contact(atoms)
         height = float(atoms.positions[-1, 2])
-        if wide == window:
+        if wide is window:
             return contact.gap(displacement(atoms, atoms.calc.layout(atoms)), height)
-        halfspace = contact.halfspace.like(wide.shape, self.silhouette.spacing)
-        pressure = _carry(_pressure(atoms), window, wide)
-        return height + self.silhouette.heights(wide) - halfspace.displacement(pressure)
-
-
-def box_of(layout: Layout) -> Box:
-    """Window of a layout."""
-    i, j = (round(x / layout.spacing) for x in layout.origin)
-    return Box((i, j), layout.window)
-
-
-def rewindow(atoms: Atoms, box: Box) -> None:
-    """Exchange the window of a free half space for another, in place.
-
-    The atoms that are in both windows keep their pressure, and all are displaced by
-    it. Constraints on the indenter and the calculator stay.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        Of a free half space, with a `RoughContact` calculator.
-    box : Box
-        The new window; its first atom comes to the origin, as `substrate` has it.
-
-    Raises
-    ------
-    ValueError
-        If the boundary is periodic, or there are constraints on surface atoms.
-    """
-    if atoms.pbc.any():
-        raise ValueError(
-            "the window of a periodic half space is its cell: it must stay"
+        pressure = carry(atoms.calc.elastic_pressure(atoms), window, wide)
+        spacing, given = self.silhouette.spacing, contact.halfspace
+        fft = {**given.fft, "measure": False}
+        if isinstance(wide, Sites):
+            halfspace: HalfSpace = ScatteredHalfSpace(
+                wide.all, spacing, self.modulus, **fft
+            )
+        else:
+            halfspace = FreeHalfSpace(wide.shape, spacing, self.modulus, **fft)
+        return (
+            height + self.silhouette.heights(wide) + -halfspace.displacement(pressure)
         )
-    layout = atoms.calc.layout(atoms)
-    old = box_of(layout)
-    if old == box:
-        return
-    carried = _carry(_pressure(atoms), old, box)
-    spacing, symbol = layout.spacing, atoms.numbers[0]
-    axis = [
-        -spacing * i - rest_of(x, spacing)
-        for i, x in zip(box.start, layout.origin, strict=True)
-    ]
-    grid = Layout.grid_for(box.shape, False)
-    positions = np.zeros((math.prod(grid) + 1, 3))
-    positions[:-1, :2] = spacing * np.indices(grid).reshape(2, -1).T
-    positions[-1] = *axis, atoms.positions[-1, 2]
-    shift = positions[-1] - atoms.positions[-1]  # along x and y
-    constraints = [
-        _moved(c, atoms, len(positions) - 1, shift) for c in atoms.constraints
-    ]
-
-    atoms.set_constraint()
-    atoms.arrays = {
-        "numbers": np.append(np.full(len(positions) - 1, symbol), 0),
-        "positions": positions,
-    }
-    n, m = box.shape
-    atoms.cell[:] = np.diag([n * spacing, m * spacing, max(n, m) * spacing])
-    atoms.set_constraint(constraints)
-    if carried.any():
-        halfspace = atoms.calc.contact(atoms).halfspace
-        set_displacement(atoms, halfspace.surroundings(carried))
 
 
-def _pressure(atoms: Atoms) -> np.ndarray:
-    """Pressure on the window that holds the atoms where they are."""
-    layout = atoms.calc.layout(atoms)
-    n, m = layout.window
-    values = displacement(atoms, layout)
-    if not values.any():
-        return np.zeros((n, m))
-    elastic = atoms.calc.contact(atoms).halfspace.elastic_pressure(values)
-    return without_rounding(elastic[:n, :m])
+def _box(window: Box | Sites) -> Box:
+    """Smallest box that holds a window."""
+    return window if isinstance(window, Box) else window.box
 
 
-def _carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
-    """Values on a box, taken from another one, zero outside of it."""
-    carried = np.zeros(new.shape)
-    common = old.meet(new)
-    if min(common.shape) > 0:
-        carried[new.index(common)] = values[old.index(common)]
-    return carried
+def _holds(window: Box | Sites, needed: Box | Sites) -> bool:
+    """Whether a window holds another of its kind."""
+    if isinstance(window, Box) and isinstance(needed, Box):
+        return window.holds(needed)
+    if isinstance(window, Sites) and isinstance(needed, Sites):
+        return bool(window.find(needed.all)[0].all())
+    return False
 
 
-def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
-    """Constraint of the indenter with its new index and place."""
-    index = np.arange(len(atoms))[getattr(constraint, "index", [])]
-    if set(np.ravel(index)) != {len(atoms) - 1}:
-        raise ValueError(
-            f"{constraint} acts on atoms other than the indenter, or is not understood "
-            "here: give a fixed window"
-        )
-    moved: Any = copy(constraint)
-    moved.index = last if np.ndim(index) == 0 else np.array([last])
-    if getattr(moved, "_type", None) == "point":
-        moved.origin = moved.origin + shift
-    return moved
+def _cost(window: Box | Sites) -> float:
+    """Cost of a convolution, in atoms of a box."""
+    return window.size if isinstance(window, Box) else window.size**2 / _PRICE
 
 
 def _half_side(box: Box) -> float:

@@ -28,8 +28,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact.condensed import ScatteredHalfSpace
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import HalfSpace
 from ase_roughcontact.optimize.circulant import Circulant
+from ase_roughcontact.optimize.matrix import Matrix
 from ase_roughcontact.optimize.problem import dot
 
 # Part of a violation that the model's solution may leave, and that its linear systems
@@ -110,9 +113,7 @@ def descend(
         share = _share(pressure, displacement, contact.heights + height)
         pressure, displacement = share * pressure, share * displacement
     work = math.prod(halfspace.grid)
-    # on a periodic surface the model is exact: no need to come back
-    contraction = 0.0 if halfspace.periodic else _CONTRACTION
-    model: Circulant | None = None
+    model: Circulant | Matrix | None = None
     candidate = np.zeros(halfspace.shape, bool)
     violations: list[float] = []
     part = 1.0
@@ -136,8 +137,10 @@ def descend(
             return
         if model is None or gap.min(where=~candidate, initial=np.inf) < 0.0:
             candidate = (pressure > 0.0) | (gap < violation)
-            model = Circulant(halfspace, np.flatnonzero(candidate))
+            model = model_of(halfspace, np.flatnonzero(candidate))
         before = model.transforms
+        # there is no need to come back to an exact model
+        contraction = 0.0 if model.exact else _CONTRACTION
         correction = _Correction(contact, model, pressure, gap, load is not None)
         trial = correction.solve(max(0.3 * tolerance, contraction * violation))
         sunk = halfspace.displacement(trial)
@@ -145,6 +148,13 @@ def descend(
         pressure = _between(pressure, trial, part)
         displacement = _between(displacement, sunk, part)
         work = math.prod(halfspace.grid) + model.points * (model.transforms - before)
+
+
+def model_of(halfspace: HalfSpace, atoms: np.ndarray) -> Circulant | Matrix:
+    """Cheap model of the half space below some atoms."""
+    if isinstance(halfspace, ScatteredHalfSpace):
+        return Matrix(halfspace, atoms)
+    return Circulant(halfspace, atoms)
 
 
 def _first(
@@ -248,7 +258,7 @@ class _Correction:
     def __init__(
         self,
         contact: Contact,
-        model: Circulant,
+        model: Circulant | Matrix,
         pressure: np.ndarray,
         gap: np.ndarray,
         loaded: bool,

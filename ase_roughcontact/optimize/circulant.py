@@ -37,10 +37,16 @@ class Circulant:
         The same.
     points : int
         Number of grid points of a transform.
+    local : float
+        Compliance of an atom alone (length per pressure).
+    exact : bool
+        Whether it is the half space itself, but for rounding.
     """
 
     def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
         self.atoms = atoms
+        self.local = halfspace.atom_compliance
+        self.exact = halfspace.periodic
         i, j = np.divmod(atoms, halfspace.shape[1])
         window = grid = halfspace.shape
         if not halfspace.periodic:
@@ -56,7 +62,7 @@ class Circulant:
         symbol = halfspace.symbol(grid)
         self._compliance = self._transform.multiplier(symbol)
         # the mean of a periodic surface is taken for a long wave
-        softest = max(symbol.max(), halfspace.atom_compliance)
+        softest = max(symbol.max(), self.local)
         inverse = 1.0 / np.where(symbol > 0.0, symbol, softest)
         self._stiffness = self._transform.multiplier(inverse)
 

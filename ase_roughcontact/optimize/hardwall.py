@@ -230,14 +230,15 @@ def _solve(
         if load is not None:
             height = coarse.height - coarse.violation
     box = whole(contact)
-    if start is not None and not contact.halfspace.periodic:
+    if start is not None and _can_crop(contact):
         box = _worthwhile(contact, reachable(contact, height, start))
     while True:
         needed = box
         part = crop(contact, box)
         pressure = None if start is None else start[box]
         for step in descend(part, height, load, pressure, tolerance):
-            if step.converged:  # at its height, more atoms might touch
+            if step.converged and _can_crop(contact):
+                # at its height, more atoms might touch
                 needed = join(box, reachable(contact, step.height))
             converged = step.converged and needed == box
             step = replace(step, converged=converged, work=step.work + work)
@@ -247,6 +248,11 @@ def _solve(
         if needed == box:
             return
         start, height, box = step.pressure, step.height, _worthwhile(contact, needed)
+
+
+def _can_crop(contact: Contact) -> bool:
+    """Whether a part of the window can be all that is looked at."""
+    return contact.halfspace.lattice and not contact.halfspace.periodic
 
 
 def _worthwhile(contact: Contact, box: Box) -> Box:

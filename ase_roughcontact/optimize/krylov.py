@@ -12,11 +12,14 @@ where the height is free. :math:`C` is the `Circulant`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from ase_roughcontact.condensed import ScatteredHalfSpace
 from ase_roughcontact.halfspace import HalfSpace
 from ase_roughcontact.optimize.circulant import Circulant
+from ase_roughcontact.optimize.matrix import Matrix
 from ase_roughcontact.optimize.problem import dot
 
 
@@ -33,7 +36,6 @@ class Patch(Circulant):
 
     def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
         self._columns = halfspace.shape[1]
-        self._local = halfspace.atom_compliance
         first, last = [0, 0], [n - 1 for n in halfspace.shape]
         if not halfspace.periodic:
             for axis, place in enumerate(np.divmod(atoms, self._columns)):
@@ -50,24 +52,11 @@ class Patch(Circulant):
             for place, first, last in zip(places, self._first, self._last, strict=True)
         )
 
-    def system(self, atoms: np.ndarray, stiffness: np.ndarray) -> System:
-        """Return Newton's system on the atoms.
-
-        Parameters
-        ----------
-        atoms : ndarray of int, shape (k,)
-            Flat indices into the window, in the box.
-        stiffness : ndarray, shape (k,)
-            Of the wall at these atoms (pressure per length).
-
-        Returns
-        -------
-        System
-        """
+    def places(self, atoms: np.ndarray) -> np.ndarray:
+        """Return the atoms of the box as `depth` and `relieve` want them."""
         i, j = np.divmod(atoms, self._columns)
         width = self._last[1] - self._first[1] + 1
-        where = (i - self._first[0]) * width + j - self._first[1]
-        return System(self, where, stiffness, self._local)
+        return (i - self._first[0]) * width + j - self._first[1]
 
     def depth(self, pressure: np.ndarray, where: np.ndarray) -> np.ndarray:
         """Depth of atoms of the box under pressure on them, ``C x``."""
@@ -86,30 +75,35 @@ class Patch(Circulant):
         return self._convolve(pressure, where, relief, where)
 
 
+def patch_of(halfspace: HalfSpace, atoms: np.ndarray) -> Patch | Matrix:
+    """Cheap model of the half space for lists of atoms that change; see `Patch`."""
+    if isinstance(halfspace, ScatteredHalfSpace):
+        return Matrix(halfspace, atoms)
+    return Patch(halfspace, atoms)
+
+
 class System:
     """Newton's system at a state, its rows scaled as in the module's equation.
 
     Parameters
     ----------
-    patch : Patch
+    patch : Patch or Matrix
         Model of the half space.
-    where : ndarray of int, shape (k,)
-        Atoms as places in the patch's box.
+    atoms : ndarray of int, shape (k,)
+        Flat indices into the window; the patch covers them.
     stiffness : ndarray, shape (k,)
-        Of the wall (pressure per length).
-    local : float
-        Compliance of an atom alone (length per pressure).
+        Of the wall at these atoms (pressure per length).
     """
 
     def __init__(
-        self, patch: Patch, where: np.ndarray, stiffness: np.ndarray, local: float
+        self, patch: Patch | Matrix, atoms: np.ndarray, stiffness: np.ndarray
     ) -> None:
-        self._patch, self._where, self._d = patch, where, stiffness
+        self._patch, self._where, self._d = patch, patch.places(atoms), stiffness
         self._stiff = np.flatnonzero(stiffness > 0.0)
         if self._stiff.size:
-            self._soft = 1.0 + local * stiffness[self._stiff]
+            self._soft = 1.0 + patch.local * stiffness[self._stiff]
             series = stiffness[self._stiff] / self._soft
-            self._relief = patch.relief(float(series.mean()), local)
+            self._relief: Any = patch.relief(float(series.mean()), patch.local)
 
     def solve(
         self,

@@ -162,7 +162,9 @@ class FourierModes(Optimizable):
 
     def write(self) -> None:
         """Move the atoms to the present coordinates."""
-        set_displacement(self.atoms, self._real(self._x, self._from_mode))
+        rows, columns = self.contact.halfspace.layer
+        values = self._real(self._x, self._from_mode)[:rows, :columns]
+        set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
 
     def iterimages(self) -> Iterator[Atoms]:
@@ -195,8 +197,11 @@ class FourierModes(Optimizable):
         self._z_scale = np.sqrt(_CURVATURE / indenter_stiffness(contact))
 
     def _read(self) -> None:
-        transform = self.contact.halfspace.grid_transform
+        halfspace = self.contact.halfspace
+        transform = halfspace.grid_transform
         values = displacement(self.atoms, self._layout)
+        if halfspace.layer != halfspace.grid:
+            values = halfspace.on_grid(self.atoms.calc.elastic_pressure(self.atoms))
         modes = transform.forward(values).view(transform.dtype) / self._from_mode
         cells = values.size
         height = self.atoms.positions[-1, 2] / self._z_scale

@@ -33,8 +33,9 @@ import numpy as np
 from ase_roughcontact.checks import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
-from ase_roughcontact.optimize.krylov import Patch, System, norm, residuals
+from ase_roughcontact.optimize.krylov import Patch, System, norm, patch_of, residuals
 from ase_roughcontact.optimize.landscape import Landscape, State, Step
+from ase_roughcontact.optimize.matrix import Matrix
 from ase_roughcontact.optimize.nested import can_coarsen, coarsen, refine
 from ase_roughcontact.optimize.problem import External, Relaxation
 
@@ -169,7 +170,7 @@ class _Newton:
         self.convex = True
         self.near = _NEAR * halfspace.contact_modulus * halfspace.cell_area
         self.history: list[Step] = []
-        self.patch: Patch | None = None
+        self.patch: Patch | Matrix | None = None
         self.points = 0
         self.reported = self._pairs()
 
@@ -214,7 +215,7 @@ class _Newton:
     def _pairs(self) -> float:
         """Count the transforms so far, in units of padded pairs on the window."""
         size = math.prod(self.halfspace.grid)
-        return self.halfspace.window_transform.pairs + self.points / size
+        return self.halfspace.pairs + self.points / size
 
     def _advance_convex(self, state: State, wanted: float) -> State | None:
         self.convex, self.near = True, _NEAR * state.error
@@ -240,14 +241,14 @@ class _Newton:
         if self.convex:
             stiffness = np.maximum(stiffness, 0.0)
         if self.patch is None or not self.patch.covers(atoms):
-            self.patch = Patch(self.halfspace, atoms)
+            self.patch = patch_of(self.halfspace, atoms)
         row = None
         if self.landscape.loaded:
             area = self.halfspace.cell_area
             missing = float(state.residual.sum()) - state.load_residual / area
             row = self.landscape.spring(state.height) / area, missing
         before = self.patch.transforms
-        system = self.patch.system(atoms, stiffness)
+        system = System(self.patch, atoms, stiffness)
         step = self._solved(system, state, row, reduction)
         self.points += (self.patch.transforms - before) * self.patch.points
         return step
@@ -270,7 +271,7 @@ class _Newton:
             return None
         change = np.append(*solution)
         step = self._step(state, change)
-        if self.halfspace.periodic:  # the model is exact
+        if self.patch is not None and self.patch.exact:
             return step
         rest = right - system.image(change, step.lift.reshape(-1)[state.atoms])
         accepted = _EXACT_REDUCTION * max(norm(right), norm(rest - right))

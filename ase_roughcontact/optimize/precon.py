@@ -57,8 +57,8 @@ class HalfSpacePrecon(Precon):
         stiffness = halfspace.cell_area * (
             halfspace.stiffness + reference_stiffness(contact, reference)
         )
-        self._grid = halfspace.grid
-        self._transform = halfspace.grid_transform
+        self._layer = halfspace.layer
+        self._transform = halfspace.layer_transform
         self._multiply = self._transform.multiplier(stiffness)
         self._divide = self._transform.multiplier(1.0 / stiffness)
         self._lateral = float(np.median(stiffness))
@@ -84,13 +84,13 @@ class HalfSpacePrecon(Precon):
 
     def asarray(self) -> np.ndarray:
         """Return P as a matrix; for tests on small grids."""
-        size = 3 * (self._grid[0] * self._grid[1] + 1)
+        size = 3 * (self._layer[0] * self._layer[1] + 1)
         return np.array([self.Pdot(column) for column in np.eye(size)])
 
     def _apply(
         self, x: np.ndarray, multiplier: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
         result = x.reshape(-1, 3) * scale
-        heights = x.reshape(-1, 3)[:-1, 2].reshape(self._grid)
+        heights = x.reshape(-1, 3)[:-1, 2].reshape(self._layer)
         result[:-1, 2] = self._transform.filter(heights, multiplier).ravel()
         return result.reshape(x.shape)

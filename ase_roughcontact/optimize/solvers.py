@@ -94,8 +94,7 @@ class Window(Optimizable):
         values = self.contact.halfspace.surroundings(self.state.pressure)
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self.state.height
-        if self._hard:
-            self.atoms.calc.hold(self.atoms, self.state.pressure)
+        self.atoms.calc.hold(self.atoms, self.state.pressure)
 
     def _connect(self) -> None:
         self.contact = contact_of(self.atoms, hard=self._hard)
@@ -107,16 +106,17 @@ class Window(Optimizable):
         if self._known is None:
             height = float(self.atoms.positions[-1, 2])
             values = displacement(self.atoms, self.atoms.calc.layout(self.atoms))
+            pressure = self.atoms.calc.elastic_pressure(self.atoms)
             begin = self._hard_beginning if self._hard else self._soft_beginning
-            pressure, energy, error = begin(values, height)
+            pressure, energy, error = begin(values, height, pressure)
             start = without_rounding(pressure) if np.ptp(values) > 0.0 else None
             self._known = start, energy + self.indenter.external(height)[0], error
         return self._known
 
     def _soft_beginning(
-        self, values: np.ndarray, height: float
+        self, values: np.ndarray, height: float, pressure: np.ndarray
     ) -> tuple[np.ndarray, float, float]:
-        state = self.contact.evaluate(values, height)
+        state = self.contact.evaluate(values, height, pressure)
         n, m = state.pressure.shape
         pressure = state.pressure + state.forces[:n, :m] / state.cell_area
         error = float(np.abs(state.forces).max())
@@ -126,16 +126,12 @@ class Window(Optimizable):
         return pressure, state.energy, error
 
     def _hard_beginning(
-        self, values: np.ndarray, height: float
+        self, values: np.ndarray, height: float, pressure: np.ndarray
     ) -> tuple[np.ndarray, float, float]:
         """Tell all but the force: whether it is relaxed the solver has to find out."""
-        halfspace = self.contact.halfspace
-        n, m = halfspace.shape
-        if not values.any():
-            return np.zeros((n, m)), 0.0, np.inf
-        elastic = halfspace.elastic_pressure(values)
-        energy = -0.5 * halfspace.cell_area * dot(values, elastic)
-        return elastic[:n, :m], energy, np.inf
+        n, m = pressure.shape
+        area = self.contact.halfspace.cell_area
+        return pressure, -0.5 * area * dot(values[:n, :m], pressure), np.inf
 
 
 class WindowOptimizer(Optimizer):
