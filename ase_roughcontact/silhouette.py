@@ -21,9 +21,10 @@ FEW = 2048
 # Side of the tiles that a surface is searched in, and of the first look at its middle.
 _TILE = 512
 _MIDDLE = 64
-# Windows have one of few sizes, each about this much longer than the one before.
-_RUNG = 1.12
-_SMALLEST = 8
+# Windows have one of few sizes, each about so many times the one before: small ones,
+# and large ones, where what is not needed costs most.
+_RUNG, _LARGE_RUNG = 1.12, 1.04
+_SMALLEST, _LARGE = 8, 256
 # Whole numbers of spacings up to this.
 _ROUNDING = 1e-9
 
@@ -347,5 +348,6 @@ def rest_of(place: float, spacing: float) -> float:
 
 def _rung(least: int) -> int:
     """Length of a window from a ladder on which the padded grid is a fast one."""
-    steps = math.ceil(math.log(max(least, _SMALLEST), _RUNG) - _ROUNDING)
-    return (fast_length(2 * math.ceil(_RUNG**steps) - 1) + 1) // 2
+    rung = _RUNG if least < _LARGE else _LARGE_RUNG
+    steps = math.ceil(math.log(max(least, _SMALLEST), rung) - _ROUNDING)
+    return (fast_length(2 * math.ceil(rung**steps) - 1) + 1) // 2

@@ -46,12 +46,13 @@ _HERTZ = math.sqrt(8.0) / 3.0
 _PRICE = 16.0
 # Counts of scattered atoms are one of few, each this many times the one before.
 _RUNG = 1.25
-# Boxes of more atoms are made for the contact rather than for all that could touch: at
-# first for a part of the side (0.71 under a smooth sphere), then for so many times that
-# of the last step.
+# Boxes of more atoms are made for the contact rather than for all that could touch,
+# and this much longer.
 _LARGE = 256 * 256
-_FIRST_PART = 0.85
-_MORE = 1.08
+_LONGER = 1.03
+# The gap beside a Hertz contact of radius a, at a (1 + e), is this times e^(3/2), in
+# units of a^2/(pi R).
+_OPENING = 8.0 * math.sqrt(2.0) / 3.0
 
 
 class FixedWindow:
@@ -127,7 +128,6 @@ class AutoWindow:
         self.modulus = contact.halfspace.contact_modulus
         self.first_contact = self.wall.contact_distance - self.silhouette.lowest
         self._filled = _HERTZ
-        self._part = _FIRST_PART
         self._level = -np.inf
         self._acting: Box | None = None
         self._settled = math.inf
@@ -183,6 +183,8 @@ class AutoWindow:
             # under load, an indenter comes out too deep in too small a window
             self._level = lowest + _DEEPER * depth
             needed = self._window(self._level, _box(window))
+            if not self.wall.attractive:
+                self._flatten(atoms)
         else:
             self._level = level
             missing = self._missing(atoms, window)
@@ -190,8 +192,6 @@ class AutoWindow:
                 self.settle(atoms)
                 return False
             needed = missing
-        if not self.wall.attractive:
-            self._flatten(atoms)
         rewindow(atoms, self._roomy(needed))
         return True
 
@@ -206,9 +206,6 @@ class AutoWindow:
             self._filled *= load / self._carried(depth, _half_side(box))
         acting = window.places(self._gap(atoms, window, window) < self.wall.cutoff)
         self._acting = Sites(acting).box if len(acting) else None
-        if self._acting is not None:
-            part = max(np.divide(self._acting.shape, box.shape))
-            self._part = min(1.0, _MORE * float(part))
 
     def system(self) -> dict:
         """Return what tells the lattice apart from others, whatever the window."""
@@ -226,8 +223,7 @@ class AutoWindow:
     def _window(self, level: float, also: Box | None) -> Box | Sites:
         """Window for a level, which holds some other atoms, too.
 
-        Of a large box only the part that is expected to touch; in a paraboloid's, the
-        side goes with the root of the depth.
+        Of a large box only the part that is expected to touch.
         """
         silhouette = self.silhouette
         box = silhouette.known(silhouette.below(level)).join(also)
@@ -238,11 +234,25 @@ class AutoWindow:
             count = max(count, int(held[-1]) + 1 if held.size else 1)
         if count <= FEW and count**2 < _PRICE * box.size:
             return silhouette.lowest_sites(count)
-        if box.size > _LARGE:
-            depth = (level - silhouette.lowest) * self._part**2
-            part = silhouette.below(silhouette.lowest + depth)
-            box = silhouette.known(part).join(also)
+        if box.size > _LARGE and not self.wall.attractive:
+            box = silhouette.known(silhouette.below(self._touched(level)))
         return box
+
+    def _touched(self, level: float) -> float:
+        """Level below which are the atoms that are expected to touch.
+
+        The surface gives way: beside a smooth sphere's contact its gap is Hertz's, and
+        atoms touch where this is less than the roughness is deep. In a paraboloid's
+        box the side goes with the root of the depth.
+        """
+        lowest = self.silhouette.lowest
+        depth, rough = level - lowest, max(-lowest, 0.0)
+        smooth = depth - rough
+        if smooth <= 0.0:
+            return level
+        beside = (math.pi * rough / (_OPENING * smooth)) ** (2.0 / 3.0)
+        part = _LONGER * (1.0 + beside) * math.sqrt(smooth / (2.0 * depth))
+        return lowest + depth * min(part, 1.0) ** 2
 
     def _roomy(self, window: Box | Sites) -> Box | Sites:
         """Window of one of few sizes around another."""
