@@ -1,6 +1,7 @@
 """Contact of rough spheres with elastic solids, as an ASE calculator."""
 
 from ase_roughcontact.calculator import RoughContact
+from ase_roughcontact.hysteresis import AdhesionLoop, adhesion_loop
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import load_path
 from ase_roughcontact.optimize import (
@@ -15,6 +16,7 @@ from ase_roughcontact.substrate import fcc_spacing, restore, snapshot, substrate
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
 __all__ = [
+    "AdhesionLoop",
     "FourierModes",
     "HalfSpacePrecon",
     "HardWall",
@@ -28,6 +30,7 @@ __all__ = [
     "RoughSphere",
     "SelfAffine",
     "Stepper",
+    "adhesion_loop",
     "fcc_spacing",
     "load_path",
     "restore",

@@ -26,6 +26,8 @@ CONTROLS = ("penetrations", "heights", "loads")
 # Force on an atom in contact, in units of E* a0^2, until it is known: about that of the
 # paper's rough surfaces.
 _USUAL_FORCE = 0.05
+# Least tolerance, in units of E* a0^2: what rounding leaves.
+_ROUNDING = 1e-13
 # A tolerance that the state turned out to need is taken this much smaller, so that the
 # next one does not fall short of it by little.
 _MARGIN = 0.5
@@ -76,7 +78,8 @@ class Stepper:
         auto = window == "auto" and not atoms.pbc.any()
         self.windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)
         halfspace = contact.halfspace
-        self._force = _USUAL_FORCE * halfspace.contact_modulus * halfspace.cell_area
+        unit = halfspace.contact_modulus * halfspace.cell_area
+        self._force, self._least = _USUAL_FORCE * unit, _ROUNDING * unit
 
     def step(self, number: int, target: float) -> LoadStep:
         """Relax the atoms at a target, in windows that grow until they suffice.
@@ -145,15 +148,19 @@ class Stepper:
 
     def _relax(self, effort: Effort) -> None:
         """Relax the atoms to the tolerance that their state turns out to need."""
-        tolerance = self._fmax or self._relative * self._least_force()
+        tolerance = self._fmax or self._wanted(self._least_force())
         while True:
             self._run(effort, tolerance)
             if self._fmax or not self._touch():
                 return
-            needed = self._relative * self._force
+            needed = self._wanted(self._force)
             if tolerance <= needed or not effort.converged:
                 return
-            tolerance = _MARGIN * needed
+            tolerance = max(_MARGIN * needed, self._least)
+
+    def _wanted(self, force: float) -> float:
+        """Tolerance for a mean force on an atom in contact."""
+        return max(self._relative * force, self._least)
 
     def _least_force(self) -> float:
         """Force on an atom in contact as far as it is known before the relaxation."""
