@@ -36,12 +36,22 @@ Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
 """
 
 
+PLAN = """\
+Tell window, grid, memory and time of every step before anything is calculated, and what
+is left out and why that is allowed.
+
+The time comes from a short measurement of the transforms on this machine, and is right
+within a factor of about three. Exit status: 0 it fits into the memory that is free, 1
+it does not, 2 the scene is wrong.
+"""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
     options = _parser().parse_args(arguments)
     try:
         return options.action(options)
-    except (ValueError, RuntimeError, OSError) as error:
+    except (ValueError, RuntimeError, OSError, MemoryError) as error:
         print(f"ase-roughcontact: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
@@ -58,9 +68,8 @@ def _parser() -> argparse.ArgumentParser:
         description=RUN,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    run.add_argument(
-        "scene", nargs="?", help="scene file (TOML); by default the built-in scene"
-    )
+    run_scene = "scene file (TOML); by default the built-in scene"
+    run.add_argument("scene", nargs="?", help=run_scene)
     run.add_argument(
         "--out",
         metavar="DIR",
@@ -68,6 +77,14 @@ def _parser() -> argparse.ArgumentParser:
         help="folder of the results, made if it is not there (default: %(default)s)",
     )
     run.set_defaults(action=_run)
+    plan = commands.add_parser(
+        "plan",
+        help="tell windows, memory and time of a scene before it is run",
+        description=PLAN,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    plan.add_argument("scene", nargs="?", help=run_scene)
+    plan.set_defaults(action=_plan)
     scene = commands.add_parser(
         "scene", help="print the built-in scene, a template for your own"
     )
@@ -80,8 +97,24 @@ def _print_scene(options: argparse.Namespace) -> int:
     return 0
 
 
+def _scene(options: argparse.Namespace) -> Scene:
+    return Scene.read(options.scene) if options.scene else Scene.default()
+
+
+def _plan(options: argparse.Namespace) -> int:
+    scene = _scene(options)
+    plan = scene.plan()
+    heading, unit = {
+        "load": ("load (nN)", NANONEWTON),
+        "penetration": ("penetration (Å)", 1.0),
+        "height": ("height (Å)", 1.0),
+    }[scene.path.control]
+    print(plan.table(heading, unit))
+    return 0 if plan.fits else 1
+
+
 def _run(options: argparse.Namespace) -> int:
-    scene = Scene.read(options.scene) if options.scene else Scene.default()
+    scene = _scene(options)
     folder = Path(options.out)
     records = []
     total = len(scene.steps)

@@ -26,7 +26,9 @@ from ase_roughcontact.checks import finite, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import load_path
 from ase_roughcontact.material import contact_modulus, crystal_modulus
+from ase_roughcontact.memory import check_memory
 from ase_roughcontact.optimize import FourierModes, HardWallCG, NewtonKrylov
+from ase_roughcontact.plan import Plan, plan_path
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.substrate import fcc_spacing, substrate
 from ase_roughcontact.topography import RoughSphere, SelfAffine
@@ -338,6 +340,8 @@ class Scene:
     def atoms(self) -> Atoms:
         """Build the substrate and the indenter above it, with their calculator."""
         given = self.substrate
+        if self.shape:
+            check_memory(self.shape, margin=not given.periodic)
         atoms = substrate(
             given.symbol,
             self.shape or _FIRST_SHAPE,
@@ -352,6 +356,12 @@ class Scene:
         )
         atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
         return atoms
+
+    def plan(self) -> Plan:
+        """Tell windows, memory and time of the path before it is calculated."""
+        control = f"{self.path.control}s"
+        window = "fixed" if self.shape else "auto"
+        return plan_path(self.atoms(), control, self.steps, window)
 
     def relax(
         self, steps: ArrayLike | None = None, **options: Any

@@ -22,6 +22,7 @@ from ase import Atoms
 from ase_roughcontact.condensed import ScatteredHalfSpace
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace
+from ase_roughcontact.memory import check_memory
 from ase_roughcontact.rewindow import carry, rewindow, window_of
 from ase_roughcontact.silhouette import FEW, Box, Silhouette, Sites
 from ase_roughcontact.substrate import (
@@ -156,7 +157,34 @@ class AutoWindow:
         needed = self._window(self._level, self._kept_acting(atoms, window))
         large = _cost(window) > _KEPT * _cost(self._roomy(needed))
         if large or not _holds(window, needed):
-            rewindow(atoms, self._roomy(needed))
+            self._exchange(atoms, needed)
+
+    def forecast(self, control: str, target: float) -> Box | Sites:
+        """Window that a step is likely to have.
+
+        Parameters
+        ----------
+        control : {"penetrations", "heights", "loads"}
+        target : float
+            Of the step.
+
+        Returns
+        -------
+        Box or Sites
+
+        Raises
+        ------
+        ValueError
+            If an atom could touch at which the surface is not known.
+        """
+        height = target
+        if control == "loads":
+            height = self._expected(target, self.first_contact)
+        elif control == "penetrations":
+            height = self.first_contact - target
+        level = self.wall.cutoff - height
+        self.silhouette.check(level)
+        return self._roomy(self._window(level, None))
 
     def grow(self, atoms: Atoms) -> bool:
         """Grow the window if an atom outside could feel the wall.
@@ -192,7 +220,7 @@ class AutoWindow:
                 self.settle(atoms)
                 return False
             needed = missing
-        rewindow(atoms, self._roomy(needed))
+        self._exchange(atoms, needed)
         return True
 
     def settle(self, atoms: Atoms) -> None:
@@ -202,7 +230,7 @@ class AutoWindow:
         box = self.silhouette.below(self.wall.cutoff - height)
         self._settled = box.size
         load, depth = atoms.calc.parameters["load"], self.first_contact - height
-        if load > 0.0 and depth > 0.0:
+        if load > 0.0 and depth > 0.0 and not self.wall.attractive:
             self._filled *= load / self._carried(depth, _half_side(box))
         acting = window.places(self._gap(atoms, window, window) < self.wall.cutoff)
         self._acting = Sites(acting).box if len(acting) else None
@@ -212,6 +240,12 @@ class AutoWindow:
         spacing = self.silhouette.spacing
         offset = [round(x / spacing, 9) for x in self.silhouette.offset]
         return {"window": "auto", "spacing": spacing, "offset": offset}
+
+    def _exchange(self, atoms: Atoms, needed: Box | Sites) -> None:
+        """Exchange the window, if there is memory for it."""
+        window = self._roomy(needed)
+        check_memory(window.shape)
+        rewindow(atoms, window)
 
     def _kept_acting(self, atoms: Atoms, window: Box | Sites) -> Box | None:
         """Atoms that the wall acts on before the step, which attraction may keep."""
@@ -234,19 +268,21 @@ class AutoWindow:
             count = max(count, int(held[-1]) + 1 if held.size else 1)
         if count <= FEW and count**2 < _PRICE * box.size:
             return silhouette.lowest_sites(count)
-        if box.size > _LARGE and not self.wall.attractive:
-            box = silhouette.known(silhouette.below(self._touched(level)))
+        if box.size > _LARGE:
+            part = silhouette.below(self._touched(level))
+            box = silhouette.known(part).join(also)
         return box
 
     def _touched(self, level: float) -> float:
         """Level below which are the atoms that are expected to touch.
 
         The surface gives way: beside a smooth sphere's contact its gap is Hertz's, and
-        atoms touch where this is less than the roughness is deep. In a paraboloid's
-        box the side goes with the root of the depth.
+        atoms touch where this is less than the roughness is deep, and the wall reaches.
+        In a paraboloid's box the side goes with the root of the depth.
         """
-        lowest = self.silhouette.lowest
-        depth, rough = level - lowest, max(-lowest, 0.0)
+        lowest, wall = self.silhouette.lowest, self.wall
+        rough = max(-lowest, 0.0) + wall.cutoff - wall.contact_distance
+        depth = level - lowest
         smooth = depth - rough
         if smooth <= 0.0:
             return level

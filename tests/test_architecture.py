@@ -17,11 +17,11 @@ FLOORS = [
     {"checks", "accuracy"},
     {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
-    {"halfspace", "condensed", "silhouette"},
+    {"halfspace", "condensed", "silhouette", "memory"},
     {"contact"},
     {"substrate", "calculator"},
     {"optimize"},
-    {"rewindow", "window", "record", "stepping", "loading"} | {"hysteresis"},
+    {"rewindow", "window", "record", "stepping", "loading"} | {"hysteresis", "plan"},
     {"contactmap", "patches", "analysis", "scene", "ensemble", "plot", "cli"},
 ]
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}

@@ -1,0 +1,242 @@
+"""What a path will take, before anything is calculated."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import timedelta
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact.halfspace import HalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import HardWall, Interaction
+from ase_roughcontact.memory import available_memory, memory_of
+from ase_roughcontact.silhouette import Box, Sites
+from ase_roughcontact.window import AutoWindow
+
+# Exact convolutions that take as long as a step (measured with NewtonKrylov and
+# HardWallCG, on windows of 300 to 900 atoms along a side).
+_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 35, 50, 150
+# Time of a step that has hardly any atoms (s).
+_LEAST = 0.05
+# Grids up to this many points are measured as they are, larger ones by n log n.
+_MEASURED = 1024**2
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """What a step is expected to take.
+
+    Attributes
+    ----------
+    target : float
+        Load (eV/Å), penetration or height (Å).
+    window, grid : str
+        Shapes of the window and of the grid of its transforms.
+    memory : float
+        Bytes.
+    seconds : float
+        Time.
+    """
+
+    target: float
+    window: str
+    grid: str
+    memory: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a path is expected to take, and what is left out.
+
+    Attributes
+    ----------
+    steps : tuple of PlannedStep
+    left_out : tuple of str
+        What is not calculated, and why that is allowed.
+    available : float
+        Memory of the machine (bytes).
+    """
+
+    steps: tuple[PlannedStep, ...]
+    left_out: tuple[str, ...]
+    available: float
+
+    @property
+    def memory(self) -> float:
+        """Most that a step takes (bytes)."""
+        return max(step.memory for step in self.steps)
+
+    @property
+    def seconds(self) -> float:
+        """Time of all steps, right within a factor of about three."""
+        return sum(step.seconds for step in self.steps)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the memory of the machine suffices."""
+        return self.memory < self.available
+
+    def table(self, heading: str, unit: float) -> str:
+        """Plan as text.
+
+        Parameters
+        ----------
+        heading : str
+            What the targets are.
+        unit : float
+            What they are divided by.
+
+        Returns
+        -------
+        str
+        """
+        lines = [f"{heading:>15}      window        grid  memory (GB)  time (s)"]
+        lines += [
+            f"{step.target / unit:15.5g}{step.window:>12}{step.grid:>12}"
+            f"{step.memory / 1e9:13.2f}{step.seconds:10.2g}"
+            for step in self.steps
+        ]
+        whole = timedelta(seconds=math.ceil(self.seconds))
+        suffices = "" if self.fits else ": NOT ENOUGH"
+        lines += [
+            "",
+            f"In all about {whole}, and at most {self.memory / 1e9:.2g} GB of the "
+            f"{self.available / 1e9:.2g} GB that are free{suffices}.",
+            "",
+            "Left out:",
+        ]
+        return "\n".join([*lines, *(f"- {what}" for what in self.left_out)])
+
+
+def plan_path(
+    atoms: Atoms, control: str, targets: Sequence[float] | np.ndarray, window: str
+) -> Plan:
+    """Plan a path; see `load_path` for what it is.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator. They stay as they are.
+    control : {"penetrations", "heights", "loads"}
+    targets : sequence of float
+        The path.
+    window : {"fixed", "auto"}
+
+    Returns
+    -------
+    Plan
+        Windows of loads are those under Hertz's contact: of a rough sphere they come
+        out a little different.
+
+    Raises
+    ------
+    ValueError
+        If atoms could touch at which the surface is not known.
+    """
+    halfspace = atoms.calc.contact(atoms).halfspace
+    wall = atoms.calc.contact(atoms).interaction
+    clock = _Clock(halfspace, wall)
+    if window == "fixed" or halfspace.periodic:
+        margin = halfspace.layer != halfspace.shape
+        seconds = clock.step(halfspace.grid)
+        memory = memory_of(halfspace.shape, margin=margin)
+        shapes = _text(halfspace.shape), _text(halfspace.grid)
+        steps = [PlannedStep(float(t), *shapes, memory, seconds) for t in targets]
+    else:
+        windows = AutoWindow(atoms)
+        steps = [
+            _step(float(t), windows.forecast(control, float(t)), clock, halfspace)
+            for t in targets
+        ]
+    left_out = tuple(_left_out(halfspace, wall, window))
+    return Plan(tuple(steps), left_out, available_memory())
+
+
+def _step(
+    target: float, window: Box | Sites, clock: _Clock, halfspace: HalfSpace
+) -> PlannedStep:
+    if isinstance(window, Sites):
+        k = window.size
+        grid, seconds = f"{k} sites", _LEAST
+    else:
+        points = halfspace.padded(window.shape)
+        grid, seconds = _text(points), clock.step(points)
+    memory = memory_of(window.shape)
+    return PlannedStep(target, _text(window.shape), grid, memory, seconds)
+
+
+class _Clock:
+    """Time of steps, from a short measurement of this machine's transforms."""
+
+    def __init__(self, halfspace: HalfSpace, wall: Interaction) -> None:
+        self._halfspace = halfspace
+        self._pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
+        if isinstance(wall, HardWall):
+            self._pairs = _PAIRS_HARD
+        self._known: dict[tuple[int, int], float] = {}
+
+    def step(self, grid: tuple[int, int]) -> float:
+        """Time of a step on a grid (s)."""
+        points = math.prod(grid)
+        part = min(1.0, (_MEASURED / points) ** 0.5)
+        measured = max(8, int(grid[0] * part)), max(8, int(grid[1] * part))
+        if measured not in self._known:
+            self._known[measured] = self._measure(measured)
+        size = math.prod(measured)
+        larger = points * math.log(points) / (size * math.log(size))
+        return _LEAST + self._pairs * larger * self._known[measured]
+
+    def _measure(self, grid: tuple[int, int]) -> float:
+        """Time of a convolution (s)."""
+        periodic = self._halfspace.periodic
+        shape = grid if periodic else (grid[0] // 2, grid[1] // 2)
+        trial = self._halfspace.like(shape, self._halfspace.spacing)
+        pressure, times = np.ones(shape), []
+        for _ in range(3):
+            start = time.perf_counter()
+            trial.displacement(pressure)
+            times.append(time.perf_counter() - start)
+        return min(times)
+
+
+def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:
+    """Tell what is not calculated, and why that is allowed."""
+    told = [
+        "displacements along x and y: in an incompressible solid under a wall without "
+        "friction nothing drives them",
+    ]
+    if isinstance(halfspace, PeriodicHalfSpace):
+        return [*told, "nothing of the cell: it repeats along x and y"]
+    told.append(
+        "images of the contact: the half space is free, by exact convolution on a grid "
+        "of twice the window"
+    )
+    if window == "fixed":
+        told.append(
+            "atoms outside of the window: a contact that comes to its edge is an error"
+        )
+    elif wall.attractive:
+        told.append(
+            "atoms that the wall does not reach: looked at after every step, and the "
+            "window grown until none is missed"
+        )
+    else:
+        told.append(
+            "atoms that can't touch, since a wall that only pushes lifts none; a large "
+            "window is made for the contact alone, and the others are looked at after "
+            "the step"
+        )
+    if math.isfinite(wall.cutoff) and wall.cutoff > wall.contact_distance:
+        told.append(
+            f"the wall beyond a gap of {wall.cutoff:.4g} Å, where its energy is zero"
+        )
+    return told
+
+
+def _text(shape: tuple[int, ...]) -> str:
+    return "x".join(map(str, shape))
