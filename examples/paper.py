@@ -4,11 +4,14 @@ Lengths are in units of the spacing a0, pressures in units of the contact modulu
 scene with a spacing of 1 Å and a modulus of 1 eV/Å^3.
 """
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise, product
 
 import numpy as np
 from ase.units import GPa, J, m
 
+from ase_roughcontact import LennardJones93
 from ase_roughcontact.scene import (
     NANONEWTON,
     InteractionTable,
@@ -17,6 +20,13 @@ from ase_roughcontact.scene import (
     Scene,
     SphereTable,
     SubstrateTable,
+)
+from ase_roughcontact.theory import (
+    ASPERITY_FACTOR_REPULSIVE,
+    KAPPA_HARD,
+    KAPPA_REPULSIVE,
+    RoughSphereTheory,
+    hertz_contact_area,
 )
 
 RADII = (1e3, 1e5, 1e4, 1e2)
@@ -37,6 +47,8 @@ def scenes(scale: str) -> list[list[Scene]]:
     seeds = SEEDS if scale == "paper" else SEEDS[:3]
     bands = [repulsive(*band, seeds) for band in pairwise(ends)]
     bands.insert(1, adhesive(ends[0], ends[1], seeds))
+    if len(ends) > 2:
+        bands.append(adhesive(ends[0], ends[-1], seeds))
     return bands
 
 
@@ -84,3 +96,70 @@ def scene(
         interaction=InteractionTable(kind=kind, work_of_adhesion=joule),
         path=PathTable(values=tuple(loads / NANONEWTON)),
     )
+
+
+def theory(
+    radius: float, slope: float, kind: str, work: float = 0.0
+) -> RoughSphereTheory:
+    """Numbers of the paper's formulas for a sphere, in units of a0 and E*."""
+    hard = kind == "hard"
+    reach = LennardJones93.adhesive(1.0, 1.0, work).attraction_range if work else None
+    return RoughSphereTheory(
+        radius,
+        1.0,
+        RoughnessTable(rms_slope=slope),
+        work,
+        reach,
+        KAPPA_HARD if hard else KAPPA_REPULSIVE,
+        1.0 if hard else ASPERITY_FACTOR_REPULSIVE,
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Contact area against load, of all realisations of a sphere.
+
+    Attributes
+    ----------
+    kind : str
+        Of the wall.
+    radius, slope, work : float
+        R/a0, h'rms, and w/(E* a0), zero without attraction.
+    loads : ndarray, shape (k,)
+        N/(E* a0^2), rising.
+    areas : ndarray, shape (k, seeds)
+        A/a0^2, NaN where a realisation is missing.
+    """
+
+    kind: str
+    radius: float
+    slope: float
+    work: float
+    loads: np.ndarray
+    areas: np.ndarray
+
+    @property
+    def hertz(self) -> np.ndarray:
+        """Contact areas of the smooth sphere, shape (k,)."""
+        return hertz_contact_area(self.loads, self.radius, 1.0)
+
+    @property
+    def theory(self) -> RoughSphereTheory:
+        """The sphere without attraction: N_c is that of the repulsive wall."""
+        return theory(self.radius, self.slope, self.kind)
+
+
+def curves(table: Mapping[str, np.ndarray]) -> list[Curve]:
+    """Sort the steps of a table into curves."""
+    works = np.nan_to_num(table["work_of_adhesion"]) * (J / m**2)
+    works = np.round(works, 9)  # undo the change of units
+    keys = list(zip(table["kind"], table["radius"], table["rms_slope"], works))
+    found = []
+    for key in sorted(set(keys)):
+        steps = {name: values[[k == key for k in keys]] for name, values in table.items()}
+        loads, row = np.unique(steps["target"], return_inverse=True)
+        seeds, column = np.unique(steps["seed"], return_inverse=True)
+        areas = np.full((len(loads), len(seeds)), np.nan)
+        areas[row, column] = steps["contact_area"]
+        found.append(Curve(str(key[0]), *map(float, key[1:]), loads, areas))
+    return found
