@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-from ase.io import read
-from ase.units import GPa
+from ase.io import Trajectory
 
+from ase_roughcontact import report
+from ase_roughcontact.ensemble import product, run_ensemble, write_table
 from ase_roughcontact.record import LoadStep
-from ase_roughcontact.scene import NANONEWTON, Scene, default_text
-from ase_roughcontact.theory import hertz_contact_radius
+from ase_roughcontact.scene import NANONEWTON, Scene, default_text, tomllib
 
 DESCRIPTION = "Contact of a rigid rough sphere with an elastic solid."
 
@@ -29,12 +32,12 @@ template for your own, with every key explained. The folder gets
                that is attracted; initial charges are pressures in GPa
   curve.png    area against load, beside Eq. (4) of the paper (with matplotlib)
   contact.png  maps of the contact at four loads (with matplotlib)
+  scene.toml   the scene
 
 A run that was stopped goes on where it was when started again with the same folder.
 Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is wrong,
 130 interrupted.
 """
-
 
 PLAN = """\
 Tell window, grid, memory and time of every step before anything is calculated, and what
@@ -43,6 +46,18 @@ is left out and why that is allowed.
 The time comes from a short measurement of the transforms on this machine, and is right
 within a factor of about three. Exit status: 0 it fits into the memory that is free, 1
 it does not, 2 the scene is wrong.
+"""
+
+ENSEMBLE = """\
+Calculate a scene for all combinations of some values, in parallel, and keep the steps
+in an ASE database (look at it with "ase db FILE"). Started again it goes on where it
+was. For five realisations of two spheres:
+
+  ase-roughcontact ensemble my.toml --set roughness.seed=0,1,2,3,4 \\
+                                    --set sphere.radius=100.0,1000.0
+
+Exit status: 0 all steps are there, 1 some cases ended with an error, 2 the scene or the
+database is wrong, 130 interrupted.
 """
 
 
@@ -61,35 +76,88 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("ase-roughcontact", description=DESCRIPTION)
+    number = version("ase-roughcontact")
+    parser.add_argument("--version", action="version", version=f"%(prog)s {number}")
     commands = parser.add_subparsers(required=True, metavar="command")
-    run = commands.add_parser(
-        "run",
-        help="press the sphere into the substrate and plot area against load",
-        description=RUN,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    run_scene = "scene file (TOML); by default the built-in scene"
-    run.add_argument("scene", nargs="?", help=run_scene)
+
+    def command(name: str, action: Any, told: str, text: str) -> Any:
+        made = commands.add_parser(
+            name,
+            help=told,
+            description=text,
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )
+        made.set_defaults(action=action)
+        return made
+
+    def scene_file(made: argparse.ArgumentParser) -> None:
+        made.add_argument(
+            "scene", nargs="?", help="scene file (TOML); by default the built-in scene"
+        )
+
+    def how_to_tell(made: argparse.ArgumentParser) -> None:
+        how = made.add_mutually_exclusive_group()
+        how.add_argument("--quiet", action="store_true", help="tell errors only")
+        how.add_argument("--json", action="store_true", help="a line of JSON per step")
+
+    run = command("run", _run, "press the sphere in, plot area against load", RUN)
+    scene_file(run)
     run.add_argument(
         "--out",
         metavar="DIR",
-        default="roughcontact-out",
+        type=Path,
+        default=Path("roughcontact-out"),
         help="folder of the results, made if it is not there (default: %(default)s)",
     )
-    run.set_defaults(action=_run)
-    plan = commands.add_parser(
-        "plan",
-        help="tell windows, memory and time of a scene before it is run",
-        description=PLAN,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    how_to_tell(run)
+
+    plan = command("plan", _plan, "tell windows, memory and time beforehand", PLAN)
+    scene_file(plan)
+    how_to_tell(plan)
+
+    ensemble = command("ensemble", _ensemble, "run many variants of a scene", ENSEMBLE)
+    scene_file(ensemble)
+    ensemble.add_argument(
+        "--set",
+        metavar="TABLE.KEY=VALUES",
+        action="append",
+        default=[],
+        help="values of a key, as in the scene file, with commas between them",
     )
-    plan.add_argument("scene", nargs="?", help=run_scene)
-    plan.set_defaults(action=_plan)
-    scene = commands.add_parser(
-        "scene", help="print the built-in scene, a template for your own"
+    ensemble.add_argument(
+        "--database",
+        metavar="FILE",
+        default="roughcontact.db",
+        help="SQLite database, or postgresql://... (default: %(default)s)",
     )
-    scene.set_defaults(action=_print_scene)
+    ensemble.add_argument("--table", metavar="CSV", help="write all steps there, too")
+    ensemble.add_argument(
+        "--workers", type=int, help="number of processes (default: one per processor)"
+    )
+    how_to_tell(ensemble)
+
+    figure = command(
+        "figure",
+        _figure,
+        "draw the pictures of a run again",
+        "Draw curve.png and contact.png of a folder that a run has made.",
+    )
+    figure.add_argument("folder", metavar="DIR", type=Path, help="folder of the run")
+
+    command(
+        "scene",
+        _print_scene,
+        "print the built-in scene, a template for your own",
+        "Print the built-in scene file: every key is explained in it.",
+    )
     return parser
+
+
+def _text(options: argparse.Namespace) -> tuple[str, str]:
+    """Text and name of the scene file, or of the built-in one."""
+    if not options.scene:
+        return default_text(), "default.toml"
+    return Scene.text_of(options.scene), options.scene
 
 
 def _print_scene(options: argparse.Namespace) -> int:
@@ -97,117 +165,91 @@ def _print_scene(options: argparse.Namespace) -> int:
     return 0
 
 
-def _scene(options: argparse.Namespace) -> Scene:
-    return Scene.read(options.scene) if options.scene else Scene.default()
-
-
 def _plan(options: argparse.Namespace) -> int:
-    scene = _scene(options)
+    scene = Scene.parse(*_text(options))
     plan = scene.plan()
-    heading, unit = {
-        "load": ("load (nN)", NANONEWTON),
-        "penetration": ("penetration (Å)", 1.0),
-        "height": ("height (Å)", 1.0),
-    }[scene.path.control]
-    print(plan.table(heading, unit))
+    if options.json:
+        for step in plan.steps:
+            print(json.dumps(asdict(step)))
+    elif not options.quiet:
+        heading, unit = {
+            "load": ("load (nN)", NANONEWTON),
+            "penetration": ("penetration (Å)", 1.0),
+            "height": ("height (Å)", 1.0),
+        }[scene.path.control]
+        print(plan.table(heading, unit))
     return 0 if plan.fits else 1
 
 
 def _run(options: argparse.Namespace) -> int:
-    scene = _scene(options)
-    folder = Path(options.out)
-    records = []
-    total = len(scene.steps)
-    print(_heading(scene))
+    text, name = _text(options)
+    scene, folder = Scene.parse(text, name), options.out
+    total, kept = len(scene.steps), _frames(folder)
+    records: list[LoadStep] = []
+    talks = not (options.quiet or options.json)
     for record in scene.run(folder):
+        if not records:
+            (folder / "scene.toml").write_text(text, encoding="utf-8")
+        if talks and not records:
+            print(report.heading(scene))
         records.append(record)
-        print(_row(scene, record, total), flush=True)
-    pictures = _draw(scene, records, folder)
-    print(_farewell(folder, pictures))
+        if talks:
+            known = len(records) <= kept
+            print(report.row(scene, record, total, known), flush=True)
+        if options.json:
+            print(json.dumps(asdict(record)), flush=True)
+    pictures = report.draw(scene, records, folder)
+    if talks:
+        print(report.farewell(folder, pictures))
     return 0 if all(record.converged for record in records) else 1
 
 
-def _heading(scene: Scene) -> str:
-    return (
-        f"{scene.substrate.symbol}, spacing {scene.spacing:.3f} Å, "
-        f"E* = {scene.contact_modulus / GPa:.4g} GPa; sphere of radius "
-        f"{scene.radius / 10:.4g} nm, {scene.interaction.kind} wall\n\n"
-        "   step   load (nN)   area (nm²)   A/A_Hertz   Eq. (4)   iterations   time (s)"
-    )
-
-
-def _row(scene: Scene, record: LoadStep, total: int) -> str:
-    force = max(record.normal_force, 0.0)
-    hertz = float(scene.hertz_area(force)) or np.nan
-    predicted = float(scene.predicted_area(force))
-    mark = "" if record.converged else "   NOT CONVERGED"
-    return (
-        f"{record.step + 1:4d}/{total:<3d}{record.normal_force / NANONEWTON:11.4g}"
-        f"{record.contact_area / 100:13.4g}{record.contact_area / hertz:12.4f}"
-        f"{predicted / hertz:10.4f}{record.iterations:13d}{record.seconds:11.2f}{mark}"
-    )
-
-
-def _draw(scene: Scene, records: list[LoadStep], folder: Path) -> list[str]:
+def _frames(folder: Path) -> int:
+    """Count the steps that an earlier run has left."""
+    file = folder / "sweep.traj"
+    if not file.exists() or not file.stat().st_size:
+        return 0
     try:
-        import matplotlib
-    except ImportError:
-        return []
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    from ase_roughcontact.plot import plot_contact, plot_curve
-
-    pushed = [record for record in records if record.normal_force > 0]
-    if not pushed:
-        return []
-    forces = np.array([record.normal_force for record in pushed])
-    areas = np.array([record.contact_area for record in pushed])
-    figure, axes = pyplot.subplots(figsize=(5, 4), layout="constrained")
-    plot_curve(
-        axes,
-        forces / NANONEWTON,
-        areas,
-        scene.hertz_area(forces),
-        scene.predicted_area(forces),
-    )
-    figure.savefig(folder / "curve.png", dpi=150)
-    pyplot.close(figure)
-
-    chosen = np.unique(np.linspace(0, len(pushed) - 1, 4).round().astype(int))
-    figure, panels = pyplot.subplots(
-        1,
-        len(chosen),
-        figsize=(3.2 * len(chosen) + 0.8, 3.6),
-        layout="constrained",
-        squeeze=False,
-    )
-    frames = [read(folder / "sweep.traj", index=pushed[i].step) for i in chosen]
-    largest = max(frame.get_initial_charges().max() for frame in frames)
-    for panel, frame, i in zip(panels[0], frames, chosen, strict=True):
-        force = pushed[i].normal_force
-        radius = hertz_contact_radius(force, scene.radius, scene.contact_modulus)
-        load = np.format_float_positional(
-            force / NANONEWTON, precision=3, fractional=False, trim="-"
-        )
-        image = plot_contact(panel, frame, float(radius), largest, f"{load} nN")
-        if panel is not panels[0, 0]:
-            panel.set_ylabel("")
-    figure.colorbar(image, ax=panels[0], label="pressure (GPa)", shrink=0.8)
-    figure.savefig(folder / "contact.png", dpi=110)
-    pyplot.close(figure)
-    return ["curve.png", "contact.png"]
+        with Trajectory(file) as frames:
+            return len(frames)
+    except OSError:
+        return 0
 
 
-def _farewell(folder: Path, pictures: list[str]) -> str:
-    lines = ["", f"Results are in {folder}:"]
-    lines += [f"  {folder / name}" for name in pictures]
+def _figure(options: argparse.Namespace) -> int:
+    folder = options.folder
+    scene = Scene.read(folder / "scene.toml")
+    with Trajectory(folder / "sweep.traj") as frames:
+        records = [LoadStep(**frame.info["load_step"]) for frame in frames]
+    pictures = report.draw(scene, records, folder)
     if not pictures:
-        lines.append("  (no pictures: matplotlib is not installed)")
-    lines += [
-        f"  {folder / 'curve.csv'}",
-        f"  ase gui {folder / 'sweep.traj'}",
-        "In the window of ase gui choose View > Colors > By tag (1: contact) or",
-        "By initial charge (pressure in GPa), and step through the frames.",
-    ]
-    return "\n".join(lines)
+        raise RuntimeError("no pictures: matplotlib is not installed, or no force")
+    print("\n".join(str(folder / name) for name in pictures))
+    return 0
+
+
+def _ensemble(options: argparse.Namespace) -> int:
+    scene = Scene.parse(*_text(options))
+    scenes = product(scene, dict(_choice(text) for text in options.set))
+    for progress in run_ensemble(scenes, options.database, workers=options.workers):
+        if options.json:
+            print(json.dumps(asdict(progress)), flush=True)
+        elif not options.quiet:
+            print(progress, flush=True)
+    if options.table:
+        write_table(options.database, options.table)
+    for case, message in progress.failures.items():
+        print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
+    return 1 if progress.failures else 0
+
+
+def _choice(text: str) -> tuple[str, list[Any]]:
+    """Key and values of an option ``table.key=value,value``."""
+    key, equals, values = text.partition("=")
+    try:
+        listed = tomllib.loads(f"values = [{values}]")["values"]
+    except tomllib.TOMLDecodeError:
+        listed = values.split(",")  # words need no quotes here
+    if not equals or not values:
+        raise ValueError(f"--set must be TABLE.KEY=VALUE,VALUE,..., got {text!r}")
+    return key.strip(), listed

@@ -6,8 +6,8 @@ See ``ase_roughcontact/default.toml`` for the format, key by key.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, fields
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from importlib.resources import files
 from pathlib import Path
@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 from ase_roughcontact import theory
 from ase_roughcontact.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.calculator import RoughContact
-from ase_roughcontact.checks import finite, integer, positive, unknown
+from ase_roughcontact.checks import finite, grid_shape, integer, positive, unknown
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.loading import load_path
 from ase_roughcontact.material import contact_modulus, crystal_modulus
@@ -31,6 +31,15 @@ from ase_roughcontact.optimize import FourierModes, HardWallCG, NewtonKrylov
 from ase_roughcontact.plan import Plan, plan_path
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.substrate import fcc_spacing, substrate
+from ase_roughcontact.tables import (
+    InteractionTable,
+    PathTable,
+    RoughnessTable,
+    SolverTable,
+    SphereTable,
+    SubstrateTable,
+    table_of,
+)
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 if sys.version_info >= (3, 11):
@@ -63,72 +72,6 @@ OPTIMIZERS: dict[str, Any] = {
         for cls in (LBFGS, FIRE, FIRE2, BFGSLineSearch)
     },
 }
-
-
-@dataclass(frozen=True)
-class SubstrateTable:
-    """``[substrate]``: moduli in GPa, spacing in Å."""
-
-    symbol: str = "Cu"
-    spacing: float | None = None
-    contact_modulus: float | None = None
-    elastic_constants: tuple | None = None
-    shape: tuple[int, int] | str = "auto"
-    periodic: bool = False
-
-
-@dataclass(frozen=True)
-class SphereTable:
-    """``[sphere]``: radius in units of the spacing."""
-
-    radius: float = 1000.0
-    profile: Any = "paraboloid"
-
-
-@dataclass(frozen=True)
-class RoughnessTable:
-    """``[roughness]``: wavelengths in units of the spacing."""
-
-    rms_slope: float = 0.1
-    hurst: float = 0.8
-    short_wavelength: float = 4.0
-    long_wavelength: float = 512.0
-    longest_wavelength: float | None = None
-    seed: int = 0
-    random_amplitudes: bool = False
-    normalise: Any = "realisation"
-    domain: float | None = None
-
-
-@dataclass(frozen=True)
-class InteractionTable:
-    """``[interaction]``: work of adhesion in J/m^2, cutoff in units of the spacing."""
-
-    kind: str = "repulsive"
-    work_of_adhesion: float | None = None
-    cutoff: float | None = None
-
-
-@dataclass(frozen=True)
-class PathTable:
-    """``[path]``: loads in nN, penetrations and heights in Å."""
-
-    control: str = "load"
-    first: float | None = None
-    last: float | None = None
-    steps: int | None = None
-    scale: str = "geometric"
-    values: tuple[float, ...] | None = None
-
-
-@dataclass(frozen=True)
-class SolverTable:
-    """``[solver]``: fmax in units of E* a0^2."""
-
-    optimizer: str | None = None
-    accuracy: float | str = "normal"
-    fmax: float | None = None
-    max_steps: int = 10_000
 
 
 @dataclass(frozen=True)
@@ -171,11 +114,15 @@ class Scene:
         ValueError
             If the file can't be read, is not TOML, or has an unknown table or key.
         """
+        return cls.parse(cls.text_of(file), str(file))
+
+    @staticmethod
+    def text_of(file: str | Path) -> str:
+        """Return the text of a scene file; see `read`."""
         try:
-            text = Path(file).read_text(encoding="utf-8")
+            return Path(file).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
             raise ValueError(f"can't read the scene {file}: {error}") from error
-        return cls.parse(text, str(file))
 
     @classmethod
     def parse(cls, text: str, name: str = "scene") -> Scene:
@@ -198,7 +145,7 @@ class Scene:
                 raise ValueError(f"{name}: {unknown(title, list(known), 'table')}")
             if not isinstance(table, dict):
                 raise ValueError(f"{name}: [{title}] must be a table, got {table!r}")
-            parts[title] = _table(known[title], table, f"{name}: [{title}]")
+            parts[title] = table_of(known[title], table, f"{name}: [{title}]")
         return cls(**parts)
 
     @classmethod
@@ -307,7 +254,7 @@ class Scene:
         """Atoms that may touch; None if they are chosen step by step."""
         shape = self.substrate.shape
         if not isinstance(shape, str):
-            return shape
+            return grid_shape(shape)
         if self.substrate.periodic:
             raise ValueError(
                 'shape = "auto" needs a free half space: give the shape of the '
@@ -478,43 +425,6 @@ class Scene:
 def default_text() -> str:
     """Text of the built-in scene file."""
     return files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")
-
-
-def _table(cls: type, given: dict, where: str) -> Any:
-    known = {f.name: str(f.type) for f in fields(cls)}
-    for key, value in given.items():
-        if key not in known:
-            raise ValueError(f"{where}: {unknown(key, list(known), 'key')}")
-        wanted, fits = _kind(known[key])
-        if not fits(value):
-            raise ValueError(f"{where}: {key} must be {wanted}, got {value!r}")
-    frozen = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
-    return cls(**frozen)
-
-
-def _kind(annotation: str) -> tuple[str, Callable[[Any], bool]]:
-    """Name a key's kinds of value, and tell whether a value is of one of them."""
-    names = [name.partition("[")[0] for name in annotation.split(" | ")]
-    kinds = [_KINDS[name] for name in names if name != "None"]
-    return (
-        " or ".join(told for told, _ in kinds),
-        lambda value: any(fits(value) for _, fits in kinds),
-    )
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
-
-
-# What TOML may hold for a field of a type; Any stands for one of a few words.
-_KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "tuple": ("a list", lambda value: isinstance(value, list)),
-    "bool": ("true or false", lambda value: isinstance(value, bool)),
-    "float": ("a number", _is_number),
-    "int": ("a number", _is_number),
-    "str": ("a word in quotes", lambda value: isinstance(value, str)),
-    "Any": ("a word in quotes", lambda value: isinstance(value, str)),
-}
 
 
 def _choice(name: str, choices: dict[str, Any], what: str) -> Any:

@@ -22,7 +22,17 @@ FLOORS = [
     {"substrate", "calculator"},
     {"optimize"},
     {"rewindow", "window", "record", "stepping", "loading"} | {"hysteresis", "plan"},
-    {"contactmap", "patches", "analysis", "scene", "ensemble", "plot", "cli"},
+    {
+        "contactmap",
+        "patches",
+        "analysis",
+        "tables",
+        "scene",
+        "report",
+        "ensemble",
+        "plot",
+        "cli",
+    },
 ]
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 EXTRAS = ("matplotlib", "dask", "ducc0")

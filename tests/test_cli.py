@@ -1,6 +1,7 @@
 """The command, as a user types it."""
 
 import csv
+import json
 import subprocess
 import sys
 
@@ -40,6 +41,71 @@ def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(
     file.write_text(SMALL.replace("[solver]", "[solver]\nmax_steps = 1"))
     assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 1
     assert capsys.readouterr().out.count("NOT CONVERGED") == 2
+
+
+def test_run_that_goes_on_tells_which_steps_were_kept(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    main(["run", str(scene), "--out", out])
+    assert "kept" not in capsys.readouterr().out
+    assert main(["run", str(scene), "--out", out]) == 0
+    assert capsys.readouterr().out.count("kept") == 2
+
+
+def test_quiet_tells_nothing_and_json_a_record_a_line(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["run", str(scene), "--out", out, "--json"]) == 0
+    records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [record["step"] for record in records] == [0, 1]
+
+
+def test_pictures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    main(["run", str(scene), "--out", str(out), "--quiet"])
+    (out / "curve.png").unlink()
+    assert main(["figure", str(out)]) == 0
+    assert str(out / "curve.png") in capsys.readouterr().out
+    assert (out / "curve.png").exists()
+
+
+def test_plan_tells_of_every_step_and_of_the_memory(scene, capsys):
+    assert main(["plan", str(scene)]) == 0
+    text = capsys.readouterr().out
+    assert text.count("32x30") == 2 and "GB" in text and "Left out" in text
+    assert main(["plan", str(scene), "--json"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+
+
+def test_plan_of_a_scene_that_does_not_fit_is_refused_with_the_numbers(
+    tmp_path, capsys
+):
+    file = tmp_path / "large.toml"
+    file.write_text(SMALL.replace("[32, 30]", "[300000, 300000]"))
+    assert main(["plan", str(file)]) == 2
+    assert "GB of memory" in capsys.readouterr().err
+
+
+def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):
+    database, table = str(tmp_path / "all.db"), str(tmp_path / "all.csv")
+    options = ["--set", "roughness.seed=1,2", "--set", "interaction.kind=repulsive"]
+    command = ["ensemble", str(scene), *options, "--database", database]
+    assert main([*command, "--table", table, "--workers", "1"]) == 0
+    assert "4/4 steps" in capsys.readouterr().out
+    with open(table, newline="") as file:
+        assert {row["seed"] for row in csv.DictReader(file)} == {"1", "2"}
+
+
+@pytest.mark.parametrize("option", ["roughness.seed", "roughness.seed=", "seed=1"])
+def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(option, scene, capsys):
+    assert main(["ensemble", str(scene), "--set", option]) == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+
+
+def test_version_is_told(capsys):
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert capsys.readouterr().out.startswith("ase-roughcontact 0")
 
 
 def test_scene_prints_a_template_that_can_be_run(capsys):
