@@ -237,6 +237,14 @@ class RoughContact(Calculator):
             held = contact.halfspace.elastic_pressure(values)[:n, :m]
         return held
 
+    def get_spin_polarized(self) -> bool:
+        """Return False.
+
+        The base class would put a method of its own here, and so keep the calculator,
+        and a large half space with it, alive until the next garbage collection.
+        """
+        return False
+
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
         """Return what has changed since the last calculation; quick if nothing has."""
         if self.atoms is not None and len(self.atoms) == len(atoms):

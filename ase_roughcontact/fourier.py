@@ -9,6 +9,9 @@ direction, that is a quarter of the whole work.
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import partial
 
 import numpy as np
@@ -27,15 +30,31 @@ ENGINES = ("pyfftw", "ducc0")
 # Measuring plans is worth a moment, not more (seconds for each transform).
 _PLANNING = 1.0
 
+_THREADS: ContextVar[int] = ContextVar("threads", default=0)
 
-def available_threads() -> int:
-    """Processors that this process may use, or ``OMP_NUM_THREADS`` where it is set."""
-    wanted = os.environ.get("OMP_NUM_THREADS", "")
-    if wanted.isdigit() and int(wanted) > 0:
-        return int(wanted)
+
+def processors() -> int:
+    """Processors that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
+
+
+def available_threads() -> int:
+    """Threads to use: those of `threads`, ``OMP_NUM_THREADS``, or all processors."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    usual = int(wanted) if wanted.isdigit() and int(wanted) > 0 else processors()
+    return _THREADS.get() or usual
+
+
+@contextmanager
+def threads(count: int) -> Iterator[None]:
+    """Choose the number of `available_threads` for what this thread makes meanwhile."""
+    before = _THREADS.set(integer("threads", count, 1))
+    try:
+        yield
+    finally:
+        _THREADS.reset(before)
 
 
 def fast_length(least: int) -> int:
@@ -58,7 +77,8 @@ class RealFFT2:
         By default ducc0 where it is installed: it needs no planning, and its threads
         do not wait for each other on a busy machine. Else pyfftw with measured plans.
     threads : int, optional
-        By default one for pyfftw and for grids below 256 x 256, else all processors.
+        By default one for pyfftw and for grids below 256 x 256, else as many as
+        `available_threads` tells.
     measure : bool
         Whether pyfftw may take up to a second to find the fastest plan; not worth it
         for a few transforms only.

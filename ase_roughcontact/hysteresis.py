@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.io import Trajectory
+from ase.parallel import DummyMPI
 
 from ase_roughcontact.checks import positive
 from ase_roughcontact.record import LoadStep, Table
@@ -409,7 +410,8 @@ def _writer(
     table = None if csv is None else files.enter_context(Table(csv))
     frames = None
     if trajectory is not None:
-        frames = files.enter_context(Trajectory(os.fspath(trajectory), "w"))
+        writer = Trajectory(os.fspath(trajectory), "w", comm=DummyMPI())
+        frames = files.enter_context(writer)
 
     def write(record: LoadStep, frame: Atoms) -> None:
         if frames is not None:

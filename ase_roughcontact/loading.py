@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.io import Trajectory
+from ase.parallel import DummyMPI
 
 from ase_roughcontact.record import LoadStep, Table
 from ase_roughcontact.stepping import Stepper
@@ -161,19 +162,20 @@ class _Frames:
                 f"({error})"
             ) from error
 
-    def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None]:
-        """Return what writes a frame."""
+    def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None] | None:
+        """Return what writes a frame, None if there is no file."""
         if self.file is None:
-            return lambda frame: None
+            return None
         if self.keep == "last":
             return partial(_replace, os.fspath(self.file))
-        trajectory = Trajectory(os.fspath(self.file), "a" if append else "w")
+        mode = "a" if append else "w"
+        trajectory = Trajectory(os.fspath(self.file), mode, comm=DummyMPI())
         return files.enter_context(trajectory).write
 
 
 def _replace(file: str, frame: Atoms) -> None:
     """Write a trajectory of one frame in place of what is there, or not at all."""
-    with Trajectory(f"{file}.new", "w") as trajectory:
+    with Trajectory(f"{file}.new", "w", comm=DummyMPI()) as trajectory:
         trajectory.write(frame)
     os.replace(f"{file}.new", file)
 
@@ -195,7 +197,8 @@ def _steps(
         first = before[-1].step + 1 if done else 0
         for number in range(first, len(path.targets)):
             record = path.step(number)
-            keep(path.frame(record))
+            if keep is not None:
+                keep(path.frame(record))
             if rows is not None:
                 rows.write(record)
             yield record

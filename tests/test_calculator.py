@@ -1,8 +1,10 @@
 """The ASE calculator: units, control, optimizers, cache, and what it refuses."""
 
 import copy
+import gc
 import json
 import pickle
+import weakref
 
 import numpy as np
 import pytest
@@ -308,3 +310,15 @@ def test_surface_with_bad_heights_is_refused(heights, message):
     atoms.calc = RoughContact(BadSurface(heights), 1.0)
     with pytest.raises(ValueError, match=message):
         atoms.get_forces()
+
+
+def test_calculator_does_not_keep_itself_alive():
+    atoms = make_atoms()
+    atoms.get_potential_energy()
+    calculator = weakref.ref(atoms.calc)
+    gc.disable()
+    try:
+        del atoms
+        assert calculator() is None
+    finally:
+        gc.enable()
