@@ -12,7 +12,7 @@ from ase_roughcontact.checks import finite, positive, surface, unknown
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.fourier import RealFFT2
 from ase_roughcontact.interactions import Interaction, LennardJones93
-from ase_roughcontact.substrate import Layout, displacement
+from ase_roughcontact.layout import Layout, displacement
 from ase_roughcontact.topography import Surface
 
 FFT_OPTIONS = ("dtype", "engine", "threads", "measure")

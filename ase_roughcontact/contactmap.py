@@ -9,7 +9,8 @@ from ase import Atoms
 from ase.units import GPa
 
 from ase_roughcontact.checks import FloatArray, finite_array, surface, window
-from ase_roughcontact.substrate import TAG_CONTACT, Layout
+from ase_roughcontact.layout import Layout
+from ase_roughcontact.substrate import TAG_CONTACT
 from ase_roughcontact.topography import Surface
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.layout import Layout, displacement, set_displacement
 from ase_roughcontact.optimize.problem import without_rounding
 from ase_roughcontact.silhouette import Box, Sites, rest_of
-from ase_roughcontact.substrate import Layout, displacement, set_displacement
 
 
 def window_of(layout: Layout) -> Box | Sites:

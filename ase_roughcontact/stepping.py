@@ -16,10 +16,11 @@ from ase_roughcontact.accuracy import accuracy_of
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import integer, positive
 from ase_roughcontact.interactions import HardWall
+from ase_roughcontact.layout import Layout
 from ase_roughcontact.optimize import HardWallCG, NewtonKrylov
 from ase_roughcontact.record import Effort, LoadStep, record_of
 from ase_roughcontact.rewindow import rewindow, window_of
-from ase_roughcontact.substrate import Layout, indenter_fixed, restore
+from ase_roughcontact.substrate import indenter_fixed, restore
 from ase_roughcontact.window import AutoWindow, FixedWindow
 
 CONTROLS = ("penetrations", "heights", "loads")

@@ -22,14 +22,11 @@ from ase import Atoms
 from ase_roughcontact.condensed import ScatteredHalfSpace
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace
+from ase_roughcontact.layout import displacement, set_displacement
 from ase_roughcontact.memory import check_memory
 from ase_roughcontact.rewindow import carry, rewindow, window_of
 from ase_roughcontact.silhouette import FEW, Box, Silhouette, Sites
-from ase_roughcontact.substrate import (
-    displacement,
-    indenter_fixed,
-    set_displacement,
-)
+from ase_roughcontact.substrate import indenter_fixed
 
 # A window is kept as long as it has at most this many times the atoms that it needs.
 _KEPT = 2.0

@@ -19,20 +19,13 @@ FLOORS = [
     | {"spectrum", "topography", "selfaffine", "heightmap"},
     {"halfspace", "condensed", "silhouette", "memory"},
     {"contact"},
-    {"substrate", "calculator"},
+    {"layout", "substrate", "calculator", "view"},
+    {"contactmap", "patches", "analysis"},
     {"optimize"},
-    {"rewindow", "window", "record", "stepping", "loading"} | {"hysteresis", "plan"},
-    {
-        "contactmap",
-        "patches",
-        "analysis",
-        "tables",
-        "scene",
-        "report",
-        "ensemble",
-        "plot",
-        "cli",
-    },
+    {"rewindow", "window", "plan", "record", "stepping", "loading", "hysteresis"},
+    {"tables", "scene"},
+    {"ensemble", "tradeoff"},
+    {"plot", "report", "cli"},
 ]
 FLOOR_OF = {room: floor for floor, rooms in enumerate(FLOORS) for room in rooms}
 EXTRAS = ("matplotlib", "dask", "ducc0")

@@ -18,7 +18,7 @@ from ase_roughcontact import (
     snapshot,
     substrate,
 )
-from ase_roughcontact.substrate import Layout
+from ase_roughcontact.layout import Layout
 
 SPHERE = RoughSphere(radius=20.0)
 MODULUS = 100 * GPa

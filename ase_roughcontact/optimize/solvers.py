@@ -11,6 +11,7 @@ from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase.utils.abc import Optimizable
 
+from ase_roughcontact.layout import displacement, set_displacement
 from ase_roughcontact.optimize import hardwall, newton
 from ase_roughcontact.optimize.problem import (
     Indenter,
@@ -19,7 +20,6 @@ from ase_roughcontact.optimize.problem import (
     dot,
     without_rounding,
 )
-from ase_roughcontact.substrate import displacement, set_displacement
 
 
 class Window(Optimizable):
