@@ -144,7 +144,7 @@ class SelfAffine:
         float
         """
         points = self._points_per_side(spacing)
-        return float(_field(self, points, *_steps(spacing, origin)[1]).min())
+        return _lowest(self, points, *_steps(spacing, origin)[1])
 
     def heights(
         self,
@@ -293,3 +293,9 @@ def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
     field = fft.irfft(rows, n=points, axis=1, norm="forward")
     field.flags.writeable = False
     return field
+
+
+@lru_cache(maxsize=16)
+def _lowest(surface: SelfAffine, points: int, x: float, y: float) -> float:
+    """Lowest height of `_field`."""
+    return float(_field(surface, points, x, y).min())

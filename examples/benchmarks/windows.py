@@ -1,6 +1,6 @@
 """What it saves to model only the atoms that can touch.
 
-    python windows.py path --radius 1000       # automatic windows against one for all
+    python windows.py path --radius 1000 --contact 512    # automatic windows or one
     python windows.py cold --wall hard         # one contact, pairs, memory, time
     python windows.py cost                     # cost against contact radius, a plot
 
@@ -28,7 +28,6 @@ from ase_roughcontact import (
 from ase_roughcontact.halfspace import FreeHalfSpace
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
-LARGEST = 512.0
 IMAGES = Path(__file__).parents[1] / "images"
 
 
@@ -67,9 +66,9 @@ def memory():
 
 
 def path(options):
-    """Thirty loads, from the first touching atom to a contact radius of 512."""
+    """Thirty loads, from the first touching atom to the contact radius."""
     lightest = load_of(0.5, options.radius)
-    loads = np.geomspace(lightest, load_of(LARGEST, options.radius), 30)
+    loads = np.geomspace(lightest, load_of(options.contact, options.radius), 30)
     seconds, areas = {}, {}
     shape = (8, 8)
     for window in ("auto", "fixed"):
