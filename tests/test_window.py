@@ -124,6 +124,39 @@ def test_windowed_run_equals_the_run_on_a_full_grid(wall, seed):
         assert window_of(full).size > window_of(atoms).size
 
 
+@pytest.fixture
+def large_windows(monkeypatch):
+    """Windows that count as large whatever they are."""
+    monkeypatch.setattr("ase_roughcontact.window._LARGE", 0)
+    monkeypatch.setattr("ase_roughcontact.window._PRICE", 0.0)
+
+
+@pytest.mark.parametrize("wall", [HARD, SOFT, ADHESIVE], ids=["hard", "soft", "sticky"])
+@pytest.mark.parametrize("part", [0.5, 1.0])
+def test_window_made_for_the_contact_alone_misses_nothing(
+    wall, part, large_windows, monkeypatch
+):
+    monkeypatch.setattr("ase_roughcontact.window._LONGER", part)
+    sphere = rough_sphere(2, radius=200.0, slope=0.05, domain=128.0)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    full = make_atoms(sphere, wall, (63, 63), fixed=False)
+    for window, which in (("auto", atoms), ("fixed", full)):
+        list(load_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
+    same_state(atoms, full)
+
+
+@REPULSIVE
+def test_large_window_is_smaller_than_what_the_rigid_indenter_overlaps(
+    wall, large_windows
+):
+    sphere = rough_sphere(2, radius=400.0, slope=0.02, domain=256.0)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    run(atoms, wall, loads=[200.0])
+    level = wall[0].cutoff - atoms.positions[-1, 2]
+    overlapped = Silhouette(sphere, 1.0).below(level)
+    assert window_of(atoms).size < 0.8 * overlapped.size
+
+
 @REPULSIVE
 def test_first_contact_far_from_the_apex_is_found(wall):
     sphere = rough_sphere(seed=6, radius=2000.0, domain=256.0)
