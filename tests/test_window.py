@@ -139,7 +139,7 @@ def test_window_made_for_the_contact_alone_misses_nothing(
     monkeypatch.setattr("ase_roughcontact.window._LONGER", part)
     sphere = rough_sphere(2, radius=200.0, slope=0.05, domain=128.0)
     atoms = make_atoms(sphere, wall, fixed=False)
-    full = make_atoms(sphere, wall, (63, 63), fixed=False)
+    full = make_atoms(sphere, wall, (95, 95), fixed=False)
     for window, which in (("auto", atoms), ("fixed", full)):
         list(load_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
     same_state(atoms, full)
