@@ -1,18 +1,42 @@
 """Figure 2 of the paper: contact area against load, from the first touch to Hertz.
 
-Calculates what is missing in a database, and goes on from the table that is there:
+Calculates what is missing in a database, goes on from the table that is there, and
+draws it:
 
     python examples/figure2.py --scale quick
 """
 
 import argparse
 from pathlib import Path
+from typing import Any
 
-from paper import BANDS, scenes
+import matplotlib
+import numpy as np
+from paper import BANDS, Curve, curves, scenes, theory
 
-from ase_roughcontact.ensemble import fill_database, run_ensemble, write_table
+from ase_roughcontact.ensemble import (
+    fill_database,
+    read_table,
+    run_ensemble,
+    write_table,
+)
+from ase_roughcontact.theory import (
+    FlatReference,
+    contact_fraction,
+    hertz_contact_area,
+    low_load_plateau,
+    predicted_area,
+)
 
 HERE = Path(__file__).parent
+# Okabe and Ito's colours: told apart by all kinds of colour vision.
+SLOPE_COLOURS = {0.1: "#D55E00", 0.01: "#0072B2"}
+WORK_COLOURS = {0.0005: "#009E73", 0.005: "#CC79A7"}
+MARKERS = {1e2: "o", 1e3: "s", 1e4: "^", 1e5: "D"}
+STYLES = {1e3: "-", 1e5: "--"}
+# Contacts of fewer atoms are drawn pale: there is no circle of one atom.
+FEWEST = 3.0
+LIMITS = {"xlim": (1e-14, 1e6), "ylim": (2e-3, 8)}
 
 
 def calculate(scale: str, table: Path, database: Path, workers: int | None) -> None:
@@ -26,17 +50,95 @@ def calculate(scale: str, table: Path, database: Path, workers: int | None) -> N
         print()
 
 
-def main() -> None:
+def draw(table: Path, picture: Path) -> None:
+    """Draw the curves of a table beside the paper's formulas."""
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    found = curves(read_table(table))
+    size = {"figsize": (16.0, 5.2), "sharex": True, "layout": "constrained"}
+    figure, (hard, repulsive, adhesive) = plt.subplots(1, 3, **size)
+    for curve in found:
+        axes = {"hard": hard, "repulsive": repulsive, "adhesive": adhesive}[curve.kind]
+        (draw_adhesive if curve.work else draw_repulsive)(axes, curve)
+    for axes in (hard, repulsive):
+        draw_fraction(axes)
+    hard.set_title(r"(a) hard wall, $N_c$ with $\kappa$ = 2")
+    repulsive.set_title(r"(b) repulsive 9-3 wall, $N_c$ with $\kappa$ = 2.9")
+    adhesive.set_title(r"(c) adhesive, $h'_\mathrm{rms}$ = 0.1, $N_c$ as in (b)")
+    hard.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
+    for axes in (hard, repulsive, adhesive):
+        axes.set(xscale="log", yscale="log", xlabel="normal force $N/N_c$", **LIMITS)
+        axes.axhline(1.0, color="0.6", lw=0.7, zorder=0)
+    adhesive.set_ylim(3e-3, 3e3)
+    adhesive.plot([], [], "k-", lw=0.8, label=r"Eq. (4) with $f$ of rough flats")
+    adhesive.plot([], [], "k:", lw=0.8, label=r"Eq. (4) with $\kappa_\mathrm{adh}$")
+    for axes in (hard, adhesive):
+        axes.legend(frameon=False, fontsize="small")
+    figure.savefig(picture, dpi=120)
+    plt.close(figure)
+
+
+def draw_repulsive(axes: Any, curve: Curve) -> None:
+    """Mean and standard deviation of the realisations, and the first asperity."""
+    load = curve.loads / curve.theory.crossover_load
+    ratio = curve.areas / curve.hertz[:, None]
+    mean, deviation = np.nanmean(ratio, axis=1), np.nanstd(ratio, axis=1)
+    colour, marker = SLOPE_COLOURS[curve.slope], MARKERS[curve.radius]
+    seen = np.nanmean(curve.areas, axis=1) >= FEWEST
+    axes.plot(load, mean, "-", color=colour, lw=0.8, alpha=0.3)
+    style = {"fmt": marker, "color": colour, "ms": 4, "lw": 0.8, "mfc": "white"}
+    name = f"$R$ = {curve.radius:g} $a_0$, $h'_\\mathrm{{rms}}$ = {curve.slope:g}"
+    axes.errorbar(load[seen], mean[seen], deviation[seen], label=name, **style)
+    rho = curve.theory.asperity_radius
+    plateau = low_load_plateau(rho, curve.radius)
+    end = (rho / curve.radius) ** 2  # N_c(rho)
+    axes.plot([end * 1e-3, end], [plateau, plateau], color="0.5", lw=2, zorder=0)
+
+
+def draw_fraction(axes: Any) -> None:
+    """Eq. (4): the same curve for all spheres in these units."""
+    load = np.geomspace(*LIMITS["xlim"], 300)
+    fraction = contact_fraction(np.cbrt(load), 1.0)
+    axes.plot(load, fraction, "k-", lw=1, label="Eq. (4)")
+    axes.plot([], [], color="0.5", lw=2, label=r"first asperity, Eq. (6)")
+
+
+def draw_adhesive(axes: Any, curve: Curve) -> None:
+    """Band between the realisations, and the formulas through it."""
+    crossover = curve.theory.crossover_load
+    ratio = curve.areas / curve.hertz[:, None]
+    colour, style = WORK_COLOURS[curve.work], STYLES[curve.radius]
+    load = curve.loads / crossover
+    band = np.nanmin(ratio, axis=1), np.nanmax(ratio, axis=1)
+    axes.fill_between(load, *band, color=colour, alpha=0.2, lw=0)
+    name = f"$w/E^*$ = {curve.work:g} $a_0$, $R$ = {curve.radius:g} $a_0$"
+    axes.plot(load, np.nanmean(ratio, axis=1), style, color=colour, lw=1.8, label=name)
+    loads = crossover * np.geomspace(load[0], LIMITS["xlim"][1], 200)
+    hertz = hertz_contact_area(loads, curve.radius, 1.0)
+    first = np.nanmean(curve.areas[0])  # A_adh, of the least load
+    sphere = theory(curve.radius, curve.slope, curve.kind, curve.work)
+    table = FlatReference.read(curve.work)
+    flats: dict[str, Any] = {"-": table.fraction, ":": sphere.rough_pressure}
+    for line, flat in flats.items():
+        area = predicted_area(loads, curve.radius, 1.0, flat, asperity_area=first)
+        axes.plot(loads / crossover, area / hertz, line, color="k", lw=0.8)
+
+
+def main(arguments: list[str] | None = None) -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--scale", choices=BANDS, default="quick")
     parser.add_argument("--out", type=Path, default=HERE / "results")
     parser.add_argument("--workers", type=int, help="processes; one per processor")
-    options = parser.parse_args()
+    parser.add_argument("--draw", action="store_true", help="only what the table holds")
+    options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     name = f"figure2-{options.scale}"
     table, database = options.out / f"{name}.csv", options.out / f"{name}.db"
-    calculate(options.scale, table, database, options.workers)
+    if not options.draw:
+        calculate(options.scale, table, database, options.workers)
+    draw(table, options.out / f"{name}.png")
 
 
 if __name__ == "__main__":

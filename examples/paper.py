@@ -153,13 +153,15 @@ def curves(table: Mapping[str, np.ndarray]) -> list[Curve]:
     """Sort the steps of a table into curves."""
     works = np.nan_to_num(table["work_of_adhesion"]) * (J / m**2)
     works = np.round(works, 9)  # undo the change of units
-    keys = list(zip(table["kind"], table["radius"], table["rms_slope"], works))
+    columns = table["kind"], table["radius"], table["rms_slope"], works
+    keys = list(zip(*(column.tolist() for column in columns), strict=True))
     found = []
     for key in sorted(set(keys)):
-        steps = {name: values[[k == key for k in keys]] for name, values in table.items()}
-        loads, row = np.unique(steps["target"], return_inverse=True)
-        seeds, column = np.unique(steps["seed"], return_inverse=True)
+        used = np.array([other == key for other in keys])
+        loads, row = np.unique(table["target"][used], return_inverse=True)
+        seeds, column = np.unique(table["seed"][used], return_inverse=True)
         areas = np.full((len(loads), len(seeds)), np.nan)
-        areas[row, column] = steps["contact_area"]
-        found.append(Curve(str(key[0]), *map(float, key[1:]), loads, areas))
+        areas[row, column] = table["contact_area"][used]
+        kind, radius, slope, work = key
+        found.append(Curve(kind, radius, slope, work, loads, areas))
     return found

@@ -1,0 +1,170 @@
+"""The paper's figures, redrawn from the committed table."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.ensemble import (
+    case_of,
+    fill_database,
+    read_ensemble,
+    read_table,
+    run_ensemble,
+    write_table,
+)
+from ase_roughcontact.theory import hertz_contact_area
+
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = ROOT / "examples"
+TABLE = EXAMPLES / "results" / "figure2-paper.csv"
+
+
+@pytest.fixture(scope="module")
+def examples():
+    """The scripts, as modules."""
+    pytest.importorskip("matplotlib").use("Agg")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(EXAMPLES))
+        import figure1
+        import figure2
+        import paper
+        import reproduction
+    return {"1": figure1, "2": figure2, "paper": paper, "numbers": reproduction}
+
+
+@pytest.fixture(scope="module")
+def table():
+    return read_table(TABLE)
+
+
+@pytest.fixture(scope="module")
+def page(examples, tmp_path_factory):
+    """The page, its numbers taken from the committed table again."""
+    page = tmp_path_factory.mktemp("page") / "page.md"
+    shutil.copy(EXAMPLES / "REPRODUCTION.md", page)
+    examples["numbers"].main(["--page", str(page)])
+    return page.read_text()
+
+
+def is_picture(file):
+    return file.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_every_row_of_the_table_is_a_step_of_the_scenes(examples, table):
+    scenes = [scene for band in examples["paper"].scenes("paper") for scene in band]
+    loads = {
+        (case_of(scene), step): load
+        for scene in scenes
+        for step, load in enumerate(scene.steps)
+    }
+    rows = list(zip(table["case"].tolist(), table["step"].tolist(), strict=True))
+    assert len(rows) == len(set(rows)) > 1000
+    wanted = [loads[row] for row in rows]
+    np.testing.assert_allclose(table["target"], wanted, rtol=1e-12)
+
+
+def test_table_is_small_and_converged(table):
+    assert TABLE.stat().st_size < 1e6
+    assert table["converged"].all()
+    np.testing.assert_allclose(table["normal_force"], table["target"], rtol=1e-3)
+
+
+def test_hard_wall_knows_only_the_product_of_radius_and_slope(examples, table):
+    # heights times a number: loads times it, and the same atoms in contact
+    curves = {
+        (curve.radius, curve.slope): curve
+        for curve in examples["paper"].curves(table)
+        if curve.kind == "hard"
+    }
+    sharp, blunt = curves[1e3, 0.1], curves[1e4, 0.01]
+    both = min(len(sharp.loads), len(blunt.loads))
+    sharp, blunt = sharp.areas[:both], blunt.areas[:both]
+    known = np.isfinite(sharp) & np.isfinite(blunt)
+    assert known.sum() > 80
+    np.testing.assert_allclose(sharp[known], blunt[known], rtol=0.02, atol=1.0)
+
+
+def test_largest_contacts_are_those_of_hertz(examples, table):
+    curves = [c for c in examples["paper"].curves(table) if c.radius * c.slope <= 10]
+    assert curves
+    for curve in curves:
+        area = np.nanmean(curve.areas[-1])
+        assert area == pytest.approx(curve.hertz[-1], rel=0.02)
+
+
+def test_curves_have_a_row_a_load_and_a_column_a_realisation(examples):
+    table = {
+        "kind": np.array(["hard"] * 3),
+        "radius": np.full(3, 100.0),
+        "rms_slope": np.full(3, 0.1),
+        "work_of_adhesion": np.full(3, np.nan),
+        "target": np.array([2.0, 1.0, 2.0]),
+        "seed": np.array([0, 0, 1]),
+        "contact_area": np.array([7.0, 5.0, 8.0]),
+    }
+    (curve,) = examples["paper"].curves(table)
+    np.testing.assert_array_equal(curve.areas, [[5.0, np.nan], [7.0, 8.0]])
+    np.testing.assert_allclose(curve.hertz, hertz_contact_area([1.0, 2.0], 100.0, 1.0))
+
+
+def test_figure_1_is_drawn_from_maps_that_are_kept(examples, tmp_path):
+    examples["1"].main(["--scale", "tiny", "--out", str(tmp_path)])
+    maps, picture = (tmp_path / f"figure1-tiny.{end}" for end in ("npz", "png"))
+    seen = examples["1"].load(maps)
+    loads = [4.0 * a**3 / 3e4 for a in examples["1"].CONTACTS["tiny"]]
+    np.testing.assert_allclose([s.normal_force for s in seen], loads, rtol=1e-3)
+    assert is_picture(picture)
+
+
+def test_figure_2_is_drawn_from_a_table_alone(examples, tmp_path):
+    shutil.copy(TABLE, tmp_path)
+    examples["2"].main(["--scale", "paper", "--draw", "--out", str(tmp_path)])
+    assert is_picture(tmp_path / "figure2-paper.png")
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.slow  # two processes start, and relax eight spheres
+def test_figure_2_goes_on_from_a_table_on_another_machine(
+    examples, tmp_path, monkeypatch
+):
+    band = [
+        examples["paper"].scene(1e3, 0.1, seed, kind, np.array([2.0, 4.0]), work)
+        for kind, work in (("hard", None), ("adhesive", 0.005))
+        for seed in range(2)
+    ]
+    monkeypatch.setattr(examples["2"], "scenes", lambda scale: [band])
+    first, table = tmp_path / "first.db", tmp_path / "figure2-quick.csv"
+    list(run_ensemble(band[:2], first, workers=1))
+    write_table(first, table)
+    before = read_table(table)
+    examples["2"].main(["--out", str(tmp_path), "--workers", "1"])
+    after = read_table(table)
+    kept = np.isin(after["case"], before["case"])
+    assert (len(before["case"]), len(after["case"])) == (4, 8)
+    np.testing.assert_array_equal(after["seconds"][kept], before["seconds"])
+    assert is_picture(table.with_suffix(".png"))
+
+
+def test_a_database_filled_from_the_table_holds_the_same(tmp_path, table):
+    fill_database(tmp_path / "filled.db", TABLE)
+    found = read_ensemble(tmp_path / "filled.db", kind="hard", seed=0)
+    wanted = (table["kind"] == "hard") & (table["seed"] == 0)
+    np.testing.assert_array_equal(found["contact_area"], table["contact_area"][wanted])
+
+
+def test_page_has_the_numbers_of_the_table(page):
+    assert page == (EXAMPLES / "REPRODUCTION.md").read_text()
+
+
+def test_page_tells_when_it_has_no_place_for_numbers(examples):
+    with pytest.raises(ValueError, match="marks of kappa once, got 0"):
+        examples["numbers"].replaced("no marks", "kappa", ["2"])
+
+
+def test_kappa_of_an_exactly_linear_area_is_found(examples):
+    loads = np.geomspace(1e-3, 1e6, 60)
+    area = 2.5 * loads / 0.1 * np.array([[1.0], [1.2]])
+    curve = examples["paper"].Curve("hard", 1e5, 0.1, 0.0, loads, area.T)
+    np.testing.assert_allclose(examples["numbers"].kappas(curve), [2.5, 3.0])
