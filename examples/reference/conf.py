@@ -1,7 +1,4 @@
-"""API reference, built from the docstrings.
-
-    sphinx-build -W examples/reference build/reference
-"""
+"""API reference: sphinx-build examples/reference build/reference."""
 
 project = "ase_roughcontact"
 author = "The ase_roughcontact authors"
@@ -16,4 +13,3 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 numpydoc_show_class_members = False
 html_theme = "alabaster"
-nitpicky = False
