@@ -57,7 +57,8 @@ class RoughContact(Calculator):
         is free to move.
     fft : dict, optional
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`,
-        `measure`.
+        `measure`. With ducc0, the default ones were the fastest
+        within a tenth (grids of 150 and 500).
 
     Raises
     ------

@@ -17,6 +17,7 @@ from ase_roughcontact import report
 from ase_roughcontact.ensemble import product, run_ensemble, write_table
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text, tomllib
+from ase_roughcontact.tradeoff import tradeoff
 
 DESCRIPTION = "Contact of a rigid rough sphere with an elastic solid."
 
@@ -58,6 +59,13 @@ was. For five realisations of two spheres:
 
 Exit status: 0 all steps are there, 1 some cases ended with an error, 2 the scene or the
 database is wrong, 130 interrupted.
+"""
+
+
+TRADEOFF = """\
+Measure what accuracy costs in a scene, on a few of its steps, and recommend settings
+for an error in force and area. Exit status: 0 there is a setting, 1 none keeps to the
+error, 2 the scene is wrong.
 """
 
 
@@ -136,6 +144,17 @@ def _parser() -> argparse.ArgumentParser:
     )
     how_to_tell(ensemble)
 
+    trade = command(
+        "tradeoff", _tradeoff, "measure what accuracy costs in a scene", TRADEOFF
+    )
+    scene_file(trade)
+    trade.add_argument(
+        "--error",
+        type=float,
+        default=1e-3,
+        help="relative error that is allowed (default: %(default)s)",
+    )
+
     figure = command(
         "figure",
         _figure,
@@ -212,7 +231,7 @@ def _frames(folder: Path) -> int:
     try:
         with Trajectory(file) as frames:
             return len(frames)
-    except OSError:
+    except (OSError, ValueError):  # to be told when the run reads it
         return 0
 
 
@@ -241,6 +260,12 @@ def _ensemble(options: argparse.Namespace) -> int:
     for case, message in progress.failures.items():
         print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
     return 1 if progress.failures else 0
+
+
+def _tradeoff(options: argparse.Namespace) -> int:
+    found = tradeoff(Scene.parse(*_text(options)), options.error)
+    print(found)
+    return 1 if found.best is None else 0
 
 
 def _choice(text: str) -> tuple[str, list[Any]]:

@@ -33,6 +33,8 @@ PathName = str | os.PathLike
 # A balance is judged by the force on the indenter, but not below this, in units of
 # E* a0^2: about that on one atom in contact.
 _LEAST_FORCE = 0.05
+# Part of a smallest step that is rounding, and no step.
+_REST = 1e-3
 # Smallest step relative to the largest.
 _SMALLEST = 1 / 256
 
@@ -220,7 +222,7 @@ def adhesion_loop(
         write = _writer(files, trajectory, csv)
         walk = _Walk(stepper, step, smallest, tolerance, write)
         walk.begin(top + 0.5 * smallest)
-        while walk.last.height > bottom:
+        while walk.last.height - bottom > _REST * smallest:
             walk.move(max(walk.last.height - walk.size, bottom))
         turn, jumps = len(walk.records), len(walk.jumps)
         while walk.last.repulsive_atoms + walk.last.attractive_atoms:

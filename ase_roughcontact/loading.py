@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -20,6 +21,9 @@ from ase_roughcontact.stepping import Stepper
 from ase_roughcontact.substrate import snapshot
 
 PathName = str | os.PathLike
+
+# Where in a trajectory its number of frames stands.
+_COUNTED = 32
 
 
 def load_path(
@@ -60,8 +64,9 @@ def load_path(
     csv : path, optional
         File of a table of the records, one line per step.
     accuracy : {"fast", "normal", "high"} or float
-        Tolerance relative to the mean force on the atoms in contact, see `Accuracy`:
-        it fits loads of any size.
+        Relative error that is allowed in force and area, see `Accuracy`; it sets a
+        tolerance relative to the mean force on the atoms in contact, which fits loads
+        of any size. "high" takes 1.2 to 1.5 times as long as "fast".
     max_steps : int
         Steps of the optimizer at most, per step of the path.
     window : {"fixed", "auto"}
@@ -112,7 +117,7 @@ def load_path(
         edge=edge,
     )
     path, frames = _Path(stepper, targets), _Frames(trajectory, keep)
-    return _steps(path, frames, csv, _done(path, frames) if resume else [])
+    return _steps(path, frames, csv, _done(path, frames) if resume else None)
 
 
 @dataclass(frozen=True)
@@ -148,19 +153,50 @@ class _Frames:
     keep: str
 
     def read(self) -> list[Atoms]:
-        """Return the frames that are there."""
+        """Return the frames that are there, but for a torn one at the end."""
         if self.file is None or not Path(self.file).exists():
             return []
         if Path(self.file).stat().st_size == 0:
             return []
+        frames: list[Atoms] = []
         try:
-            with Trajectory(os.fspath(self.file)) as frames:
-                return list(frames)
+            with Trajectory(os.fspath(self.file)) as trajectory:
+                for number in range(len(trajectory)):
+                    frames.append(trajectory[number])
         except Exception as error:
-            raise ValueError(
-                f"can't resume: {os.fspath(self.file)} is not a whole trajectory "
-                f"({error})"
-            ) from error
+            if not frames:
+                raise ValueError(
+                    f"can't resume: {os.fspath(self.file)} has no whole frame "
+                    f"({error}): delete it, or give another file or folder"
+                ) from error
+        marked = ["path" in frame.info for frame in frames]
+        return frames[:-1] if any(marked) and not marked[-1] else frames
+
+    def claim(self, files: ExitStack, done: list[Atoms] | None) -> None:
+        """Keep other runs from the file as long as this one lives, and mend it.
+
+        Parameters
+        ----------
+        files : ExitStack
+            Until when.
+        done : list of Atoms, optional
+            Frames that the path goes on from; None if it begins anew.
+        """
+        if self.file is None or self.keep == "last":
+            return
+        file = os.fspath(self.file)
+        held = files.enter_context(open(file, "ab"))  # noqa: SIM115
+        try:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            raise RuntimeError(f"another run is writing {file}") from error
+        if done is None or _count(file) == len(done):
+            return
+        if len(self.read()) != len(done):
+            raise RuntimeError(f"another run has written {file}: start again to go on")
+        with open(file, "r+b") as torn:
+            torn.seek(_COUNTED)
+            torn.write(np.array(len(done), "<i8").tobytes())
 
     def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None] | None:
         """Return what writes a frame, None if there is no file."""
@@ -170,24 +206,42 @@ class _Frames:
             return partial(_replace, os.fspath(self.file))
         mode = "a" if append else "w"
         trajectory = Trajectory(os.fspath(self.file), mode, comm=DummyMPI())
-        return files.enter_context(trajectory).write
+        return partial(_append, files.enter_context(trajectory))
+
+
+def _count(file: str) -> int:
+    """Count the frames of a trajectory, torn ones among them."""
+    if Path(file).stat().st_size == 0:
+        return 0
+    with Trajectory(file) as trajectory:
+        return len(trajectory)
+
+
+def _append(trajectory: Any, frame: Atoms) -> None:
+    """Write a frame, or none: when it is closed, ASE counts what there is of one."""
+    try:
+        trajectory.write(frame)
+    except BaseException:
+        trajectory.backend.data, trajectory.backend.nmissing = {}, 0
+        raise
 
 
 def _replace(file: str, frame: Atoms) -> None:
     """Write a trajectory of one frame in place of what is there, or not at all."""
     with Trajectory(f"{file}.new", "w", comm=DummyMPI()) as trajectory:
-        trajectory.write(frame)
+        _append(trajectory, frame)
     os.replace(f"{file}.new", file)
 
 
 def _steps(
-    path: _Path, frames: _Frames, table: PathName | None, done: list[Atoms]
+    path: _Path, frames: _Frames, table: PathName | None, done: list[Atoms] | None
 ) -> Iterator[LoadStep]:
     with ExitStack() as files:
+        frames.claim(files, done)
         # the table first: a trajectory that is there is lost once it is opened to write
         rows = None if table is None else files.enter_context(Table(table))
         keep = frames.open(files, append=bool(done))
-        before = [LoadStep(**frame.info["load_step"]) for frame in done]
+        before = [LoadStep(**frame.info["load_step"]) for frame in done or []]
         if rows is not None:
             for record in before:
                 rows.write(record)

@@ -10,6 +10,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.interactions import HardWall
+from ase_roughcontact.memory import memory_of
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,8 @@ class LoadStep:
         Shapes of the window of atoms that may touch and of the grid of the transforms.
     precision : str
         Of the transforms.
+    memory : float
+        That the step needs, see `memory_of` (bytes).
     seconds : float
         Time that the step took.
     """
@@ -74,6 +77,7 @@ class LoadStep:
     window: str
     grid: str
     precision: str
+    memory: float
     seconds: float
 
 
@@ -137,6 +141,7 @@ def record_of(
         window=_text(halfspace.shape),
         grid=_text(halfspace.grid),
         precision=np.dtype(halfspace.fft.get("dtype", float)).name,
+        memory=memory_of(halfspace.shape, margin=halfspace.layer != halfspace.shape),
         seconds=seconds,
         **asdict(effort),
     )

@@ -29,6 +29,8 @@ CONTROLS = ("penetrations", "heights", "loads")
 _USUAL_FORCE = 0.05
 # Least tolerance, in units of E* a0^2: what rounding leaves.
 _ROUNDING = 1e-13
+# Part of a load that may be missing, where rounding does not let it be less.
+_UNCARRIED = 0.1
 # A tolerance that the state turned out to need is taken this much smaller, so that the
 # next one does not fall short of it by little.
 _MARGIN = 0.5
@@ -77,7 +79,10 @@ class Stepper:
         hard = isinstance(contact.interaction, HardWall)
         self._optimizer = optimizer or (HardWallCG if hard else NewtonKrylov)
         auto = window == "auto" and not atoms.pbc.any()
-        self.windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)
+        scatter = self._optimizer in (HardWallCG, NewtonKrylov)
+        self.windows = (
+            AutoWindow(atoms, scatter=scatter) if auto else FixedWindow(atoms, edge)
+        )
         halfspace = contact.halfspace
         unit = halfspace.contact_modulus * halfspace.cell_area
         self._force, self._least = _USUAL_FORCE * unit, _ROUNDING * unit
@@ -103,6 +108,7 @@ class Stepper:
         self._relax(effort)
         while self.windows.grow(self.atoms):
             self._relax(effort)
+        self._weigh(target, effort)
         seconds = time.perf_counter() - start
         first_contact = self.windows.first_contact
         return record_of(self.atoms, number, first_contact, effort, seconds)
@@ -158,6 +164,18 @@ class Stepper:
             if tolerance <= needed or not effort.converged:
                 return
             tolerance = max(_MARGIN * needed, self._least)
+
+    def _weigh(self, load: float, effort: Effort) -> None:
+        """Mark a step whose load rounding has left uncarried."""
+        if self.control != "loads" or self._fmax or not effort.converged:
+            return
+        left = abs(float(self.atoms.get_forces()[-1, 2]))
+        if left > _UNCARRIED * abs(load):
+            effort.converged = False
+            effort.message = (
+                f"a load of {load:.3g} is below the rounding of forces: {left:.3g} of "
+                "it is not carried"
+            )
 
     def _wanted(self, force: float) -> float:
         """Tolerance for a mean force on an atom in contact."""

@@ -106,6 +106,9 @@ class AutoWindow:
     ----------
     atoms : Atoms
         Of a free half space, with a `RoughContact` calculator.
+    scatter : bool
+        Whether few atoms may be scattered, or have to be in a box as Fourier modes want
+        it.
 
     Attributes
     ----------
@@ -118,7 +121,8 @@ class AutoWindow:
         If the indenter does not rise out of reach.
     """
 
-    def __init__(self, atoms: Atoms) -> None:
+    def __init__(self, atoms: Atoms, *, scatter: bool = True) -> None:
+        self._few = FEW if scatter else 0
         layout, contact = atoms.calc.layout(atoms), atoms.calc.contact(atoms)
         indenter = atoms.calc.parameters["indenter"]
         self.silhouette = Silhouette(indenter, layout.spacing, layout.origin)
@@ -259,11 +263,11 @@ class AutoWindow:
         silhouette = self.silhouette
         box = silhouette.known(silhouette.below(level)).join(also)
         count = silhouette.count(level)
-        if also is not None and count <= FEW:
+        if also is not None and count <= self._few:
             low = silhouette.lowest_sites(FEW).all
             held = np.flatnonzero(also.find(low)[0])
             count = max(count, int(held[-1]) + 1 if held.size else 1)
-        if count <= FEW and count**2 < _PRICE * box.size:
+        if count <= self._few and count**2 < _PRICE * box.size:
             return silhouette.lowest_sites(count)
         if box.size > _LARGE:
             part = silhouette.below(self._touched(level))

@@ -113,17 +113,22 @@ def read_table(table: PathName) -> dict[str, np.ndarray]:
     Raises
     ------
     ValueError
-        If the table has other columns, or values that are not of their types.
+        If the table has unknown columns, or values that are not of their types. What it
+        does not have is missing, as in `read_ensemble`.
     """
     with open(table, newline="", encoding="utf-8") as file:
         reader = csv.DictReader(file)
-        if reader.fieldnames is None or list(reader.fieldnames) != list(COLUMNS):
+        given = reader.fieldnames or []
+        if not {"case", "step"} <= set(given) <= set(COLUMNS):
             raise ValueError(
-                f"{os.fspath(table)} must have the columns {', '.join(COLUMNS)}; "
-                f"got {', '.join(reader.fieldnames or ['none'])}"
+                f"{os.fspath(table)} must have the columns {', '.join(COLUMNS)}, or "
+                f"some of them, case and step among them; got {', '.join(given)}"
             )
         return _columns(
-            {name: _parsed(row[name], kind) for name, kind in COLUMNS.items()}
+            {
+                name: _parsed(row[name], kind) if name in given else _MISSING[kind]
+                for name, kind in COLUMNS.items()
+            }
             for row in reader
         )
 

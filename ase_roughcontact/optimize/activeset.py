@@ -34,7 +34,7 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.halfspace import HalfSpace
 from ase_roughcontact.optimize.circulant import Circulant
 from ase_roughcontact.optimize.matrix import Matrix
-from ase_roughcontact.optimize.problem import dot
+from ase_roughcontact.optimize.problem import dot, precision_advice
 
 # Part of a violation that the model's solution may leave, and that its linear systems
 # may leave before the set of atoms in contact is looked at again.
@@ -130,6 +130,7 @@ def descend(
         violations.append(violation)
         converged = violation <= tolerance
         message = "" if converged else _obstacle(violations, part, tolerance)
+        message += precision_advice(halfspace) if message else ""
         yield Step(
             pressure=pressure,
             displacement=displacement,

@@ -39,6 +39,8 @@ class Circulant:
         Number of grid points of a transform.
     local : float
         Compliance of an atom alone (length per pressure).
+    modulus : float
+        Contact modulus (pressure).
     exact : bool
         Whether it is the half space itself, but for rounding.
     """
@@ -46,6 +48,7 @@ class Circulant:
     def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
         self.atoms = atoms
         self.local = halfspace.atom_compliance
+        self.modulus = halfspace.contact_modulus
         self.exact = halfspace.periodic
         i, j = np.divmod(atoms, halfspace.shape[1])
         window = grid = halfspace.shape
@@ -59,10 +62,11 @@ class Circulant:
         self._field = np.zeros(window, np.float32)
         fft = {**halfspace.fft, "dtype": np.float32, "measure": False}
         self._transform = RealFFT2(window, grid, **fft)
-        symbol = halfspace.symbol(grid)
+        # in units of an atom's own: single precision has no room for units of length
+        symbol = halfspace.symbol(grid) / self.local
         self._compliance = self._transform.multiplier(symbol)
         # the mean of a periodic surface is taken for a long wave
-        softest = max(symbol.max(), self.local)
+        softest = max(symbol.max(), 1.0)
         inverse = 1.0 / np.where(symbol > 0.0, symbol, softest)
         self._stiffness = self._transform.multiplier(inverse)
 
@@ -87,7 +91,8 @@ class Circulant:
             Length.
         """
         source = self._where[members]
-        return self._convolve(pressure, source, self._compliance, self._where)
+        units = self.modulus, self.local
+        return self._convolve(pressure, source, self._compliance, self._where, units)
 
     def stiffness(self, depth: np.ndarray, members: np.ndarray) -> np.ndarray:
         """Pressure on the members that brings them about to a depth.
@@ -105,7 +110,8 @@ class Circulant:
             Pressure: positive definite in `depth`.
         """
         source = self._where[members]
-        return self._convolve(depth, source, self._stiffness, source)
+        units = self.local * self.modulus, 1.0 / self.local
+        return self._convolve(depth, source, self._stiffness, source, units)
 
     def _convolve(
         self,
@@ -113,9 +119,12 @@ class Circulant:
         source: np.ndarray,
         multiplier: np.ndarray,
         target: np.ndarray,
+        units: tuple[float, float],
     ) -> np.ndarray:
+        """Convolve values in a unit, and multiply the result by another."""
+        unit, factor = units
         flat = self._field.reshape(-1)
-        flat[source] = values
+        flat[source] = values * (1.0 / unit)
         result = self._transform.filter(self._field, multiplier)
         flat[source] = 0.0
-        return result.reshape(-1)[target].astype(float)
+        return np.multiply(result.reshape(-1)[target], unit * factor, dtype=float)

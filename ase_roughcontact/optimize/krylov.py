@@ -60,19 +60,21 @@ class Patch(Circulant):
 
     def depth(self, pressure: np.ndarray, where: np.ndarray) -> np.ndarray:
         """Depth of atoms of the box under pressure on them, ``C x``."""
-        return self._convolve(pressure, where, self._compliance, where)
+        units = self.modulus, self.local
+        return self._convolve(pressure, where, self._compliance, where, units)
 
     def relief(self, stiffness: float, local: float) -> np.ndarray:
         """Multiplier of ``1/(1 + k (C - c))``: one stiffness on the whole box."""
         # the multipliers hold the norm of the transform
-        symbol = self.points * self._compliance - np.float32(local)
-        return 1.0 / (self.points * (1.0 + np.float32(stiffness) * symbol))
+        symbol = self.points * self._compliance - np.float32(1.0)
+        return 1.0 / (self.points * (1.0 + np.float32(stiffness * local) * symbol))
 
     def relieve(
         self, pressure: np.ndarray, where: np.ndarray, relief: np.ndarray
     ) -> np.ndarray:
         """Pressure that is left on atoms of the box when `relief` is applied."""
-        return self._convolve(pressure, where, relief, where)
+        units = self.modulus, 1.0
+        return self._convolve(pressure, where, relief, where, units)
 
 
 def patch_of(halfspace: HalfSpace, atoms: np.ndarray) -> Patch | Matrix:

@@ -37,7 +37,12 @@ from ase_roughcontact.optimize.krylov import Patch, System, norm, patch_of, resi
 from ase_roughcontact.optimize.landscape import Landscape, State, Step
 from ase_roughcontact.optimize.matrix import Matrix
 from ase_roughcontact.optimize.nested import can_coarsen, coarsen, refine
-from ase_roughcontact.optimize.problem import External, Relaxation
+from ase_roughcontact.optimize.problem import (
+    External,
+    Relaxation,
+    indenter_stiffness,
+    precision_advice,
+)
 
 # Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
 # negative stiffness is put in.
@@ -54,6 +59,9 @@ _EXACT_STEPS = 10
 # a start with 5 % less load took 34, 56 and 66 pairs on free windows of 128, 256 and
 # 480 atoms along a side, no start 35, 47 and 49.
 _FAR = 0.03
+# The state under attraction depends on where it comes from, and is followed, unless the
+# indenter is to move by so many spacings: deep in the wall's core, atoms would stall.
+_FAR_DOWN = 3.0
 # Steps that are combined with the present one.
 _MEMORY = 3
 # Steps without progress before giving up, and steps on a coarse grid.
@@ -87,7 +95,8 @@ def iterate(
     start : ndarray, shape (n, m), optional
         Pressure to start from. By default it comes from coarser grids, and with a load
         the height too; so it does if a wall that only repels, whose state is unique,
-        carries much more or less than the load.
+        carries much more or less than the load, and under any wall where the load would
+        move the indenter by several spacings.
     tolerance : float
         Largest force that is left on any atom, and on the indenter if it is free.
 
@@ -133,11 +142,14 @@ def _far(
     contact: Contact, height: float, external: External | None, start: np.ndarray
 ) -> bool:
     """Whether a start is so far from the load that coarser grids are nearer."""
-    if external is None or contact.interaction.attractive:
+    if external is None:
         return False
     gap = height + contact.heights - contact.halfspace.displacement(start)
     carried = contact.halfspace.cell_area * float(contact.wall(gap)[1].sum())
     load = -external(height)[1]
+    if contact.interaction.attractive:
+        way = abs(carried - load) / indenter_stiffness(contact)
+        return way > _FAR_DOWN * contact.halfspace.spacing
     return abs(carried - load) > _FAR * abs(load)
 
 
@@ -345,6 +357,7 @@ def _relax(
 def _explanation(landscape: Landscape, state: State, new: State | None) -> str:
     """Why there is no better state."""
     reason = "only rounding is left, or steps too small to matter"
+    reason += precision_advice(landscape.contact.halfspace)
     if new is None:
         reason = "no step lowers the energy"
         if landscape.loaded and not landscape.resists(state):

@@ -13,6 +13,7 @@ from ase.constraints import FixAtoms, FixCartesian, Hookean
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import positive
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import HalfSpace
 from ase_roughcontact.interactions import HardWall
 
 #: Energy and upward force on the indenter, of load and springs, at a height.
@@ -177,6 +178,13 @@ class Indenter:
 def dot(a: np.ndarray, b: np.ndarray) -> float:
     """Scalar product without BLAS, whose threads would fight those of the FFT."""
     return float(np.einsum("i,i", a.reshape(-1), b.reshape(-1)))
+
+
+def precision_advice(halfspace: HalfSpace) -> str:
+    """Return what a message about rounding says of single precision, if it is used."""
+    if np.dtype(halfspace.fft.get("dtype", float)) == np.float64:
+        return ""
+    return " (the transforms are in single precision: fft dtype float64 goes further)"
 
 
 def reference_stiffness(contact: Contact, given: float | None = None) -> float:
