@@ -30,6 +30,7 @@ from ase_roughcontact.theory import (
 )
 
 RADII = (1e3, 1e5, 1e4, 1e2)
+ADHESIVE_RADII = (1e3, 1e5)
 SLOPES = (0.1, 0.01)
 WORKS = (0.0005, 0.005)
 SEEDS = range(5)
@@ -48,7 +49,7 @@ def scenes(scale: str) -> list[list[Scene]]:
     bands = [repulsive(*band, seeds) for band in pairwise(ends)]
     bands.insert(1, adhesive(ends[0], ends[1], seeds))
     if len(ends) > 2:
-        bands.append(adhesive(ends[0], ends[-1], seeds))
+        bands += [adhesive(ends[0], ends[-1], seeds, (r,)) for r in ADHESIVE_RADII]
     return bands
 
 
@@ -63,11 +64,13 @@ def repulsive(first: float, last: float, seeds: range) -> list[Scene]:
     ]
 
 
-def adhesive(first: float, last: float, seeds: range) -> list[Scene]:
+def adhesive(
+    first: float, last: float, seeds: range, radii: tuple[float, ...] = ADHESIVE_RADII
+) -> list[Scene]:
     """Walls that attract: one path from the first touch to the last load."""
     return [
         scene(radius, 0.1, seed, "adhesive", contact_radii(first, last), work)
-        for radius, work, seed in product((1e3, 1e5), WORKS, seeds)
+        for radius, work, seed in product(radii, WORKS, seeds)
     ]
 
 

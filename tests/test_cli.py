@@ -102,6 +102,13 @@ def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(option, scene, caps
     assert len(capsys.readouterr().err.splitlines()) == 1
 
 
+def test_tradeoff_recommends_a_setting_for_an_error(scene, capsys):
+    text = scene.read_text().replace('optimizer = "LBFGS"\nfmax = 1e-4\n', "")
+    scene.write_text(text)
+    assert main(["tradeoff", str(scene), "--error", "1e-2"]) == 0
+    assert "accuracy =" in capsys.readouterr().out
+
+
 def test_version_is_told(capsys):
     with pytest.raises(SystemExit):
         main(["--version"])

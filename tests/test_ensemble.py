@@ -481,13 +481,24 @@ def test_a_run_goes_on_from_a_table_alone(undisturbed, tmp_path):
 
 def test_a_table_of_other_columns_or_values_is_refused(undisturbed, tmp_path):
     table = tmp_path / "e.csv"
-    table.write_text("case,step\nc,1\n")
+    table.write_text("case,seed\nc,1\n")
     with pytest.raises(ValueError, match="must have the columns case, step, control"):
+        read_table(table)
+    table.write_text("case,step,colour\nc,1,red\n")
+    with pytest.raises(ValueError, match="got case, step, colour"):
         read_table(table)
     write_table(undisturbed, table)
     table.write_text(table.read_text().replace(",True,", ",yes,"))
     with pytest.raises(ValueError, match="'yes' where a bool is"):
         read_table(table)
+
+
+def test_what_a_table_does_not_have_is_missing(tmp_path):
+    table = tmp_path / "e.csv"
+    table.write_text("case,step\nc,1\n")
+    columns = read_table(table)
+    assert columns["step"].tolist() == [1]
+    assert np.isnan(columns["memory"]).all()
 
 
 @pytest.mark.parametrize(

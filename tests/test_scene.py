@@ -197,7 +197,7 @@ def test_accuracy_is_a_word_or_a_number_and_an_explicit_fmax_wins():
     assert Scene.parse(text).accuracy == LEVELS["high"]
     assert Scene.parse(text).fmax is None
     scene = Scene.parse(SMALL.replace("fmax", "accuracy = 1e-3\nfmax"))
-    assert scene.accuracy.tolerance == 1e-3
+    assert scene.accuracy.error == 1e-3
     tolerance = 1e-4 * scene.contact_modulus * scene.spacing**2
     assert next(scene.relax()).tolerance == tolerance
 

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from ase.constraints import FixCartesian, Hookean
 from ase.io import read
+from ase.optimize import LBFGS
 
 from ase_roughcontact import (
+    FourierModes,
     HardWall,
     HardWallCG,
     HeightMap,
@@ -433,3 +435,28 @@ def test_frames_of_different_size_can_be_drawn(tmp_path):
 def test_unknown_window_is_refused():
     with pytest.raises(ValueError, match="window must be 'fixed' or 'auto'"):
         load_path(make_atoms(RoughSphere(60.0), SOFT), [0.1], window="moving")
+
+
+def test_modes_get_a_box_where_atoms_could_be_scattered():
+    sphere = RoughSphere(2000.0, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1))
+    atoms = make_atoms(sphere, SOFT, fixed=False)
+
+    def relax(atoms, **options):
+        modes = FourierModes(atoms)
+        return LBFGS(modes, alpha=1.0, **options)
+
+    for record in load_path(atoms, loads=[0.01, 0.3], optimizer=relax, window="auto"):
+        assert record.converged
+    assert isinstance(window_of(atoms), Box)
+
+
+def test_load_that_moves_a_sticky_indenter_far_is_carried_without_a_stall():
+    sphere = RoughSphere(200.0)
+    atoms = make_atoms(sphere, ADHESIVE, fixed=False)
+    path = load_path(atoms, loads=[20.0, 4000.0], window="auto")
+    first, last = path
+    assert last.penetration - first.penetration > 20.0
+    assert last.converged and last.pairs < 150
+    cold = make_atoms(sphere, ADHESIVE, fixed=False)
+    (alone,) = load_path(cold, loads=[4000.0], window="auto")
+    assert last.energy == pytest.approx(alone.energy, rel=1e-8)

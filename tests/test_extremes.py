@@ -1,0 +1,429 @@
+"""Extremes: what must hold at the ends of every range, and where the ends are.
+
+Every relaxation in here is checked for all of it: numbers that are finite, an energy
+that falls in each step, convergence, and force balance by a convolution of its own.
+"""
+
+import gc
+import tracemalloc
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ase.units import GPa
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from ase_roughcontact import RoughContact, RoughSphere, SelfAffine, load_path, substrate
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.optimize import hardwall, newton
+
+EPS = float(np.finfo(float).eps)
+
+WALLS = {
+    "repulsive": LennardJones93.repulsive,
+    "adhesive": lambda e, a: LennardJones93.adhesive(e, a, 0.02 * e * a),
+    "full": lambda e, a: LennardJones93.full(a, 0.04 * e * a, cutoff=3.0 * a),
+    "hard": lambda e, a: HardWall(),
+}
+UNIQUE = ("repulsive", "hard")  # no attraction: one minimum, however it is come by
+
+bounded = settings(max_examples=30, deadline=None, derandomize=True, database=None)
+walls = st.sampled_from(sorted(WALLS))
+
+
+def decades(first, last):
+    return st.floats(np.log10(first), np.log10(last)).map(lambda x: 10.0**x)
+
+
+def rough(slope=0.1, hurst=0.8, short=4.0, long=16.0, spacing=1.0, seed=1):
+    return SelfAffine(slope, hurst, short * spacing, long * spacing, seed=seed)
+
+
+def contact_of(indenter, wall, shape=(24, 24), modulus=1.0, spacing=1.0, **options):
+    periodic = options.pop("periodic", False)
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    halfspace = kind(shape, spacing, modulus, **options)
+    if isinstance(wall, str):
+        wall = WALLS[wall](modulus, spacing)
+    corner = tuple(-spacing * (n // 2) for n in shape)
+    return Contact(halfspace, indenter.heights(shape, spacing, corner), wall)
+
+
+def contact_on(heights, wall, periodic=False):
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    return Contact(kind(heights.shape, 1.0, 1.0), heights, WALLS[wall](1.0, 1.0))
+
+
+def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
+    """All steps of a relaxation; loads and tolerances in units of E* a0^2."""
+    halfspace = contact.halfspace
+    unit = halfspace.contact_modulus * halfspace.cell_area
+    hard = isinstance(contact.interaction, HardWall)
+    external = None
+    if load is not None:
+        external = lambda z: (load * unit * z, -load * unit)  # noqa: E731
+    return list(
+        (hardwall if hard else newton).iterate(
+            contact,
+            height=contact.first_contact if height is None else height,
+            external=external,
+            start=start,
+            tolerance=tolerance * unit,
+        )
+    )
+
+
+def relaxed(contact, load=None, tolerance=1e-9, **options):
+    """Last step of a relaxation in which all is as it must be."""
+    states = steps(contact, load, tolerance=tolerance, **options)
+    halfspace, last = contact.halfspace, states[-1]
+    unit = halfspace.contact_modulus * halfspace.cell_area
+    assert last.converged and not last.message, last.message
+    energies = np.array([descending(contact, state, load) for state in states])
+    assert np.isfinite(energies).all()
+    assert np.isfinite(last.pressure).all() and np.isfinite(last.height)
+    # a line search can't see less of the terms, which are far larger at the start
+    assert (np.diff(energies) <= 1e-12 * abs(energies).max()).all()
+    assert left(contact, last, load) <= 1.001 * tolerance * unit + 8 * EPS * (
+        halfspace.cell_area * abs(last.pressure).sum()
+    )
+    return last
+
+
+def descending(contact, state, load):
+    """Energy that falls: under a hard wall's load that of the pressure alone."""
+    if not isinstance(contact.interaction, HardWall):
+        return state.energy
+    area = contact.halfspace.cell_area
+    undeformed = contact.heights + (state.height if load is None else 0.0)
+    stored = 0.5 * (state.pressure * -contact.halfspace.displacement(state.pressure))
+    return area * float((stored + state.pressure * undeformed).sum())
+
+
+def left(contact, state, load):
+    """Largest force that is left on an atom or the indenter."""
+    halfspace, pressure = contact.halfspace, state.pressure
+    area = halfspace.cell_area
+    wanted = (load or 0.0) * halfspace.contact_modulus * area
+    if isinstance(contact.interaction, HardWall):
+        told = hardwall.certificate(contact, pressure, state.height, wanted)
+        gap = max(told.gap_in_contact, told.penetration)
+        assert gap <= 1e-6 * halfspace.spacing and told.tension == 0.0
+        missing = 0.0 if load is None else told.load_error
+        return max(gap * area / halfspace.atom_compliance, missing)
+    gap = state.height + contact.heights - halfspace.displacement(pressure)
+    repulsion = contact.wall(gap)[1]
+    missing = 0.0 if load is None else abs(area * repulsion.sum() - wanted)
+    return max(area * float(abs(repulsion - pressure).max()), missing)
+
+
+# The ranges of what a scene says
+
+
+@bounded
+@given(radius=decades(10.0, 1e8), load=decades(1e-12, 1e4), wall=walls)
+def test_any_radius_carries_any_load(radius, load, wall):
+    sphere = RoughSphere(radius, rough(long=12.0))
+    relaxed(contact_of(sphere, wall), load, max(1e-9 * load, 1e-12))
+
+
+@bounded
+@given(slope=decades(1e-6, 1.0), load=decades(1e-12, 1e3), wall=walls, p=st.booleans())
+def test_any_slope_carries_any_load(slope, load, wall, p):
+    indenter = rough(slope, long=12.0)
+    contact = contact_of(indenter, wall, periodic=p)
+    relaxed(contact, load, max(1e-9 * load, 1e-12))
+
+
+@bounded
+@given(work=st.floats(0.0, 0.05), stiffness=decades(1e-3, 1e4), load=decades(1e-6, 1e2))
+def test_walls_of_any_stiffness_and_work_of_adhesion_relax(work, stiffness, load):
+    wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
+    contact = contact_of(RoughSphere(100.0, rough(long=12.0)), wall)
+    # the rounding of a gap times the wall's stiffness is a force
+    relaxed(contact, load, max(1e-9 * load, 1e-12 + 8 * EPS * stiffness))
+
+
+@bounded
+@given(hurst=st.floats(0.01, 0.99), wall=walls, seed=st.integers(0, 9))
+def test_roughness_of_any_hurst_exponent_relaxes(hurst, wall, seed):
+    sphere = RoughSphere(100.0, rough(hurst=hurst, long=12.0, seed=seed))
+    relaxed(contact_of(sphere, wall), 1.0)
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_roughness_of_one_wavelength_relaxes(wall):
+    one = SelfAffine(0.1, 0.8, 8.0, 8.0, seed=1, domain=24.0)
+    relaxed(contact_of(RoughSphere(100.0, one), wall), 1.0)
+
+
+@pytest.mark.parametrize("wall", UNIQUE)
+def test_automatic_windows_serve_a_sphere_of_a_hundred_million_atoms(wall):
+    sphere = RoughSphere(1e8)
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall](1.0, 1.0))
+    loads = [1e-9, 1e-6, 1e-5]
+    records = list(load_path(atoms, loads=loads, window="auto"))
+    assert all(record.converged for record in records)
+    assert_allclose([r.normal_force for r in records], loads, rtol=1e-6)
+    hertz = np.pi * (0.75e8 * loads[-1]) ** (2.0 / 3.0)
+    assert records[-1].contact_area == pytest.approx(hertz, rel=0.15)
+
+
+@pytest.mark.parametrize("modulus", [1e-6, 1.0, 1e3], ids=["kPa", "GPa", "TPa"])
+@pytest.mark.parametrize("wall", WALLS)
+def test_area_does_not_depend_on_the_modulus_from_kilo_to_terapascal(wall, modulus):
+    sphere = RoughSphere(20.0, rough())
+
+    def area(gigapascal):
+        modulus = gigapascal * GPa
+        atoms = substrate("Cu", (32, 32), sphere, spacing=1.0, fixed=False)
+        interaction = WALLS[wall](modulus, 1.0)
+        atoms.calc = RoughContact(sphere, modulus, interaction)
+        (record,) = load_path(atoms, loads=[2.0 * modulus])
+        assert record.converged
+        return record.contact_area
+
+    assert area(modulus) == area(100.0) > 10.0
+
+
+# Scaling
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("modulus", [1e-30, 1e30])
+@pytest.mark.parametrize("spacing", [1e-30, 1.0, 1e30])
+def test_pressures_scale_with_the_modulus_and_lengths_with_the_spacing(
+    wall, periodic, spacing, modulus
+):
+    def state(spacing, modulus):
+        surface = rough(spacing=spacing, long=12.0)
+        surface = surface if periodic else RoughSphere(100.0 * spacing, surface)
+        contact = contact_of(
+            surface, wall, modulus=modulus, spacing=spacing, periodic=periodic
+        )
+        return relaxed(contact, 2.0, 1e-11)
+
+    scaled, plain = state(spacing, modulus), state(1.0, 1.0)
+    largest = plain.pressure.max()
+    tolerance = 1e-12 if spacing == 1.0 else 1e-10
+    if wall in ("adhesive", "full"):  # near an instability, and so less well determined
+        tolerance *= 100.0
+    assert abs(scaled.pressure / modulus - plain.pressure).max() < tolerance * largest
+    assert scaled.height / spacing == pytest.approx(plain.height, rel=tolerance)
+
+
+# Windows
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize(
+    "shape", [(1, 1), (1, 2), (2, 1), (1, 17), (31, 37), (1, 4096), (3, 512)]
+)
+def test_windows_of_any_shape_carry_any_load(shape, wall, periodic):
+    heights = np.random.default_rng(7).uniform(0.0, 2.0, shape)
+    contact = contact_on(heights, wall, periodic)
+    for load in (1e-12, 1.0, 100.0):
+        relaxed(contact, load, max(1e-9 * load, 1e-12))
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_a_window_may_be_in_full_contact(wall):
+    contact = contact_of(RoughSphere(100.0, rough()), wall)
+    state = relaxed(contact, 1e4, 1e-5)
+    assert (state.pressure > 0.0).all()
+
+
+@pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
+def test_full_contact_of_a_periodic_surface_is_solved_to_eleven_digits(wall):
+    contact = contact_of(rough(), wall, (32, 32), periodic=True)
+    pressure = relaxed(contact, height=-10.0, tolerance=7e-8).pressure
+    assert pressure.min() > 0.999 * pressure.mean() > 1e4
+
+
+# Indenters
+
+
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("height", [1e1, 1e3, 1e6, 1e12, 1e100])
+def test_an_indenter_out_of_reach_does_nothing(wall, height):
+    contact = contact_of(RoughSphere(100.0, rough()), wall)
+    state = relaxed(contact, height=contact.first_contact + height)
+    assert state.energy == 0.0
+    assert not state.pressure.any()
+
+
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("depth", [1.0, 1e2, 1e4])
+def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
+    contact = contact_of(RoughSphere(100.0, rough()), wall)
+    relaxed(contact, height=contact.first_contact - depth, tolerance=1e-9 * depth)
+
+
+@pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
+def test_a_flat_indenter_holds_a_flat_surface_at_any_joint_of_the_potential(wall):
+    contact = contact_on(np.zeros((8, 8)), wall)
+    law = contact.interaction
+    for joint in (law.core, law.contact_distance, law.onset, law.cutoff):
+        for height in (np.nextafter(joint, 0.0), joint, np.nextafter(joint, 9.0)):
+            relaxed(contact, height=float(height), tolerance=1e-11)
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", WALLS)
+def test_a_perfectly_flat_indenter_carries_any_load(wall, periodic):
+    contact = contact_on(np.zeros((9, 12)), wall, periodic)
+    for load in (1e-9, 1.0, 1e3):
+        state = relaxed(contact, load, max(1e-10 * load, 1e-12))
+        if periodic:
+            assert_allclose(state.pressure, load / 108.0, rtol=1e-8, atol=1e-13)
+
+
+def test_energy_of_the_wall_is_exact_next_to_its_minimum():
+    wall = LennardJones93.repulsive(1.0, 1.0)
+    closer = 2.0**-30
+    energy, pressure, _ = wall.evaluate(1.0 - closer)
+    assert energy == pytest.approx(0.5 * closer**2, rel=1e-7)
+    assert pressure == pytest.approx(closer, rel=1e-6)
+
+
+@pytest.mark.parametrize("work", [1e-9, 1e-3, 0.05])
+@pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e4])
+def test_energy_does_not_jump_at_the_minimum(work, stiffness):
+    wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
+    gaps = np.array([np.nextafter(1.0, 0.0), 1.0, np.nextafter(1.0, 2.0)])
+    assert_allclose(wall.evaluate(gaps)[0], -work, rtol=4 * EPS)
+
+
+# Starts
+
+
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("size", [1e-12, 1e-3, 1.0, 1e3, 1e6, 1e12])
+def test_a_random_start_of_any_size_relaxes(wall, size):
+    contact = contact_of(RoughSphere(100.0, rough()), wall)
+    start = size * np.random.default_rng(3).normal(size=contact.heights.shape)
+    height = contact.first_contact - 0.5
+    options = ({"load": 2.0}, {"height": height})
+    for option in options:
+        states = steps(contact, start=start, **option)
+        assert states[-1].converged
+        energies = [descending(contact, s, option.get("load")) for s in states]
+        assert (np.diff(energies) <= 1e-12 * max(map(abs, energies))).all()
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", UNIQUE)
+def test_the_answer_does_not_depend_on_where_it_started(wall, periodic):
+    surface = rough() if periodic else RoughSphere(100.0, rough())
+    contact = contact_of(surface, wall, periodic=periodic)
+    rng = np.random.default_rng(5)
+    cold = relaxed(contact, 2.0, 1e-11)
+    for size, height in ((1e-6, 50.0), (1.0, -1.0), (1e3, 0.0), (1e6, -100.0)):
+        start = size * rng.normal(size=contact.heights.shape)
+        warm = relaxed(contact, 2.0, 1e-11, start=start, height=height)
+        assert warm.height == pytest.approx(cold.height, abs=1e-9)
+        assert_allclose(warm.pressure, cold.pressure, rtol=0.0, atol=1e-8)
+
+
+# Laws
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", UNIQUE)
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_area_and_depth_grow_with_the_load(wall, periodic, seed):
+    surface = rough(seed=seed)
+    surface = surface if periodic else RoughSphere(100.0, surface)
+    contact = contact_of(surface, wall, periodic=periodic)
+    areas, heights = [], []
+    for load in np.geomspace(1e-6, 1e3, 19):
+        state = relaxed(contact, load, 1e-10 * load + 1e-14)
+        areas.append(np.count_nonzero(state.pressure > 1e-9 * state.pressure.max()))
+        heights.append(state.height)
+    assert (np.diff(areas) >= 0).all() and areas[0] < areas[-1]
+    assert (np.diff(heights) < 2e-7).all()  # gaps that are left where nothing gives way
+
+
+# Limits: where they are, and that they are told
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", ["repulsive", "adhesive", "hard"])
+def test_single_precision_reaches_its_floor_and_says_where_it_is(wall, periodic):
+    surface = rough() if periodic else RoughSphere(100.0, rough())
+    contact = contact_of(surface, wall, periodic=periodic, dtype="float32")
+    assert steps(contact, 2.0, tolerance=1e-5)[-1].converged
+    last = steps(contact, 2.0, tolerance=1e-10)[-1]
+    assert not last.converged and last.error < 1e-4
+    assert "single precision" in last.message and "float64" in last.message
+
+
+@pytest.mark.parametrize("offset", [1e4, 1e8])
+def test_a_load_below_the_rounding_of_the_height_is_told(offset):
+    contact = contact_of(RoughSphere(100.0, rough()), "repulsive")
+    far = Contact(contact.halfspace, contact.heights + offset, contact.interaction)
+    rounding = EPS * offset  # a force, since the wall's stiffness is one
+    assert steps(far, 1.0, tolerance=100.0 * rounding)[-1].converged
+    last = steps(far, 1e-3 * rounding, tolerance=1e-6 * rounding)[-1]
+    assert not last.converged
+    assert "only rounding is left" in last.message
+
+
+@pytest.mark.parametrize(
+    "count",
+    [256, pytest.param(8192, marks=pytest.mark.slow)],  # 4 GB at 8192
+)
+def test_round_off_of_a_convolution_does_not_grow_with_the_grid(count):
+    halfspace = PeriodicHalfSpace((count, count), 1.0, 1.0)
+    i, j = np.ogrid[:count, :count]
+    q = 2.0 * np.pi / count
+    pressure = np.cos(q * (i + 2 * j))  # as soft as a wave can be
+    depth = 2.0 / (q * 5.0**0.5)
+    error = abs(halfspace.displacement(pressure) + depth * pressure).max()
+    assert error < 20.0 * EPS * depth
+
+
+# Long paths
+
+
+@pytest.mark.parametrize(
+    "turns",
+    [25, pytest.param(500, marks=pytest.mark.slow)],  # seconds
+)
+def test_a_path_up_and_down_comes_back_without_drift_or_growth_of_memory(turns):
+    sphere = RoughSphere(100.0, rough(long=12.0))
+    atoms = substrate("Cu", (24, 24), sphere, spacing=1.0, height=1.0)
+    atoms.calc = RoughContact(sphere, 1.0)
+    down = np.linspace(0.1, 1.0, turns)
+    records, sizes = [], []
+    tracemalloc.start()
+    for record in load_path(atoms, [*down, *down[::-1]], fmax=1e-10):
+        records.append(replace(record, seconds=0.0))
+        if len(records) in (turns, 2 * turns):
+            gc.collect()
+            sizes.append(tracemalloc.get_traced_memory()[0])
+    tracemalloc.stop()
+    assert all(record.converged for record in records)
+    forces = np.array([record.normal_force for record in records])
+    areas = np.array([record.contact_area for record in records])
+    assert_allclose(forces[::-1], forces, atol=1e-8)
+    assert (areas[::-1] == areas).all()
+    assert sizes[1] - sizes[0] < 2000 * turns  # a record is less than that
+
+
+@pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
+@pytest.mark.parametrize("load, carried", [(1e-12, True), (1e-14, False)])
+def test_a_load_that_rounding_leaves_uncarried_is_marked(wall, load, carried):
+    sphere = RoughSphere(100.0, rough())
+    atoms = substrate("Cu", (24, 24), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall](1.0, 1.0))
+    (record,) = load_path(atoms, loads=[load], edge="ignore")
+    assert record.converged == carried
+    assert ("below the rounding" in record.message) != carried

@@ -1,0 +1,422 @@
+"""Faults: what is left of a calculation that is killed, stopped or has no room.
+
+Ensembles have such tests of their own, in `test_ensemble`.
+"""
+
+import csv
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from functools import partial
+from itertools import count
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import ase.io.ulm as ulm
+import pytest
+from ase import Atoms
+from ase.io import Trajectory, read
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import read_ensemble, run_ensemble
+from ase_roughcontact.scene import Scene, default_text
+
+STEPS = 24
+TEXT = """
+[substrate]
+shape = [32, 32]
+contact_modulus = 100.0
+[sphere]
+radius = 60.0
+[roughness]
+long_wavelength = 16.0
+[path]
+control = "penetration"
+first = 0.01
+last = 0.6
+steps = 24
+scale = "linear"
+"""
+SCENE = Scene.parse(TEXT)
+COMMAND = "import sys; from ase_roughcontact.cli import main; sys.exit(main())"
+slow = partial(pytest.param, marks=pytest.mark.slow)  # a process of its own each
+# Runs a scene, and kills itself at a call of what writes trajectories.
+KILLED = """
+import os, signal, sys
+import ase.io.ulm as ulm
+from ase_roughcontact.scene import Scene
+
+scene, folder, part, last = sys.argv[1:]
+left, write = int(last), getattr(ulm.Writer, part)
+
+def counted(*args, **kwargs):
+    global left
+    left -= 1
+    if not left:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return write(*args, **kwargs)
+
+setattr(ulm.Writer, part, counted)
+list(Scene.read(scene).run(folder))
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    file = tmp_path / "scene.toml"
+    file.write_text(TEXT)
+    return file
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return tmp_path / "out"
+
+
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    return list(SCENE.run(tmp_path_factory.mktemp("undisturbed")))
+
+
+def begin(file, folder, **options):
+    """Start the command in a process of its own."""
+    command = [sys.executable, "-c", COMMAND, "run", str(file), "--out", str(folder)]
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
+    )
+
+
+def rows(folder):
+    try:
+        with open(folder / "curve.csv", newline="") as file:
+            return list(csv.DictReader(file))
+    except FileNotFoundError:
+        return []
+
+
+def wait_for_rows(folder, count):
+    until = time.monotonic() + 30.0
+    while len(rows(folder)) < count:
+        assert time.monotonic() < until, "no step was written"
+        time.sleep(0.001)
+
+
+def assert_whole(folder, undisturbed, before):
+    """Go on, and compare with a run that nothing has disturbed."""
+    records = list(SCENE.run(folder))
+    assert [asdict(record) for record in records[: len(before)]] == before
+    assert [record.step for record in records] == list(range(STEPS))
+    for name in ("height", "normal_force", "contact_area", "energy"):
+        ours = [getattr(record, name) for record in records]
+        theirs = [getattr(record, name) for record in undisturbed]
+        assert ours == pytest.approx(theirs, rel=1e-3)
+    assert [int(row["step"]) for row in rows(folder)] == list(range(STEPS))
+    assert len(read(folder / "sweep.traj", ":")) == STEPS
+
+
+def kept(folder):
+    """Records of the frames that ASE finds."""
+    with Trajectory(folder / "sweep.traj") as frames:
+        return [frame.info["load_step"] for frame in frames]
+
+
+# Kills
+
+
+@pytest.mark.parametrize("count", [slow(1), 8, slow(16)])
+def test_a_sweep_killed_at_any_step_loses_nothing(file, folder, undisturbed, count):
+    with begin(file, folder) as process:
+        wait_for_rows(folder, count)
+        process.kill()
+    before = kept(folder)
+    # a frame is written before its row
+    assert count <= len(rows(folder)) <= len(before) < STEPS
+    assert_whole(folder, undisturbed, before)
+
+
+@pytest.mark.parametrize(
+    "part, call",
+    [
+        slow("fill", 1),
+        slow("fill", 7),
+        ("fill", 10),
+        slow("write", 12),
+        slow("sync", 1),
+        ("sync", 5),
+    ],
+)
+def test_a_frame_that_is_half_written_when_the_process_dies_is_no_obstacle(
+    file, folder, undisturbed, part, call
+):
+    command = [sys.executable, "-c", KILLED, str(file), str(folder), part, str(call)]
+    assert subprocess.run(command).returncode == -signal.SIGKILL
+    before = kept(folder) if (folder / "sweep.traj").stat().st_size else []
+    assert len(before) < STEPS
+    assert_whole(folder, undisturbed, before)
+
+
+def test_the_last_frame_alone_is_replaced_at_once_or_not_at_all(tmp_path, monkeypatch):
+    movie = tmp_path / "last.traj"
+    path = SCENE.relax(trajectory=movie, keep="last")
+    record = next(path)
+    monkeypatch.setattr(os, "replace", partial(interrupt, ()))
+    with pytest.raises(KeyboardInterrupt):
+        next(path)
+    assert read(movie).info["load_step"] == asdict(record)
+
+
+def interrupt(*_):
+    raise KeyboardInterrupt
+
+
+# Ctrl-C
+
+
+@pytest.mark.parametrize("count", [slow(1), 8])
+def test_an_interrupted_sweep_says_that_it_goes_on(file, folder, undisturbed, count):
+    with begin(file, folder) as process:
+        wait_for_rows(folder, count)
+        process.send_signal(signal.SIGINT)
+        _, told = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert told.strip() == "stopped; what was calculated is kept"
+    assert_whole(folder, undisturbed, kept(folder))
+
+
+# Kills (needs loading.patch)
+
+
+@pytest.mark.parametrize("part", ["fill", "write"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+@pytest.mark.parametrize("call", [2, 5, 8])
+def test_a_frame_whose_writing_is_interrupted_is_as_if_never_begun(
+    folder, monkeypatch, part, error, call
+):
+    path = SCENE.run(folder)
+    record, whole, calls = next(path), getattr(ulm.Writer, part), count(1)
+
+    def torn(self, *args, **kwargs):
+        if next(calls) == call:
+            self.nmissing = 0
+            raise error
+        return whole(self, *args, **kwargs)
+
+    monkeypatch.setattr(ulm.Writer, part, torn)
+    with pytest.raises(error):
+        list(path)
+    monkeypatch.undo()
+    steps = kept(folder)  # two, if a frame takes fewer calls
+    assert steps[0] == asdict(record)
+    assert [step["step"] for step in steps] == list(range(len(steps)))
+    again = SCENE.run(folder)
+    assert [asdict(next(again)) for _ in steps] == steps
+    assert next(again).step == len(steps) == len(kept(folder)) - 1
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("lost", [1, 100, 1000])
+def test_a_trajectory_whose_last_frame_is_torn_goes_on_from_the_others(folder, lost):
+    path = SCENE.run(folder)
+    for _ in range(4):
+        next(path)
+    path.close()
+    before = kept(folder)[:3]
+    with open(folder / "sweep.traj", "r+b") as file:
+        file.truncate(os.fstat(file.fileno()).st_size - lost)
+    again = SCENE.run(folder)
+    assert [asdict(next(again)) for _ in before] == before
+    assert next(again).step == 3
+    again.close()
+    assert [step["step"] for step in kept(folder)] == [0, 1, 2, 3]
+
+
+def test_a_trajectory_of_another_program_is_not_mended(folder):
+    folder.mkdir()
+    Atoms("Cu").write(folder / "sweep.traj")
+    written = (folder / "sweep.traj").read_bytes()
+    with pytest.raises(ValueError, match="another path or system"):
+        next(SCENE.run(folder))
+    assert (folder / "sweep.traj").read_bytes() == written
+
+
+# Two at once (needs loading.patch)
+
+
+def test_a_second_process_on_a_folder_is_sent_away(file, folder, undisturbed, capsys):
+    path = SCENE.run(folder)
+    before = [asdict(next(path)) for _ in range(3)]
+    with begin(file, folder) as process:
+        _, told = process.communicate(timeout=30)
+    assert process.returncode == 2
+    assert told == f"ase-roughcontact: another run is writing {folder / 'sweep.traj'}\n"
+    assert len(rows(folder)) == 3
+    path.close()
+    assert_whole(folder, undisturbed, before)
+
+
+def test_a_run_that_another_one_overtook_is_sent_away(folder, undisturbed):
+    next(SCENE.run(folder))
+    late = SCENE.relax(trajectory=folder / "sweep.traj", resume=True)  # has read it
+    path = SCENE.run(folder)
+    before = [asdict(next(path)) for _ in range(3)]
+    path.close()
+    with pytest.raises(RuntimeError, match="another run has written"):
+        next(late)
+    assert_whole(folder, undisturbed, before)
+
+
+# Files that are cut off (needs cli.patch)
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_the_command_names_a_trajectory_that_is_cut_off(file, folder, capsys):
+    next(SCENE.run(folder))
+    movie = folder / "sweep.traj"
+    movie.write_bytes(movie.read_bytes()[:100])
+    assert main(["run", str(file), "--out", str(folder)]) == 2
+    assert str(movie) in capsys.readouterr().err
+
+
+# No room, no right
+
+
+@pytest.mark.parametrize("size", [slow(100), slow(30_000), 300_000])
+def test_a_full_disk_is_one_line_and_loses_nothing(file, folder, undisturbed, size):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+    with begin(file, folder, preexec_fn=limit) as process:
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert told.startswith("ase-roughcontact: ") and told.count("\n") == 1
+    trajectory = folder / "sweep.traj"
+    before = kept(folder) if size > 100 and trajectory.stat().st_size else []
+    assert_whole(folder, undisturbed, before)
+
+
+def test_a_device_without_room_is_one_line(file, folder, capsys):
+    folder.mkdir()
+    (folder / "curve.csv").symlink_to("/dev/full")
+    assert main(["run", str(file), "--out", str(folder)]) == 2
+    assert "No space left" in capsys.readouterr().err
+
+
+def test_a_folder_of_another_user_is_one_line(capsys):
+    with TemporaryDirectory() as place:
+        scene, folder = Path(place, "scene.toml"), Path(place, "out")
+        scene.write_text(TEXT)
+        folder.mkdir(mode=0o555)
+        os.chmod(place, 0o755)
+        user = os.geteuid()
+        try:
+            os.seteuid(user or 65534)  # root may write everywhere
+            status = main(["run", str(scene), "--out", str(folder)])
+        finally:
+            os.seteuid(user)
+        assert status == 2
+        assert "Permission denied" in capsys.readouterr().err
+        assert not list(folder.iterdir())
+
+
+# Files that are cut off
+
+
+# ASE leaves a file open whose header it can read, and nothing else
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("size", [10, 60, 2000])
+def test_a_trajectory_without_a_whole_frame_is_kept_as_it_is_and_told(folder, size):
+    next(SCENE.run(folder))
+    movie = folder / "sweep.traj"
+    movie.write_bytes(movie.read_bytes()[:size])
+    cut = movie.read_bytes()
+    with pytest.raises(ValueError, match=r"can't resume: .*sweep\.traj"):
+        next(SCENE.run(folder))
+    assert movie.read_bytes() == cut
+
+
+@settings(max_examples=60, deadline=None, derandomize=True, database=None)
+@given(end=st.integers(0, len(default_text())))
+def test_a_scene_that_is_cut_off_is_a_scene_or_refused(end):
+    try:
+        scene = Scene.parse(default_text()[:end])
+    except ValueError as error:
+        assert "TOML" in str(error)
+    else:
+        assert isinstance(scene, Scene)
+
+
+@settings(max_examples=100, deadline=None, derandomize=True, database=None)
+@given(text=st.text(max_size=60))
+def test_any_text_is_a_scene_or_refused(text):
+    try:
+        scene = Scene.parse(text)
+    except ValueError as error:
+        assert "scene" in str(error)
+    else:
+        assert isinstance(scene, Scene)
+
+
+@pytest.mark.parametrize("size", [50, 5000])
+def test_a_database_that_is_cut_off_is_not_taken_for_an_empty_one(tmp_path, size):
+    database = tmp_path / "e.db"
+    short = Scene.parse(TEXT.replace("steps = 24", "steps = 2"))
+    with ThreadPoolExecutor(1) as pool:
+        list(run_ensemble([short], database, pool, interval=0.05))
+    whole = database.read_bytes()
+    database.write_bytes(whole[:size])
+    with pytest.raises(Exception, match=r"not a database|malformed|no such"):
+        read_ensemble(database)
+    with pytest.raises(Exception, match=r"not a database|malformed|no such"):
+        list(run_ensemble([short], database))
+    assert database.read_bytes() == whole[:size]
+
+
+# A scene of a stranger
+
+CODE = "__import__('os').system('touch evil')"
+PATHS = ("../evil", "/tmp/evil", "~/evil", "$(touch evil)", "evil\x00", "; touch evil")
+TABLES = {
+    "substrate": ("symbol", "shape"),
+    "sphere": ("profile",),
+    "roughness": ("normalise",),
+    "interaction": ("kind",),
+    "path": ("control", "scale"),
+    "solver": ("optimizer", "accuracy"),
+}
+WORDS = [f"{table}.{key}" for table, keys in TABLES.items() for key in keys]
+
+
+@pytest.mark.parametrize("word", (CODE, *PATHS))
+@pytest.mark.parametrize("key", WORDS)
+def test_no_word_of_a_scene_is_run_or_taken_for_a_file(key, word, tmp_path):
+    scene, folder, work = tmp_path / "s.toml", tmp_path / "out", tmp_path / "work"
+    table, name = key.split(".")
+    text = TEXT.replace("shape = [32, 32]\n", "") if name == "shape" else TEXT
+    text = "".join(
+        line
+        for line in text.replace(f"[{table}]", f"[{table}]\n@").splitlines(True)
+        if not line.startswith(name)
+    )
+    if "@" not in text:
+        text += f"[{table}]\n@"
+    quoted = word.replace("\x00", "\\u0000")
+    scene.write_text(text.replace("@", f'{name} = "{quoted}"\n'))
+    work.mkdir()
+    before = Path.cwd()
+    try:
+        os.chdir(work)
+        assert main(["run", str(scene), "--out", str(folder)]) == 2
+    finally:
+        os.chdir(before)
+    written = {p.relative_to(tmp_path) for p in tmp_path.rglob("*")}
+    assert {p.parts[0] for p in written} <= {"s.toml", "out", "work"}
+    assert not list(work.iterdir())
+    assert not [p for p in written if "evil" in p.name]
+    assert not Path("/tmp/evil").exists() and not Path.home().joinpath("evil").exists()
