@@ -31,6 +31,8 @@ template for your own, with every key explained. The folder gets
                eV/Angstrom, areas in Angstrom^2, energies in eV
   sweep.traj   ASE trajectory, one frame per step: tag 1 is an atom in contact, 2 one
                that is attracted; initial charges are pressures in GPa
+  view.traj    the same to look at with ase gui: the sphere cut open, large windows
+               thinned, the axis in the middle
   curve.png    area against load, beside Eq. (4) of the paper (with matplotlib)
   contact.png  maps of the contact at four loads (with matplotlib)
   scene.toml   the scene
@@ -218,6 +220,7 @@ def _run(options: argparse.Namespace) -> int:
         if options.json:
             print(json.dumps(asdict(record)), flush=True)
     pictures = report.draw(scene, records, folder)
+    report.write_view(scene, folder)
     if talks:
         print(report.farewell(folder, pictures))
     return 0 if all(record.converged for record in records) else 1

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
-from ase.io import read
+from ase.io import Trajectory, read
+from ase.parallel import DummyMPI
 from ase.units import GPa
 
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.theory import hertz_contact_radius
+from ase_roughcontact.view import centred, with_indenter
 
+# Atoms of a frame to look at: more are slow to draw, and smaller than a pixel.
+_SHOWN = 6000
 # Maps of the contact in one picture.
 _MAPS = 4
 
@@ -54,6 +59,26 @@ def row(scene: Scene, record: LoadStep, total: int, kept: bool = False) -> str:
     )
 
 
+def write_view(scene: Scene, folder: Path) -> None:
+    """Write view.traj: the path to look at, sphere cut open, large windows thinned.
+
+    Parameters
+    ----------
+    scene : Scene
+    folder : path
+        With the ``sweep.traj`` of its run.
+    """
+    surface = scene.surface
+    with (
+        Trajectory(folder / "sweep.traj") as frames,
+        Trajectory(folder / "view.traj", "w", comm=DummyMPI()) as view,
+    ):
+        for frame in frames:
+            every = math.ceil(math.sqrt(len(frame) / _SHOWN))
+            shown = with_indenter(frame, surface, half=True, every=every)
+            view.write(centred(shown))
+
+
 def farewell(folder: Path, pictures: list[str]) -> str:
     """Return where the results are, and how to look at them."""
     lines = ["", f"Results are in {folder}:"]
@@ -62,7 +87,9 @@ def farewell(folder: Path, pictures: list[str]) -> str:
         lines.append("  (no pictures: matplotlib is not installed, or nothing touched)")
     lines += [
         f"  {folder / 'curve.csv'}",
-        f"  ase gui {folder / 'sweep.traj'}",
+        f"  {folder / 'sweep.traj'}, all atoms",
+        f"  {folder / 'view.traj'}, to look at:",
+        f"    ase gui {folder / 'view.traj'}",
         "In the window of ase gui choose View > Colors > By tag (1: contact) or",
         "By initial charge (pressure in GPa), and step through the frames.",
     ]

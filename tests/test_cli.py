@@ -27,11 +27,13 @@ def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
         rows = list(csv.DictReader(file))
     assert [row["converged"] for row in rows] == ["True", "True"]
     assert len(read(out / "sweep.traj", ":")) == 2
+    view = read(out / "view.traj", ":")
+    assert [set(frame.symbols) for frame in view] == 2 * [{"Cu", "X", "C"}]
     for name in ("curve.png", "contact.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
     text = capsys.readouterr().out
     assert "Eq. (4)" in text
-    assert f"ase gui {out / 'sweep.traj'}" in text
+    assert f"ase gui {out / 'view.traj'}" in text
 
 
 def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(
