@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -75,13 +76,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
     options = _parser().parse_args(arguments)
     try:
-        return options.action(options)
+        return _done(options.action(options))
+    except BrokenPipeError:  # of a pager that was closed
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except (ValueError, RuntimeError, OSError, MemoryError) as error:
         print(f"ase-roughcontact: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         print("\nstopped; what was calculated is kept", file=sys.stderr)
         return 130
+
+
+def _done(status: int) -> int:
+    sys.stdout.flush()  # while a closed pipe can still be caught
+    return status
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -260,6 +269,12 @@ def _ensemble(options: argparse.Namespace) -> int:
             print(progress, flush=True)
     if options.table:
         write_table(options.database, options.table)
+    if not (options.quiet or options.json):
+        print(
+            f"Steps are in {options.database}: look at them with\n"
+            f"  ase db {options.database} record=step -c case,step,normal_force,"
+            "contact_area"
+        )
     for case, message in progress.failures.items():
         print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
     return 1 if progress.failures else 0

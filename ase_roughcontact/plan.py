@@ -161,8 +161,7 @@ def _step(
     target: float, window: Box | Sites, clock: _Clock, halfspace: HalfSpace
 ) -> PlannedStep:
     if isinstance(window, Sites):
-        k = window.size
-        grid, seconds = f"{k} sites", _LEAST
+        grid, seconds = "matrix", _LEAST
     else:
         points = halfspace.padded(window.shape)
         grid, seconds = _text(points), clock.step(points)
@@ -207,8 +206,8 @@ class _Clock:
 def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:
     """Tell what is not calculated, and why that is allowed."""
     told = [
-        "displacements along x and y: in an incompressible solid under a wall without "
-        "friction nothing drives them",
+        "displacements along x and y: no friction drives them; that they do not couple "
+        "to those along z is exact for a Poisson ratio of 1/2, taken for all solids",
     ]
     if isinstance(halfspace, PeriodicHalfSpace):
         return [*told, "nothing of the cell: it repeats along x and y"]

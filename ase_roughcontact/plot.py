@@ -108,7 +108,7 @@ def plot_curve(
     axes.yaxis.set_minor_formatter("{x:g}")
     axes.set_xlabel("normal force $N$ (nN)")
     axes.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
-    axes.legend(frameon=False, loc="lower right")
+    axes.legend(frameon=False, loc="best")
     return axes
 
 

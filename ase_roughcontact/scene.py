@@ -192,6 +192,8 @@ class Scene:
         """The interaction."""
         kind, work = self.interaction.kind, self.interaction.work_of_adhesion
         if kind in ("adhesive", "full"):
+            if work is None:
+                raise ValueError(f"[interaction]: {kind} needs work_of_adhesion, J/m^2")
             positive(work_of_adhesion=work)
         elif work is not None:
             raise ValueError(f"a {kind} wall has no work_of_adhesion, got {work}")

@@ -268,12 +268,17 @@ class Silhouette:
         """Raise `ValueError` unless all atoms below a level are in the domain."""
         if self.domain is None or self.domain.holds(box := self._possible(level)):
             return
-        side = 2.0 * self.spacing * max(*map(abs, box.start), *map(abs, box.stop))
+        atoms = max(*map(abs, box.start), *map(abs, box.stop))
+        known = self.indenter.extent / self.spacing
+        advice = "choose a smaller load or depth, or a larger map"
+        if self.indenter.repeats:
+            advice = (
+                f"give the roughness a domain of {2 * atoms} spacings or more "
+                f"(domain={2 * atoms * self.spacing:.12g} of SelfAffine)"
+            )
         raise ValueError(
-            f"atoms up to {side / 2:g} from the indenter's axis can touch, but its "
-            f"surface is known only up to {self.indenter.extent:g}: give the roughness "
-            f"a larger domain (SelfAffine(..., domain={side:g}) or more) or a larger "
-            "map, or set window='fixed' if the indenter ends there"
+            f"atoms up to {atoms} spacings from the indenter's axis can touch, but its "
+            f"surface is known only up to {known:g} spacings: {advice}"
         )
 
     def roomy(self, box: Box) -> Box:

@@ -129,9 +129,10 @@ def test_product_takes_all_values_of_keys_and_tables_the_last_fastest():
     assert {scene.roughness for scene in scenes} == {SCENE.roughness}
 
 
-def test_product_gives_a_smooth_sphere_roughness_with_its_defaults():
-    (scene,) = product(replace(SCENE, roughness=None), {"roughness.seed": [7]})
-    assert (scene.roughness.seed, scene.roughness.hurst) == (7, 0.8)
+def test_product_does_not_make_a_smooth_sphere_rough():
+    smooth = replace(SCENE, roughness=None)
+    with pytest.raises(ValueError, match=r"has no \[roughness\]"):
+        product(smooth, {"roughness.seed": [3]})
 
 
 @pytest.mark.parametrize(

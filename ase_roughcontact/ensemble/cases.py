@@ -111,7 +111,7 @@ def _changed(scene: Scene, key: str, value: Any) -> Scene:
         return replace(scene, **{title: value})
     table = getattr(scene, title)
     if table is None:
-        table = RoughnessTable()
+        raise ValueError(f"the scene has no [{title}]: {key} can't be changed")
     keys = [f.name for f in fields(table)]
     if name not in keys:
         raise ValueError(f"[{title}]: {unknown(name, keys, 'key')}")
