@@ -17,9 +17,10 @@ from ase_roughcontact.memory import available_memory, memory_of
 from ase_roughcontact.silhouette import Box, Sites
 from ase_roughcontact.window import AutoWindow
 
-# Exact convolutions that take as long as a step (measured with NewtonKrylov and
-# HardWallCG, on windows of 300 to 900 atoms along a side).
-_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 35, 50, 150
+# Exact convolutions that take as long as a step. Measured from a cold start on windows
+# of 250 to 1700 atoms along a side: 125 to 216 with a hard wall, 152 to 318 with a
+# repulsive one; 287 to 488 along a path with a sticky one.
+_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 180, 250, 400
 # Time of a step that has hardly any atoms (s).
 _LEAST = 0.05
 # Grids up to this many points are measured as they are, larger ones by n log n.

@@ -71,6 +71,10 @@ class Box:
             (int(rows[-1] - rows[0]) + 1, int(columns[-1] - columns[0]) + 1),
         )
 
+    def around_those(self, mask: np.ndarray) -> Box | None:
+        """Smallest box of the atoms that a mask on this one tells."""
+        return Box.around(mask, self.start)
+
     def holds(self, other: Box) -> bool:
         """Whether all atoms of another box are in this one."""
         return self.join(other) == self
@@ -143,6 +147,10 @@ class Sites:
     def places(self, values: np.ndarray) -> np.ndarray:
         """Atoms, shape (k, 2), at which a column is not zero."""
         return self.all[np.flatnonzero(values)]
+
+    def around_those(self, mask: np.ndarray) -> Box | None:
+        """Smallest box of the atoms that a mask on these tells."""
+        return Sites(self.places(mask)).box if mask.any() else None
 
     def find(self, places: np.ndarray) -> tuple[np.ndarray, tuple]:
         """Tell which places are among the sites, and their indices in a column."""

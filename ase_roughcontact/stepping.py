@@ -170,7 +170,7 @@ class Stepper:
         if self.control != "loads" or self._fmax or not effort.converged:
             return
         left = abs(float(self.atoms.get_forces()[-1, 2]))
-        if left > _UNCARRIED * abs(load):
+        if 0.0 < _UNCARRIED * abs(load) < left:
             effort.converged = False
             effort.message = (
                 f"a load of {load:.3g} is below the rounding of forces: {left:.3g} of "

@@ -233,8 +233,9 @@ class AutoWindow:
         load, depth = atoms.calc.parameters["load"], self.first_contact - height
         if load > 0.0 and depth > 0.0 and not self.wall.attractive:
             self._filled *= load / self._carried(depth, _half_side(box))
-        acting = window.places(self._gap(atoms, window, window) < self.wall.cutoff)
-        self._acting = Sites(acting).box if len(acting) else None
+        if self.wall.attractive:
+            near = self._gap(atoms, window, window) < self.wall.cutoff
+            self._acting = window.around_those(near)
 
     def system(self) -> dict:
         """Return what tells the lattice apart from others, whatever the window."""
@@ -324,7 +325,7 @@ class AutoWindow:
         if isinstance(wide, Sites):
             last = int(np.flatnonzero(near)[-1]) + 1 if near.any() else 0
             return None if last <= window.size else self.silhouette.lowest_sites(last)
-        reached = Box.around(near, wide.start)
+        reached = wide.around_those(near)
         if isinstance(window, Sites):
             inside = window.find(wide.places(near))[0].all()
             return None if inside else self._window(level, reached)
@@ -372,9 +373,8 @@ class AutoWindow:
             )
         else:
             halfspace = FreeHalfSpace(wide.shape, spacing, self.modulus, **fft)
-        return (
-            height + self.silhouette.heights(wide) + -halfspace.displacement(pressure)
-        )
+        undeformed = height + self.silhouette.heights(wide)
+        return undeformed - halfspace.displacement(pressure)
 
 
 def _box(window: Box | Sites) -> Box:

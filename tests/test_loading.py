@@ -10,7 +10,14 @@ from ase.constraints import Hookean
 from ase.io import Trajectory, read
 from ase.optimize import FIRE, LBFGS
 
-from ase_roughcontact import HardWall, LoadStep, RoughContact, RoughSphere, substrate
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    LoadStep,
+    RoughContact,
+    RoughSphere,
+    substrate,
+)
 from ase_roughcontact.loading import load_path
 
 SPHERE = RoughSphere(radius=10.0)
@@ -358,3 +365,10 @@ def test_a_step_that_did_not_converge_says_why():
     record = next(load_path(make_atoms(), DEPTHS[-1:], LBFGS, fmax=FMAX, max_steps=2))
     assert not record.converged
     assert record.message == "not converged after 2 steps"
+
+
+def test_no_load_on_a_sticky_indenter_is_carried():
+    atoms = make_atoms(fixed=False)
+    atoms.calc.set(interaction=LennardJones93.adhesive(1.0, 1.0, 0.02))
+    (record,) = load_path(atoms, loads=[0.0], window="auto")
+    assert record.converged and record.repulsive_atoms > 0
