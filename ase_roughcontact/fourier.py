@@ -8,6 +8,7 @@ direction, that is a quarter of the whole work.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -175,8 +176,11 @@ class RealFFT2:
             Each value twice: the product with a complex array is then one pass over
             real numbers.
         """
-        scaled = values / (self.grid[0] * self.grid[1])
-        return np.repeat(scaled, 2, axis=1).astype(self.dtype)
+        twice = np.empty((*self.spectrum.shape, 2), self.dtype)
+        scaled = values * (1.0 / math.prod(self.grid))
+        twice[..., 0] = scaled
+        twice[..., 1] = scaled
+        return twice.reshape(len(twice), -1)
 
     def filter(self, values: np.ndarray, multiplier: np.ndarray) -> np.ndarray:
         """Multiply the spectrum of `values`: one forward and one inverse transform."""

@@ -55,6 +55,12 @@ class Box:
         """Number of atoms."""
         return math.prod(self.shape)
 
+    @property
+    def slices(self) -> tuple[slice, slice]:
+        """Where it is in an array whose first atom is at ``(0, 0)``."""
+        first, second = map(slice, self.start, self.stop)
+        return first, second
+
     @classmethod
     def between(cls, start: tuple[int, int], stop: tuple[int, int]) -> Box:
         """Box from first atoms to those beyond the last."""

@@ -9,7 +9,7 @@ and :math:`Z` or the load :math:`a_0^2 \sum p` given: the minimum of the convex 
 
 On a free half space the window is cut to the atoms that the rigid indenter overlaps,
 since no other can touch. Without a start, the problem is solved on every other atom
-first, and so on. How it is solved on one grid is told in `activeset`.
+first, and so on. How it is solved on one grid is told in `descent`.
 """
 
 from __future__ import annotations
@@ -23,18 +23,17 @@ import numpy as np
 from ase_roughcontact.checks import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
-from ase_roughcontact.optimize.activeset import Step, descend
+from ase_roughcontact.optimize.descent import Step, descend
 from ase_roughcontact.optimize.nested import (
-    Box,
     can_coarsen,
     coarsen,
     crop,
-    join,
     reachable,
     refine,
     whole,
 )
 from ase_roughcontact.optimize.problem import External, Relaxation, without_rounding
+from ase_roughcontact.silhouette import Box
 
 # Largest gap in contact, in spacings: of a result, and on coarser grids.
 _GAP = 1e-6
@@ -235,11 +234,11 @@ def _solve(
     while True:
         needed = box
         part = crop(contact, box)
-        pressure = None if start is None else start[box]
+        pressure = None if start is None else start[box.slices]
         for step in descend(part, height, load, pressure, tolerance):
             if step.converged and _can_crop(contact):
                 # at its height, more atoms might touch
-                needed = join(box, reachable(contact, step.height))
+                needed = box.join(reachable(contact, step.height))
             converged = step.converged and needed == box
             step = replace(step, converged=converged, work=step.work + work)
             step = _placed(step, box, contact.halfspace.shape)
@@ -257,7 +256,7 @@ def _can_crop(contact: Contact) -> bool:
 
 def _worthwhile(contact: Contact, box: Box) -> Box:
     """Return the box if it is worth a half space of its own, or the whole window."""
-    small = contact.heights[box].size <= _WORTH * contact.heights.size
+    small = box.size <= _WORTH * contact.heights.size
     return box if small else whole(contact)
 
 
@@ -275,5 +274,5 @@ def _placed(step: Step, box: Box, shape: tuple[int, int]) -> Step:
     if step.pressure.shape == shape:
         return step
     pressure = np.zeros(shape)
-    pressure[box] = step.pressure
+    pressure[box.slices] = step.pressure
     return replace(step, pressure=pressure, displacement=None)

@@ -6,106 +6,61 @@ pressure and ``z`` of the indenter's height solve
 .. math:: x + D (C x + z) = r, \qquad \sum x - s z = t,
 
 the second equation, with the stiffness ``s`` of a spring on the indenter per area, only
-where the height is free. :math:`C` is the `Circulant`.
+where the height is free. :math:`C` is the model.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.condensed import ScatteredHalfSpace
-from ase_roughcontact.halfspace import HalfSpace
-from ase_roughcontact.optimize.circulant import Circulant
-from ase_roughcontact.optimize.matrix import Matrix
+from ase_roughcontact.optimize.models import Circulant, Matrix
 from ase_roughcontact.optimize.problem import dot
 
-
-class Patch(Circulant):
-    """Model of the half space for lists of atoms that change from step to step.
-
-    Parameters
-    ----------
-    halfspace : HalfSpace
-        The elastic solid.
-    atoms : ndarray of int, shape (k,)
-        Flat indices of the atoms of the window that are to lie in the box.
-    """
-
-    def __init__(self, halfspace: HalfSpace, atoms: np.ndarray) -> None:
-        self._columns = halfspace.shape[1]
-        first, last = [0, 0], [n - 1 for n in halfspace.shape]
-        if not halfspace.periodic:
-            for axis, place in enumerate(np.divmod(atoms, self._columns)):
-                first[axis], last[axis] = int(place.min()), int(place.max())
-        self._first, self._last = first, last
-        corners = [i * self._columns + j for i, j in (first, last)]
-        super().__init__(halfspace, np.array(corners))
-
-    def covers(self, atoms: np.ndarray) -> bool:
-        """Whether all atoms lie in the box."""
-        places = np.divmod(atoms, self._columns)
-        return all(
-            place.min() >= first and place.max() <= last
-            for place, first, last in zip(places, self._first, self._last, strict=True)
-        )
-
-    def places(self, atoms: np.ndarray) -> np.ndarray:
-        """Return the atoms of the box as `depth` and `relieve` want them."""
-        i, j = np.divmod(atoms, self._columns)
-        width = self._last[1] - self._first[1] + 1
-        return (i - self._first[0]) * width + j - self._first[1]
-
-    def depth(self, pressure: np.ndarray, where: np.ndarray) -> np.ndarray:
-        """Depth of atoms of the box under pressure on them, ``C x``."""
-        units = self.modulus, self.local
-        return self._convolve(pressure, where, self._compliance, where, units)
-
-    def relief(self, stiffness: float, local: float) -> np.ndarray:
-        """Multiplier of ``1/(1 + k (C - c))``: one stiffness on the whole box."""
-        # the multipliers hold the norm of the transform
-        symbol = self.points * self._compliance - np.float32(1.0)
-        return 1.0 / (self.points * (1.0 + np.float32(stiffness * local) * symbol))
-
-    def relieve(
-        self, pressure: np.ndarray, where: np.ndarray, relief: np.ndarray
-    ) -> np.ndarray:
-        """Pressure that is left on atoms of the box when `relief` is applied."""
-        units = self.modulus, 1.0
-        return self._convolve(pressure, where, relief, where, units)
-
-
-def patch_of(halfspace: HalfSpace, atoms: np.ndarray) -> Patch | Matrix:
-    """Cheap model of the half space for lists of atoms that change; see `Patch`."""
-    if isinstance(halfspace, ScatteredHalfSpace):
-        return Matrix(halfspace, atoms)
-    return Patch(halfspace, atoms)
+# Part of what a change of height alone leaves that is worth less than single precision.
+_LEAST = 0.01
 
 
 class System:
     """Newton's system at a state, its rows scaled as in the module's equation.
 
+    Outside, pressures are lists with one number for each atom. Inside, they are fields
+    over the box of the model, of its precision and in its units: without lists, a step
+    costs little more than its transforms.
+
     Parameters
     ----------
-    patch : Patch or Matrix
-        Model of the half space.
+    model : Circulant or Matrix
+        Of the half space.
+    shape : (int, int)
+        Of the window.
     atoms : ndarray of int, shape (k,)
-        Flat indices into the window; the patch covers them.
+        Flat indices into the window; the box of the model holds them.
     stiffness : ndarray, shape (k,)
         Of the wall at these atoms (pressure per length).
     """
 
     def __init__(
-        self, patch: Patch | Matrix, atoms: np.ndarray, stiffness: np.ndarray
+        self,
+        model: Circulant | Matrix,
+        shape: tuple[int, int],
+        atoms: np.ndarray,
+        stiffness: np.ndarray,
     ) -> None:
-        self._patch, self._where, self._d = patch, patch.places(atoms), stiffness
-        self._stiff = np.flatnonzero(stiffness > 0.0)
-        if self._stiff.size:
-            self._soft = 1.0 + patch.local * stiffness[self._stiff]
-            series = stiffness[self._stiff] / self._soft
-            self._relief: Any = patch.relief(float(series.mean()), patch.local)
+        self._model, self._stiffness = model, stiffness
+        i, j = np.unravel_index(atoms, shape)
+        (first, left), (_, columns) = model.box.start, model.box.shape
+        self._where = (i - first) * columns + j - left
+        self._d = d = self._field(model.local * stiffness)
+        stiff = d > 0.0
+        self._soft = stiff.astype(d.dtype)  # 1/(1 + D) where there is stiffness, or 0
+        self._rest = 1.0 - self._soft
+        count = np.count_nonzero(stiff)
+        self._relief: np.ndarray | None = None
+        if count:
+            self._soft /= 1.0 + d * self._soft
+            self._relief = model.relief(float((d * self._soft).sum()) / count)
 
     def solve(
         self,
@@ -133,51 +88,64 @@ class System:
             Changes ``x`` of pressure and ``z`` of height; None if neither wall nor
             spring resist a change of height.
         """
-        response, spring, missing = np.zeros(0), 0.0, 0.0
-        if row is not None:
-            spring, missing = row
-            response = self._relieve(self._d)
-            if not response.sum() + spring > 0.0:
-                return None
+        spring, missing = row or (0.0, 0.0)
+        unit = float(abs(right).max()) or abs(missing) or 1.0
+        spring, missing = spring * self._model.local, missing / unit
+        response = self._relieve(self._d) if row else np.zeros_like(self._d)
+        resistance = float(response.sum()) + spring
+        if row and not resistance > 0.0:
+            return None
 
         def carried(x: np.ndarray, missing: float) -> np.ndarray:
-            if row is None:
-                return np.append(x, 0.0)
-            z = (x.sum() - missing) / (response.sum() + spring)
-            return np.append(x - z * response, z)
+            z = (float(x.sum()) - missing) / resistance if row else 0.0
+            return np.append(x - z * response if row else x, self._d.dtype.type(z))
 
-        solution, rest = np.zeros(right.size + 1), right
+        solution = np.zeros(self._d.size + 1, self._d.dtype)
+        rest = full = self._field(right * (1.0 / unit)).reshape(-1)
         if missing:
-            solution = carried(0.0 * right, missing)
-            rest = right - self._image(solution)
+            solution = carried(np.zeros_like(self._d), missing)
+            rest = full - self._image(solution)
         solution += residuals(
             self._image,
-            lambda rest: carried(self._relieve(rest), 0.0),
+            lambda rest: carried(self._relieve(rest.reshape(self._d.shape)), 0.0),
             rest,
-            reduction * (norm(right) or norm(rest)),
+            reduction * max(norm(full), _LEAST * norm(rest)),
             most,
         )
-        return solution[:-1], float(solution[-1])
+        change = np.multiply(solution[self._where], unit, dtype=float)
+        return change, float(solution[-1]) * unit * self._model.local
 
     def image(self, change: np.ndarray, depth: np.ndarray) -> np.ndarray:
         """Left side of the equations for ``(x, z)``, given the depth of the atoms."""
-        return change[:-1] + self._d * (depth + change[-1])
+        return change[:-1] + self._stiffness * (depth + change[-1])
 
     def _image(self, change: np.ndarray) -> np.ndarray:
-        return self.image(change, self._patch.depth(change[:-1], self._where))
+        """Left side of the equations by the model, flat fields in its units."""
+        x = change[:-1].reshape(self._d.shape)
+        image = self._model.compliance(x)
+        image += change[-1]
+        image *= self._d
+        image += x
+        return image.reshape(-1)
+
+    def _field(self, values: np.ndarray) -> np.ndarray:
+        """Field over the box of the values at the atoms."""
+        field = np.zeros(self._model.box.shape, self._model.dtype)
+        field.reshape(-1)[self._where] = values
+        return field
 
     def _relieve(self, x: np.ndarray) -> np.ndarray:
         """Apply the approximate inverse; atoms without stiffness stay as they are.
 
-        With the compliance ``c`` of one atom alone,
-        ``1 + D C = (1 + c D) (1 + S (C - c))``, where ``S = D/(1 + c D)``, wall and
-        atom in series, varies much less than ``D``: it is taken for its mean.
+        ``1 + D C = (1 + D) (1 + S (C - 1))``, where ``S = D/(1 + D)``, wall and atom in
+        series, varies much less than ``D``: it is taken for its mean.
         """
-        y = x.copy()
-        if self._stiff.size:
-            where = self._where[self._stiff]
-            scaled = x[self._stiff] / self._soft
-            y[self._stiff] = self._patch.relieve(scaled, where, self._relief)
+        if self._relief is None:
+            return x.copy()
+        y = self._model.relieve(x * self._soft, self._relief)
+        # off the stiff atoms the result is not wanted
+        y *= self._soft > 0.0
+        y += x * self._rest
         return y
 
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ase_roughcontact.contact import Contact
-
-Box = tuple[slice, slice]
+from ase_roughcontact.silhouette import Box
 
 # Windows are not coarsened below this number of atoms along their shorter side.
 COARSEST = 32
@@ -64,7 +63,7 @@ def refine(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
 
 def crop(contact: Contact, box: Box) -> Contact:
     """Return the contact on a part of its window."""
-    heights = np.ascontiguousarray(contact.heights[box])
+    heights = np.ascontiguousarray(contact.heights[box.slices])
     halfspace = contact.halfspace
     if heights.shape != halfspace.shape:
         halfspace = halfspace.like(heights.shape, halfspace.spacing)
@@ -91,30 +90,16 @@ def reachable(
 
     Returns
     -------
-    (slice, slice)
+    Box
         At least the atom below the lowest point.
     """
     near = contact.heights + height < contact.interaction.cutoff
-    near.flat[contact.heights.argmin()] = True
     if pressure is not None:
         near |= pressure > 0.0
-    rows, columns = (np.flatnonzero(near.any(axis=axis)) for axis in (1, 0))
-    return (
-        slice(int(rows[0]), int(rows[-1]) + 1),
-        slice(int(columns[0]), int(columns[-1]) + 1),
-    )
+    i, j = divmod(int(contact.heights.argmin()), near.shape[1])
+    return Box((i, j), (1, 1)).join(Box.around(near, (0, 0)))
 
 
 def whole(contact: Contact) -> Box:
     """Window of all atoms."""
-    n, m = contact.halfspace.shape
-    return slice(0, n), slice(0, m)
-
-
-def join(one: Box, other: Box) -> Box:
-    """Smallest window that holds two."""
-    first, second = (
-        slice(min(a.start, b.start), max(a.stop, b.stop))
-        for a, b in zip(one, other, strict=True)
-    )
-    return first, second
+    return Box((0, 0), contact.halfspace.shape)

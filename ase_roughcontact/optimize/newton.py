@@ -3,7 +3,7 @@
 The unknowns are the elastic pressure on the window and the indenter's height; the
 `landscape` is their energy.
 
-*Direction.* Newton's equations are solved loosely with a `Circulant` in place of the
+*Direction.* Newton's equations are solved loosely with a cheap model in place of the
 Green's function (see `krylov`); the one exact convolution of a step gives its lift.
 From the step and the few before it the best combination is made by the exact Hessian
 among them, which costs no transform, always leads downhill, and makes up for what the
@@ -33,9 +33,9 @@ import numpy as np
 from ase_roughcontact.checks import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import HardWall
-from ase_roughcontact.optimize.krylov import Patch, System, norm, patch_of, residuals
+from ase_roughcontact.optimize.krylov import System, norm, residuals
 from ase_roughcontact.optimize.landscape import Landscape, State, Step
-from ase_roughcontact.optimize.matrix import Matrix
+from ase_roughcontact.optimize.models import Circulant, Matrix, model_of
 from ase_roughcontact.optimize.nested import can_coarsen, coarsen, refine
 from ase_roughcontact.optimize.problem import (
     External,
@@ -43,6 +43,7 @@ from ase_roughcontact.optimize.problem import (
     indenter_stiffness,
     precision_advice,
 )
+from ase_roughcontact.silhouette import Box
 
 # Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
 # negative stiffness is put in.
@@ -182,7 +183,7 @@ class _Newton:
         self.convex = True
         self.near = _NEAR * halfspace.contact_modulus * halfspace.cell_area
         self.history: list[Step] = []
-        self.patch: Patch | Matrix | None = None
+        self.model: Circulant | Matrix | None = None
         self.points = 0
         self.reported = self._pairs()
 
@@ -252,18 +253,26 @@ class _Newton:
         atoms, stiffness = state.atoms, state.stiffness
         if self.convex:
             stiffness = np.maximum(stiffness, 0.0)
-        if self.patch is None or not self.patch.covers(atoms):
-            self.patch = patch_of(self.halfspace, atoms)
+        model = self._model(atoms)
         row = None
         if self.landscape.loaded:
             area = self.halfspace.cell_area
             missing = float(state.residual.sum()) - state.load_residual / area
             row = self.landscape.spring(state.height) / area, missing
-        before = self.patch.transforms
-        system = System(self.patch, atoms, stiffness)
+        before = model.transforms
+        system = System(model, self.halfspace.shape, atoms, stiffness)
         step = self._solved(system, state, row, reduction)
-        self.points += (self.patch.transforms - before) * self.patch.points
+        self.points += (model.transforms - before) * model.points
         return step
+
+    def _model(self, atoms: np.ndarray) -> Circulant | Matrix:
+        """Model of the half space for some atoms, the last one if it has them all."""
+        i, j = np.unravel_index(atoms, self.halfspace.shape)
+        first = int(i[0]), int(j.min())
+        needed = Box.between(first, (int(i[-1]) + 1, int(j.max()) + 1))
+        if self.model is None or not self.model.box.holds(needed):
+            self.model = model_of(self.halfspace, needed)
+        return self.model
 
     def _solved(
         self,
@@ -283,7 +292,7 @@ class _Newton:
             return None
         change = np.append(*solution)
         step = self._step(state, change)
-        if self.patch is not None and self.patch.exact:
+        if self.model is not None and self.model.exact:
             return step
         rest = right - system.image(change, step.lift.reshape(-1)[state.atoms])
         accepted = _EXACT_REDUCTION * max(norm(right), norm(rest - right))

@@ -1,0 +1,276 @@
+r"""The contact problem of a hard wall on one grid.
+
+*Defect correction.* One exact convolution gives the exact gap. Then :math:`G` is
+replaced by a cheap model on a box of the atoms that may touch, and the contact problem
+of this model is solved for the correction of the pressure (see `activeset`). The
+model's gradient is exact at the present pressure, hence its minimum lies in a direction
+of descent: a step that overshoots is cut to the least energy
+:math:`p \cdot G p/2 + (Z + h) \cdot p` along it, which so never rises. Where the model
+is not good enough, the last moves are combined to the least energy among them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.optimize.activeset import ActiveSet
+from ase_roughcontact.optimize.models import Circulant, Matrix, model_of
+from ase_roughcontact.optimize.problem import dot, precision_advice
+from ase_roughcontact.silhouette import Box
+
+# Part of a violation that the model's solution may leave.
+_CONTRACTION = 0.1
+# Moves before the last that are combined with it, where a violation stays above this
+# part of the one before: large contacts that fill their window (a contact of 1500 atoms
+# across took 82 pairs instead of 127).
+_MEMORY = 2
+_SLOW = 0.3
+# Steps without progress.
+_PATIENCE = 10
+
+
+@dataclass(frozen=True)
+class Step:
+    """Where the solver has come to.
+
+    Attributes
+    ----------
+    pressure : ndarray, shape (n, m)
+        Nowhere negative (pressure).
+    displacement : ndarray, shape (n, m), or None
+        ``-G pressure`` (length), if it is known.
+    height : float
+        Of the indenter (length).
+    elastic_energy : float
+        Of the half space.
+    violation : float
+        Largest gap in contact or overlap outside of it (length).
+    converged : bool
+        Whether the violation is small enough.
+    message : str
+        Why there is no way on.
+    work : float
+        Number of grid points transformed (forth and back) since the last step.
+    """
+
+    pressure: np.ndarray
+    displacement: np.ndarray | None
+    height: float
+    elastic_energy: float
+    violation: float
+    converged: bool
+    message: str
+    work: float
+
+
+@dataclass(frozen=True)
+class Move:
+    """Change of the pressure, and of the depth that goes with it."""
+
+    step: np.ndarray
+    deepening: np.ndarray
+
+
+def descend(
+    contact: Contact,
+    height: float,
+    load: float | None,
+    start: np.ndarray | None,
+    tolerance: float,
+) -> Iterator[Step]:
+    """Solve the contact problem on the grid as it is.
+
+    Parameters
+    ----------
+    contact : Contact
+        Its wall is taken for hard.
+    height : float
+        Of the indenter (length); ignored if there is a load.
+    load : float, optional
+        Positive (force).
+    start : ndarray, shape (n, m), optional
+        Pressure to start from, nowhere negative.
+    tolerance : float
+        Largest violation that is left (length).
+
+    Yields
+    ------
+    Step
+        The start, and one for each outer step. The last one is converged, or has a
+        message.
+    """
+    halfspace = contact.halfspace
+    pressure = _first(contact, load, start)
+    displacement = halfspace.displacement(pressure)
+    if load is None:
+        share = _share(pressure, displacement, contact.heights + height)
+        pressure, displacement = share * pressure, share * displacement
+    work = math.prod(halfspace.grid)
+    model: Circulant | Matrix | None = None
+    violations: list[float] = []
+    moves: list[Move] = []
+    part = 1.0
+    while True:
+        gap, height = _gap(contact, pressure, displacement, height, load)
+        violation = _violation(pressure, gap)
+        violations.append(violation)
+        converged = violation <= tolerance
+        message = "" if converged else _obstacle(violations, part, tolerance)
+        message += precision_advice(halfspace) if message else ""
+        yield Step(
+            pressure=pressure,
+            displacement=displacement,
+            height=height,
+            elastic_energy=-0.5 * halfspace.cell_area * dot(pressure, displacement),
+            violation=violation,
+            converged=converged,
+            message=message,
+            work=work,
+        )
+        if converged or message:
+            return
+        if model is None or _overlaps_beyond(model.box, gap):
+            near = Box.around((pressure > 0.0) | (gap < violation), (0, 0))
+            box = near or Box((0, 0), halfspace.shape)
+            model = model_of(halfspace, box.join(model.box if model else None))
+        before = model.transforms
+        # there is no need to come back to an exact model
+        contraction = 0.0 if model.exact else _CONTRACTION
+        target = max(0.3 * tolerance / violation, contraction)
+        correction = ActiveSet(model, pressure, gap, violation, load is not None)
+        trial = correction.solve(target)
+        sunk = halfspace.displacement(trial)
+        work = math.prod(halfspace.grid) + model.points * (model.transforms - before)
+        moves = [Move(trial - pressure, displacement - sunk), *moves[:_MEMORY]]
+        if len(violations) > 1 and violation > _SLOW * violations[-2]:
+            pressure = _combined(pressure, gap, moves, load is not None)
+            displacement, part = halfspace.displacement(pressure), 1.0
+            work += math.prod(halfspace.grid)
+            continue
+        part = _part(pressure, trial, gap, moves[0])
+        pressure = _between(pressure, trial, part)
+        displacement = _between(displacement, sunk, part)
+
+
+def _overlaps_beyond(box: Box, gap: np.ndarray) -> bool:
+    """Whether there are atoms outside of a box that overlap."""
+    overlap = gap < 0.0
+    overlap[box.slices] = False
+    return bool(overlap.any())
+
+
+def _first(
+    contact: Contact, load: float | None, start: np.ndarray | None
+) -> np.ndarray:
+    """Pressure to start from, which carries the load."""
+    if load is None:
+        return np.zeros(contact.heights.shape) if start is None else start
+    halfspace = contact.halfspace
+    total = load / halfspace.cell_area
+    if start is None or not start.any():
+        start = _springs(contact.heights, total, 1.0 / halfspace.atom_compliance)
+    return start * (total / start.sum())
+
+
+def _share(
+    pressure: np.ndarray, displacement: np.ndarray, undeformed: np.ndarray
+) -> float:
+    """Part of a start to take: less than all if it is much too large for a gap."""
+    stored, done = -dot(pressure, displacement), -dot(pressure, undeformed)
+    if done >= 0.5 * stored:
+        return 1.0
+    return done / stored if done > 0.0 else 0.0
+
+
+def _springs(heights: np.ndarray, total: float, stiffness: float) -> np.ndarray:
+    """Pressures of springs without neighbours which add up to a total."""
+    above = heights - heights.min()
+    h = np.sort(above, axis=None)
+    carried = stiffness * (np.arange(1, h.size) * h[1:] - np.cumsum(h[:-1]))
+    count = int(np.searchsorted(carried, total)) + 1
+    level = (total / stiffness + h[:count].sum()) / count
+    return stiffness * np.maximum(level - above, 0.0)
+
+
+def _gap(
+    contact: Contact,
+    pressure: np.ndarray,
+    displacement: np.ndarray,
+    height: float,
+    load: float | None,
+) -> tuple[np.ndarray, float]:
+    """Gap and height; under a load the one at which the gaps in contact balance."""
+    gap = contact.heights - displacement
+    if load is not None:
+        touching = gap[pressure > 0.0]
+        height = -float(touching.min() + touching.max()) / 2.0
+    gap += height
+    return gap, height
+
+
+def _violation(pressure: np.ndarray, gap: np.ndarray) -> float:
+    """Largest gap in contact, or overlap anywhere."""
+    return max(
+        0.0, float(gap.max(where=pressure > 0.0, initial=0.0)), -float(gap.min())
+    )
+
+
+def _obstacle(violations: list[float], part: float, tolerance: float) -> str:
+    """Why there is no way on, or nothing."""
+    reached = f"a gap of {violations[-1]:.3g} is left, not {tolerance:.3g}"
+    if part == 0.0:
+        return f"rounding: the energy can't be lowered, {reached}"
+    late, early = violations[-_PATIENCE:], violations[:-_PATIENCE]
+    if early and min(late) >= min(early):
+        return f"no progress in {_PATIENCE} steps: {reached}"
+    return ""
+
+
+def _part(old: np.ndarray, new: np.ndarray, gap: np.ndarray, move: Move) -> float:
+    """Part of the way from the old to the new pressure to go: the least energy.
+
+    The whole way, if that lowers the energy and the set in contact changes: else the
+    atoms that leave would keep a part of their pressure for ever.
+    """
+    slope = dot(move.step, gap)
+    curvature = dot(move.step, move.deepening)
+    if slope >= 0.0:
+        return 0.0
+    if curvature <= 0.0:  # the mean of a periodic surface moves at no cost
+        return 1.0
+    part = -slope / curvature
+    if part < 0.5:
+        return part
+    settled = np.array_equal(new > 0.0, old > 0.0)
+    return part if settled and (old + part * move.step).min() >= 0.0 else 1.0
+
+
+def _combined(
+    pressure: np.ndarray, gap: np.ndarray, moves: list[Move], loaded: bool
+) -> np.ndarray:
+    """Pressure of the least energy among moves, the last one and those before.
+
+    Together they make up for the long waves that the model misses.
+    """
+    slopes = np.array([dot(move.step, gap) for move in moves])
+    hessian = np.array(
+        [[dot(one.step, other.deepening) for other in moves] for one in moves]
+    )
+    parts, *_ = np.linalg.lstsq(hessian, -slopes, rcond=1e-8)
+    new = pressure.copy()
+    for part, move in zip(parts, moves, strict=True):
+        new += part * move.step
+    new *= (new > 0.0) & (pressure + moves[0].step > 0.0)
+    if loaded:
+        new *= pressure.sum() / new.sum()
+    return new
+
+
+def _between(old: np.ndarray, new: np.ndarray, part: float) -> np.ndarray:
+    """Part of the way from old to new."""
+    return new if part == 1.0 else old + part * (new - old)
