@@ -169,24 +169,28 @@ class RealFFT2:
         Parameters
         ----------
         values : ndarray, shape (N, M//2 + 1), real
+            Even in both directions, like the kernel that they belong to; no more than
+            the first ``N//2 + 1`` rows are read, or need to be there.
 
         Returns
         -------
-        ndarray, shape (N, 2 (M//2 + 1))
+        ndarray, shape (N//2 + 1, 2 (M//2 + 1))
             Each value twice: the product with a complex array is then one pass over
             real numbers.
         """
-        twice = np.empty((*self.spectrum.shape, 2), self.dtype)
-        scaled = values * (1.0 / math.prod(self.grid))
-        twice[..., 0] = scaled
-        twice[..., 1] = scaled
+        half = values[: self.grid[0] // 2 + 1] * (1.0 / math.prod(self.grid))
+        twice = np.empty((*half.shape, 2), self.dtype)
+        twice[..., 0] = half
+        twice[..., 1] = half
         return twice.reshape(len(twice), -1)
 
     def filter(self, values: np.ndarray, multiplier: np.ndarray) -> np.ndarray:
         """Multiply the spectrum of `values`: one forward and one inverse transform."""
         self.pairs += 1
         flat = self.forward(values).view(self.dtype)
-        np.multiply(flat, multiplier, out=flat)
+        rows = len(multiplier)
+        flat[:rows] *= multiplier
+        flat[rows:] *= multiplier[len(flat) - rows : 0 : -1]
         return self.inverse()
 
     def _threads(self) -> int:

@@ -19,13 +19,14 @@ T. Kato, J. Tribol. 119, 481 (1997); C. Campana, M. H. Müser, Phys. Rev. B 74, 
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from scipy.fft import irfft2, rfft, rfft2
+from scipy.fft import dct, irfft2, rfft, rfft2
 
 from ase_roughcontact.checks import grid_shape, positive
 from ase_roughcontact.fourier import RealFFT2, available_threads, fast_length
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
 # direction.
 _NEAR, _FAR = 16, 50
 _POINTS = 4
+# Rows of the kernel that are calculated at once.
+_ROWS = 32
 
 
 class HalfSpace(ABC):
@@ -277,18 +280,27 @@ class FreeHalfSpace(HalfSpace):
     def symbol(self, grid: tuple[int, int]) -> np.ndarray:
         """Of Love's kernel at the shortest distance; see `HalfSpace.symbol`."""
         n, m = grid
-        workers = available_threads()
-        values = love_kernel(
-            np.arange(n // 2 + 1)[:, None],
-            np.arange(m // 2 + 1)[None, :],
-            self.spacing,
-            self.contact_modulus,
-        )
-        rows, columns = (np.minimum(np.arange(k), k - np.arange(k)) for k in (n, m))
+        rows, columns = np.arange(n // 2 + 1), np.arange(m // 2 + 1)
+        given = self.spacing, self.contact_modulus
+        values = np.empty((rows.size, columns.size))
+        for some in np.array_split(rows, math.ceil(rows.size / _ROWS)):  # in the cache
+            values[some] = love_kernel(some[:, None], columns, *given)
         # real and even in both directions: a quarter of it is enough
-        for axis, mirrored in ((1, columns), (0, rows)):
-            values = rfft(values.take(mirrored, axis), axis=axis, workers=workers).real
-        return values.take(rows, 0)
+        values = _even_spectrum(_even_spectrum(values, m, 1), n, 0)
+        return values.take(_mirrored(n), 0)
+
+
+def _mirrored(n: int) -> np.ndarray:
+    """Distances from the first of n points to all of them around a circle."""
+    return np.minimum(np.arange(n), n - np.arange(n))
+
+
+def _even_spectrum(half: np.ndarray, n: int, axis: int) -> np.ndarray:
+    """First half of the spectrum of n values, even about the first, given by half."""
+    options: dict[str, Any] = {"axis": axis, "workers": available_threads()}
+    if n % 2 == 0:
+        return dct(half, 1, overwrite_x=True, **options)
+    return rfft(half.take(_mirrored(n), axis), **options).real
 
 
 def love_kernel(

@@ -71,9 +71,9 @@ def test_inverse_is_the_window_of_the_transform_back_not_normalised(
 def test_filter_multiplies_the_spectrum(window, grid, engine):
     fft = transform(window, grid, engine)
     shape = grid or window
-    # an even kernel, so that its spectrum is real
-    i, j = np.indices(shape)
-    kernel = np.cos(2 * np.pi * (i / shape[0] + j / shape[1])) + (i + j == 0)
+    # a kernel that is even in both directions, and so is its spectrum
+    i, j = (2 * np.pi * k / n for k, n in zip(np.indices(shape), shape, strict=True))
+    kernel = np.cos(i) * (2.0 + np.cos(j)) + 3.0 * np.cos(2 * i) + (i + j == 0)
     factor = np.fft.rfft2(kernel).real
     values = random(window)
     spectrum = np.fft.rfft2(values, shape) * factor

@@ -144,9 +144,10 @@ class ActiveSet:
         direction = np.zeros_like(residual)
         last, last_work = residual, math.inf
         while _largest(residual) > target and self._budget > 0:
-            z = self._model.stiffness(residual) * touching
+            z = self._model.stiffness(residual)
             if self._loaded:
-                z -= (float(z.sum()) / count) * touching
+                z -= dot(z, touching) / count
+            z *= touching
             work = dot(z, residual)
             # Polak-Ribiere, restarted when it turns negative
             direction *= max(0.0, (work - dot(z, last)) / last_work)
@@ -161,11 +162,9 @@ class ActiveSet:
 
     def _residual(self, touching: np.ndarray, count: int) -> np.ndarray:
         """Overlap in contact; under a load without its mean, which is a shift."""
-        residual = -self._gap * touching
         if self._loaded:
-            self._shift = float(residual.sum()) / count
-            residual -= self._shift * touching
-        return residual
+            self._shift = -dot(self._gap, touching) / count
+        return -(self._gap + self._shift) * touching
 
 
 def _field(values: np.ndarray, unit: float, model: Circulant | Matrix) -> np.ndarray:

@@ -89,17 +89,19 @@ class Window(Optimizable):
 
     def write(self) -> None:
         """Move the atoms to where the solver is, the margin included."""
-        if self.state is None:
+        if self.state is None or self.state is self._written:
             return
         values = self.contact.halfspace.surroundings(self.state.pressure)
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self.state.height
         self.atoms.calc.hold(self.atoms, self.state.pressure)
+        self._written = self.state
 
     def _connect(self) -> None:
         self.contact = contact_of(self.atoms, hard=self._hard)
         self.indenter = Indenter(self.atoms)
         self.state: Relaxation | None = None
+        self._written: Relaxation | None = None
 
     def _beginning(self) -> tuple[np.ndarray | None, float, float]:
         """Pressure, energy and largest force of the atoms as they are."""
