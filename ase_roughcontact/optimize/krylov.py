@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from ase_roughcontact.optimize.models import Circulant, Matrix
 from ase_roughcontact.optimize.problem import dot
@@ -53,14 +54,13 @@ class System:
         (first, left), (_, columns) = model.box.start, model.box.shape
         self._where = (i - first) * columns + j - left
         self._d = d = self._field(model.local * stiffness)
-        stiff = d > 0.0
-        self._soft = stiff.astype(d.dtype)  # 1/(1 + D) where there is stiffness, or 0
-        self._rest = 1.0 - self._soft
-        count = np.count_nonzero(stiff)
+        self._stiff = (d > 0.0).astype(d.dtype)
+        self._open = 1.0 - self._stiff
+        self._soft = self._stiff / (1.0 + d * self._stiff)
+        count = float(self._stiff.sum())
         self._relief: np.ndarray | None = None
         if count:
-            self._soft /= 1.0 + d * self._soft
-            self._relief = model.relief(float((d * self._soft).sum()) / count)
+            self._relief = model.relief(dot(d, self._soft) / count)
 
     def solve(
         self,
@@ -98,7 +98,11 @@ class System:
 
         def carried(x: np.ndarray, missing: float) -> np.ndarray:
             z = (float(x.sum()) - missing) / resistance if row else 0.0
-            return np.append(x - z * response if row else x, self._d.dtype.type(z))
+            change = np.empty(x.size + 1, x.dtype)
+            np.multiply(response.reshape(-1), -z, out=change[:-1])
+            change[:-1] += x.reshape(-1)
+            change[-1] = z
+            return change
 
         solution = np.zeros(self._d.size + 1, self._d.dtype)
         rest = full = self._field(right * (1.0 / unit)).reshape(-1)
@@ -143,9 +147,8 @@ class System:
         if self._relief is None:
             return x.copy()
         y = self._model.relieve(x * self._soft, self._relief)
-        # off the stiff atoms the result is not wanted
-        y *= self._soft > 0.0
-        y += x * self._rest
+        y *= self._stiff
+        y += x * self._open
         return y
 
 
@@ -182,24 +185,27 @@ def residuals(
     ----------
     S. C. Eisenstat, H. C. Elman, M. H. Schultz, SIAM J. Numer. Anal. 20, 345 (1983).
     """
-    found: np.ndarray | float = 0.0
-    tried: list[tuple[np.ndarray, np.ndarray]] = []
-    while norm(rest) > stop and len(tried) < most:
+    changes: list[np.ndarray] = []
+    images: list[np.ndarray] = []  # made orthonormal
+    triangle, parts = np.zeros((most, most)), np.zeros(most)
+    while norm(rest) > stop and len(changes) < most:
+        k = len(changes)
         change = precondition(rest)
         new = image(change)
-        for old_change, old in tried:
-            overlap = dot(old, new)
-            new -= overlap * old
-            change -= overlap * old_change
-        size = norm(new)
-        if not size > 0.0:
+        for i, old in enumerate(images):
+            triangle[i, k] = dot(old, new)
+            new -= triangle[i, k] * old
+        triangle[k, k] = norm(new)
+        if not triangle[k, k] > 0.0:
             break
-        tried.append((change / size, new / size))
-        change, new = tried[-1]
-        overlap = dot(new, rest)
-        rest = rest - overlap * new
-        found = found + overlap * change
-    return np.asarray(found)
+        new *= 1.0 / triangle[k, k]
+        parts[k] = dot(new, rest)
+        rest = rest - parts[k] * new
+        changes.append(change)
+        images.append(new)
+    k = len(changes)
+    weights = solve_triangular(triangle[:k, :k], parts[:k]) if k else []
+    return sum(w * change for w, change in zip(weights, changes, strict=True))
 
 
 def norm(values: np.ndarray) -> float:

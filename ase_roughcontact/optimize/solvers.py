@@ -29,6 +29,9 @@ class Window(Optimizable):
     `write`, and when somebody looks at them through `iterimages`.
     """
 
+    state: Relaxation | None
+    _written: Relaxation | None
+
     def __init__(self, atoms: Atoms, *, hard: bool) -> None:
         self.atoms = atoms
         self._hard = hard
@@ -100,8 +103,7 @@ class Window(Optimizable):
     def _connect(self) -> None:
         self.contact = contact_of(self.atoms, hard=self._hard)
         self.indenter = Indenter(self.atoms)
-        self.state: Relaxation | None = None
-        self._written: Relaxation | None = None
+        self.state = self._written = None
 
     def _beginning(self) -> tuple[np.ndarray | None, float, float]:
         """Pressure, energy and largest force of the atoms as they are."""
