@@ -158,7 +158,7 @@ def residuals(
     rest: np.ndarray,
     stop: float,
     most: int,
-) -> np.ndarray:
+) -> np.ndarray | float:
     """Change that makes the rest smaller than `stop`, or as small as it gets.
 
     Generalised conjugate residuals; the preconditioner may vary.
@@ -178,13 +178,14 @@ def residuals(
 
     Returns
     -------
-    ndarray
-        The change.
+    ndarray or float
+        The change; 0.0 if there is none.
 
     References
     ----------
     S. C. Eisenstat, H. C. Elman, M. H. Schultz, SIAM J. Numer. Anal. 20, 345 (1983).
     """
+    rest = rest.copy()
     changes: list[np.ndarray] = []
     images: list[np.ndarray] = []  # made orthonormal
     triangle, parts = np.zeros((most, most)), np.zeros(most)
@@ -193,19 +194,24 @@ def residuals(
         change = precondition(rest)
         new = image(change)
         for i, old in enumerate(images):
-            triangle[i, k] = dot(old, new)
-            new -= triangle[i, k] * old
-        triangle[k, k] = norm(new)
-        if not triangle[k, k] > 0.0:
+            overlap = triangle[i, k] = dot(old, new)
+            new -= overlap * old
+        size = triangle[k, k] = norm(new)
+        if not size > 0.0:
             break
-        new *= 1.0 / triangle[k, k]
-        parts[k] = dot(new, rest)
-        rest = rest - parts[k] * new
+        new *= 1.0 / size
+        overlap = parts[k] = dot(new, rest)
+        rest -= overlap * new
         changes.append(change)
         images.append(new)
+    if not changes:
+        return 0.0
     k = len(changes)
-    weights = solve_triangular(triangle[:k, :k], parts[:k]) if k else []
-    return sum(w * change for w, change in zip(weights, changes, strict=True))
+    weights = solve_triangular(triangle[:k, :k], parts[:k]).tolist()
+    found = weights[0] * changes[0]
+    for weight, change in zip(weights[1:], changes[1:], strict=True):
+        found += weight * change
+    return found
 
 
 def norm(values: np.ndarray) -> float:
