@@ -16,6 +16,13 @@ from ase_roughcontact.layout import Layout, displacement
 from ase_roughcontact.topography import Surface
 
 FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
+# Names of walls as in a scene file.
+_WALLS = {
+    "none": "repulsive wall",
+    "smooth": "adhesive wall",
+    "full": "full wall",
+    "HardWall": "hard wall",
+}
 CONTACT_PROPERTIES = ("normal_force", "contact_area", "pressure", "gap", "contact")
 
 
@@ -119,6 +126,21 @@ class RoughContact(Calculator):
             interaction=interaction,
             **kwargs,
         )
+
+    def __repr__(self) -> str:
+        """Tell indenter, wall and, once atoms are known, boundary and height."""
+        given = getattr(self, "parameters", {})
+        radius = getattr(given.get("indenter"), "radius", None)
+        sphere = isinstance(radius, (int, float))
+        told = [f"sphere of radius {radius:.4g} Å" if sphere else "surface"]
+        wall = given.get("interaction")
+        kind = getattr(wall, "tail", "none" if wall is None else type(wall).__name__)
+        told.append(_WALLS.get(kind, kind))
+        atoms = getattr(self, "atoms", None)
+        if atoms is not None and len(atoms):
+            told.append("periodic" if atoms.pbc.any() else "free")
+            told.append(f"height {atoms.positions[-1, 2]:.4g} Å")
+        return f"RoughContact({', '.join(told)})"
 
     def set(self, **kwargs: Any) -> dict:
         """Change parameters; a change forgets the results.
@@ -235,7 +257,7 @@ class RoughContact(Calculator):
         held = self._holding(values)
         if held is None:
             n, m = contact.halfspace.shape
-            held = contact.halfspace.elastic_pressure(values)[:n, :m]
+            held = contact.elastic_pressure(values)[:n, :m]
         return held
 
     def get_spin_polarized(self) -> bool:

@@ -146,6 +146,23 @@ class Contact:
             window = window - window.mean()
         return height + self.heights - window
 
+    def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
+        """Pressure that holds all atoms at a displacement; see `HalfSpace`.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape of the layer
+            Length.
+
+        Returns
+        -------
+        ndarray, shape of the layer
+            Zero, without a transform, where the surface is flat.
+        """
+        if not displacement.any():
+            return np.zeros(displacement.shape)
+        return self.halfspace.elastic_pressure(displacement)
+
     def wall(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Energy per area and pressure of the wall; only atoms in range cost.
 
@@ -203,7 +220,10 @@ class Contact:
         if self.halfspace.periodic:
             displacement = displacement - displacement.mean()
         area = self.halfspace.cell_area
-        elastic = self._elastic_pressure(displacement, held)
+        if held is None:
+            elastic = self.elastic_pressure(displacement)
+        else:
+            elastic = self._on_layer(held)
         gap = self.gap(displacement, height)
         if isinstance(self.interaction, HardWall):
             wall_energy = np.zeros(gap.shape)
@@ -229,17 +249,14 @@ class Contact:
             cell_area=area,
         )
 
-    def _elastic_pressure(
-        self, displacement: np.ndarray, held: np.ndarray | None
-    ) -> np.ndarray:
-        """Pressure that holds all atoms where they are, a new array."""
-        elastic = np.zeros(displacement.shape)
-        if held is not None:
-            n, m = held.shape
-            elastic[:n, :m] = held - held.mean() if self.halfspace.periodic else held
-        elif displacement.any():
-            elastic = self.halfspace.elastic_pressure(displacement)
-        return elastic
+    def _on_layer(self, pressure: np.ndarray) -> np.ndarray:
+        """Pressure on all atoms of one on the window, without its mean if periodic."""
+        if self.halfspace.periodic:
+            return pressure - pressure.mean()
+        everywhere = np.zeros(self.halfspace.layer)
+        n, m = pressure.shape
+        everywhere[:n, :m] = pressure
+        return everywhere
 
     def _reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
         """Pressure of a hard wall: what holds the atoms that touch it."""

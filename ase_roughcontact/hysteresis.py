@@ -12,23 +12,20 @@ A step whose balance does not close is taken back and halved.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.io import Trajectory
-from ase.parallel import DummyMPI
 
 from ase_roughcontact.checks import positive
-from ase_roughcontact.record import LoadStep, Table
+from ase_roughcontact.frames import Frames, Keep, PathName, keeper
+from ase_roughcontact.jumps import AdhesionLoop, Jump, force_error, jumped, lost_energy
+from ase_roughcontact.record import LoadStep
 from ase_roughcontact.stepping import Stepper
 from ase_roughcontact.substrate import snapshot
-
-PathName = str | os.PathLike
 
 # A balance is judged by the force on the indenter, but not below this, in units of
 # E* a0^2: about that on one atom in contact.
@@ -37,80 +34,6 @@ _LEAST_FORCE = 0.05
 _REST = 1e-3
 # Smallest step relative to the largest.
 _SMALLEST = 1 / 256
-
-
-@dataclass(frozen=True)
-class Jump:
-    """An instability, between two states at neighbouring heights.
-
-    Attributes
-    ----------
-    before, after : LoadStep
-        The last state on this side of the jump, and the first one beyond.
-    """
-
-    before: LoadStep
-    after: LoadStep
-
-    @property
-    def height(self) -> float:
-        """Height of the indenter, the middle of the bracket (Å)."""
-        return 0.5 * (self.before.height + self.after.height)
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that was lost (eV).
-
-        Where in the bracket the force changed is not known: the error is at most half
-        of that change times the width of the bracket.
-        """
-        return _lost(self.before, self.after)
-
-
-@dataclass(frozen=True)
-class AdhesionLoop:
-    """A contact made and parted.
-
-    Attributes
-    ----------
-    approach, retraction : tuple of LoadStep
-        The states on the way down, from out of reach to the deepest one, and on the way
-        up, until nothing acts on the indenter any more.
-    approach_jumps, retraction_jumps : tuple of Jump
-        The instabilities found on either way.
-    """
-
-    approach: tuple[LoadStep, ...]
-    retraction: tuple[LoadStep, ...]
-    approach_jumps: tuple[Jump, ...]
-    retraction_jumps: tuple[Jump, ...]
-
-    @property
-    def pull_off_force(self) -> float:
-        """Largest tension on the way up, zero without any (eV/Å)."""
-        return max(0.0, -min(record.normal_force for record in self.retraction))
-
-    @property
-    def jump_in(self) -> float | None:
-        """Height of the first jump on the way down, None without one (Å)."""
-        return self.approach_jumps[0].height if self.approach_jumps else None
-
-    @property
-    def jump_out(self) -> float | None:
-        """Height of the last jump on the way up, None without one (Å)."""
-        return self.retraction_jumps[-1].height if self.retraction_jumps else None
-
-    @property
-    def dissipated_energy(self) -> float:
-        r"""Area of the loop of force against height, :math:`-\oint N\,dZ` (eV)."""
-        records = (*self.approach, *self.retraction)
-        return sum(map(_work, records, records[1:]))
-
-    @property
-    def energy_lost_in_jumps(self) -> float:
-        """Energy lost in the jumps, which is all of it if none was overlooked (eV)."""
-        jumps = (*self.approach_jumps, *self.retraction_jumps)
-        return sum(jump.dissipated_energy for jump in jumps)
 
 
 def adhesion_loop(
@@ -163,7 +86,8 @@ def adhesion_loop(
     optimizer, fmax, accuracy, max_steps, window, edge
         See `load_path`.
     trajectory : path, optional
-        File of an ASE trajectory of snapshots, one per state, written as they come.
+        File of an ASE trajectory of snapshots, one per state, written as they come,
+        each whole or not at all.
     csv : path, optional
         File of a table of the records, one line per state, written as they come.
 
@@ -178,7 +102,12 @@ def adhesion_loop(
         is larger than the largest, `deepest` is out of reach, the calculator has a
         load, or the indenter is not fixed.
     RuntimeError
-        If the contact has come to the edge of a fixed window.
+        If the contact has come to the edge of a fixed window, or another run is writing
+        `trajectory`.
+    MemoryError
+        If an automatic window does not fit into the memory that is free.
+    OSError
+        If a file can't be written.
 
     Notes
     -----
@@ -219,8 +148,8 @@ def adhesion_loop(
     )
     top, bottom = _ends(stepper, deepest)
     with ExitStack() as files:
-        write = _writer(files, trajectory, csv)
-        walk = _Walk(stepper, step, smallest, tolerance, write)
+        keep = keeper(files, Frames(trajectory), csv)
+        walk = _Walk(stepper, step, smallest, tolerance, keep)
         walk.begin(top + 0.5 * smallest)
         while walk.last.height - bottom > _REST * smallest:
             walk.move(max(walk.last.height - walk.size, bottom))
@@ -235,75 +164,6 @@ def adhesion_loop(
     )
 
 
-def zero_load_area(records: Sequence[LoadStep]) -> float:
-    """Contact area at zero force, between the states of an approach or a retraction.
-
-    Parameters
-    ----------
-    records : sequence of LoadStep
-        Of one way down or up, in any order.
-
-    Returns
-    -------
-    float
-        Area, interpolated linearly in the force where it falls to zero on the way up
-        from the deepest state (Å^2).
-
-    Raises
-    ------
-    ValueError
-        If the force does not change its sign, or does not come down to zero.
-    """
-    upward = sorted(records, key=lambda record: record.height)
-    forces = [record.normal_force for record in upward]
-    first = next((i for i, force in enumerate(forces) if force <= 0.0), None)
-    if not first:
-        raise ValueError(
-            "the area at zero force needs states on both sides of it, got forces "
-            f"from {min(forces, default=np.nan):g} to {max(forces, default=np.nan):g} "
-            f"and {forces[0] if forces else np.nan:g} at the lowest height"
-        )
-    below, above = upward[first - 1], upward[first]
-    share = below.normal_force / (below.normal_force - above.normal_force)
-    return below.contact_area + share * (above.contact_area - below.contact_area)
-
-
-def low_load_area(records: Iterable[LoadStep], largest_load: float) -> float:
-    """Area A_adh that an adhesive first asperity keeps while the load is low.
-
-    Parameters
-    ----------
-    records : iterable of LoadStep
-        Of one realisation of the roughness, on one way.
-    largest_load : float
-        End of the low loads (eV/Å).
-
-    Returns
-    -------
-    float
-        Constant nearest, by least squares of the logarithm, to the areas at forces
-        above zero and up to `largest_load` (Å^2).
-
-    Raises
-    ------
-    ValueError
-        If `largest_load` is not above zero, or no atom touches at such a force.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016): A_adh, Fig. 2(c).
-    """
-    positive(largest_load=largest_load)
-    areas = [
-        record.contact_area
-        for record in records
-        if 0.0 < record.normal_force <= largest_load and record.contact_area > 0.0
-    ]
-    if not areas:
-        raise ValueError(f"no state in contact has a force from 0 to {largest_load:g}")
-    return float(np.exp(np.mean(np.log(areas))))
-
-
 class _Walk:
     """A way of small steps, some of them taken back."""
 
@@ -313,9 +173,9 @@ class _Walk:
         largest: float,
         smallest: float,
         tolerance: float,
-        write: Callable[[LoadStep, Atoms], None],
+        keep: Keep,
     ) -> None:
-        self._stepper, self._write = stepper, write
+        self._stepper, self._to_files = stepper, keep
         self._largest, self._smallest = largest, smallest
         self._tolerance = tolerance
         halfspace = stepper.atoms.calc.contact(stepper.atoms).halfspace
@@ -339,7 +199,7 @@ class _Walk:
         while not self._closes(new):
             self.size = abs(height - self.last.height)
             if self.size <= self._smallest:
-                if _jumped(self.last, new):
+                if jumped(self.last, new):
                     self.jumps.append(Jump(self.last, new))
                 break
             self.size, halved = 0.5 * self.size, True
@@ -353,14 +213,14 @@ class _Walk:
     def _closes(self, new: LoadStep) -> bool:
         """Whether a step stored its work, but for the trapezoid's error."""
         force = max(abs(self.last.normal_force), abs(new.normal_force), self._least)
-        allowed = self._tolerance * force + _noise(self.last, new)
+        allowed = self._tolerance * force + force_error(self.last, new)
         path = abs(new.height - self.last.height)
-        return new.converged and abs(_lost(self.last, new)) <= allowed * path
+        return new.converged and abs(lost_energy(self.last, new)) <= allowed * path
 
     def _keep(self, record: LoadStep) -> None:
         self._frame = snapshot(self._stepper.atoms, load_step=asdict(record))
         self.records.append(record)
-        self._write(record, self._frame)
+        self._to_files(record, lambda: self._frame)
 
 
 def _ends(stepper: Stepper, deepest: float) -> tuple[float, float]:
@@ -379,46 +239,3 @@ def _ends(stepper: Stepper, deepest: float) -> tuple[float, float]:
             f"{calc.parameters['load']}"
         )
     return first_contact + reach, first_contact - deepest
-
-
-def _work(before: LoadStep, after: LoadStep) -> float:
-    """Work done on the indenter between two states, by the trapezoid."""
-    mean_force = 0.5 * (before.normal_force + after.normal_force)
-    return mean_force * (before.height - after.height)
-
-
-def _lost(before: LoadStep, after: LoadStep) -> float:
-    """Work that was not stored."""
-    return _work(before, after) - (after.energy - before.energy)
-
-
-def _jumped(before: LoadStep, after: LoadStep) -> bool:
-    """Whether more was lost than any force between the two states explains."""
-    change = abs(after.normal_force - before.normal_force)
-    explained = 0.5 * change + _noise(before, after)
-    return _lost(before, after) > explained * abs(after.height - before.height)
-
-
-def _noise(*records: LoadStep) -> float:
-    """Error of a normal force while every acting atom may miss its equilibrium."""
-    return max(r.max_force * (r.repulsive_atoms + r.attractive_atoms) for r in records)
-
-
-def _writer(
-    files: ExitStack, trajectory: PathName | None, csv: PathName | None
-) -> Callable[[LoadStep, Atoms], None]:
-    """Return what writes a state to the files that are asked for."""
-    # the table first: a trajectory that is there is lost once it is opened to write
-    table = None if csv is None else files.enter_context(Table(csv))
-    frames = None
-    if trajectory is not None:
-        writer = Trajectory(os.fspath(trajectory), "w", comm=DummyMPI())
-        frames = files.enter_context(writer)
-
-    def write(record: LoadStep, frame: Atoms) -> None:
-        if frames is not None:
-            frames.write(frame)
-        if table is not None:
-            table.write(record)
-
-    return write

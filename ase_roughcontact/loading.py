@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-import fcntl
+import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.io import Trajectory
-from ase.parallel import DummyMPI
 
-from ase_roughcontact.record import LoadStep, Table
+from ase_roughcontact.frames import Frames, PathName, keeper
+from ase_roughcontact.record import LoadStep
 from ase_roughcontact.stepping import Stepper
 from ase_roughcontact.substrate import snapshot
 
-PathName = str | os.PathLike
-
-# Where in a trajectory its number of frames stands.
-_COUNTED = 32
+# Relative difference of targets that is rounding: a path that was made longer has it.
+_SAME_TARGET = 1e-12
 
 
 def load_path(
@@ -81,7 +77,8 @@ def load_path(
         Frames that the trajectory keeps. The last one is enough to go on from.
     resume : bool
         Go on from the steps that `trajectory` holds already: they are yielded again and
-        not calculated again.
+        not calculated again. The path may have got more steps at its end. Of the frames
+        only the last one is read into memory.
 
     Yields
     ------
@@ -93,11 +90,16 @@ def load_path(
     ------
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
-        constraint does not fit it, or `resume` finds another path. With automatic
-        windows, if the indenter does not rise out of reach, or atoms could touch at
-        which its roughness is not known.
+        constraint does not fit it, or `resume` finds another path (told with what
+        differs) or a file without a frame. With automatic windows, if the indenter does
+        not rise out of reach, or atoms could touch at which its roughness is not known.
     RuntimeError
-        If the contact has come to the edge of a fixed window.
+        If the contact has come to the edge of a fixed window, or another run is writing
+        `trajectory`, or has written it since it was read.
+    MemoryError
+        If an automatic window does not fit into the memory that is free.
+    OSError
+        If a file can't be written.
     """
     if resume and trajectory is None:
         raise ValueError("resume needs the trajectory to go on from")
@@ -116,7 +118,8 @@ def load_path(
         window=window,
         edge=edge,
     )
-    path, frames = _Path(stepper, targets), _Frames(trajectory, keep)
+    path = _Path(stepper, stepper.system(), targets)
+    frames = Frames(trajectory, keep)
     return _steps(path, frames, csv, _done(path, frames) if resume else None)
 
 
@@ -125,12 +128,13 @@ class _Path:
     """The targets of a path, and what goes along it."""
 
     stepper: Stepper
+    system: dict[str, Any]
     targets: np.ndarray
 
     def mark(self, number: int) -> dict[str, Any]:
         """Tell a step's place on the path from all others."""
         return {
-            "system": self.stepper.fingerprint(),
+            "system": self.system,
             "control": self.stepper.control,
             "target": self.targets[number],
         }
@@ -145,116 +149,19 @@ class _Path:
         return snapshot(self.stepper.atoms, load_step=asdict(record), path=mark)
 
 
-@dataclass(frozen=True)
-class _Frames:
-    """Where frames are kept: all of them, or the last one."""
-
-    file: PathName | None
-    keep: str
-
-    def read(self) -> list[Atoms]:
-        """Return the frames that are there, but for a torn one at the end."""
-        if self.file is None or not Path(self.file).exists():
-            return []
-        if Path(self.file).stat().st_size == 0:
-            return []
-        frames: list[Atoms] = []
-        try:
-            with Trajectory(os.fspath(self.file)) as trajectory:
-                for number in range(len(trajectory)):
-                    frames.append(trajectory[number])
-        except Exception as error:
-            if not frames:
-                raise ValueError(
-                    f"can't resume: {os.fspath(self.file)} has no whole frame "
-                    f"({error}): delete it, or give another file or folder"
-                ) from error
-        marked = ["path" in frame.info for frame in frames]
-        return frames[:-1] if any(marked) and not marked[-1] else frames
-
-    def claim(self, files: ExitStack, done: list[Atoms] | None) -> None:
-        """Keep other runs from the file as long as this one lives, and mend it.
-
-        Parameters
-        ----------
-        files : ExitStack
-            Until when.
-        done : list of Atoms, optional
-            Frames that the path goes on from; None if it begins anew.
-        """
-        if self.file is None or self.keep == "last":
-            return
-        file = os.fspath(self.file)
-        held = files.enter_context(open(file, "ab"))  # noqa: SIM115
-        try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise RuntimeError(f"another run is writing {file}") from error
-        if done is None or _count(file) == len(done):
-            return
-        if len(self.read()) != len(done):
-            raise RuntimeError(f"another run has written {file}: start again to go on")
-        with open(file, "r+b") as torn:
-            torn.seek(_COUNTED)
-            torn.write(np.array(len(done), "<i8").tobytes())
-
-    def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None] | None:
-        """Return what writes a frame, None if there is no file."""
-        if self.file is None:
-            return None
-        if self.keep == "last":
-            return partial(_replace, os.fspath(self.file))
-        mode = "a" if append else "w"
-        trajectory = Trajectory(os.fspath(self.file), mode, comm=DummyMPI())
-        return partial(_append, files.enter_context(trajectory))
-
-
-def _count(file: str) -> int:
-    """Count the frames of a trajectory, torn ones among them."""
-    if Path(file).stat().st_size == 0:
-        return 0
-    with Trajectory(file) as trajectory:
-        return len(trajectory)
-
-
-def _append(trajectory: Any, frame: Atoms) -> None:
-    """Write a frame, or none: when it is closed, ASE counts what there is of one."""
-    try:
-        trajectory.write(frame)
-    except BaseException:
-        trajectory.backend.data, trajectory.backend.nmissing = {}, 0
-        raise
-
-
-def _replace(file: str, frame: Atoms) -> None:
-    """Write a trajectory of one frame in place of what is there, or not at all."""
-    with Trajectory(f"{file}.new", "w", comm=DummyMPI()) as trajectory:
-        _append(trajectory, frame)
-    os.replace(f"{file}.new", file)
-
-
 def _steps(
-    path: _Path, frames: _Frames, table: PathName | None, done: list[Atoms] | None
+    path: _Path, frames: Frames, table: PathName | None, done: list[LoadStep] | None
 ) -> Iterator[LoadStep]:
     with ExitStack() as files:
-        frames.claim(files, done)
-        # the table first: a trajectory that is there is lost once it is opened to write
-        rows = None if table is None else files.enter_context(Table(table))
-        keep = frames.open(files, append=bool(done))
-        before = [LoadStep(**frame.info["load_step"]) for frame in done or []]
-        if rows is not None:
-            for record in before:
-                rows.write(record)
-        yield from before
+        keep = keeper(files, frames, table, done)
+        first = 0
         if done:
-            path.stepper.proceed_from(done[-1])
-        first = before[-1].step + 1 if done else 0
+            yield from done
+            path.stepper.proceed_from(frames.frame(len(done) - 1))
+            first = done[-1].step + 1
         for number in range(first, len(path.targets)):
             record = path.step(number)
-            if keep is not None:
-                keep(path.frame(record))
-            if rows is not None:
-                rows.write(record)
+            keep(record, partial(path.frame, record))
             yield record
 
 
@@ -274,21 +181,52 @@ def _one_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
     return control, targets
 
 
-def _done(path: _Path, frames: _Frames) -> list[Atoms]:
-    """Frames that were calculated before, checked against the path."""
-    done = frames.read()
-    steps = [frame.info.get("load_step", {}).get("step", -1) for frame in done]
-    first = steps[0] if done and frames.keep == "last" else 0
-    in_order = steps == list(range(first, first + len(done)))
-    known = [frame.info.get("path") for frame in done]
-    if steps and not (
-        in_order
-        and 0 <= steps[-1] < len(path.targets)
-        and known == [path.mark(step) for step in steps]
-    ):
-        raise ValueError(
-            f"can't resume: {os.fspath(frames.file or '')} holds {len(done)} steps of "
-            "another path or system (indenter, wall, solid, window, loads or tolerance "
-            "differ): delete it, or give another file or folder"
-        )
+def _done(path: _Path, frames: Frames) -> list[LoadStep]:
+    """Return the steps calculated before, checked against the path."""
+    done: list[LoadStep] = []
+    for info in frames.infos():
+        other = _other(path, info, done[-1].step + 1 if done else None, frames.keep)
+        if other:
+            raise ValueError(
+                f"can't resume: {os.fspath(frames.file or '')} holds steps of another "
+                f"path or system: {'; '.join(other)} (eV, Å): take what was, delete "
+                "the file, or give another file or folder"
+            )
+        done.append(LoadStep(**info["load_step"]))
     return done
+
+
+def _other(
+    path: _Path, info: dict[str, Any], expected: int | None, keep: str
+) -> list[str]:
+    """Tell what keeps a frame from being the next step of a path."""
+    there, number = info.get("path"), info.get("load_step", {}).get("step")
+    if there is None or number is None:
+        return ["its frames are not those of a load path"]
+    if expected is None:
+        expected = number if keep == "last" else 0
+    if number != expected:
+        return [f"step {number} is where step {expected} should be"]
+    if there["control"] != path.stepper.control:
+        return [f"the path was one of {there['control']}, is of {path.stepper.control}"]
+    if number >= len(path.targets):
+        count = len(path.targets)
+        return [f"the path had {number + 1} steps or more, has {count}"]
+    here = path.mark(number)
+    told = _differences(there["system"], here["system"])
+    # a path that was made longer has other roundings
+    if not math.isclose(there["target"], here["target"], rel_tol=_SAME_TARGET):
+        name = f"{here['control']}[{number}]"
+        told.append(f"{name} was {there['target']}, is {here['target']}")
+    return told
+
+
+def _differences(old: Any, new: Any, name: str = "") -> list[str]:
+    """Tell in words which parameters are not the same."""
+    if not (isinstance(old, dict) and isinstance(new, dict)):
+        return [] if old == new else [f"{name or 'system'} was {old}, is {new}"]
+    return [
+        told
+        for key in {**old, **new}
+        for told in _differences(old.get(key), new.get(key), f"{name}.{key}".strip("."))
+    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import timedelta
 
 import numpy as np
@@ -13,8 +13,9 @@ from ase import Atoms
 
 from ase_roughcontact.halfspace import HalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction
-from ase_roughcontact.memory import available_memory, memory_of
-from ase_roughcontact.silhouette import Box, Sites
+from ase_roughcontact.memory import available_memory, memory_of, points_of
+from ase_roughcontact.places import Sites
+from ase_roughcontact.theory import hertz_contact_radius
 from ase_roughcontact.window import AutoWindow
 
 # Exact convolutions that take as long as a step. Measured from a cold start on windows
@@ -41,13 +42,16 @@ class PlannedStep:
         Bytes.
     seconds : float
         Time.
+    problem : str
+        Why the step can't be calculated; empty if it can.
     """
 
     target: float
-    window: str
-    grid: str
-    memory: float
-    seconds: float
+    window: str = ""
+    grid: str = ""
+    memory: float = 0.0
+    seconds: float = 0.0
+    problem: str = ""
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,11 @@ class Plan:
         """Whether the memory of the machine suffices."""
         return self.memory < self.available
 
+    @property
+    def runs(self) -> bool:
+        """Whether all steps can be calculated."""
+        return self.fits and not any(step.problem for step in self.steps)
+
     def table(self, heading: str, unit: float) -> str:
         """Plan as text.
 
@@ -100,8 +109,17 @@ class Plan:
         lines += [
             f"{step.target / unit:15.5g}{step.window:>12}{step.grid:>12}"
             f"{step.memory / 1e9:13.2f}{step.seconds:10.2g}"
-            for step in self.steps
+            if not step.problem
+            else f"{step.target / unit:15.5g}   CAN'T RUN: {self._told(i)}"
+            for i, step in enumerate(self.steps)
         ]
+        bad = [i for i, step in enumerate(self.steps) if step.problem]
+        if bad:
+            lines += [
+                "",
+                f"{len(bad)} of {len(self.steps)} steps can't run; a run stops at the "
+                f"first of them, after {bad[0]}.",
+            ]
         whole = timedelta(seconds=math.ceil(self.seconds))
         suffices = "" if self.fits else ": NOT ENOUGH"
         lines += [
@@ -112,6 +130,11 @@ class Plan:
             "Left out:",
         ]
         return "\n".join([*lines, *(f"- {what}" for what in self.left_out)])
+
+    def _told(self, i: int) -> str:
+        """Return the problem of a step, in short if the step before had it too."""
+        problem = self.steps[i].problem
+        return "likewise" if i and self.steps[i - 1].problem == problem else problem
 
 
 def plan_path(
@@ -132,41 +155,107 @@ def plan_path(
     -------
     Plan
         Windows of loads are those under Hertz's contact: of a rough sphere they come
-        out a little different.
-
-    Raises
-    ------
-    ValueError
-        If atoms could touch at which the surface is not known.
+        out a little different. Steps that can't be calculated tell why: those at which
+        the surface is not known where atoms could touch, and those whose contact, at
+        least as wide as that of Hertz, is wider than a fixed free window.
     """
     halfspace = atoms.calc.contact(atoms).halfspace
     wall = atoms.calc.contact(atoms).interaction
+    points = points_of(atoms.calc.parameters["indenter"], halfspace.spacing)
     clock = _Clock(halfspace, wall)
     if window == "fixed" or halfspace.periodic:
-        margin = halfspace.layer != halfspace.shape
-        seconds = clock.step(halfspace.grid)
-        memory = memory_of(halfspace.shape, margin=margin)
-        shapes = _text(halfspace.shape), _text(halfspace.grid)
-        steps = [PlannedStep(float(t), *shapes, memory, seconds) for t in targets]
+        steps = _fixed(atoms, control, targets, clock, points)
     else:
         windows = AutoWindow(atoms)
         steps = [
-            _step(float(t), windows.forecast(control, float(t)), clock, halfspace)
-            for t in targets
+            _auto(windows, control, float(target), clock, points) for target in targets
         ]
-    left_out = tuple(_left_out(halfspace, wall, window))
-    return Plan(tuple(steps), left_out, available_memory())
+    left_out = _left_out(halfspace, wall, window)
+    if window == "fixed" and not halfspace.periodic and _misses(atoms):
+        left_out.append(
+            "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside of the "
+            f"window of {_text(halfspace.shape)} atoms: give a larger shape"
+        )
+    return Plan(tuple(steps), tuple(left_out), available_memory())
 
 
-def _step(
-    target: float, window: Box | Sites, clock: _Clock, halfspace: HalfSpace
+def _fixed(
+    atoms: Atoms,
+    control: str,
+    targets: Sequence[float] | np.ndarray,
+    clock: _Clock,
+    points: int,
+) -> list[PlannedStep]:
+    """Plan steps in the window of the atoms."""
+    halfspace = atoms.calc.contact(atoms).halfspace
+    margin = halfspace.layer != halfspace.shape
+    planned = PlannedStep(
+        target=math.nan,
+        window=_text(halfspace.shape),
+        grid=_text(halfspace.grid),
+        memory=memory_of(halfspace.shape, margin=margin, points=points),
+        seconds=clock.step(halfspace.grid),
+    )
+    return [
+        PlannedStep(float(target), problem=told)
+        if (told := _too_wide(atoms, control, float(target)))
+        else replace(planned, target=float(target))
+        for target in targets
+    ]
+
+
+def _misses(atoms: Atoms) -> bool:
+    """Whether a window leaves out the atom that the indenter touches first."""
+    try:
+        lowest = AutoWindow(atoms).silhouette.lowest
+    except ValueError:  # of an indenter that does not rise out of reach
+        return False
+    return bool(lowest < atoms.calc.contact(atoms).heights.min())
+
+
+def _too_wide(atoms: Atoms, control: str, target: float) -> str:
+    """Tell if a contact as wide as that of Hertz comes to the edge of a free window."""
+    halfspace = atoms.calc.contact(atoms).halfspace
+    width = _width(atoms, control, target)
+    if halfspace.periodic or width <= min(halfspace.shape) - 1:
+        return ""
+    return (
+        f"the contact is about {width:.0f} atoms wide, the window has "
+        f"{_text(halfspace.shape)}: give a larger shape"
+    )
+
+
+def _width(atoms: Atoms, control: str, target: float) -> float:
+    """Width of the contact of the smooth sphere, in atoms; zero if there is none."""
+    contact = atoms.calc.contact(atoms)
+    halfspace, wall = contact.halfspace, contact.interaction
+    radius = getattr(atoms.calc.parameters["indenter"], "radius", 0.0)
+    if not 0.0 < radius < math.inf:
+        return 0.0
+    if control == "loads":
+        modulus = halfspace.contact_modulus
+        a = float(hertz_contact_radius(max(target, 0.0), radius, modulus))
+    else:
+        height = target if control == "heights" else contact.first_contact - target
+        # of a rough sphere, that of its mean
+        a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
+    return 2.0 * a / halfspace.spacing
+
+
+def _auto(
+    windows: AutoWindow, control: str, target: float, clock: _Clock, points: int
 ) -> PlannedStep:
+    """Plan a step in a window of its own."""
+    try:
+        window = windows.forecast(control, target)
+    except ValueError as error:
+        return PlannedStep(target, problem=str(error))
     if isinstance(window, Sites):
         grid, seconds = "matrix", _LEAST
     else:
-        points = halfspace.padded(window.shape)
-        grid, seconds = _text(points), clock.step(points)
-    memory = memory_of(window.shape)
+        padded = clock.halfspace.padded(window.shape)
+        grid, seconds = _text(padded), clock.step(padded)
+    memory = memory_of(window.shape, points=points)
     return PlannedStep(target, _text(window.shape), grid, memory, seconds)
 
 
@@ -174,7 +263,7 @@ class _Clock:
     """Time of steps, from a short measurement of this machine's transforms."""
 
     def __init__(self, halfspace: HalfSpace, wall: Interaction) -> None:
-        self._halfspace = halfspace
+        self.halfspace = halfspace
         self._pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
         if isinstance(wall, HardWall):
             self._pairs = _PAIRS_HARD
@@ -193,9 +282,9 @@ class _Clock:
 
     def _measure(self, grid: tuple[int, int]) -> float:
         """Time of a convolution (s)."""
-        periodic = self._halfspace.periodic
+        periodic = self.halfspace.periodic
         shape = grid if periodic else (grid[0] // 2, grid[1] // 2)
-        trial = self._halfspace.like(shape, self._halfspace.spacing)
+        trial = self.halfspace.like(shape, self.halfspace.spacing)
         pressure, times = np.ones(shape), []
         for _ in range(3):
             start = time.perf_counter()

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.layout import Layout, displacement, set_displacement
+from ase_roughcontact.layout import Layout, set_displacement
 from ase_roughcontact.optimize.problem import without_rounding
-from ase_roughcontact.silhouette import Box, Sites, rest_of
+from ase_roughcontact.places import Box, Sites
+from ase_roughcontact.silhouette import rest_of
 
 
 def window_of(layout: Layout) -> Box | Sites:
@@ -44,7 +45,8 @@ def rewindow(atoms: Atoms, window: Box | Sites) -> None:
             "the window of a periodic half space is its cell: it must stay"
         )
     layout = atoms.calc.layout(atoms)
-    carried = carry(_pressure(atoms, layout), window_of(layout), window)
+    pressure = without_rounding(atoms.calc.elastic_pressure(atoms))
+    carried = carry(pressure, window_of(layout), window)
     spacing, symbol = layout.spacing, atoms.numbers[0]
     box = window if isinstance(window, Box) else window.box
     axis = [
@@ -100,13 +102,6 @@ def carry(values: np.ndarray, old: Box | Sites, new: Box | Sites) -> np.ndarray:
     inside, index = new.find(old.places(values))
     carried[index] = values[values != 0.0][inside]
     return carried
-
-
-def _pressure(atoms: Atoms, layout: Layout) -> np.ndarray:
-    """Pressure on the window that holds the atoms where they are."""
-    if not displacement(atoms, layout).any():
-        return np.zeros(atoms.calc.contact(atoms).halfspace.shape)
-    return without_rounding(atoms.calc.elastic_pressure(atoms))
 
 
 def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:

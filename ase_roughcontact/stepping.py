@@ -73,7 +73,7 @@ class Stepper:
         self.atoms = atoms
         self.control = control
         self._fmax = fmax
-        self._relative = accuracy_of(accuracy).tolerance
+        self._accuracy = accuracy_of(accuracy)
         self._max_steps = integer("max_steps", max_steps, 1)
         contact = atoms.calc.contact(atoms)
         hard = isinstance(contact.interaction, HardWall)
@@ -130,18 +130,26 @@ class Stepper:
             atoms.positions = restored.positions
         self.windows.settle(atoms)
 
-    def fingerprint(self) -> str:
-        """Digest of all that a state depends on but height, load and displacement."""
+    def system(self) -> dict[str, Any]:
+        """Return all that a state depends on but height, load and displacement.
+
+        Returns
+        -------
+        dict
+            Of numbers, words, lists and dicts, as a file gives them back.
+        """
         calc = self.atoms.calc
-        parameters = {
-            k: v for k, v in calc.todict().items() if k not in ("load", "fft")
-        }
-        precision = calc.parameters["fft"].get("dtype")
+        system = {k: v for k, v in calc.todict().items() if k not in ("load", "fft")}
+        # the wall that there is, also where none was named
+        system["interaction"] = calc.contact(self.atoms).interaction.todict()
+        system["precision"] = np.dtype(calc.parameters["fft"].get("dtype", float)).name
         springs = [_spring(c) for c in self.atoms.constraints if isinstance(c, Hookean)]
-        tolerance = [self._fmax, None if self._fmax else self._relative]
-        system = [parameters, precision, springs, self.windows.system(), tolerance]
-        text = json.dumps(system, sort_keys=True, default=_plain)
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
+        system |= {"springs": springs, "lattice": self.windows.system()}
+        if self._fmax is None:
+            system["accuracy"] = self._accuracy.error
+        else:
+            system["fmax"] = self._fmax
+        return json.loads(json.dumps(system, default=_plain))
 
     def _apply(self, target: float) -> None:
         atoms, first_contact = self.atoms, self.windows.first_contact
@@ -179,7 +187,7 @@ class Stepper:
 
     def _wanted(self, force: float) -> float:
         """Tolerance for a mean force on an atom in contact."""
-        return max(self._relative * force, self._least)
+        return max(self._accuracy.tolerance * force, self._least)
 
     def _least_force(self) -> float:
         """Force on an atom in contact as far as it is known before the relaxation."""
@@ -234,12 +242,15 @@ def _check(atoms: Atoms, control: str, window: str, edge: str) -> None:
         )
 
 
-def _spring(constraint: Hookean) -> list:
+def _spring(constraint: Hookean) -> dict[str, Any]:
     """Return what counts of a spring: its x and y move with automatic windows."""
     given = constraint.todict()["kwargs"]
-    return [given["k"], given["rt"], np.ravel(given["a2"]).tolist()[2:]]
+    end = np.ravel(given["a2"]).tolist()[2:]
+    return {"k": given["k"], "rt": given["rt"], "end": end}
 
 
 def _plain(value: Any) -> Any:
     """Return a number or text in place of what JSON does not know."""
+    if isinstance(value, np.ndarray):
+        return hashlib.sha256(value.tobytes()).hexdigest()[:16]
     return value.item() if isinstance(value, np.generic) else repr(value)

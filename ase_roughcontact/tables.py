@@ -1,12 +1,20 @@
-"""The tables of a scene file: keys, kinds of values, and defaults."""
+"""The tables of a scene file: keys, kinds of values, defaults, and reading them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, fields
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
-from ase_roughcontact.checks import unknown
+import numpy as np
+
+from ase_roughcontact.checks import FloatArray, finite, finite_array, integer, unknown
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 @dataclass(frozen=True)
@@ -64,6 +72,34 @@ class PathTable:
     scale: str = "geometric"
     values: tuple[float, ...] | None = None
 
+    @property
+    def targets(self) -> FloatArray:
+        """Loads, penetrations or heights, in the units of the file."""
+        if self.values is not None:
+            listed = finite_array("values", self.values)
+            if listed.ndim != 1 or not listed.size:
+                raise ValueError(
+                    f"values must hold at least one step, got {list(self.values)}"
+                )
+            return listed
+        ends = {"first": self.first, "last": self.last, "steps": self.steps}
+        missing = [key for key, value in ends.items() if value is None]
+        if missing:
+            raise ValueError(
+                "give first, last and steps, or values instead; not given: "
+                f"{', '.join(missing)}"
+            )
+        first, last, steps = self.first, self.last, integer("steps", self.steps, 1)
+        finite(first=first, last=last)
+        scales = {"geometric": np.geomspace, "linear": np.linspace}
+        scale = choice(self.scale, scales, "scale")
+        if self.scale == "geometric" and not (first and last and first * last > 0):
+            raise ValueError(
+                "a geometric path needs first and last of one sign and not zero, got "
+                f"{first} and {last}"
+            )
+        return scale(first, last, steps)
+
 
 @dataclass(frozen=True)
 class SolverTable:
@@ -73,6 +109,81 @@ class SolverTable:
     accuracy: float | str = "normal"
     fmax: float | None = None
     max_steps: int = 10_000
+
+
+TABLES: dict[str, type] = {
+    "substrate": SubstrateTable,
+    "sphere": SphereTable,
+    "roughness": RoughnessTable,
+    "interaction": InteractionTable,
+    "path": PathTable,
+    "solver": SolverTable,
+}
+
+
+def read_tables(text: str, name: str) -> dict[str, Any]:
+    """Read the tables of a scene file.
+
+    Parameters
+    ----------
+    text : str
+        TOML.
+    name : str
+        Of the file, for errors.
+
+    Returns
+    -------
+    dict
+        Tables by title, those of the file only.
+
+    Raises
+    ------
+    ValueError
+        If the text is not TOML, there is a table or a key that is not known, or a value
+        of the wrong kind.
+    """
+    try:
+        given = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{name} is not a TOML file: {error}") from error
+    tables = {}
+    for title, table in given.items():
+        if title not in TABLES:
+            raise ValueError(f"{name}: {unknown(title, list(TABLES), 'table')}")
+        if not isinstance(table, dict):
+            raise ValueError(f"{name}: [{title}] must be a table, got {table!r}")
+        tables[title] = table_of(TABLES[title], table, f"{name}: [{title}]")
+    return tables
+
+
+def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
+    """Tell in what the tables of a scene differ from those of another.
+
+    Parameters
+    ----------
+    old, new : mapping
+        Tables by title; None where there is none.
+
+    Returns
+    -------
+    list of str
+        Table, key, old value and new value.
+    """
+    told = []
+    for title in TABLES:
+        was, now = old.get(title), new.get(title)
+        if was is None or now is None:
+            if was is not now:
+                kept = "was there and is not" if now is None else "is there and was not"
+                told.append(f"[{title}] {kept}")
+            continue
+        values = asdict(now)
+        told += [
+            f"[{title}] {key} was {_toml(value)}, is {_toml(values[key])}"
+            for key, value in asdict(was).items()
+            if value != values[key]
+        ]
+    return told
 
 
 def table_of(cls: type, given: dict, where: str) -> Any:
@@ -102,9 +213,16 @@ def table_of(cls: type, given: dict, where: str) -> Any:
             raise ValueError(f"{where}: {unknown(key, list(known), 'key')}")
         wanted, fits = _kind(known[key])
         if not fits(value):
-            raise ValueError(f"{where}: {key} must be {wanted}, got {value!r}")
+            raise ValueError(f"{where} {key} must be {wanted}, got {value!r}")
     frozen = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
     return cls(**frozen)
+
+
+def choice(name: str, choices: Mapping[str, Any], what: str) -> Any:
+    """Return what a word stands for, or raise `ValueError` with the nearest one."""
+    if name not in choices:
+        raise ValueError(unknown(str(name), list(choices), what))
+    return choices[name]
 
 
 def _kind(annotation: str) -> tuple[str, Callable[[Any], bool]]:
@@ -115,6 +233,15 @@ def _kind(annotation: str) -> tuple[str, Callable[[Any], bool]]:
         " or ".join(told for told, _ in kinds),
         lambda value: any(fits(value) for _, fits in kinds),
     )
+
+
+def _toml(value: Any) -> str:
+    """Return a value as it stands in a file, or that it does not."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return str(list(value))
+    return "not given" if value is None else repr(value)
 
 
 def _is_number(value: Any) -> bool:

@@ -24,8 +24,9 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.layout import displacement, set_displacement
 from ase_roughcontact.memory import check_memory
+from ase_roughcontact.places import Box, Sites
 from ase_roughcontact.rewindow import carry, rewindow, window_of
-from ase_roughcontact.silhouette import FEW, Box, Silhouette, Sites
+from ase_roughcontact.silhouette import FEW, Silhouette
 from ase_roughcontact.substrate import indenter_fixed
 
 # A window is kept as long as it has at most this many times the atoms that it needs.

@@ -18,6 +18,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.accuracy import LEVELS, accuracy_of
+from ase_roughcontact.scene import Scene
 
 # In units of the contact modulus and of the spacing.
 WALLS = {
@@ -106,28 +107,37 @@ def test_a_lower_level_takes_fewer_transforms(pair):
     assert low < high
 
 
-@pytest.mark.parametrize("level, error", [("fast", 1e-2), ("normal", 1e-4)])
-def test_the_cutoff_of_a_full_wall_keeps_the_promise(level, error):
-    sphere, forces = RoughSphere(150.0), []
-    for cutoff in (accuracy_of(level).cutoff, 60.0):
+@pytest.mark.parametrize("accuracy", [*LEVELS, 1e-6])
+def test_an_accuracy_leaves_the_wall_as_it_is(accuracy):
+    def wall(solver):
+        kind = "[interaction]\nkind = 'full'\nwork_of_adhesion = 0.05\n"
+        return Scene.parse(f"{kind}[solver]\n{solver}").wall
+
+    assert wall(f"accuracy = {accuracy!r}") == wall("")
+    assert wall("").cutoff == pytest.approx(10.0 * wall("").distance)
+
+
+@pytest.mark.parametrize("depth", [0.3, 4.0])
+def test_the_cutoff_of_a_full_wall_costs_what_it_says(depth):
+    def force(cutoff):
+        sphere = RoughSphere(100.0)
         atoms = substrate("Cu", (8, 8), sphere, spacing=1.0)
-        wall = LennardJones93.full(1.0, 0.03, cutoff=cutoff)
+        wall = LennardJones93.full(1.0, 1 / 27, cutoff=cutoff)
         atoms.calc = RoughContact(sphere, 1.0, wall)
-        (record,) = load_path(atoms, [1.5], accuracy=1e-8, window="auto")
-        forces.append(record.normal_force)
-    state = atoms.calc.state(atoms)
-    push = state.pressure[state.contact].sum()
-    assert abs(forces[0] - forces[1]) <= error * push
+        (record,) = load_path(atoms, [depth], accuracy=1e-8, window="auto")
+        state = atoms.calc.state(atoms)
+        return record.normal_force, state.pressure[state.contact].sum()
+
+    whole, push = force(60.0)
+    short, long = (abs(force(cutoff)[0] - whole) / push for cutoff in (5.0, 10.0))
+    assert short < 0.5 / 5.0**3 and long < 0.5 / 10.0**3
+    assert long < short / 6.0
 
 
 def test_a_number_is_a_promise_as_the_level_of_the_same_error_is():
     for level in LEVELS.values():
         assert accuracy_of(level.error).tolerance == level.tolerance
         assert accuracy_of(level.error).error == level.error
-
-
-def test_a_smaller_error_asks_for_a_longer_reach_of_the_attraction():
-    assert accuracy_of(1e-6).cutoff > accuracy_of(1e-3).cutoff > accuracy_of(0.1).cutoff
 
 
 @pytest.mark.parametrize(

@@ -17,12 +17,13 @@ FLOORS = [
     {"checks", "accuracy"},
     {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
-    {"halfspace", "condensed", "silhouette", "memory"},
+    {"halfspace", "condensed", "places", "silhouette", "memory"},
     {"contact"},
     {"layout", "substrate", "calculator", "view"},
     {"contactmap", "patches", "analysis"},
     {"optimize"},
-    {"rewindow", "window", "plan", "record", "stepping", "loading", "hysteresis"},
+    {"rewindow", "window", "plan", "record", "stepping", "frames"}
+    | {"loading", "jumps", "hysteresis"},
     {"tables", "scene"},
     {"ensemble", "tradeoff"},
     {"plot", "report", "cli"},

@@ -322,3 +322,29 @@ def test_calculator_does_not_keep_itself_alive():
         assert calculator() is None
     finally:
         gc.enable()
+
+
+# What it says of itself
+
+
+def test_it_tells_sphere_wall_boundary_and_height():
+    sphere = RoughSphere(200.0)
+    calc = RoughContact(sphere, 1.0, LennardJones93.adhesive(1.0, 1.0, 0.1))
+    assert repr(calc) == "RoughContact(sphere of radius 200 Å, adhesive wall)"
+    atoms = substrate("Cu", (8, 8), sphere, height=1.25)
+    atoms.calc = calc
+    atoms.get_potential_energy()
+    assert repr(calc).endswith("adhesive wall, free, height 1.25 Å)")
+
+
+@pytest.mark.parametrize(
+    "calc",
+    [
+        RoughContact(),
+        RoughContact.__new__(RoughContact),
+        RoughContact(SelfAffine(0.1, 0.8, 4.0, 8.0), 1.0),
+    ],
+    ids=["empty", "unmade", "flat"],
+)
+def test_it_tells_what_it_knows_even_without_parameters(calc):
+    assert repr(calc) == "RoughContact(surface, repulsive wall)"

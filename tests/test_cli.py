@@ -29,7 +29,7 @@ def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
     assert len(read(out / "sweep.traj", ":")) == 2
     view = read(out / "view.traj", ":")
     assert [set(frame.symbols) for frame in view] == 2 * [{"Cu", "X", "C"}]
-    for name in ("curve.png", "contact.png"):
+    for name in ("curve.png", "force.png", "contact.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
     text = capsys.readouterr().out
     assert "Eq. (4)" in text
@@ -86,6 +86,37 @@ def test_plan_of_a_scene_that_does_not_fit_is_refused_with_the_numbers(
     file.write_text(SMALL.replace("[32, 30]", "[300000, 300000]"))
     assert main(["plan", str(file)]) == 2
     assert "GB of memory" in capsys.readouterr().err
+
+
+def test_plan_tells_which_steps_can_not_run_and_plans_the_others(tmp_path, capsys):
+    file = tmp_path / "deep.toml"
+    file.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
+    assert main(["plan", str(file)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "32x30" in lines[1] and "CAN'T RUN" not in lines[1]
+    assert "CAN'T RUN: the contact is about" in lines[2]
+
+
+def test_a_folder_of_another_scene_is_one_line_that_tells_what_differs(
+    scene, tmp_path, capsys
+):
+    out = str(tmp_path / "out")
+    main(["run", str(scene), "--out", out, "--quiet"])
+    scene.write_text(SMALL.replace("radius = 60.0", "radius = 61.0"))
+    assert main(["run", str(scene), "--out", out]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "[sphere] radius was 60.0, is 61.0" in line
+    assert "Give another folder" in line
+
+
+def test_a_value_out_of_range_is_told_with_the_file_before_anything_is_made(
+    scene, tmp_path, capsys
+):
+    scene.write_text(SMALL.replace("radius = 60.0", "radius = -1"))
+    for command in ("run", "plan", "tradeoff"):
+        assert main([command, str(scene)]) == 2
+        told = capsys.readouterr().err
+        assert f"{scene}: [sphere] radius must be a finite number > 0, got -1" in told
 
 
 def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):

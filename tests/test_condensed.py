@@ -21,8 +21,9 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.condensed import CondensedHalfSpace, ScatteredHalfSpace
 from ase_roughcontact.halfspace import FreeHalfSpace
+from ase_roughcontact.places import Box, Sites
 from ase_roughcontact.rewindow import rewindow
-from ase_roughcontact.silhouette import Box, Silhouette, Sites
+from ase_roughcontact.silhouette import Silhouette
 from ase_roughcontact.window import window_of
 
 SHAPE = 9, 7

@@ -328,15 +328,15 @@ def test_a_folder_of_another_user_is_one_line(capsys):
 # Files that are cut off
 
 
-# ASE leaves a file open whose header it can read, and nothing else
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize("size", [10, 60, 2000])
+@pytest.mark.parametrize("size", [60, 2000])
 def test_a_trajectory_without_a_whole_frame_is_kept_as_it_is_and_told(folder, size):
     next(SCENE.run(folder))
     movie = folder / "sweep.traj"
     movie.write_bytes(movie.read_bytes()[:size])
     cut = movie.read_bytes()
-    with pytest.raises(ValueError, match=r"can't resume: .*sweep\.traj"):
+    with pytest.raises(
+        ValueError, match=r"no frame of .*sweep\.traj can be read.* cut"
+    ):
         next(SCENE.run(folder))
     assert movie.read_bytes() == cut
 

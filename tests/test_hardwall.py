@@ -13,7 +13,7 @@ from ase_roughcontact.interactions import HardWall, LennardJones93
 from ase_roughcontact.optimize import hardwall
 from ase_roughcontact.optimize.hardwall import certificate, iterate
 from ase_roughcontact.optimize.models import Circulant
-from ase_roughcontact.silhouette import Box
+from ase_roughcontact.places import Box
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3)

@@ -4,9 +4,15 @@ In units of the contact modulus and the spacing.
 """
 
 import csv
+import os
+import signal
+import subprocess
+import sys
 from dataclasses import asdict, fields
 from functools import cache
+from itertools import count
 
+import ase.io.ulm as ulm
 import numpy as np
 import pytest
 from ase.io import read
@@ -20,13 +26,15 @@ from ase_roughcontact import (
     SelfAffine,
     substrate,
 )
-from ase_roughcontact.hysteresis import (
+from ase_roughcontact.frames import count_steps
+from ase_roughcontact.hysteresis import adhesion_loop
+from ase_roughcontact.jumps import (
     AdhesionLoop,
     Jump,
-    adhesion_loop,
     low_load_area,
     zero_load_area,
 )
+from ase_roughcontact.loading import load_path
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.theory import (
     maugis_dugdale,
@@ -424,6 +432,87 @@ def test_all_states_are_written(tmp_path):
     frames = read(movie, ":")
     assert [frame.info["load_step"] for frame in frames] == list(map(asdict, records))
     assert [frame.positions[-1, 2] for frame in frames] == [r.height for r in records]
+
+
+# What is left of a loop that is stopped
+
+KILLED = """
+import os, signal, sys
+import ase.io.ulm as ulm
+from ase_roughcontact import LennardJones93, RoughContact, RoughSphere
+from ase_roughcontact import adhesion_loop, substrate
+
+file, part, last = sys.argv[1:]
+left, write = int(last), getattr(ulm.Writer, part)
+
+def counted(*args, **kwargs):
+    global left
+    left -= 1
+    if not left:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return write(*args, **kwargs)
+
+setattr(ulm.Writer, part, counted)
+sphere = RoughSphere(20.0)
+atoms = substrate("Cu", (12, 12), sphere, spacing=1.0)
+atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
+adhesion_loop(atoms, 0.5, 0.1, trajectory=file)
+"""
+
+
+def kept(movie):
+    """Numbers of the states that ASE finds."""
+    return [frame.info["load_step"]["step"] for frame in read(movie, ":")]
+
+
+@pytest.mark.parametrize("part, call", [("fill", 20), ("sync", 5)])
+def test_a_loop_killed_while_it_writes_keeps_the_states_before(tmp_path, part, call):
+    movie = tmp_path / "loop.traj"
+    command = [sys.executable, "-c", KILLED, str(movie), part, str(call)]
+    assert subprocess.run(command).returncode == -signal.SIGKILL
+    steps = kept(movie)
+    assert 3 <= len(steps) == count_steps(movie)
+    assert steps == list(range(len(steps)))
+
+
+@pytest.mark.parametrize("part", ["fill", "write"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+def test_a_state_whose_writing_is_interrupted_is_as_if_never_begun(
+    tmp_path, monkeypatch, part, error
+):
+    movie, table = tmp_path / "loop.traj", tmp_path / "loop.csv"
+    whole, calls = getattr(ulm.Writer, part), count(1)
+
+    def torn(self, *args, **kwargs):
+        if next(calls) == 24:
+            self.nmissing = 0
+            raise error
+        return whole(self, *args, **kwargs)
+
+    monkeypatch.setattr(ulm.Writer, part, torn)
+    with pytest.raises(error):
+        adhesion_loop(
+            sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie, csv=table
+        )
+    with open(table, newline="") as file:
+        rows = [int(row["step"]) for row in csv.DictReader(file)]
+    assert rows == kept(movie) == list(range(count_steps(movie))) != []
+
+
+def test_a_loop_cut_off_in_its_last_frame_has_the_others(tmp_path):
+    movie = tmp_path / "loop.traj"
+    loop = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
+    os.truncate(movie, movie.stat().st_size - 1)
+    assert count_steps(movie) == len(loop.approach) + len(loop.retraction) - 2
+
+
+def test_a_loop_does_not_write_where_another_run_does(tmp_path):
+    movie = tmp_path / "loop.traj"
+    path = load_path(sphere_above(20.0, 0.0, 12), [0.1, 0.2], trajectory=movie)
+    next(path)
+    with pytest.raises(RuntimeError, match=r"another run is writing .*loop\.traj"):
+        adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
+    assert len(list(path)) == 1 and kept(movie) == [0, 1]
 
 
 # Bad input

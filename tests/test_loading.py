@@ -1,6 +1,8 @@
 """Load paths: what is recorded, written, marked and resumed."""
 
 import csv
+import os
+import tracemalloc
 from dataclasses import asdict, fields
 from functools import partial
 
@@ -18,6 +20,7 @@ from ase_roughcontact import (
     RoughSphere,
     substrate,
 )
+from ase_roughcontact.frames import count_steps
 from ase_roughcontact.loading import load_path
 
 SPHERE = RoughSphere(radius=10.0)
@@ -178,33 +181,127 @@ def test_loads_resume_too(tmp_path):
     assert records[1].normal_force == pytest.approx(0.5, abs=FMAX)
 
 
-def test_file_cut_off_before_the_first_frame_is_no_obstacle(tmp_path):
+@pytest.mark.parametrize("size", [0, 10, 32, 56])
+def test_a_file_cut_off_before_a_step_was_finished_is_begun_again(tmp_path, size):
     movie = tmp_path / "sweep.traj"
-    movie.touch()
+    with Trajectory(movie, "w"):
+        pass
+    os.truncate(movie, size)
+    assert count_steps(movie) == 0
     path = load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
     assert len(list(path)) == len(read(movie, ":")) == 3
 
 
 @pytest.mark.parametrize(
-    "other",
+    "other, told",
     [
-        {"penetrations": [0.2, 0.5, 0.6]},
-        {"penetrations": [0.2]},
-        {"heights": [0.8, 0.6, 0.4]},
-        {"penetrations": DEPTHS, "atoms": make_atoms(modulus=2.0)},
-        {"penetrations": DEPTHS, "atoms": make_atoms(shape=(9, 6))},
-        {"penetrations": DEPTHS, "atoms": make_atoms(periodic=True)},
+        (
+            {"penetrations": [0.2, 0.5, 0.6]},
+            r"penetrations\[1\] was 0\.4, is 0\.5 \(eV, Å\): .*delete the file",
+        ),
+        ({"penetrations": [0.2]}, "had 2 steps or more, has 1"),
+        ({"heights": [0.8, 0.6]}, "one of penetrations, is of heights"),
+        ({"atoms": make_atoms(modulus=2.0)}, r"contact_modulus was 1\.0, is 2\.0"),
+        (
+            {"atoms": make_atoms(shape=(9, 6))},
+            r"lattice\.window was \[12, 10\], is \[9",
+        ),
+        ({"atoms": make_atoms(periodic=True)}, r"lattice\.periodic was False, is True"),
+        ({"fmax": 1e-6}, "fmax was 1e-05, is 1e-06"),
+        ({"fmax": None}, "fmax was 1e-05, is None; accuracy was None, is 0.0001"),
     ],
-    ids=["values", "shorter", "control", "modulus", "window", "boundary"],
 )
-def test_another_path_is_not_resumed(tmp_path, other):
+def test_another_path_is_not_resumed_but_told_what_differs(tmp_path, other, told):
     movie = tmp_path / "sweep.traj"
     list(load_path(make_atoms(), DEPTHS[:2], fmax=FMAX, trajectory=movie))
     written = movie.read_bytes()
-    path = {"atoms": make_atoms(), **other}
-    with pytest.raises(ValueError, match="can't resume"):
+    path = {"atoms": make_atoms(), "fmax": FMAX, **other}
+    if "heights" not in path:
+        path.setdefault("penetrations", DEPTHS)
+    with pytest.raises(ValueError, match=f"can't resume: .*sweep.traj .*: .*{told}"):
         next(load_path(**path, trajectory=movie, resume=True))
     assert movie.read_bytes() == written
+
+
+def test_what_differs_deep_in_the_system_is_told_by_name(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
+    atoms = make_atoms()
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
+    atoms.calc = RoughContact(RoughSphere(radius=11.0), 1.0, wall)
+    with pytest.raises(ValueError, match="another path") as refused:
+        load_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
+    for told in (
+        "indenter.radius was 10.0, is 11.0",
+        "interaction.work_of_adhesion was 0.0, is 0.02",
+    ):
+        assert told in str(refused.value)
+
+
+@pytest.mark.parametrize("keep", ["all", "last"])
+def test_a_finished_path_that_got_longer_goes_on_from_its_last_frame(tmp_path, keep):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj", "keep": keep}
+    before = list(load_path(make_atoms(), DEPTHS, **options))
+    longer = [*DEPTHS, 0.8, 1.0]
+    records = list(load_path(make_atoms(), longer, resume=True, **options))
+    kept = before if keep == "all" else before[-1:]
+    assert records[: len(kept)] == kept
+    assert [record.penetration for record in records[-2:]] == pytest.approx([0.8, 1.0])
+    whole = list(load_path(make_atoms(), longer, fmax=FMAX))
+    assert same(records, whole[-len(records) :], 3e-4)
+    assert len(read(tmp_path / "sweep.traj", ":")) == (5 if keep == "all" else 1)
+
+
+def test_a_path_is_the_same_but_for_the_rounding_of_its_targets(tmp_path):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
+    short, long = np.geomspace(0.1, 0.4, 3), np.geomspace(0.1, 1.6, 5)[:4]
+    long[:3] *= 1.0 + 2e-16
+    assert (long[:3] != short).any()
+    before = list(load_path(make_atoms(), short, **options))
+    assert list(load_path(make_atoms(), long, resume=True, **options))[:3] == before
+
+
+def test_memory_of_going_on_does_not_grow_with_the_frames(tmp_path):
+    movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
+    frames, peaks = (10, 110), []
+    heights = np.full(max(frames), 3.0)  # out of reach: nothing to relax
+    for count in frames:
+        atoms = partial(make_atoms, shape=(32, 32))
+        options = {"trajectory": movie, "csv": table, "resume": True}
+        list(load_path(atoms(), heights=heights[:count], **options))
+        again = load_path(atoms(), heights=heights[:count], **options)
+        tracemalloc.start()
+        assert sum(1 for _ in again) == count
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    frame = movie.stat().st_size / max(frames)
+    assert (peaks[1] - peaks[0]) / (frames[1] - frames[0]) < 0.1 * frame
+
+
+@pytest.mark.parametrize("lost", [1, 20, 300])
+def test_the_end_of_the_table_of_frames_may_be_cut_off(tmp_path, lost):
+    options = {"trajectory": tmp_path / "sweep.traj", "resume": True}
+    heights = np.linspace(3.0, 2.0, 50)  # out of reach: the atoms lie flat
+    list(load_path(make_atoms(), heights=heights[:2], **options))
+    size = options["trajectory"].stat().st_size
+    os.truncate(options["trajectory"], size - lost)
+    list(load_path(make_atoms(), heights=heights, **options))
+    first, *others = read(options["trajectory"], ":")
+    assert len(others) == 49
+    for frame, height in zip(others, heights[1:], strict=True):
+        assert frame.positions[-1, 2] == height
+        frame.positions[-1] = first.positions[-1]
+        for name, values in first.arrays.items():
+            np.testing.assert_array_equal(frame.arrays[name], values)
+
+
+def test_steps_are_counted_without_a_torn_one(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    assert count_steps(movie) == 0
+    list(load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie))
+    assert count_steps(movie) == 3
+    os.truncate(movie, movie.stat().st_size - 1)
+    assert count_steps(movie) == 2
 
 
 # Bad input
@@ -282,13 +379,6 @@ def test_a_periodic_window_has_no_edge():
 # What a path can't be resumed with
 
 
-def test_another_tolerance_is_not_resumed(tmp_path):
-    movie = tmp_path / "sweep.traj"
-    list(load_path(make_atoms(), DEPTHS[:1], fmax=1e-3, trajectory=movie))
-    with pytest.raises(ValueError, match="tolerance differ"):
-        load_path(make_atoms(), DEPTHS, fmax=1e-6, trajectory=movie, resume=True)
-
-
 def test_another_spring_is_not_resumed(tmp_path):
     def on_spring(stiffness):
         atoms = make_atoms(fixed=False)
@@ -300,7 +390,7 @@ def test_another_spring_is_not_resumed(tmp_path):
     options = {"loads": [0.1, 0.2], "fmax": FMAX, "trajectory": tmp_path / "tip.traj"}
     next(load_path(on_spring(1.0), **options))
     assert next(load_path(on_spring(1.0), resume=True, **options)).step == 0
-    with pytest.raises(ValueError, match="another path or system"):
+    with pytest.raises(ValueError, match=r"springs was .*'k': 1\.0.*is .*'k': 2\.0"):
         load_path(on_spring(2.0), resume=True, **options)
 
 

@@ -93,9 +93,43 @@ def test_plan_tells_what_is_left_out_and_why():
     assert any("repeats along x and y" in text for text in told)
 
 
-def test_contact_beyond_the_roughness_is_refused_by_the_plan():
-    with pytest.raises(ValueError, match="surface is known only up to"):
-        plan_path(make_atoms(), "heights", [-300.0], "auto")
+def test_a_step_beyond_the_roughness_tells_so_and_the_others_are_planned():
+    plan = plan_path(make_atoms(), "heights", [0.0, -300.0], "auto")
+    assert [bool(step.window) for step in plan.steps] == [True, False]
+    assert "surface is known only up to" in plan.steps[1].problem
+    assert plan.fits and not plan.runs
+    text = plan.table("height (Å)", 1.0)
+    assert "CAN'T RUN: atoms up to" in text
+    assert "stops at the first of them, after 1." in text
+
+
+@pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])
+def test_a_fixed_window_that_the_contact_outgrows_is_told(control):
+    sphere = RoughSphere(300.0)  # contact radius 30 at a depth of 3
+    loads = control == "loads"
+    targets = {
+        "penetrations": [0.1, 3.0],
+        "heights": [-0.1, -3.0],
+        "loads": [1.0, 4.0 / 3.0 * 30.0**3 / 300.0],
+    }[control]
+    atoms = make_atoms(sphere, shape=(40, 44), fixed=not loads)
+    plan = plan_path(atoms, control, targets, "fixed")
+    assert plan.steps[0].problem == ""
+    assert "60 atoms wide, the window has 40x44" in plan.steps[1].problem
+    path = load_path(atoms, **{control: targets})
+    assert next(path).converged
+    with pytest.raises(RuntimeError, match="edge of the window"):
+        next(path)
+
+
+def test_a_fixed_window_beside_the_first_contact_is_told():
+    plan = plan_path(make_atoms(shape=(8, 8)), "penetrations", [0.1], "fixed")
+    assert "lowest outside of the window of 8x8 atoms" in plan.left_out[-1]
+
+
+def test_a_periodic_window_is_never_too_small():
+    atoms = make_atoms(RoughSphere(300.0), shape=(8, 8), periodic=True)
+    assert plan_path(atoms, "heights", [-3.0], "fixed").runs
 
 
 def test_plan_as_text_has_a_line_for_every_step():

@@ -67,12 +67,13 @@ def line(axes, label):
 
 def everything(figure, sphere_contact, loop):
     """All kinds of axes, drawn."""
-    axes = iter(figure.subplots(2, 3).ravel())
+    axes = iter(figure.add_subplot(2, 4, i) for i in range(1, 8))
     load = np.geomspace(1, 10, 4)
     plot.plot_curve(next(axes), load, load, 2 * load, 1.1 * load)
     plot.plot_contact(next(axes), snapshot(sphere_contact), 20.0)
     plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
     plot.plot_loop(next(axes), loop, {"JKR": 1.0})
+    plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=-2.0)
     plot.plot_spectrum(next(axes), ROUGH.heights((64, 64), 2.0), 2.0, ROUGH)
     plot.plot_convergence(next(axes), {"one": ([1, 2], [1.0, 0.1])})
 
@@ -80,7 +81,7 @@ def everything(figure, sphere_contact, loop):
 def test_all_axes_tell_quantity_and_unit(sphere_contact, loop):
     figure = Figure()
     everything(figure, sphere_contact, loop)
-    assert len(figure.axes) == 6
+    assert len(figure.axes) == 7
     for axes in figure.axes:
         for text in (axes.get_xlabel(), axes.get_ylabel()):
             assert text.endswith(")") or text in (
@@ -95,6 +96,34 @@ def test_curve_is_the_area_relative_to_hertz(axes):
     x, y = line(axes, "simulation")
     np.testing.assert_array_equal(x, load)
     np.testing.assert_array_equal(y, 0.5)
+
+
+def test_curve_shows_other_laws_and_leaves_out_a_prediction_that_is_none(axes):
+    load = np.array([1.0, 10.0])
+    plot.plot_curve(axes, load, load, load, laws={"JKR": (load, [3.0, 2.0])})
+    np.testing.assert_array_equal(line(axes, "JKR")[1], [3.0, 2.0])
+    labels = [each.get_label() for each in axes.lines]
+    assert "Eq. (4)" not in labels
+
+
+def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
+    force = np.array([0.0, -2.0, 3.0]) * NANONEWTON
+    laws = {"JKR": ([0.0, 1.0], [-NANONEWTON, 500.0 * NANONEWTON])}
+    assert (
+        plot.plot_force(axes, [-1.0, 0.0, 1.0], force, laws, -4.0 * NANONEWTON) is axes
+    )
+    np.testing.assert_allclose(line(axes, "simulation")[1], [0.0, -2.0, 3.0])
+    np.testing.assert_allclose(line(axes, "JKR")[1], [-1.0, 500.0])
+    np.testing.assert_allclose(line(axes, "pull-off, theory")[1], -4.0)
+    assert axes.get_yscale() == "linear"
+    low, high = axes.get_ylim()
+    assert -5.0 < low < -4.0 and 3.0 < high < 4.0
+
+
+def test_a_path_in_and_out_is_drawn_as_two(axes):
+    plot.plot_force(axes, [0.0, 1.0, 0.0, -1.0], [0.0, 5.0, -1.0, 0.0])
+    assert list(line(axes, "approach")[0]) == [0.0, 1.0]
+    assert list(line(axes, "retraction")[0]) == [1.0, 0.0, -1.0]
 
 
 def test_contact_map_shows_pressures_of_contacts_in_place(axes, sphere_contact):
@@ -119,6 +148,8 @@ def test_circles_of_hertz_and_of_first_contact_have_their_radii(axes, sphere_con
     np.testing.assert_allclose(first, 5.0)
     assert axes.get_xlim()[1] > 5.0
     assert axes.lines[0].get_linestyle() != axes.lines[1].get_linestyle()
+    _, labels = axes.get_legend_handles_labels()
+    assert labels == ["smooth sphere (Hertz)", "first contact $a'$"]
 
 
 def test_pressure_of_a_smooth_sphere_lies_on_hertz_s(axes, sphere_contact):

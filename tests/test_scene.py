@@ -61,6 +61,17 @@ def test_every_kind_of_wall_can_be_named(kind, wall):
     assert scene.wall == wall(scene.contact_modulus, scene.spacing)
 
 
+def test_the_attraction_of_a_full_wall_decays_over_the_distance_of_its_minimum():
+    def scene(kind):
+        adhesive = f'[interaction]\nkind = "{kind}"\nwork_of_adhesion = 0.1\n'
+        return Scene.parse(SMALL + adhesive)
+
+    assert scene("full").attraction_range == scene("full").spacing
+    wall = scene("adhesive").wall
+    assert scene("adhesive").attraction_range == wall.cutoff - wall.distance
+    assert Scene.parse(SMALL).attraction_range is None
+
+
 def test_loads_are_in_nanonewton():
     text = SMALL.replace('"penetration"', '"load"').replace('"linear"', '"geometric"')
     np.testing.assert_allclose(
@@ -128,6 +139,41 @@ def test_a_folder_of_another_scene_is_refused(tmp_path):
         next(other.run(tmp_path))
 
 
+def test_a_changed_scene_is_refused_with_what_differs(tmp_path):
+    (tmp_path / "scene.toml").write_text(SMALL)
+    next(Scene.parse(SMALL).run(tmp_path))
+    changed = SMALL.replace("60.0", "61.0").replace("steps = 2", "values = [0.3]")
+    with pytest.raises(ValueError, match="holds a run of another scene") as told:
+        next(Scene.parse(changed).run(tmp_path))
+    assert "[sphere] radius was 60.0, is 61.0" in str(told.value)
+    assert "[path] values was not given, is [0.3]" in str(told.value)
+    assert "rms_slope" not in str(told.value)
+
+
+def test_a_table_that_was_not_there_is_told(tmp_path):
+    (tmp_path / "scene.toml").write_text(SMALL)
+    next(Scene.parse(SMALL).run(tmp_path))
+    smooth = SMALL.replace("[roughness]\nlong_wavelength = 16.0\n", "")
+    with pytest.raises(ValueError, match=r"\[roughness\] was there and is not"):
+        next(Scene.parse(smooth).run(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "longer",
+    [
+        ("last = 0.6\nsteps = 2", "last = 1.0\nsteps = 3"),
+        ("first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.2, 0.6, 0.5]"),
+    ],
+    ids=["ends", "values"],
+)
+def test_a_path_that_was_made_longer_goes_on_in_the_same_folder(longer, tmp_path):
+    (tmp_path / "scene.toml").write_text(SMALL)
+    short = list(Scene.parse(SMALL).run(tmp_path))
+    records = list(Scene.parse(SMALL.replace(*longer)).run(tmp_path))
+    assert records[:2] == short
+    assert len(records) == 3 and records[2].converged
+
+
 @pytest.mark.parametrize(
     "text, message",
     [
@@ -179,6 +225,56 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
         text = text.replace("first = 0.2", "first = -0.2")
     with pytest.raises(ValueError, match=message):
         list(Scene.parse(text).run(tmp_path))
+
+
+@pytest.mark.parametrize(
+    "table, line, told",
+    [
+        (
+            "substrate",
+            "spacing = -2.5",
+            "spacing must be a finite number > 0, got -2.5",
+        ),
+        ("substrate", 'symbol = "Fe"', "symbol = 'Fe': give spacing"),
+        ("substrate", "contact_modulus = 0", "contact_modulus must be .* > 0, got 0"),
+        ("substrate", "elastic_constants = [1.0, 2.0, 3.0]", "elastic_constants must"),
+        ("substrate", "shape = [0, 4]", "shape must be two whole numbers >= 1"),
+        ("substrate", "periodic = true", "shape = .auto. needs a free half space"),
+        ("sphere", "radius = -1", "radius must be a finite number > 0, got -1"),
+        ("sphere", 'profile = "cone"', "profile must be 'paraboloid' or 'sphere'"),
+        ("roughness", "rms_slope = 0", "rms_slope must be a finite number > 0"),
+        ("roughness", "hurst = 1.5", "hurst must lie between 0 and 1, got 1.5"),
+        (
+            "roughness",
+            "short_wavelength = 600",
+            "least short_wavelength = 600, got 512",
+        ),
+        ("roughness", "seed = -1", "seed must be an integer >= 0, got -1"),
+        ("roughness", "domain = 3.0", "domain must be at least long_wavelength = 512"),
+        ("interaction", 'kind = "full"', "kind = 'full' needs a work_of_adhesion"),
+        ("interaction", "cutoff = 3.0", "cutoff: only a full wall has one, got 3.0"),
+        (
+            "interaction",
+            'kind = "full"\nwork_of_adhesion = 1.0\ncutoff = 1.0',
+            "cutoff must lie beyond 1 a0",
+        ),
+        ("path", "values = []", "values must hold at least one step"),
+        ("path", "values = [nan]", "values must be finite"),
+        ("path", "first = 1.0", "not given: last, steps"),
+        ("solver", "accuracy = 2.0", "accuracy must be a relative error from"),
+        ("solver", 'accuracy = "exact"', "unknown accuracy 'exact'"),
+        ("solver", "fmax = -1.0", "fmax must be a finite number > 0, got -1.0"),
+        ("solver", "max_steps = 0", "max_steps must be an integer >= 1, got 0"),
+    ],
+)
+def test_a_value_out_of_range_is_told_with_file_table_and_key(
+    table, line, told, tmp_path
+):
+    file = tmp_path / "my.toml"
+    path = "" if table == "path" else "[path]\nvalues = [1.0]\n"
+    file.write_text(f"[{table}]\n{line}\n{path}")
+    with pytest.raises(ValueError, match=rf"my\.toml: \[{table}\] .*{told}"):
+        Scene.read(file)
 
 
 def test_an_unreadable_file_is_refused_by_name(tmp_path):

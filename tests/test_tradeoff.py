@@ -6,6 +6,7 @@ from functools import cache
 
 import pytest
 
+from ase_roughcontact.accuracy import accuracy_of
 from ase_roughcontact.fourier import threads
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.tradeoff import tradeoff
@@ -58,7 +59,7 @@ def test_steps_that_would_take_too_long_are_left_out():
 
 def test_the_recommended_setting_keeps_to_the_error_and_is_the_cheapest_that_does():
     study = studied()
-    assert study.best.error < study.wanted
+    assert study.best.error + study.reference_error < study.wanted
     better = [t for t in study.trials if t.error <= study.best.error]
     assert study.best.work == min(t.work for t in better)
     assert study.best.work < study.trials[0].work
@@ -81,10 +82,38 @@ def test_the_reference_is_far_better_than_what_is_judged_by_it():
     assert study.reference_error < min(errors) < 1e-6
 
 
-def test_an_error_that_no_setting_keeps_to_is_told():
+def test_an_error_that_no_setting_keeps_to_is_told_with_the_least_one():
     study = replace(studied(), wanted=1e-30)
     assert study.best is None
-    assert str(study).endswith("No setting keeps to 1e-30.")
+    last = str(study).splitlines()[-1]
+    assert last.startswith("No setting that was tried is safe for an error of 1e-30")
+    assert "write:" not in str(study)
+
+
+def test_nothing_is_recommended_that_is_not_known_to_keep_to_the_error():
+    study = studied()
+    assert replace(study, reference_error=study.wanted).best is None
+
+
+def test_nothing_is_recommended_that_promises_less_than_is_asked_for():
+    study = studied()
+    assert accuracy_of(study.best.choice.accuracy).error <= study.wanted
+    cheaper = [t for t in study.trials if t.work < study.best.work]
+    assert any(t.error < study.wanted for t in cheaper)
+
+
+def test_an_atom_too_many_is_an_error_of_the_area():
+    study = studied()
+    worst = max(study.trials, key=lambda trial: trial.atoms)
+    assert worst.atoms > 0 and worst.area_error > 0.0
+    assert all(t.area_error == 0.0 for t in study.trials if t.atoms == 0)
+
+
+def test_the_columns_are_explained_below_the_table():
+    head, _, told = str(studied()).partition("\n\n")
+    for column in ("error", "atoms", "pairs"):
+        assert column in head.splitlines()[0]
+        assert column in told.splitlines()[0].lower()
 
 
 def test_the_cutoff_of_a_full_wall_is_tried_and_recommended():

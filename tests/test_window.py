@@ -22,9 +22,10 @@ from ase_roughcontact import (
     restore,
     substrate,
 )
+from ase_roughcontact.places import Box
 from ase_roughcontact.rewindow import rewindow
 from ase_roughcontact.rewindow import window_of as window_of_layout
-from ase_roughcontact.silhouette import Box, Silhouette
+from ase_roughcontact.silhouette import Silhouette
 
 HARD = HardWall(), HardWallCG
 SOFT = LennardJones93.repulsive(1.0, 1.0), NewtonKrylov

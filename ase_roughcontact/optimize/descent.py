@@ -21,7 +21,7 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.optimize.activeset import ActiveSet
 from ase_roughcontact.optimize.models import Circulant, Matrix, model_of
 from ase_roughcontact.optimize.problem import dot, precision_advice
-from ase_roughcontact.silhouette import Box
+from ase_roughcontact.places import Box
 
 # Part of a violation that the model's solution may leave.
 _CONTRACTION = 0.1

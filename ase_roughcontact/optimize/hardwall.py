@@ -33,7 +33,7 @@ from ase_roughcontact.optimize.nested import (
     whole,
 )
 from ase_roughcontact.optimize.problem import External, Relaxation, without_rounding
-from ase_roughcontact.silhouette import Box
+from ase_roughcontact.places import Box
 
 # Largest gap in contact, in spacings: of a result, and on coarser grids.
 _GAP = 1e-6

@@ -89,7 +89,7 @@ class System:
             spring resist a change of height.
         """
         spring, missing = row or (0.0, 0.0)
-        unit = float(abs(right).max()) or abs(missing) or 1.0
+        unit = max(float(abs(right).max()), abs(missing) / right.size) or 1.0
         spring, missing = spring * self._model.local, missing / unit
         response = self._relieve(self._d) if row else np.zeros_like(self._d)
         resistance = float(response.sum()) + spring

@@ -9,7 +9,7 @@ import numpy as np
 from ase_roughcontact.condensed import ScatteredHalfSpace
 from ase_roughcontact.fourier import RealFFT2, fast_length
 from ase_roughcontact.halfspace import HalfSpace
-from ase_roughcontact.silhouette import Box
+from ase_roughcontact.places import Box
 
 # Atoms added beside the box: it helps the smallest boxes, and costs the large ones
 # little.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.silhouette import Box
+from ase_roughcontact.places import Box
 
 # Windows are not coarsened below this number of atoms along their shorter side.
 COARSEST = 32

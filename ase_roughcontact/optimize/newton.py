@@ -43,7 +43,7 @@ from ase_roughcontact.optimize.problem import (
     indenter_stiffness,
     precision_advice,
 )
-from ase_roughcontact.silhouette import Box
+from ase_roughcontact.places import Box
 
 # Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
 # negative stiffness is put in.

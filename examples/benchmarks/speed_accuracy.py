@@ -213,8 +213,6 @@ def study(case, size):
             for name, exponent in product(("LBFGS", "FIRE2"), (2, 4)):
                 yield "solver", Settings(10.0**-exponent, optimizer=name)
     if case == "full":
-        for cutoff in (3.0, 5.0, 10.0, 30.0):
-            yield "cutoff", Settings(1e-8, cutoff=cutoff)
         return
     for cell in (1, 2, 4):
         yield "periodic", Settings(1e-6, cell=cell, by_load=True)

@@ -1,0 +1,193 @@
+"""The command ``ase-roughcontact``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from ase.io import Trajectory
+
+from ase_roughcontact import report
+from ase_roughcontact.cli.completion import BASHRC, candidates
+from ase_roughcontact.cli.parser import make_parser
+from ase_roughcontact.ensemble import product, run_ensemble, write_table
+from ase_roughcontact.ensemble.progress import costs_of
+from ase_roughcontact.record import LoadStep
+from ase_roughcontact.report.laws import laws_of
+from ase_roughcontact.scene import NANONEWTON, Scene, default_text
+from ase_roughcontact.tables import tomllib
+from ase_roughcontact.tradeoff import tradeoff
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    options = make_parser().parse_args(arguments)
+    try:
+        return _done(ACTIONS[options.action](options))
+    except BrokenPipeError:  # of a pager that was closed
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except (ValueError, RuntimeError, OSError, MemoryError) as error:
+        print(f"ase-roughcontact: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("\nstopped; what was calculated is kept", file=sys.stderr)
+        return 130
+
+
+def _done(status: int) -> int:
+    sys.stdout.flush()  # while a closed pipe can still be caught
+    return status
+
+
+def _text(options: argparse.Namespace) -> tuple[str, str]:
+    """Text and name of the scene file, or of the built-in one."""
+    if not options.scene:
+        return default_text(), "default.toml"
+    return Scene.text_of(options.scene), options.scene
+
+
+def _scene(options: argparse.Namespace) -> Scene:
+    """Scene of the file, checked."""
+    text, name = _text(options)
+    scene = Scene.parse(text, name)
+    scene.check(name)
+    return scene
+
+
+def _print_scene(options: argparse.Namespace) -> int:
+    print(default_text(), end="")
+    return 0
+
+
+def _plan(options: argparse.Namespace) -> int:
+    plan = (scene := _scene(options)).plan()
+    if options.json:
+        for step in plan.steps:
+            print(json.dumps(asdict(step)))
+    elif not options.quiet:
+        heading, unit = {
+            "load": ("load (nN)", NANONEWTON),
+            "penetration": ("penetration (Å)", 1.0),
+            "height": ("height (Å)", 1.0),
+        }[scene.path.control]
+        print(plan.table(heading, unit))
+    return 0 if plan.runs else 1
+
+
+def _run(options: argparse.Namespace) -> int:
+    scene, folder, text = _scene(options), options.out, _text(options)[0]
+    total, kept = len(scene.steps), _frames(folder)
+    laws, costs = laws_of(scene), costs_of(scene)
+    records: list[LoadStep] = []
+    talks = not (options.quiet or options.json)
+    for record in scene.run(folder):
+        if not records:
+            (folder / "scene.toml").write_text(text, encoding="utf-8")
+        if talks and not records:
+            print(report.heading(scene, laws))
+        records.append(record)
+        if talks:
+            left = report.time_left(costs, records, kept)
+            known = len(records) <= kept
+            line = report.row(scene, laws, record, total, left, known)
+            print(line, flush=True)
+        if options.json:
+            print(json.dumps(asdict(record)), flush=True)
+    pictures = report.draw(scene, laws, records, folder)
+    report.write_view(scene, folder)
+    if talks:
+        tension = report.largest_tension(laws, records)
+        print(report.farewell(folder, pictures, tension))
+    return 0 if all(record.converged for record in records) else 1
+
+
+def _frames(folder: Path) -> int:
+    """Count the steps that an earlier run has left."""
+    file = folder / "sweep.traj"
+    if not file.exists() or not file.stat().st_size:
+        return 0
+    try:
+        with Trajectory(file) as frames:
+            return len(frames)
+    except (OSError, ValueError):  # to be told when the run reads it
+        return 0
+
+
+def _figure(options: argparse.Namespace) -> int:
+    folder = options.folder
+    scene = Scene.read(folder / "scene.toml")
+    with Trajectory(folder / "sweep.traj") as frames:
+        records = [LoadStep(**frame.info["load_step"]) for frame in frames]
+    pictures = report.draw(scene, laws_of(scene), records, folder)
+    if not pictures:
+        raise RuntimeError("no pictures: matplotlib is not installed, or no contact")
+    print("\n".join(str(folder / name) for name in pictures))
+    return 0
+
+
+def _ensemble(options: argparse.Namespace) -> int:
+    scene = Scene.parse(*_text(options))
+    scenes = product(scene, dict(_choice(text) for text in options.set))
+    for progress in run_ensemble(scenes, options.database, workers=options.workers):
+        if options.json:
+            print(json.dumps(asdict(progress)), flush=True)
+        elif not options.quiet:
+            print(progress, flush=True)
+    if options.table:
+        write_table(options.database, options.table)
+    if not (options.quiet or options.json):
+        print(
+            f"Steps are in {options.database}: look at them with\n"
+            f"  ase db {options.database} record=step -c case,step,normal_force,"
+            "contact_area"
+        )
+    for case, message in progress.failures.items():
+        print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
+    return 1 if progress.failures else 0
+
+
+def _tradeoff(options: argparse.Namespace) -> int:
+    found = tradeoff(_scene(options), options.error)
+    print(found)
+    return 1 if found.best is None else 0
+
+
+def _choice(text: str) -> tuple[str, list[Any]]:
+    """Key and values of an option ``table.key=value,value``."""
+    key, equals, values = text.partition("=")
+    try:
+        listed = tomllib.loads(f"values = [{values}]")["values"]
+    except tomllib.TOMLDecodeError:
+        listed = values.split(",")  # words need no quotes here
+    if not equals or not values:
+        raise ValueError(f"--set must be TABLE.KEY=VALUE,VALUE,..., got {text!r}")
+    return key.strip(), listed
+
+
+def _completion(options: argparse.Namespace) -> int:
+    """Print the line for ~/.bashrc or, when bash asks, what may come next."""
+    line = os.environ.get("COMP_LINE")
+    if line is None:
+        print(BASHRC)
+    else:
+        point = int(os.environ.get("COMP_POINT", len(line)))
+        print("\n".join(candidates(make_parser(), line[:point])))
+    return 0
+
+
+ACTIONS: dict[str, Callable[[argparse.Namespace], int]] = {
+    "run": _run,
+    "plan": _plan,
+    "ensemble": _ensemble,
+    "tradeoff": _tradeoff,
+    "figure": _figure,
+    "scene": _print_scene,
+    "completion": _completion,
+}

@@ -1,0 +1,40 @@
+"""Figures: each function draws into the axes that it is given. Needs matplotlib.
+
+::
+
+    with style():
+        figure, axes = pyplot.subplots()
+        plot_loop(axes, loop, {"JKR": jkr_pull_off_force(radius, work)})
+        figure.savefig("loop.pdf")
+
+Lengths are shown in nm, forces in nN, pressures in GPa; arguments are in ASE's units,
+unless it says otherwise.
+"""
+
+from ase_roughcontact.plot.curves import (
+    plot_convergence,
+    plot_curve,
+    plot_force,
+    plot_loop,
+)
+from ase_roughcontact.plot.look import BLUE, COLOURS, GREY, ORANGE, style
+from ase_roughcontact.plot.surfaces import (
+    plot_contact,
+    plot_pressure,
+    plot_spectrum,
+)
+
+__all__ = [
+    "BLUE",
+    "COLOURS",
+    "GREY",
+    "ORANGE",
+    "plot_contact",
+    "plot_convergence",
+    "plot_curve",
+    "plot_force",
+    "plot_loop",
+    "plot_pressure",
+    "plot_spectrum",
+    "style",
+]

@@ -1,0 +1,53 @@
+"""What all figures share: colours, lines, units, and defaults for print."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+
+from ase.units import J, m
+from cycler import cycler
+from matplotlib import rc_context
+
+# Okabe and Ito's palette, told apart by all kinds of colour vision.
+BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#7F7F7F"
+COLOURS = (BLUE, ORANGE, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+DASHES = ("--", ":", "-.")
+LINES = ("-", *DASHES)
+
+NM, NN = 10.0, 1e-9 * J / m
+
+
+def style() -> AbstractContextManager:
+    """Defaults for figures in print, as a context.
+
+    A column of a journal wide (86 mm), letters of 8 points, ticks inside on all sides,
+    Okabe and Ito's colours, and 300 dots per inch where a file needs dots.
+
+    Returns
+    -------
+    context manager
+        Figures made within have the defaults; those made outside do not.
+    """
+    ticks = {
+        f"{side}tick.{key}": value
+        for side in "xy"
+        for key, value in (("direction", "in"), ("labelsize", 7))
+    }
+    sides = {"xtick.top": True, "ytick.right": True}
+    return rc_context(
+        {
+            "figure.figsize": (3.4, 2.6),
+            "figure.constrained_layout.use": True,
+            "savefig.dpi": 300,
+            "font.size": 8,
+            "axes.linewidth": 0.6,
+            "axes.prop_cycle": cycler(color=COLOURS),
+            "lines.linewidth": 1.0,
+            "lines.markersize": 3.5,
+            "legend.fontsize": 7,
+            "legend.frameon": False,
+            "pdf.fonttype": 42,
+            **ticks,
+            **sides,
+        }
+    )

@@ -1,0 +1,204 @@
+"""What the tables of a scene stand for, in ASE's units, and what theory says of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field, replace
+from functools import partial
+
+import numpy as np
+from ase.units import GPa, J, m
+from numpy.typing import ArrayLike
+
+from ase_roughcontact import theory
+from ase_roughcontact.checks import positive
+from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.material import contact_modulus, crystal_modulus
+from ase_roughcontact.substrate import fcc_spacing
+from ase_roughcontact.tables import (
+    InteractionTable,
+    PathTable,
+    RoughnessTable,
+    SolverTable,
+    SphereTable,
+    SubstrateTable,
+    choice,
+)
+from ase_roughcontact.topography import RoughSphere, SelfAffine
+
+# Keys of [roughness] in units of the spacing.
+_LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
+
+
+@dataclass(frozen=True)
+class Model:
+    """Sphere, material and wall of a scene; see `Scene`."""
+
+    substrate: SubstrateTable = field(default_factory=SubstrateTable)
+    sphere: SphereTable = field(default_factory=SphereTable)
+    roughness: RoughnessTable | None = None
+    interaction: InteractionTable = field(default_factory=InteractionTable)
+    path: PathTable = field(default_factory=PathTable)
+    solver: SolverTable = field(default_factory=SolverTable)
+
+    @property
+    def spacing(self) -> float:
+        """Atomic spacing a0 (Å)."""
+        given = self.substrate.spacing
+        if given is None:
+            return _of_crystal(fcc_spacing, self.substrate.symbol, "spacing")
+        positive(spacing=given)
+        return given
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* (eV/Å^3): given, from elastic constants, or of the crystal."""
+        given = self.substrate
+        if given.contact_modulus is not None and given.elastic_constants is not None:
+            raise ValueError("give contact_modulus or elastic_constants, not both")
+        if given.elastic_constants is not None:
+            return contact_modulus(given.elastic_constants) * GPa
+        if given.contact_modulus is not None:
+            positive(contact_modulus=given.contact_modulus)
+            return given.contact_modulus * GPa
+        symbol, instead = given.symbol, "contact_modulus or elastic_constants"
+        return _of_crystal(crystal_modulus, symbol, instead) * GPa
+
+    @property
+    def radius(self) -> float:
+        """Radius of the sphere (Å)."""
+        positive(radius=self.sphere.radius)
+        return self.sphere.radius * self.spacing
+
+    @property
+    def surface(self) -> RoughSphere:
+        """The indenter's surface."""
+        given = self.sphere
+        return RoughSphere(self.radius, self._rough(), given.profile)
+
+    @property
+    def wall(self) -> Interaction:
+        """The interaction."""
+        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
+        if kind in ("adhesive", "full"):
+            if work is None:
+                raise ValueError(f"kind = {kind!r} needs a work_of_adhesion, J/m^2")
+            positive(work_of_adhesion=work)
+        elif work is not None:
+            raise ValueError(f"kind = {kind!r} has no work_of_adhesion, got {work}")
+        cutoff = self.interaction.cutoff
+        if cutoff is not None:
+            if kind != "full":
+                raise ValueError(f"cutoff: only a full wall has one, got {cutoff}")
+            if not cutoff > 1.0:
+                raise ValueError(
+                    "cutoff must lie beyond 1 a0, where the energy is least, got "
+                    f"{cutoff}"
+                )
+        walls = {
+            "hard": HardWall,
+            "repulsive": partial(
+                LennardJones93.repulsive, self.contact_modulus, self.spacing
+            ),
+            "adhesive": lambda: LennardJones93.adhesive(
+                self.contact_modulus, self.spacing, work * J / m**2
+            ),
+            "full": lambda: LennardJones93.full(
+                self.spacing,
+                work * J / m**2,
+                cutoff=None if cutoff is None else cutoff * self.spacing,
+            ),
+        }
+        return choice(kind, walls, "kind of interaction")()
+
+    @property
+    def attraction_range(self) -> float | None:
+        """Gap over which the attraction decays, for the theory; None without (Å).
+
+        Of a full wall, whose tail has no end, the distance of its minimum, which is the
+        length in Tabor's parameter.
+        """
+        wall = self.wall
+        if not (isinstance(wall, LennardJones93) and wall.attractive):
+            return None
+        full = self.interaction.kind == "full"
+        return self.spacing if full else wall.attraction_range
+
+    @property
+    def inverse_kappa(self) -> float:
+        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa``, for this wall.
+
+        Negative where rough flats would stick to each other.
+        """
+        wall = self.wall
+        if not isinstance(wall, LennardJones93):
+            return 1.0 / theory.KAPPA_HARD
+        surface = self._rough()
+        attraction_range = self.attraction_range
+        if attraction_range is None or surface is None:
+            return 1.0 / theory.KAPPA_REPULSIVE
+        rough = surface.statistics()
+        attraction = theory.inverse_kappa_attractive(
+            wall.work_of_adhesion,
+            self.contact_modulus,
+            attraction_range,
+            rough.rms_slope,
+            rough.rms_curvature,
+        )
+        return float(theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, attraction))
+
+    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Contact area by Eq. (4) of the paper, or of Hertz for a smooth sphere.
+
+        Adhesion is in it as a change of kappa; NaN where it is so strong that the law
+        does not hold.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            eV/Å.
+
+        Returns
+        -------
+        ndarray
+            Å^2.
+
+        References
+        ----------
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
+        """
+        if self.roughness is None:
+            return self.hertz_area(normal_force)
+        if self.inverse_kappa <= 0.0:
+            return np.full(np.shape(normal_force), np.nan)
+        pressure = theory.mean_contact_pressure(
+            self.roughness.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
+        )
+        return theory.contact_area(
+            normal_force, self.radius, self.contact_modulus, pressure
+        )
+
+    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Contact area of the smooth sphere, without adhesion (Å^2)."""
+        return theory.hertz_contact_area(
+            normal_force, self.radius, self.contact_modulus
+        )
+
+    def _rough(self) -> SelfAffine | None:
+        if self.roughness is None:
+            return None
+        given = SelfAffine(**asdict(self.roughness))  # checked in units of the file
+        lengths = {
+            name: getattr(given, name) * self.spacing
+            for name in _LENGTHS
+            if getattr(given, name) is not None
+        }
+        return replace(given, **lengths)
+
+
+def _of_crystal(known: Callable[[str], float], symbol: str, instead: str) -> float:
+    """Return a number of a crystal, or say what to give where it is not known."""
+    try:
+        return known(symbol)
+    except ValueError as error:
+        raise ValueError(f"symbol = {symbol!r}: give {instead}: {error}") from error
