@@ -104,57 +104,103 @@ def descend(
         The start, and one for each outer step. The last one is converged, or has a
         message.
     """
-    halfspace = contact.halfspace
-    pressure = _first(contact, load, start)
-    displacement = halfspace.displacement(pressure)
-    if load is None:
-        share = _share(pressure, displacement, contact.heights + height)
-        pressure, displacement = share * pressure, share * displacement
-    work = math.prod(halfspace.grid)
-    model: Circulant | Matrix | None = None
-    violations: list[float] = []
-    moves: list[Move] = []
-    part = 1.0
+    descent = _Descent(contact, height, load, start, tolerance)
     while True:
-        gap, height = _gap(contact, pressure, displacement, height, load)
-        violation = _violation(pressure, gap)
-        violations.append(violation)
-        converged = violation <= tolerance
-        message = "" if converged else _obstacle(violations, part, tolerance)
-        message += precision_advice(halfspace) if message else ""
-        yield Step(
-            pressure=pressure,
-            displacement=displacement,
-            height=height,
-            elastic_energy=-0.5 * halfspace.cell_area * dot(pressure, displacement),
+        step = descent.look()
+        yield step
+        if step.converged or step.message:
+            return
+        descent.advance()
+
+
+class _Descent:
+    """Where the solver is, and what it remembers of the way."""
+
+    def __init__(
+        self,
+        contact: Contact,
+        height: float,
+        load: float | None,
+        start: np.ndarray | None,
+        tolerance: float,
+    ) -> None:
+        self.contact, self.halfspace, self.work = contact, contact.halfspace, 0.0
+        self.height, self.load, self.tolerance = height, load, tolerance
+        self.pressure = _first(contact, load, start)
+        self.displacement = self._displaced(self.pressure)
+        if load is None:
+            undeformed = contact.heights + height
+            share = _share(self.pressure, self.displacement, undeformed)
+            self.pressure = share * self.pressure
+            self.displacement = share * self.displacement
+        self.model: Circulant | Matrix | None = None
+        self.violations: list[float] = []
+        self.moves: list[Move] = []
+        self.part = 1.0
+
+    def look(self) -> Step:
+        """Return the present step, and remember its gap."""
+        self.gap, self.height = _gap(
+            self.contact, self.pressure, self.displacement, self.height, self.load
+        )
+        violation = _violation(self.pressure, self.gap)
+        self.violations.append(violation)
+        converged = violation <= self.tolerance
+        obstacle = _obstacle(self.violations, self.part, self.tolerance)
+        message = obstacle and obstacle + precision_advice(self.halfspace)
+        work = dot(self.pressure, self.displacement)
+        return Step(
+            pressure=self.pressure,
+            displacement=self.displacement,
+            height=self.height,
+            elastic_energy=-0.5 * self.halfspace.cell_area * work,
             violation=violation,
             converged=converged,
-            message=message,
-            work=work,
+            message="" if converged else message,
+            work=self.work,
         )
-        if converged or message:
+
+    def advance(self) -> None:
+        """Correct the pressure by the model, as far as the energy falls."""
+        violation = self.violations[-1]
+        trial = self._corrected(violation)
+        sunk = self._displaced(trial)
+        move = Move(trial - self.pressure, self.displacement - sunk)
+        self.moves = [move, *self.moves[:_MEMORY]]
+        if len(self.violations) > 1 and violation > _SLOW * self.violations[-2]:
+            loaded = self.load is not None
+            self.pressure = _combined(self.pressure, self.gap, self.moves, loaded)
+            self.displacement, self.part = self._displaced(self.pressure), 1.0
             return
-        if model is None or _overlaps_beyond(model.box, gap):
-            near = Box.around((pressure > 0.0) | (gap < violation), (0, 0))
-            box = near or Box((0, 0), halfspace.shape)
-            model = model_of(halfspace, box.join(model.box if model else None))
+        self.part = _part(self.pressure, trial, self.gap, move)
+        self.pressure = _between(self.pressure, trial, self.part)
+        self.displacement = _between(self.displacement, sunk, self.part)
+
+    def _corrected(self, violation: float) -> np.ndarray:
+        """Pressure of less violation by the model."""
+        model = self._covering(violation)
         before = model.transforms
         # there is no need to come back to an exact model
         contraction = 0.0 if model.exact else _CONTRACTION
-        target = max(0.3 * tolerance / violation, contraction)
-        correction = ActiveSet(model, pressure, gap, violation, load is not None)
+        target = max(0.3 * self.tolerance / violation, contraction)
+        loaded = self.load is not None
+        correction = ActiveSet(model, self.pressure, self.gap, violation, loaded)
         trial = correction.solve(target)
-        sunk = halfspace.displacement(trial)
-        work = math.prod(halfspace.grid) + model.points * (model.transforms - before)
-        moves = [Move(trial - pressure, displacement - sunk), *moves[:_MEMORY]]
-        if len(violations) > 1 and violation > _SLOW * violations[-2]:
-            pressure = _combined(pressure, gap, moves, load is not None)
-            displacement, part = halfspace.displacement(pressure), 1.0
-            work += math.prod(halfspace.grid)
-            continue
-        part = _part(pressure, trial, gap, moves[0])
-        pressure = _between(pressure, trial, part)
-        displacement = _between(displacement, sunk, part)
+        self.work = model.points * (model.transforms - before)
+        return trial
+
+    def _covering(self, violation: float) -> Circulant | Matrix:
+        """Model whose box holds all atoms that may touch, the last one if it does."""
+        if self.model is None or _overlaps_beyond(self.model.box, self.gap):
+            near = (self.pressure > 0.0) | (self.gap < violation)
+            box = Box.around(near, (0, 0)) or Box((0, 0), near.shape)
+            box = box.join(self.model.box if self.model else None)
+            self.model = model_of(self.halfspace, box)
+        return self.model
+
+    def _displaced(self, pressure: np.ndarray) -> np.ndarray:
+        self.work += math.prod(self.halfspace.grid)
+        return self.halfspace.displacement(pressure)
 
 
 def _overlaps_beyond(box: Box, gap: np.ndarray) -> bool:
