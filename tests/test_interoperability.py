@@ -265,7 +265,6 @@ def test_height_map_is_any_array(heights, form):
 
 
 def test_height_map_comes_from_surface_topography(heights):
-    pytest.importorskip("SurfaceTopography")
     from SurfaceTopography import Topography
 
     topography = Topography(heights, physical_sizes=(16.0, 16.0))
