@@ -264,6 +264,7 @@ def test_height_map_is_any_array(heights, form):
     assert force_of(form(heights), 1.0) == force_of(heights, 1.0)
 
 
+@pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
 def test_height_map_comes_from_surface_topography(heights):
     from SurfaceTopography import Topography
 
