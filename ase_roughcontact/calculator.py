@@ -154,6 +154,11 @@ class RoughContact(Calculator):
         -------
         dict
             The parameters that changed.
+
+        Raises
+        ------
+        ValueError, TypeError
+            As for the class; nothing is changed then.
         """
         for name in kwargs:
             if name not in self.default_parameters:
@@ -200,7 +205,8 @@ class RoughContact(Calculator):
         """Property by name: ASE's, and `CONTACT_PROPERTIES`."""
         if name not in CONTACT_PROPERTIES:
             return super().get_property(name, atoms, allow_calculation)
-        if not allow_calculation and self.calculation_required(atoms, ["energy"]):
+        known = super().get_property("energy", atoms, allow_calculation=False)
+        if known is None and not allow_calculation:
             return None
         value = getattr(self.state(atoms), name)
         return value.copy() if isinstance(value, np.ndarray) else value
@@ -216,6 +222,11 @@ class RoughContact(Calculator):
         Returns
         -------
         ContactState
+
+        Raises
+        ------
+        ValueError
+            If there are neither atoms nor a last calculation.
         """
         if atoms is None and not self.results:
             raise ValueError("nothing is calculated yet: give the atoms")
@@ -235,8 +246,19 @@ class RoughContact(Calculator):
             Substrate and indenter.
         pressure : ndarray, shape (n, m)
             On the window (eV/Å^3).
+
+        Raises
+        ------
+        ValueError
+            If the pressure does not have the shape of the window.
         """
-        self._held = displacement(atoms, self.layout(atoms)).copy(), pressure
+        layout, contact = self._scene(atoms)
+        if pressure.shape != contact.heights.shape:
+            raise ValueError(
+                f"pressure must have the shape {contact.heights.shape} of the window, "
+                f"got {pressure.shape}"
+            )
+        self._held = displacement(atoms, layout).copy(), pressure
         self.results = {}
 
     def elastic_pressure(self, atoms: Atoms) -> np.ndarray:
@@ -271,7 +293,7 @@ class RoughContact(Calculator):
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
         """Return what has changed since the last calculation; quick if nothing has."""
         if self.atoms is not None and len(self.atoms) == len(atoms):
-            pairs = zip(_frame(self.atoms), _frame(atoms), strict=True)
+            pairs = zip(_setting(self.atoms), _setting(atoms), strict=True)
             known = np.array_equal(self.atoms.positions, atoms.positions)
             if known and all(np.array_equal(*pair) for pair in pairs):
                 return []
@@ -297,10 +319,10 @@ class RoughContact(Calculator):
         return self._scene(atoms)[0]
 
     def _scene(self, atoms: Atoms) -> tuple[Layout, Contact]:
-        frame = _frame(atoms)
-        if self._kept is None or not all(map(np.array_equal, frame, self._kept[0])):
+        setting = _setting(atoms)
+        if self._kept is None or not all(map(np.array_equal, setting, self._kept[0])):
             layout = Layout.of(atoms)
-            copies = tuple(part.copy() for part in frame)
+            copies = tuple(part.copy() for part in setting)
             self._kept = copies, (layout, self._build(layout))
         return self._kept[1]
 
@@ -322,7 +344,7 @@ class RoughContact(Calculator):
         return self._held[1]
 
 
-def _frame(atoms: Atoms) -> tuple[np.ndarray, ...]:
+def _setting(atoms: Atoms) -> tuple[np.ndarray, ...]:
     """All that half space, heights and wall depend on."""
     xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
     return xy, axis, atoms.cell.array, atoms.pbc, atoms.numbers

@@ -8,8 +8,8 @@ import numpy as np
 from ase import Atoms
 from ase.units import GPa
 
-from ase_roughcontact.checks import FloatArray, finite_array, surface, window
-from ase_roughcontact.layout import Layout
+from ase_roughcontact.checks import FloatArray, finite_array, window
+from ase_roughcontact.layout import Layout, surface_above
 from ase_roughcontact.substrate import TAG_CONTACT
 from ase_roughcontact.topography import Surface
 
@@ -87,10 +87,7 @@ class ContactMap:
             )
         layout, gap = Layout.of(frame), None
         if indenter is not None:
-            surface(indenter=indenter)
-            u = frame.positions[:-1, 2]
-            gap = frame.positions[-1, 2] - (u - u.mean() * layout.periodic)
-            gap = gap + layout.heights(indenter).ravel()
+            gap = surface_above(frame, layout, indenter) - frame.positions[:-1, 2]
         pressure = frame.get_initial_charges()[:-1] * GPa
         return _map(layout, pressure, frame.get_tags()[:-1] == TAG_CONTACT, gap)
 

@@ -118,7 +118,7 @@ class Frames:
         try:
             if fcntl is not None:
                 fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
+        except BlockingIOError as error:
             raise RuntimeError(f"another run is writing {file}") from error
         if done is None:
             return
@@ -186,7 +186,7 @@ def keeper(
         Until when.
     frames : Frames
     table : path, optional
-        File of the records, written anew.
+        File of the records, written anew from the first of the steps on.
     done : sequence of LoadStep, optional
         Steps whose frames stay; None if the path begins anew.
 
@@ -197,7 +197,8 @@ def keeper(
     """
     frames.claim(files, None if done is None else len(done))
     # the table first: a trajectory that is there is lost once it is opened to write
-    rows = None if table is None else files.enter_context(Table(table))
+    before = done[0].step if done else 0  # their frames were not kept
+    rows = None if table is None else files.enter_context(Table(table, before))
     write = frames.open(files, append=bool(done))
 
     def keep(record: LoadStep, frame: Callable[[], Atoms]) -> None:

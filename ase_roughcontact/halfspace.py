@@ -6,8 +6,8 @@ In a periodic cell, with contact modulus :math:`E^*`,
 .. math:: \tilde u(q) = -\frac{2}{E^* |q|} \tilde p(q), \qquad \tilde u(0) = 0.
 
 For a free half space :math:`G` is the displacement by a uniform pressure on one cell,
-and the convolution is done by FFT on a grid padded to at least twice the window, which
-is exact for pressure and displacement inside the window.
+and the convolution is done by FFT on a grid padded to at least ``2n - 1`` cells for n,
+which is exact for pressure and displacement inside the window.
 
 References
 ----------
@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -89,7 +89,7 @@ class HalfSpace(ABC):
     def __reduce__(self) -> tuple:
         """Rebuild from the parameters: plans and kernels are not worth storing."""
         args = (self.shape, self.spacing, self.contact_modulus)
-        return _rebuild, (type(self), args, self.fft)
+        return partial(type(self), **self.fft), args
 
     def like(self, shape: tuple[int, int], spacing: float) -> Self:
         """Half space of the same solid and kind under another grid, for a short use."""
@@ -317,7 +317,7 @@ def love_kernel(
 
     at the origin :math:`4 \ln(1 + \sqrt 2) a_0/(\pi E^*)`. Far away these terms cancel;
     there the integral of :math:`1/(\pi E^* r)` over the cell is done with Gauss points,
-    and farther by Taylor's series about its centre,
+    and farther by Taylor's series about its centre, lengths in spacings,
 
     .. math:: \frac{1}{r} + \frac{1}{24 r^3}
               + \frac{7}{1920 r^5}\left(\frac{20 x^2 y^2}{r^4} - 1\right).
@@ -344,7 +344,7 @@ def love_kernel(
     Mechanics (1985), Eq. (3.25).
     """
     x, y = (np.abs(distance).astype(float) for distance in (i, j))
-    kernel = np.array(_cell_series(x, y))
+    kernel = np.asarray(_cell_series(x, y))
     distance = np.maximum(x, y)
     near, between = distance < _NEAR, (distance >= _NEAR) & (distance < _FAR)
     x, y = np.broadcast_arrays(x, y)
@@ -384,7 +384,3 @@ def _cell_series(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         1.0 / 24.0 + inverse * (7.0 / 1920.0) * (20.0 * mixed - 1.0)
     )
     return np.sqrt(inverse) * series
-
-
-def _rebuild(cls: type[HalfSpace], args: tuple, fft: dict) -> HalfSpace:
-    return cls(*args, **fft)

@@ -156,6 +156,7 @@ class HeightMap:
     def _lowest_control(self) -> float:
         control = self._values
         for axis in (0, 1):
+            _check_points(control.shape[axis])
             if self.periodic:
                 control = np.concatenate([control, control.take([0], axis)], axis)
             ends = "periodic" if self.periodic else "not-a-knot"
@@ -213,15 +214,19 @@ def _interpolate(
     whole = np.rint(places)
     if np.abs(places - whole).max() <= _ROUNDING:
         return values.take(whole.astype(int) % n, axis)
-    if n < 4:
-        raise ValueError(
-            f"interpolation needs at least 4 points a side, got a map with {n}"
-        )
+    _check_points(n)
     if periodic:
         values = np.concatenate([values, values.take([0], axis)], axis)
         spline = CubicSpline(np.arange(n + 1), values, axis, bc_type="periodic")
         return spline(places % n)
     return CubicSpline(np.arange(n), values, axis)(places.clip(0, n - 1))
+
+
+def _check_points(n: int) -> None:
+    if n < 4:
+        raise ValueError(
+            f"interpolation needs at least 4 points a side, got a map with {n}"
+        )
 
 
 def _load_text(path: Path) -> FloatArray:

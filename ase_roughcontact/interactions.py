@@ -186,7 +186,10 @@ class LennardJones93(Interaction):
         else:
             reach = math.sqrt(12.0 * self.work_of_adhesion / self.stiffness)
             if self.tail == "none" and reach > 0.0:
-                raise ValueError("a wall without tail has work_of_adhesion 0")
+                raise ValueError(
+                    "a wall without tail has work_of_adhesion 0, got "
+                    f"{self.work_of_adhesion:g}"
+                )
             if not math.isclose(self.cutoff, self.distance + reach):
                 raise ValueError(
                     f"this tail ends at {self.distance + reach:g}, got a cutoff of "
@@ -304,7 +307,7 @@ class LennardJones93(Interaction):
             is left to be switched off. It is a part of the model, whatever the accuracy
             of a calculation; see the notes for what it changes.
         onset : float, optional
-            Gap where the switch begins; by default half of the cutoff.
+            Gap where the switch begins; by default half of the cutoff, at least r0.
         core : float, optional
             Gap of the continuation; by default half of the distance.
 
@@ -394,7 +397,7 @@ class LennardJones93(Interaction):
             # the branch reaches up to r0 and is shifted to meet the tail there
             energy -= self.work_of_adhesion
             self._replace_tail(gap, energy, pressure, stiffness)
-        self._continue_core(gap, energy, pressure)
+        self._continue_core(gap, energy, pressure, stiffness)
         return energy, pressure, stiffness
 
     def _branch(self, gap: np.ndarray) -> Profile:
@@ -449,12 +452,16 @@ class LennardJones93(Interaction):
         stiffness[far] = factor * k - 2.0 * slope * p + bend * v
 
     def _continue_core(
-        self, gap: np.ndarray, energy: np.ndarray, pressure: np.ndarray
+        self,
+        gap: np.ndarray,
+        energy: np.ndarray,
+        pressure: np.ndarray,
+        stiffness: np.ndarray,
     ) -> None:
         inside = gap < self.core
         if not inside.any():
             return
         overlap = self.core - gap[inside]
-        stiffness = self._branch(np.asarray(self.core))[2]
-        energy[inside] += overlap * (pressure[inside] + 0.5 * stiffness * overlap)
-        pressure[inside] += stiffness * overlap
+        rise = stiffness[inside] * overlap
+        energy[inside] += overlap * (pressure[inside] + 0.5 * rise)
+        pressure[inside] += rise

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.checks import surface
 from ase_roughcontact.condensed import CondensedHalfSpace, ScatteredHalfSpace
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface, heights_at
@@ -121,6 +122,13 @@ def displacement(atoms: Atoms, layout: Layout) -> np.ndarray:
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
     """Move the surface atoms to a displacement, shape of the layout's grid (Å)."""
     atoms.positions[:-1, 2] = values.ravel()
+
+
+def surface_above(atoms: Atoms, layout: Layout, indenter: Surface) -> np.ndarray:
+    """Z of an indenter's surface above the atoms that may touch, shape (k,) (Å)."""
+    surface(indenter=indenter)
+    mean = atoms.positions[:-1, 2].mean() if layout.periodic else 0.0
+    return atoms.positions[-1, 2] + mean + layout.heights(indenter).ravel()
 
 
 def inside(layout: Layout) -> np.ndarray:

@@ -18,7 +18,8 @@ from ase_roughcontact.record import LoadStep
 from ase_roughcontact.stepping import Stepper
 from ase_roughcontact.substrate import snapshot
 
-# Relative difference of targets that is rounding: a path that was made longer has it.
+# Difference of targets that is rounding, which a path that was made longer has: of a
+# target or, near zero, of the distance of its neighbours.
 _SAME_TARGET = 1e-12
 
 
@@ -58,13 +59,15 @@ def load_path(
     trajectory : path, optional
         File of an ASE trajectory of snapshots, one per step.
     csv : path, optional
-        File of a table of the records, one line per step.
+        File of a table of the records, one line per step. If the path goes on, the
+        lines of steps before those in the trajectory stay.
     accuracy : {"fast", "normal", "high"} or float
         Relative error that is allowed in force and area, see `Accuracy`; it sets a
         tolerance relative to the mean force on the atoms in contact, which fits loads
         of any size. "high" takes 1.2 to 1.5 times as long as "fast".
     max_steps : int
-        Steps of the optimizer at most, per step of the path.
+        Steps of the optimizer at most, each time that it is started: a window that
+        grows, or a tolerance that turns out too large, starts it again.
     window : {"fixed", "auto"}
         Keep the window of the atoms, or, on a free half space, exchange it in place for
         one that holds all atoms that can touch at the step, and few others. That needs
@@ -214,8 +217,9 @@ def _other(
         return [f"the path had {number + 1} steps or more, has {count}"]
     here = path.mark(number)
     told = _differences(there["system"], here["system"])
-    # a path that was made longer has other roundings
-    if not math.isclose(there["target"], here["target"], rel_tol=_SAME_TARGET):
+    apart = float(np.ptp(path.targets[max(number - 1, 0) : number + 2]))
+    rounding = {"rel_tol": _SAME_TARGET, "abs_tol": _SAME_TARGET * apart}
+    if not math.isclose(there["target"], here["target"], **rounding):
         name = f"{here['control']}[{number}]"
         told.append(f"{name} was {there['target']}, is {here['target']}")
     return told

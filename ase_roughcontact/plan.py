@@ -15,6 +15,7 @@ from ase_roughcontact.halfspace import HalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction
 from ase_roughcontact.memory import available_memory, memory_of, points_of
 from ase_roughcontact.places import Sites
+from ase_roughcontact.stepping import check_words
 from ase_roughcontact.theory import hertz_contact_radius
 from ase_roughcontact.window import AutoWindow
 
@@ -158,7 +159,13 @@ def plan_path(
         out a little different. Steps that can't be calculated tell why: those at which
         the surface is not known where atoms could touch, and those whose contact, at
         least as wide as that of Hertz, is wider than a fixed free window.
+
+    Raises
+    ------
+    ValueError
+        If the control or the window is not one of these.
     """
+    check_words(control, window)
     halfspace = atoms.calc.contact(atoms).halfspace
     wall = atoms.calc.contact(atoms).interaction
     points = points_of(atoms.calc.parameters["indenter"], halfspace.spacing)

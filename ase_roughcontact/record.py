@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import os
 from dataclasses import asdict, dataclass, fields
+from itertools import islice
 
 import numpy as np
 from ase import Atoms
@@ -154,14 +155,18 @@ class Table:
     Parameters
     ----------
     path : path
-        Of the file, which is written anew.
+        Of the file.
+    kept : int
+        Number of lines, below the head, that stay of a file that is there; all else is
+        written anew.
     """
 
-    def __init__(self, path: str | os.PathLike) -> None:
-        # written from start to end by this object, closed by its __exit__
-        self._file = open(path, "w", newline="")  # noqa: SIM115
+    def __init__(self, path: str | os.PathLike, kept: int = 0) -> None:
+        # closed by __exit__
+        self._file = open(path, "a+" if kept else "w", newline="")  # noqa: SIM115
         self._writer = csv.DictWriter(self._file, [f.name for f in fields(LoadStep)])
-        self._writer.writeheader()
+        if not (kept and self._cut(kept)):
+            self._writer.writeheader()
 
     def __enter__(self) -> Table:
         return self
@@ -170,9 +175,22 @@ class Table:
         self._file.close()
 
     def write(self, record: LoadStep) -> None:
-        """Append a line."""
+        """Append a line.
+
+        Parameters
+        ----------
+        record : LoadStep
+        """
         self._writer.writerow(asdict(record))
         self._file.flush()
+
+    def _cut(self, kept: int) -> int:
+        """Cut the file off after some lines, and return its size."""
+        self._file.seek(0)
+        lines = csv.reader(iter(self._file.readline, ""))  # next() would not tell()
+        for _ in islice(lines, kept + 1):
+            pass
+        return self._file.truncate(self._file.tell())
 
 
 def _gap_error(atoms: Atoms) -> float:

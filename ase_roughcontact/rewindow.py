@@ -15,7 +15,16 @@ from ase_roughcontact.silhouette import rest_of
 
 
 def window_of(layout: Layout) -> Box | Sites:
-    """Atoms of a layout that may touch, counted from the indenter's axis."""
+    """Atoms of a layout that may touch, counted from the indenter's axis.
+
+    Parameters
+    ----------
+    layout : Layout
+
+    Returns
+    -------
+    Box or Sites
+    """
     i, j = (round(x / layout.spacing) for x in layout.origin)
     if layout.sites is None:
         return Box((i, j), layout.window)

@@ -219,13 +219,24 @@ class Stepper:
         effort.message = "" if effort.converged else message
 
 
-def _check(atoms: Atoms, control: str, window: str, edge: str) -> None:
-    if edge not in ("raise", "ignore"):
-        raise ValueError(f"edge must be 'raise' or 'ignore', got {edge!r}")
+def check_words(control: str, window: str) -> None:
+    """Raise `ValueError` for a control or a kind of window that is not known.
+
+    Parameters
+    ----------
+    control, window : str
+        See `load_path`.
+    """
     if window not in ("fixed", "auto"):
         raise ValueError(f"window must be 'fixed' or 'auto', got {window!r}")
     if control not in CONTROLS:
         raise ValueError(f"control must be one of {CONTROLS}, got {control!r}")
+
+
+def _check(atoms: Atoms, control: str, window: str, edge: str) -> None:
+    if edge not in ("raise", "ignore"):
+        raise ValueError(f"edge must be 'raise' or 'ignore', got {edge!r}")
+    check_words(control, window)
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"a path needs a RoughContact calculator, got {atoms.calc}")
     fixed = indenter_fixed(atoms)

@@ -159,6 +159,11 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         (`ase gui` colours by either). Energy, energies and forces are kept in a
         `SinglePointCalculator`; normal force, contact area and `info` are in its
         `info`.
+
+    Raises
+    ------
+    ValueError
+        If the atoms have no `RoughContact` calculator.
     """
     if not hasattr(atoms.calc, "state"):
         raise ValueError(f"snapshot needs a RoughContact calculator, got {atoms.calc}")
@@ -201,6 +206,11 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
     Atoms
         Window, margin and indenter, without calculator; scattered atoms have no margin.
         The indenter is fixed if it was; set other constraints anew.
+
+    Raises
+    ------
+    ValueError
+        If the frame was not made by `snapshot`.
     """
     if not frame.has("initial_charges"):
         raise ValueError("the frame has no pressures: it was not made by snapshot()")

@@ -144,7 +144,7 @@ def read_tables(text: str, name: str) -> dict[str, Any]:
     """
     try:
         given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{name} is not a TOML file: {error}") from error
     tables = {}
     for title, table in given.items():
@@ -219,7 +219,26 @@ def table_of(cls: type, given: dict, where: str) -> Any:
 
 
 def choice(name: str, choices: Mapping[str, Any], what: str) -> Any:
-    """Return what a word stands for, or raise `ValueError` with the nearest one."""
+    """Return what a word stands for.
+
+    Parameters
+    ----------
+    name : str
+        The word.
+    choices : mapping
+        What the known words stand for.
+    what : str
+        What the word names, for errors.
+
+    Returns
+    -------
+    object
+
+    Raises
+    ------
+    ValueError
+        If the word is not known; the error tells the nearest one.
+    """
     if name not in choices:
         raise ValueError(unknown(str(name), list(choices), what))
     return choices[name]

@@ -12,7 +12,7 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 
-from ase_roughcontact.checks import FloatArray, positive, window
+from ase_roughcontact.checks import FloatArray, positive, surface, window
 from ase_roughcontact.heightmap import HeightMap
 from ase_roughcontact.selfaffine import SelfAffine
 
@@ -109,10 +109,8 @@ class RoughSphere:
             raise ValueError(
                 f"profile must be 'paraboloid' or 'sphere', got {self.profile!r}"
             )
-        if self.roughness is not None and not hasattr(self.roughness, "heights"):
-            raise ValueError(
-                f"roughness must have a method heights, got {self.roughness!r}"
-            )
+        if self.roughness is not None:
+            surface(roughness=self.roughness)
 
     def heights(
         self,

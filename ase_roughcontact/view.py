@@ -10,8 +10,8 @@ from ase import Atoms
 from ase.calculators.singlepoint import SinglePointCalculator
 from ase.data import atomic_numbers
 
-from ase_roughcontact.checks import integer, surface
-from ase_roughcontact.layout import Layout
+from ase_roughcontact.checks import integer
+from ase_roughcontact.layout import Layout, surface_above
 from ase_roughcontact.substrate import TAG_CONTACT, snapshot
 from ase_roughcontact.topography import Surface
 
@@ -60,9 +60,10 @@ def with_indenter(
     if indenter is None:
         raise ValueError("the atoms don't tell their indenter: give indenter=")
     frame = _frame(atoms)
+    layout = Layout.of(frame)
     places = frame.positions[:-1].copy()
-    places[:, 2] = _surface_above(frame, indenter)
-    places = places[_kept(Layout.of(frame), every)] / every
+    places[:, 2] = surface_above(frame, layout, indenter)
+    places = places[_kept(layout, every)] / every
     if half:
         middle = 0.5 * (places[:, 1].min() + places[:, 1].max())
         places = places[places[:, 1] >= middle]
@@ -150,7 +151,7 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     told.set_array("pressure", frame.get_initial_charges())
     told.set_array("contact", (frame.get_tags() == TAG_CONTACT).astype(int))
     if indenter is not None:
-        gap = _surface_above(frame, indenter) - frame.positions[:-1, 2]
+        gap = surface_above(frame, Layout.of(frame), indenter) - frame.positions[:-1, 2]
         told.set_array("gap", np.append(gap, 0.0))
     return told
 
@@ -163,14 +164,6 @@ def _frame(atoms: Atoms) -> Atoms:
 def _indenter_of(atoms: Atoms) -> Surface | None:
     """Return the indenter of a calculator."""
     return atoms.calc.parameters["indenter"] if hasattr(atoms.calc, "state") else None
-
-
-def _surface_above(frame: Atoms, indenter: Surface) -> np.ndarray:
-    """Z of the indenter's surface above each atom, shape (k,) (Å)."""
-    surface(indenter=indenter)
-    layout = Layout.of(frame)
-    mean = frame.positions[:-1, 2].mean() if layout.periodic else 0.0
-    return frame.positions[-1, 2] + mean + layout.heights(indenter).ravel()
 
 
 def _kept(layout: Layout, every: int) -> np.ndarray:

@@ -27,7 +27,9 @@ from ase_roughcontact.memory import check_memory
 from ase_roughcontact.places import Box, Sites
 from ase_roughcontact.rewindow import carry, rewindow, window_of
 from ase_roughcontact.silhouette import FEW, Silhouette
+from ase_roughcontact.spreading import Spreading
 from ase_roughcontact.substrate import indenter_fixed
+from ase_roughcontact.topography import RoughSphere
 
 # A window is kept as long as it has at most this many times the atoms that it needs.
 _KEPT = 2.0
@@ -130,6 +132,10 @@ class AutoWindow:
         self.wall = contact.interaction
         self.modulus = contact.halfspace.contact_modulus
         self.first_contact = self.wall.contact_distance - self.silhouette.lowest
+        self._spreading: Spreading | None = None
+        if self.wall.attractive and isinstance(indenter, RoughSphere):
+            spacing = layout.spacing
+            self._spreading = Spreading(indenter, self.wall, self.modulus, spacing)
         self._filled = _HERTZ
         self._level = -np.inf
         self._acting: Box | None = None
@@ -145,10 +151,19 @@ class AutoWindow:
             changed in place.
         control : str
             Under "loads" the height is not known yet, and guessed.
+
+        Raises
+        ------
+        ValueError
+            If an atom could touch at which the surface is not known.
+        MemoryError
+            If attraction spreads the contact over more atoms than the memory holds.
         """
         height = float(atoms.positions[-1, 2])
-        if control == "loads":
-            height = self._expected(atoms.calc.parameters["load"], height)
+        load = atoms.calc.parameters["load"] if control == "loads" else None
+        spread = self._spread(atoms, load)
+        if load is not None:
+            height = self._expected(load, height)
         self._level = self.wall.cutoff - height
         if control != "loads":
             self.silhouette.check(self._level)
@@ -157,6 +172,8 @@ class AutoWindow:
         if not self.wall.attractive and box.size > _AFRESH * self._settled:
             self._flatten(atoms)
         needed = self._window(self._level, self._kept_acting(atoms, window))
+        if spread is not None and not _box(needed).holds(spread):
+            needed = _box(needed).join(spread)
         large = _cost(window) > _KEPT * _cost(self._roomy(needed))
         if large or not _holds(window, needed):
             self._exchange(atoms, needed)
@@ -249,6 +266,22 @@ class AutoWindow:
         window = self._roomy(needed)
         check_memory(window.shape)
         rewindow(atoms, window)
+
+    def _spread(self, atoms: Atoms, load: float | None) -> Box | None:
+        """Atoms over which a contact of flat atoms spreads by itself, if it does.
+
+        From smaller windows it would fill one after the other.
+        """
+        height = float(atoms.positions[-1, 2])
+        touches = height <= self.first_contact if load is None else load > 0.0
+        flat = not displacement(atoms, atoms.calc.layout(atoms)).any()
+        if self._spreading is None or not (touches and flat):
+            return None
+        radius = self._spreading.checked(self.wall.contact_distance - height, load)
+        if not radius:
+            return None
+        half = math.ceil(radius / self.silhouette.spacing)
+        return self.silhouette.known(Box((-half, -half), (2 * half + 1,) * 2))
 
     def _kept_acting(self, atoms: Atoms, window: Box | Sites) -> Box | None:
         """Atoms that the wall acts on before the step, which attraction may keep."""

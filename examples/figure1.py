@@ -52,7 +52,9 @@ def save(file: Path, maps: list[ContactMap]) -> None:
         fields[f"pressure{number}"] = seen.pressure.astype(np.float32)
         fields[f"contact{number}"] = seen.contact
         fields[f"origin{number}"] = np.array(seen.origin)
-    np.savez_compressed(file, **fields)
+    new = file.with_suffix(".new.npz")
+    np.savez_compressed(new, **fields)
+    new.replace(file)  # whole, whenever this is stopped
 
 
 def load(file: Path) -> list[ContactMap]:

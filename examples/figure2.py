@@ -46,7 +46,9 @@ def calculate(scale: str, table: Path, database: Path, workers: int | None) -> N
     for band in scenes(scale):
         for progress in run_ensemble(band, database, workers=workers):
             print(f"\r{progress}", end="    ", flush=True)
-            write_table(database, table)
+            new = table.with_suffix(".new")
+            write_table(database, new)
+            new.replace(table)  # whole, whenever this is stopped
         print()
 
 

@@ -17,7 +17,7 @@ FLOORS = [
     {"checks", "accuracy"},
     {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
-    {"halfspace", "condensed", "places", "silhouette", "memory"},
+    {"halfspace", "condensed", "places", "silhouette", "memory", "spreading"},
     {"contact"},
     {"layout", "substrate", "calculator", "view"},
     {"contactmap", "patches", "analysis"},

@@ -196,6 +196,42 @@ def test_new_load_forgets_the_results_and_keeps_the_half_space():
     assert atoms.calc.contact(atoms) is contact
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"contact_modulus": 2.0},
+        {"interaction": LennardJones93.adhesive(1.0, 1.0, 0.1)},
+        {"indenter": RoughSphere(20.0)},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_new_parameters_give_the_forces_of_a_new_calculator(change, rng):
+    atoms = make_atoms()
+    atoms.positions[:-1, 2] = rng.normal(0.0, 0.05, len(atoms) - 1)
+    before = atoms.get_forces()
+    given = {"indenter": SPHERE, "contact_modulus": 1.0}
+    atoms.calc.set(**change)
+    after = atoms.get_forces()
+    atoms.calc = RoughContact(**given | change)
+    np.testing.assert_array_equal(after, atoms.get_forces())
+    assert np.abs(after - before).max() > 1e-3
+
+
+def test_what_is_not_calculated_is_none_on_demand():
+    atoms = make_atoms()
+    assert atoms.calc.get_property("pressure", atoms, allow_calculation=False) is None
+    force = atoms.calc.get_property("normal_force", atoms)
+    for given in (atoms, None):
+        kept = atoms.calc.get_property("normal_force", given, allow_calculation=False)
+        assert kept == force > 0.0
+
+
+def test_pressure_held_on_another_window_is_refused():
+    atoms = make_atoms()
+    with pytest.raises(ValueError, match=r"shape \(8, 6\) of the window, got \(3, 3\)"):
+        atoms.calc.hold(atoms, np.zeros((3, 3)))
+
+
 def test_state_without_atoms_or_calculation_is_an_error_that_says_so():
     atoms = make_atoms()
     atoms.get_potential_energy()

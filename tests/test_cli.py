@@ -2,6 +2,7 @@
 
 import csv
 import json
+import os
 import subprocess
 import sys
 
@@ -60,6 +61,17 @@ def test_quiet_tells_nothing_and_json_a_record_a_line(scene, tmp_path, capsys):
     assert main(["run", str(scene), "--out", out, "--json"]) == 0
     records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     assert [record["step"] for record in records] == [0, 1]
+
+
+def test_a_step_whose_frame_was_torn_is_calculated_and_not_kept(
+    scene, tmp_path, capsys
+):
+    out = tmp_path / "out"
+    scene.write_text(SMALL.replace("steps = 2", "steps = 3"))
+    main(["run", str(scene), "--out", str(out), "--quiet"])
+    os.truncate(out / "sweep.traj", (out / "sweep.traj").stat().st_size - 1)
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    assert capsys.readouterr().out.count("kept") == 2
 
 
 def test_pictures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
@@ -129,10 +141,45 @@ def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):
         assert {row["seed"] for row in csv.DictReader(file)} == {"1", "2"}
 
 
-@pytest.mark.parametrize("option", ["roughness.seed", "roughness.seed=", "seed=1"])
-def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(option, scene, capsys):
+@pytest.mark.parametrize(
+    "option, told",
+    [
+        ("roughness.seed", "TABLE.KEY=VALUE"),
+        ("roughness.seed=", "TABLE.KEY=VALUE"),
+        ("seed=1", "unknown table 'seed'"),
+        ("roughness=1", "unknown key ''"),
+        ("substrate.periodic=False", "periodic must be true or false, got 'False'"),
+        ("path.steps=true", "steps must be a number, got True"),
+    ],
+)
+def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(
+    option, told, scene, capsys
+):
     assert main(["ensemble", str(scene), "--set", option]) == 2
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    (line,) = capsys.readouterr().err.splitlines()
+    assert told in line
+
+
+def test_a_key_of_an_ensemble_is_not_set_twice(scene, capsys):
+    options = ["--set", "roughness.seed=1", "--set", "roughness.seed=2"]
+    assert main(["ensemble", str(scene), *options]) == 2
+    assert "roughness.seed is given twice" in capsys.readouterr().err
+
+
+def test_progress_as_json_has_null_where_the_time_left_is_not_known(
+    scene, tmp_path, capsys
+):
+    database = str(tmp_path / "all.db")
+    command = ["ensemble", str(scene), "--database", database, "--workers", "1"]
+    assert main([*command, "--json"]) == 0
+
+    def refuse(word):
+        raise ValueError(f"{word} is not JSON")
+
+    lines = capsys.readouterr().out.splitlines()
+    first, *_, last = (json.loads(line, parse_constant=refuse) for line in lines)
+    assert (first["steps"], first["left"]) == (0, None)
+    assert (last["steps"], last["left"]) == (2, 0.0)
 
 
 def test_tradeoff_recommends_a_setting_for_an_error(scene, capsys):

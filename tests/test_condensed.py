@@ -110,6 +110,12 @@ def test_pressure_that_can_t_be_found_is_an_error(monkeypatch):
         CondensedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(np.eye(*SHAPE))
 
 
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_displacement_that_is_not_finite_has_no_pressure(bad):
+    with pytest.raises(ValueError, match="displacement must be finite"):
+        CondensedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(np.full(SHAPE, bad))
+
+
 def test_far_apart_atoms_barely_feel_each_other():
     matrix = ScatteredHalfSpace(np.array([[0, 0], [0, 100_000]]), 1.0, 1.0).matrix
     assert matrix[0, 1] == pytest.approx(1e-5 / np.pi, rel=1e-9)

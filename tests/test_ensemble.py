@@ -155,6 +155,13 @@ def test_case_depends_on_every_value_and_not_on_how_it_is_written():
     assert len({case_of(scene) for scene in others}) == 40
 
 
+def test_case_does_not_depend_on_the_rounding_of_whole_numbers():
+    near = np.nextafter(3.0, 4.0)
+    scenes = product(SCENE, {"path.values": [(1.0, 3.0), (1.0, near)]})
+    assert scenes[0].path != scenes[1].path
+    assert len({case_of(scene) for scene in scenes}) == 1
+
+
 def test_steps_are_those_of_the_scenes_alone(undisturbed):
     columns = read_ensemble(undisturbed)
     for scene in SCENES:
@@ -455,6 +462,20 @@ def test_table_goes_into_a_database_and_comes_back_once(undisturbed, tmp_path):
     assert again.read_text() == table.read_text()
 
 
+def test_a_table_that_has_a_step_twice_does_not_go_into_a_database(
+    undisturbed, tmp_path
+):
+    database, table = tmp_path / "e.db", tmp_path / "e.csv"
+    write_table(undisturbed, table)
+    with open(table, "a") as file:
+        file.write(table.read_text().splitlines()[3] + "\n")
+    with pytest.raises(
+        ValueError, match=r"e\.csv must .* got step 2 of case c\w+ again"
+    ):
+        fill_database(database, table)
+    assert not database.exists()
+
+
 def test_table_of_every_digit_is_read_to_the_last(undisturbed, tmp_path):
     columns = read_ensemble(undisturbed)
     with open(tmp_path / "e.csv", "w", newline="") as file:
@@ -490,7 +511,18 @@ def test_a_table_of_other_columns_or_values_is_refused(undisturbed, tmp_path):
         read_table(table)
     write_table(undisturbed, table)
     table.write_text(table.read_text().replace(",True,", ",yes,"))
-    with pytest.raises(ValueError, match="'yes' where a bool is"):
+    with pytest.raises(ValueError, match="'yes' where a bool is expected"):
+        read_table(table)
+    table.write_text("case,step\nc,first\n")
+    with pytest.raises(ValueError, match="'first' where a int is expected"):
+        read_table(table)
+
+
+def test_a_table_that_is_cut_off_is_refused(undisturbed, tmp_path):
+    table = tmp_path / "e.csv"
+    write_table(undisturbed, table)
+    table.write_text(table.read_text()[:-100])
+    with pytest.raises(ValueError, match=r"'' where a .* is expected"):
         read_table(table)
 
 
@@ -512,6 +544,7 @@ def test_what_a_table_does_not_have_is_missing(tmp_path):
         ([SCENE], "e.db", {"lease": 0.0}, "lease must be"),
         (product(SCENE, {"path.values": [()]}), "e.db", {}, "at least one step"),
         (product(SCENE, {"interaction.kind": ["soft"]}), "e.db", {}, "kind of inter"),
+        (product(SCENE, {"solver.optimizer": ["LFBGS"]}), "e.db", {}, "'LBFGS'"),
     ],
 )
 def test_bad_input_is_refused_at_once(tmp_path, scenes, database, options, message):

@@ -190,7 +190,7 @@ def test_an_interrupted_sweep_says_that_it_goes_on(file, folder, undisturbed, co
     assert_whole(folder, undisturbed, kept(folder))
 
 
-# Kills (needs loading.patch)
+# Frames whose writing fails
 
 
 @pytest.mark.parametrize("part", ["fill", "write"])
@@ -246,10 +246,10 @@ def test_a_trajectory_of_another_program_is_not_mended(folder):
     assert (folder / "sweep.traj").read_bytes() == written
 
 
-# Two at once (needs loading.patch)
+# Two at once
 
 
-def test_a_second_process_on_a_folder_is_sent_away(file, folder, undisturbed, capsys):
+def test_a_second_process_on_a_folder_is_sent_away(file, folder, undisturbed):
     path = SCENE.run(folder)
     before = [asdict(next(path)) for _ in range(3)]
     with begin(file, folder) as process:
@@ -270,18 +270,6 @@ def test_a_run_that_another_one_overtook_is_sent_away(folder, undisturbed):
     with pytest.raises(RuntimeError, match="another run has written"):
         next(late)
     assert_whole(folder, undisturbed, before)
-
-
-# Files that are cut off (needs cli.patch)
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_the_command_names_a_trajectory_that_is_cut_off(file, folder, capsys):
-    next(SCENE.run(folder))
-    movie = folder / "sweep.traj"
-    movie.write_bytes(movie.read_bytes()[:100])
-    assert main(["run", str(file), "--out", str(folder)]) == 2
-    assert str(movie) in capsys.readouterr().err
 
 
 # No room, no right
@@ -326,6 +314,15 @@ def test_a_folder_of_another_user_is_one_line(capsys):
 
 
 # Files that are cut off
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_the_command_names_a_trajectory_that_is_cut_off(file, folder, capsys):
+    next(SCENE.run(folder))
+    movie = folder / "sweep.traj"
+    movie.write_bytes(movie.read_bytes()[:100])
+    assert main(["run", str(file), "--out", str(folder)]) == 2
+    assert str(movie) in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("size", [60, 2000])

@@ -147,6 +147,12 @@ def test_periodic_wave_of_pressure_gives_a_wave_of_depth_2_over_modulus_and_q(k,
     assert_allclose(u, -2 / (E * q) * wave, atol=1e-13 * A0)
 
 
+@shapes
+def test_mean_pressure_displaces_nothing_in_a_periodic_cell(shape):
+    u = PeriodicHalfSpace(shape, A0, E).displacement(np.full(shape, 1e9 / 3))
+    assert_allclose(u, 0.0, atol=1e-12)
+
+
 def test_westergaards_pressure_leaves_no_gap_in_the_contact_and_one_outside():
     # Johnson, Sec. 13.2: wave of height D cos(k x), contact where |x| < half_width.
     wavelength, height, half_width = 1.0, 0.01, 0.17

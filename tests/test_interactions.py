@@ -224,6 +224,15 @@ def test_shape_is_kept_and_gaps_are_left_alone(wall):
     assert all(curve.shape == (0,) for curve in wall.evaluate(gaps[:0, 0, 0]))
 
 
+@every_wall
+def test_gap_among_many_is_evaluated_like_one_alone(wall):
+    gaps = np.linspace(-A0, 1.1 * wall.cutoff, 20_001)
+    many = np.array(wall.evaluate(gaps))
+    for place in (0, 4_000, 8_191, 8_192, 20_000):  # they go in parts of 8192
+        alone = np.ravel(wall.evaluate(gaps[[place]]))
+        assert_allclose(many[:, place], alone, rtol=1e-13, atol=1e-15 * E)
+
+
 def test_zero_work_of_adhesion_gives_the_repulsive_wall():
     assert LennardJones93.adhesive(E, A0, 0.0) == REPULSIVE
 

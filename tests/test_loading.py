@@ -261,6 +261,22 @@ def test_a_path_is_the_same_but_for_the_rounding_of_its_targets(tmp_path):
     assert list(load_path(make_atoms(), long, resume=True, **options))[:3] == before
 
 
+def test_a_target_near_zero_is_the_same_but_for_rounding(tmp_path):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
+    short, long = np.linspace(-0.5, 0.5, 11), np.linspace(-0.5, 0.7, 13)
+    assert short[5] == 0.0 != long[5]
+    before = list(load_path(make_atoms(), short, **options))
+    assert list(load_path(make_atoms(), long, resume=True, **options))[:11] == before
+
+
+def test_another_light_load_on_a_path_to_heavy_ones_is_another_path(tmp_path):
+    options = {"trajectory": tmp_path / "sweep.traj", "max_steps": 1}
+    list(load_path(make_atoms(fixed=False), loads=[1e-14, 1e-12, 1e3], **options))
+    with pytest.raises(ValueError, match=r"loads\[0\] was 1e-14, is 2e-14"):
+        atoms = make_atoms(fixed=False)
+        load_path(atoms, loads=[2e-14, 1e-12, 1e3], resume=True, **options)
+
+
 def test_memory_of_going_on_does_not_grow_with_the_frames(tmp_path):
     movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
     frames, peaks = (10, 110), []
@@ -423,6 +439,29 @@ def test_keeping_the_last_frame_is_enough_to_go_on(tmp_path):
     assert same(rest, whole[1:], 1e-6)
     with Trajectory(movie) as frames:
         assert len(frames) == 1
+
+
+@pytest.mark.parametrize("lost", [0, 1, 500], ids=["whole", "torn", "no row"])
+def test_table_keeps_the_steps_whose_frames_are_not_kept(tmp_path, lost):
+    table = tmp_path / "curve.csv"
+    options = {"trajectory": tmp_path / "last.traj", "csv": table, "keep": "last"}
+    before = list(load_path(make_atoms(), DEPTHS, **options))
+    rows = rows_of(table)
+    last = len(table.read_bytes().splitlines(True)[-1])
+    os.truncate(table, table.stat().st_size - min(lost, last))
+    longer = [*DEPTHS, 0.8]
+    records = list(load_path(make_atoms(), longer, resume=True, **options))
+    assert records[0] == before[-1]
+    assert rows_of(table)[:3] == rows
+    assert [int(row["step"]) for row in rows_of(table)] == [0, 1, 2, 3]
+
+
+def test_a_table_that_is_not_there_is_begun_with_its_head(tmp_path):
+    options = {"trajectory": tmp_path / "last.traj", "keep": "last"}
+    list(load_path(make_atoms(), DEPTHS, **options))
+    table = tmp_path / "curve.csv"
+    list(load_path(make_atoms(), DEPTHS, csv=table, resume=True, **options))
+    assert [row["step"] for row in rows_of(table)] == ["2"]
 
 
 def test_the_optimizer_is_chosen_by_the_wall():

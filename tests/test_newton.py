@@ -9,12 +9,18 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.optimize import newton
+from ase_roughcontact.optimize.krylov import System
+from ase_roughcontact.optimize.landscape import Landscape, Step
+from ase_roughcontact.optimize.models import model_of
 from ase_roughcontact.optimize.nested import coarsen
 from ase_roughcontact.optimize.newton import iterate
+from ase_roughcontact.places import Box
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
 TIGHT = 1e-10
+# Flat but for one atom.
+HILL = np.where(np.arange(576) == 300, 0.0, 0.8).reshape(24, 24)
 
 
 def rough_sphere(n, seed=1, slope=0.1):
@@ -272,6 +278,13 @@ def test_soft_and_stiff_walls_relax(stiffness, periodic):
     assert len(states) < 80
 
 
+@pytest.mark.parametrize("stiffness, most", [(1e3, 80), (1e4, 200)])
+def test_stiff_walls_take_few_steps_on_larger_windows(stiffness, most):
+    wall = LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness)
+    states = relax(scene(96, wall), 0.0, constant(540.0), tolerance=1e-6)
+    assert len(states) < most
+
+
 class Exponential(Interaction):
     """A wall of a user: repulsive, without contact distance, cut at three decays."""
 
@@ -382,3 +395,35 @@ def test_a_threefold_load_converges_from_a_warm_start(monkeypatch):
     cold = relax(contact, 0.0, constant(3373.0))[-1]
     assert heavy[-1].energy == pytest.approx(cold.energy, rel=1e-12)
     assert len(heavy) < 40
+
+
+@pytest.mark.parametrize("work", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_atoms_deep_in_the_core_do_not_stall_those_that_are_attracted(seed, work):
+    rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=seed, domain=512.0)
+    heights = RoughSphere(1000.0, rough).heights((64, 64), 1.0, (-32.0, -32.0))
+    wall = LennardJones93.adhesive(1.0, 1.0, work)
+    contact = scene(heights=heights, wall=wall)
+    states = relax(contact, contact.first_contact - 0.5, tolerance=1e-6)
+    assert abs(wall_pressure(contact, states[-1]) - states[-1].pressure).max() < 1e-6
+    assert len(states) < 50
+
+
+def test_a_loose_solution_leads_downhill_although_one_atom_overlaps_deeply():
+    contact = scene(wall=LennardJones93.adhesive(1.0, 1.0, 0.05), heights=HILL)
+    landscape = Landscape(contact, None)
+    flat = np.zeros(contact.heights.shape)
+    state = landscape.state(flat, flat, 0.6)
+    assert state.stiffness.max() > 300.0 > 1.0 > np.median(abs(state.stiffness))
+    box = Box((0, 0), contact.heights.shape)
+    model = model_of(contact.halfspace, box)
+    stiffness = np.maximum(state.stiffness, 0.0)
+    system = System(model, contact.heights.shape, state.atoms, stiffness)
+    right = system.rows(state.residual)
+    change, _ = system.solve(right, None, 0.1, 40)
+    pressure = np.zeros(contact.heights.shape)
+    pressure.flat[state.atoms] = change
+    slope = landscape.slope(state, Step(pressure, landscape.lift(pressure), 0.0))
+    G = green(contact)[np.ix_(state.atoms, state.atoms)]
+    best = np.linalg.solve(np.eye(len(G)) + stiffness[:, None] * G, state.residual)
+    assert slope == pytest.approx(-state.residual @ G @ best, rel=0.2)

@@ -182,6 +182,8 @@ def test_a_path_that_was_made_longer_goes_on_in_the_same_folder(longer, tmp_path
         ("[roughness]\nrms_slop = 1", "unknown key 'rms_slop'; .*'rms_slope'"),
         ("substrate = 3", r"\[substrate\] must be a table, got 3"),
         ("[path", "not a TOML file"),
+        pytest.param("seed = " + "9" * 5000, "not a TOML file", id="too long"),
+        pytest.param("values = " + "[" * 5000, "not a TOML file", id="too deep"),
     ],
 )
 def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, message):

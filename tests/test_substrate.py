@@ -18,7 +18,7 @@ from ase_roughcontact import (
     snapshot,
     substrate,
 )
-from ase_roughcontact.layout import Layout
+from ase_roughcontact.layout import Layout, inside
 
 SPHERE = RoughSphere(radius=20.0)
 MODULUS = 100 * GPa
@@ -241,6 +241,15 @@ def test_restored_atoms_are_relaxed_margin_included(tmp_path, periodic, name, re
     assert len(rebuilt) == len(atoms)
     assert rebuilt.constraints[0].index.tolist() == [len(atoms) - 1]
     assert np.abs(rebuilt.get_forces()).max() < residual
+
+
+def test_restored_window_is_that_of_the_frame_also_where_it_is_not_relaxed(rng):
+    atoms = relaxed_atoms()
+    atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)
+    frame = snapshot(atoms)
+    rebuilt = restore(frame, MODULUS)
+    window = rebuilt[np.append(inside(Layout.of(rebuilt)), True)]
+    np.testing.assert_allclose(window.positions, frame.positions, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("fixed", [True, False])

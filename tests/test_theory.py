@@ -94,9 +94,11 @@ def test_jkr_area_at_zero_load_is_johnsons():
     assert_allclose(theory.jkr_force(a0, R, E, W), 0.0, atol=1e-13)
 
 
-def test_jkr_and_dmt_accept_their_own_pull_off_force():
-    jkr = theory.jkr_contact_radius(theory.jkr_pull_off_force(R, W), R, E, W)
-    dmt = theory.dmt_contact_radius(theory.dmt_pull_off_force(R, W), R, E, W)
+@pytest.mark.parametrize("rounding", [0.0, 1e-14])
+def test_jkr_and_dmt_accept_their_own_pull_off_force_with_its_rounding(rounding):
+    part = 1 + rounding
+    jkr = theory.jkr_contact_radius(part * theory.jkr_pull_off_force(R, W), R, E, W)
+    dmt = theory.dmt_contact_radius(part * theory.dmt_pull_off_force(R, W), R, E, W)
     assert_allclose(jkr**3, 9 * np.pi * W * R**2 / (8 * E))
     assert dmt == 0.0
 

@@ -45,8 +45,9 @@ def test_jkr_radii_from_penetration_are_the_roots_on_both_sides_of_the_least(par
         assert_allclose(radius, root, rtol=1e-10)
 
 
-def test_jkr_branches_meet_at_the_least_penetration():
-    depth = theory.jkr_pull_off_penetration(R, E, W)
+@pytest.mark.parametrize("rounding", [0.0, 1e-14])
+def test_jkr_branches_meet_at_the_least_penetration_and_its_rounding(rounding):
+    depth = (1 + rounding) * theory.jkr_pull_off_penetration(R, E, W)
     for branch in BRANCHES:
         radius = theory.jkr_contact_radius_from_penetration(depth, R, E, W, branch)
         assert_allclose(radius**3, np.pi * W * R**2 / (8 * E), rtol=1e-6)

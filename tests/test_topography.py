@@ -67,12 +67,17 @@ def test_the_spectrum_is_zero_outside_the_band():
     assert np.abs(coefficient[outside]).max() < 1e-15
 
 
-def test_waves_at_the_very_ends_of_the_band_belong_to_it():
-    # Lengths that are not exact in binary must not lose the modes (4, 0) and (32, 0).
-    a0 = 3.6 / math.sqrt(2)
-    surface = SelfAffine(0.1, 0.8, 4 * a0, 32 * a0)
-    coefficient, _ = coefficients(surface.heights((128, 128), a0))
-    assert np.abs(coefficient[[4, 32, 0, 0], [0, 0, 4, 32]]).min() > 1e-6
+# Lengths whose ratios, rounded, lose the shortest or the longest wave.
+@pytest.mark.parametrize(
+    ("a0", "short", "long", "periods"), [(0.1, 3, 30, 1), (1 / 3, 5, 20, 3)]
+)
+def test_waves_at_the_very_ends_of_the_band_belong_to_it(a0, short, long, periods):
+    n = periods * long
+    surface = SelfAffine(0.1, 0.8, short * a0, long * a0, domain=periods * (long * a0))
+    coefficient, _ = coefficients(surface.heights((n, n), a0))
+    ends = [periods, n // short]
+    assert np.abs(coefficient[ends, 0]).min() > 1e-6
+    assert np.abs(coefficient[0, ends]).min() > 1e-6
 
 
 def test_the_spectrum_is_constant_in_the_roll_off():
@@ -358,7 +363,8 @@ def test_a_window_beyond_the_sphere_is_refused():
         ((0.0,), "radius must be a finite number > 0"),
         ((-math.inf,), "radius must be a finite number > 0"),
         ((math.nan,), "radius must be a finite number > 0"),
-        ((1.0, BUMPS), "roughness must have a method heights"),
+        ((1.0, BUMPS), "roughness must be a surface with a method heights"),
+        ((1.0, SelfAffine), "roughness must be a surface with a method heights"),
         ((1.0, None, "cone"), "'paraboloid' or 'sphere', got 'cone'"),
     ],
 )
@@ -442,8 +448,10 @@ def test_a_window_larger_than_a_periodic_map_is_refused():
 
 
 def test_a_map_too_small_to_interpolate_is_refused():
-    with pytest.raises(ValueError, match="at least 4 points a side, got a map with 3"):
-        HeightMap(np.zeros((3, 8)), 1.0).heights((2, 2), 0.3)
+    surface = HeightMap(np.zeros((3, 8)), 1.0)
+    for look in (lambda: surface.heights((2, 2), 0.3), lambda: surface.lowest(0.3)):
+        with pytest.raises(ValueError, match="4 points a side, got a map with 3"):
+            look()
 
 
 @pytest.mark.parametrize(

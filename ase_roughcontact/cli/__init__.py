@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
-from pathlib import Path
 from typing import Any
-
-from ase.io import Trajectory
 
 from ase_roughcontact import report
 from ase_roughcontact.cli.completion import BASHRC, candidates
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import product, run_ensemble, write_table
 from ase_roughcontact.ensemble.progress import costs_of
+from ase_roughcontact.frames import Frames, count_steps
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.report.laws import laws_of
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
-from ase_roughcontact.tables import tomllib
+from ase_roughcontact.tables import TABLES, table_of, tomllib
 from ase_roughcontact.tradeoff import tradeoff
 
 
@@ -70,7 +69,7 @@ def _plan(options: argparse.Namespace) -> int:
     plan = (scene := _scene(options)).plan()
     if options.json:
         for step in plan.steps:
-            print(json.dumps(asdict(step)))
+            _print_json(step)
     elif not options.quiet:
         heading, unit = {
             "load": ("load (nN)", NANONEWTON),
@@ -83,7 +82,7 @@ def _plan(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scene, folder, text = _scene(options), options.out, _text(options)[0]
-    total, kept = len(scene.steps), _frames(folder)
+    total, kept = len(scene.steps), count_steps(folder / "sweep.traj")
     laws, costs = laws_of(scene), costs_of(scene)
     records: list[LoadStep] = []
     talks = not (options.quiet or options.json)
@@ -99,7 +98,7 @@ def _run(options: argparse.Namespace) -> int:
             line = report.row(scene, laws, record, total, left, known)
             print(line, flush=True)
         if options.json:
-            print(json.dumps(asdict(record)), flush=True)
+            _print_json(record)
     pictures = report.draw(scene, laws, records, folder)
     report.write_view(scene, folder)
     if talks:
@@ -108,23 +107,11 @@ def _run(options: argparse.Namespace) -> int:
     return 0 if all(record.converged for record in records) else 1
 
 
-def _frames(folder: Path) -> int:
-    """Count the steps that an earlier run has left."""
-    file = folder / "sweep.traj"
-    if not file.exists() or not file.stat().st_size:
-        return 0
-    try:
-        with Trajectory(file) as frames:
-            return len(frames)
-    except (OSError, ValueError):  # to be told when the run reads it
-        return 0
-
-
 def _figure(options: argparse.Namespace) -> int:
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
-    with Trajectory(folder / "sweep.traj") as frames:
-        records = [LoadStep(**frame.info["load_step"]) for frame in frames]
+    infos = Frames(folder / "sweep.traj").infos()
+    records = [LoadStep(**info["load_step"]) for info in infos]
     pictures = report.draw(scene, laws_of(scene), records, folder)
     if not pictures:
         raise RuntimeError("no pictures: matplotlib is not installed, or no contact")
@@ -134,10 +121,15 @@ def _figure(options: argparse.Namespace) -> int:
 
 def _ensemble(options: argparse.Namespace) -> int:
     scene = Scene.parse(*_text(options))
-    scenes = product(scene, dict(_choice(text) for text in options.set))
+    choices: dict[str, list[Any]] = {}
+    for key, values in map(_choice, options.set):
+        if key in choices:
+            raise ValueError(f"--set {key} is given twice: give all values in one")
+        choices[key] = values
+    scenes = product(scene, choices)
     for progress in run_ensemble(scenes, options.database, workers=options.workers):
         if options.json:
-            print(json.dumps(asdict(progress)), flush=True)
+            _print_json(progress)
         elif not options.quiet:
             print(progress, flush=True)
     if options.table:
@@ -168,7 +160,19 @@ def _choice(text: str) -> tuple[str, list[Any]]:
         listed = values.split(",")  # words need no quotes here
     if not equals or not values:
         raise ValueError(f"--set must be TABLE.KEY=VALUE,VALUE,..., got {text!r}")
+    title, _, name = key.strip().partition(".")
+    for value in listed if title in TABLES else ():
+        table_of(TABLES[title], {name: value}, f"--set [{title}]")
     return key.strip(), listed
+
+
+def _print_json(told: Any) -> None:
+    """Print a line of JSON, which has null in place of NaN and infinity."""
+    known = {
+        key: None if isinstance(value, float) and not math.isfinite(value) else value
+        for key, value in asdict(told).items()
+    }
+    print(json.dumps(known), flush=True)
 
 
 def _completion(options: argparse.Namespace) -> int:

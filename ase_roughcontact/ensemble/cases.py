@@ -56,6 +56,14 @@ def case_of(scene: Scene) -> str:
     Defaults are left out, so that keys to come do not change it, and numbers count to
     twelve digits, so that another machine's rounding does not. A letter comes first
     since ASE's databases take no text that reads as a number.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    str
     """
     usual = tables(Scene(roughness=RoughnessTable()))
     told = {
@@ -141,4 +149,7 @@ def _rounded(value: Any) -> Any:
     """Return a value with all its numbers to twelve digits."""
     if isinstance(value, list):
         return [_rounded(inner) for inner in value]
-    return f"{value:.12g}" if isinstance(value, float) else value
+    if not isinstance(value, float):
+        return value
+    told = f"{value:.12g}"
+    return int(float(told)) if float(told).is_integer() else told

@@ -10,7 +10,6 @@ from datetime import timedelta
 
 import numpy as np
 
-from ase_roughcontact.checks import finite_array
 from ase_roughcontact.ensemble.ledger import Standing
 from ase_roughcontact.scene import Scene
 
@@ -103,10 +102,8 @@ def costs_of(scene: Scene) -> np.ndarray:
     ValueError
         If something in the scene is not what it should be.
     """
-    _ = scene.wall, scene.surface
-    steps = finite_array("the path", scene.steps)
-    if not steps.size:
-        raise ValueError("a path must have at least one step, got none")
+    scene.check()
+    steps = scene.steps
     if scene.shape:
         areas = np.full(steps.shape, float(math.prod(scene.shape)))
     elif scene.path.control == "load":

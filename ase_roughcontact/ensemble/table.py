@@ -117,7 +117,7 @@ def read_table(table: PathName) -> dict[str, np.ndarray]:
         does not have is missing, as in `read_ensemble`.
     """
     with open(table, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
+        reader = csv.DictReader(file, restval="")
         given = reader.fieldnames or []
         if not {"case", "step"} <= set(given) <= set(COLUMNS):
             raise ValueError(
@@ -147,12 +147,23 @@ def fill_database(database: PathName, table: PathName) -> int:
     -------
     int
         Number of steps added.
+
+    Raises
+    ------
+    ValueError
+        If the table is not what `read_table` reads, or has a step twice.
     """
     columns = read_table(table)
     steps: dict[str, list[dict[str, Any]]] = {}
     for values in zip(*(x.tolist() for x in columns.values()), strict=True):
         row = dict(zip(columns, values, strict=True))
-        steps.setdefault(row["case"], []).append(row)
+        of_case = steps.setdefault(row["case"], [])
+        if of_case and of_case[-1]["step"] == row["step"]:  # they are sorted
+            raise ValueError(
+                f"{os.fspath(table)} must have every step once, got step "
+                f"{row['step']} of case {row['case']} again"
+            )
+        of_case.append(row)
     ledger = Ledger(address(database))
     ledger.prepare()
     return ledger.fill(steps)
@@ -167,10 +178,11 @@ def _columns(rows: Iterable[dict[str, Any]]) -> dict[str, np.ndarray]:
     }
 
 
-def _parsed(text: str | None, kind: type) -> Any:
+def _parsed(text: str, kind: type) -> Any:
     """Value of a table's field."""
-    if text is not None and kind is bool and text in ("True", "False"):
-        return text == "True"
-    if text is None or kind is bool:
-        raise ValueError(f"a table of steps has {text!r} where a {kind.__name__} is")
-    return kind(text)
+    try:
+        return {"True": True, "False": False}[text] if kind is bool else kind(text)
+    except (KeyError, ValueError) as error:
+        raise ValueError(
+            f"a table of steps has {text!r} where a {kind.__name__} is expected"
+        ) from error

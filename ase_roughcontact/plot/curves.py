@@ -10,7 +10,7 @@ from matplotlib.ticker import LogLocator
 from numpy.typing import ArrayLike
 
 from ase_roughcontact.checks import finite_array
-from ase_roughcontact.hysteresis import AdhesionLoop
+from ase_roughcontact.jumps import AdhesionLoop
 from ase_roughcontact.plot.look import BLUE, DASHES, GREY, LINES, NN, ORANGE
 
 

@@ -73,7 +73,21 @@ class Scene(Model):
 
     @staticmethod
     def text_of(file: str | Path) -> str:
-        """Return the text of a scene file; see `read`."""
+        """Return the text of a scene file.
+
+        Parameters
+        ----------
+        file : path
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        ValueError
+            If the file can't be read.
+        """
         try:
             return Path(file).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError) as error:
@@ -81,9 +95,26 @@ class Scene(Model):
 
     @classmethod
     def parse(cls, text: str, name: str = "scene") -> Scene:
-        """Make a scene of the text of a scene file, without `check`; see `read`.
+        """Make a scene of the text of a scene file, without `check`.
 
         A scene for many variants may leave out what each of them sets.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        name : str
+            Of the file, for errors.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If the text is not TOML, there is a table or a key that is not known, or a
+            value of the wrong kind.
         """
         return cls(**read_tables(text, name))
 

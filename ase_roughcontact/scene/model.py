@@ -179,7 +179,18 @@ class Model:
         )
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Contact area of the smooth sphere, without adhesion (Å^2)."""
+        """Contact area of the smooth sphere, without adhesion.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            eV/Å.
+
+        Returns
+        -------
+        ndarray
+            Å^2.
+        """
         return theory.hertz_contact_area(
             normal_force, self.radius, self.contact_modulus
         )

@@ -301,7 +301,7 @@ def jkr_contact_radius_from_penetration(
     d = -3 * depth / least
     if not np.all(d >= -3 * (1 + 1e-12)):
         raise ValueError(
-            f"penetration must not lie below that of pull-off {least!r}, "
+            f"penetration must not lie below that of pull-off {least}, "
             f"got {penetration!r}"
         )
     d = np.maximum(d, -3.0)

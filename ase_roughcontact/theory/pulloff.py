@@ -55,7 +55,7 @@ def refuse_beyond(name: str, values: FloatArray, end: float) -> None:
     """
     if np.any(values > end):
         raise ValueError(
-            f"{name} must not exceed {end!r} on the unstable branch, got {values!r}"
+            f"{name} must not exceed {end} on the unstable branch, got {values}"
         )
 
 
@@ -82,7 +82,7 @@ def above_pull_off(normal_force: ArrayLike, pull_off: FloatArray) -> FloatArray:
     excess = finite_array("normal_force", normal_force) - pull_off
     if not np.all(excess >= 1e-12 * pull_off):
         raise ValueError(
-            f"normal_force must not lie below the pull-off force {pull_off!r}, "
+            f"normal_force must not lie below the pull-off force {pull_off}, "
             f"got {normal_force!r}"
         )
     return np.maximum(excess, 0.0)

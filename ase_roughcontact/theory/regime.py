@@ -157,9 +157,9 @@ def regime(
     >>> print(str(tip).splitlines()[0])
     Maugis-Dugdale: as smooth, between both: maugis_dugdale_contact_radius
     """
-    smooth = work_of_adhesion, attraction_range
+    adhesion = work_of_adhesion, attraction_range
     if roughness is None:
-        contact = smooth_contact(normal_force, radius, contact_modulus, *smooth)
+        contact = smooth_contact(normal_force, radius, contact_modulus, *adhesion)
         numbers = asdict(contact)
         if work_of_adhesion > 0:
             numbers["effective_work_of_adhesion"] = work_of_adhesion
@@ -169,7 +169,7 @@ def regime(
             radius,
             contact_modulus,
             roughness,
-            *smooth,
+            *adhesion,
             kappa_repulsive,
             asperity_factor,
         )

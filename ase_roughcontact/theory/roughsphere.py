@@ -37,11 +37,11 @@ class Roughness(Protocol):
 
     @property
     def short_wavelength(self) -> float:
-        """Shortest wavelength lambda_s, length."""
+        """Lower end lambda_s of the self-affine range, length."""
 
     @property
     def long_wavelength(self) -> float:
-        """Longest wavelength lambda_L, length."""
+        """Upper end lambda_L of the self-affine range, length."""
 
 
 @dataclass(frozen=True)
@@ -235,7 +235,8 @@ class RoughSphereTheory:
         -----
         With adhesion, the first asperity is a smooth adhesive sphere of radius rho.
         That is a lower estimate at small loads: for R = 1000 a0, h' = 0.1 and
-        w = 0.005 E* a0, three realisations had 780 a0^2 on average, not 102.
+        w = 0.005 E* a0, three realisations had 780 a0^2 on average, not 102 (repulsive
+        wall, rho three times eq. 6).
         """
         law = self.law(normal_force)
         if self.single or law in ("JKR", "DMT", "Maugis-Dugdale"):

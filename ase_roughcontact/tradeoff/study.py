@@ -109,9 +109,10 @@ def tradeoff(
 
 def _targets(scene: Scene, steps: int, seconds: float) -> tuple[list[float], int]:
     """Choose steps that do not take too long, and count those that do."""
-    planned = [step for step in scene.plan().steps if not step.problem]
+    plan = scene.plan()
+    planned = [step for step in plan.steps if not step.problem]
     if not planned:
-        raise ValueError(f"no step can be tried: {scene.plan().steps[0].problem}")
+        raise ValueError(f"no step can be tried: {plan.steps[0].problem}")
     runs = _REPEATS * (len(_TRIED) + len(_CUTOFFS) + 2) + 2
     share = seconds / (runs * 2 * steps)
     cheap = [step.target for step in planned if step.seconds <= share]
