@@ -6,14 +6,13 @@ pressure and ``z`` of the indenter's height solve
 .. math:: x + D (C x + z) = r, \qquad \sum x - s z = t,
 
 the second equation, with the stiffness ``s`` of a spring on the indenter per area, only
-where the height is free. :math:`C` is the model. The rows are divided by
-:math:`\sqrt{1 + c D}`, with the compliance ``c`` of one atom alone, wherever the wall is
-stiff, so that the size of what is left tells its energy: an atom deep in the wall's
-core may miss a pressure a thousand times that of all others, and still be put right by
-a movement as small as theirs. With plain rows 12 of 180 cold starts under strong
-adhesion (w/E* of 0.02 to 0.2 a0) stalled, with these none; rows divided by
-:math:`1 + c D` took up to three times the steps for walls a thousand times as stiff as
-the bulk.
+where the height is free. :math:`C` is the model. Where the wall is stiff the rows are
+divided by :math:`\sqrt{1 + c D}`, with the compliance ``c`` of one atom alone, so that
+the size of what is left tells its energy: an atom deep in the wall's core may miss a
+pressure a thousand times that of all others, and still be put right by a movement as
+small as theirs. With plain rows 12 of 180 cold starts under strong adhesion (w/E* of
+0.02 to 0.2 a0) stalled, with these none; rows divided by :math:`1 + c D` took up to
+three times the steps for walls a thousand times as stiff as the bulk.
 """
 
 from __future__ import annotations

@@ -23,7 +23,6 @@ J. Nocedal, S. J. Wright, Numerical Optimization (2006), Ch. 7 (inexact Newton m
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -71,6 +70,7 @@ _PATIENCE = 5
 # millionth of its terms), with a force that was not halved, is no progress either.
 _CRAWL = 50
 _CRAWL_FALL = 1e8
+_ROUNDED = "only rounding is left of the energy's fall"
 # Steps on a coarse grid: a contact that attraction spreads over 800 x 800 atoms took
 # 954 pairs with 50 of them, and 648 with 300.
 _COARSE_STEPS = 300
@@ -324,6 +324,31 @@ class _Newton:
         return falls and self.landscape.curvatures(state, [step])[0, 0] > 0.0
 
 
+class _Progress:
+    """What has been reached since a state, and whether the steps lead anywhere."""
+
+    def __init__(self, state: State) -> None:
+        self.best = self.milestone = state
+        self.steps = self.idle = 0
+        self.obstacle = ""
+
+    def note(self, old: State, new: State) -> None:
+        """Take a step into account."""
+        lower = new.energy < old.energy - old.noise
+        self.idle = 0 if lower or new.error < 0.9 * self.best.error else self.idle + 1
+        if lower or new.error < self.best.error:
+            self.best = new
+        if self.idle > _PATIENCE:
+            self.obstacle = _ROUNDED
+        self.steps += 1
+        if self.steps % _CRAWL == 0:
+            before, self.milestone = self.milestone, new
+            fall = before.energy - new.energy
+            if fall < _CRAWL_FALL * new.noise and new.error > 0.5 * before.error:
+                slow = "the energy falls too slowly to matter"
+                self.obstacle = slow if fall > _CRAWL * new.noise else _ROUNDED
+
+
 def _relax(
     contact: Contact,
     height: float,
@@ -334,45 +359,34 @@ def _relax(
     """Relax on one grid."""
     landscape = Landscape(contact, external)
     newton = _Newton(landscape)
-    state = best = landscape.state(start, landscape.lift(start), height)
-    fresh, refreshed, idle = True, False, 0
-    milestone = state
-    for step in itertools.count(1):
+    state = landscape.state(start, landscape.lift(start), height)
+    progress = _Progress(state)
+    fresh, refreshed = True, False
+    while True:
         if state.error <= tolerance and not fresh:
-            state = best = landscape.afresh(state)
-            fresh = True
+            state = landscape.afresh(state)
+            progress.best, fresh = state, True
         if state.error <= tolerance:
             yield newton.report(state, converged=True)
             return
         yield newton.report(state)
         new = newton.advance(state, tolerance)
-        if new is not None:
-            lower = new.energy < state.energy - state.noise
-            idle = 0 if lower or new.error < 0.9 * best.error else idle + 1
-            best = new if lower or new.error < best.error else best
+        if new is None:
+            held = not landscape.loaded or landscape.resists(state)
+            progress.obstacle = (
+                "no step lowers the energy" if held else "nothing holds the indenter"
+            )
+        else:
+            progress.note(state, new)
             state, fresh = new, False
-        if step % _CRAWL == 0:
-            fall = milestone.energy - state.energy
-            if fall < _CRAWL_FALL * state.noise and 2.0 * state.error > milestone.error:
-                idle = _PATIENCE + 1
-            milestone = state
-        if new is None or idle > _PATIENCE:
-            state = best = landscape.afresh(best)
+        if progress.obstacle:
+            state = landscape.afresh(progress.best)
             if refreshed and not state.error <= tolerance:
                 break
             newton.forget()
-            fresh, refreshed, idle = True, True, 0
-    yield newton.report(state, message=_explanation(landscape, state, new))
-
-
-def _explanation(landscape: Landscape, state: State, new: State | None) -> str:
-    """Why there is no better state."""
-    reason = "only rounding is left, or steps too small to matter"
-    reason += precision_advice(landscape.contact.halfspace)
-    if new is None:
-        reason = "no step lowers the energy"
-        if landscape.loaded and not landscape.resists(state):
-            reason = "nothing holds the indenter"
+            progress, fresh, refreshed = _Progress(state), True, True
+    obstacle = progress.obstacle + precision_advice(landscape.contact.halfspace)
     if not math.isfinite(state.error):
-        reason = "energy or pressure of the wall are not finite"
-    return f"stalled at a force of {state.error:.2g}: {reason}"
+        obstacle = "energy or pressure of the wall are not finite"
+    message = f"stalled at a force of {state.error:.2g}: {obstacle}"
+    yield newton.report(state, message=message)
