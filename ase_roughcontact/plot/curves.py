@@ -51,9 +51,14 @@ def plot_curve(
     axes.plot(load, area / hertz_area, "o", color=ORANGE, ms=5, label="simulation")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter("{x:g}")
-    axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
-    axes.yaxis.set_minor_formatter("{x:g}")
+    for axis, (low, high) in (
+        (axes.xaxis, axes.get_xlim()),
+        (axes.yaxis, axes.get_ylim()),
+    ):
+        if high < 100.0 * low:  # few decades: powers of ten alone tell too little
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+            axis.set_minor_formatter("{x:g}")
     axes.set_xlabel("normal force $N$ (nN)")
     axes.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
     axes.legend(frameon=False, loc="best")
