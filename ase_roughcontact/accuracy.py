@@ -35,13 +35,10 @@ class Accuracy:
     tolerance : float
         Largest force that may be left on any atom, in units of the mean force on the
         atoms in contact.
-    dtype : str
-        Precision of the transforms. Single precision saves no time, see `RealFFT2`.
     """
 
     error: float
     tolerance: float
-    dtype: str
 
 
 # Relative error per relative tolerance, at most (measured).
@@ -49,7 +46,7 @@ _FACTOR = 4.0
 
 
 def _within(error: float) -> Accuracy:
-    return Accuracy(error, error / _FACTOR, "float64")
+    return Accuracy(error, error / _FACTOR)
 
 
 #: Accuracies by name. On contacts 30 and 100 atoms in radius, from a cold start, "fast"

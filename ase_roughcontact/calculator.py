@@ -54,7 +54,8 @@ class RoughContact(Calculator):
     Parameters
     ----------
     indenter : Surface
-        `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`.
+        `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`, and,
+        to be written to files, `todict`.
     contact_modulus : float
         ``E* = E/(1 - nu^2)`` of the substrate (eV/Å^3; 1 GPa is `ase.units.GPa`).
     interaction : Interaction, optional
@@ -376,8 +377,8 @@ def _checked_fft(options: Any) -> dict:
     for key in options:
         if key not in FFT_OPTIONS:
             raise ValueError(unknown(str(key), FFT_OPTIONS, "option of fft"))
-    if "dtype" in options:
-        options["dtype"] = np.dtype(options["dtype"]).name
     # fails now, and not at the first calculation, if an option is wrong
-    RealFFT2((1, 1), **options)
+    trial = RealFFT2((1, 1), **options)
+    if "dtype" in options:
+        options["dtype"] = trial.dtype.name
     return options

@@ -13,13 +13,18 @@ from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
+# Points of a grid along x or y, at most: more are beyond any memory.
+_WIDEST = 10**9
+_NUMBERS = (int, float, np.integer, np.floating)
+
 
 def _number(value: Any) -> bool:
-    return (
-        isinstance(value, (int, float, np.integer, np.floating))
-        and not isinstance(value, bool)
-        and math.isfinite(value)
-    )
+    if isinstance(value, bool) or not isinstance(value, _NUMBERS):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # a whole number beyond all floats
+        return False
 
 
 def positive(**values: Any) -> None:
@@ -69,8 +74,11 @@ def finite_array(name: str, value: Any) -> FloatArray:
 
 def _float_array(name: str, value: Any) -> FloatArray:
     try:
-        return np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+        given = np.asarray(value)
+        if given.dtype.kind not in "iufO":  # NumPy takes words and truth for numbers
+            raise TypeError(f"{given.dtype} is no real number")
+        return given.astype(np.float64, copy=False)
+    except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(
             f"{name} must be a number or an array of them, got {value!r}"
         ) from error
@@ -107,11 +115,14 @@ def grid_shape(shape: Any) -> tuple[int, int]:
     """Return `shape` as a pair of ints, or raise `ValueError`."""
     try:
         n, m = shape
-        if n == int(n) >= 1 and m == int(m) >= 1:
-            return int(n), int(m)
+        whole = n == int(n) >= 1 and m == int(m) >= 1
     except (TypeError, ValueError, OverflowError):
-        pass
-    raise ValueError(f"shape must be two whole numbers >= 1, got {shape!r}")
+        whole = False
+    if not whole:
+        raise ValueError(f"shape must be two whole numbers >= 1, got {shape!r}")
+    if max(n, m) > _WIDEST:
+        raise ValueError(f"shape must be at most {_WIDEST} points wide, got {shape!r}")
+    return int(n), int(m)
 
 
 def window(

@@ -112,7 +112,7 @@ class ScatteredHalfSpace(HalfSpace):
     contact_modulus : float
         ``E* = E/(1 - nu^2)`` (pressure).
     **fft
-        Kept for other windows; of no use here.
+        Kept for other windows, see `like`; of no use here.
 
     Attributes
     ----------
@@ -139,6 +139,11 @@ class ScatteredHalfSpace(HalfSpace):
         """Rebuild from the parameters."""
         args = (self.sites, self.spacing, self.contact_modulus)
         return partial(ScatteredHalfSpace, **self.fft), args
+
+    def like(self, shape: tuple[int, int], spacing: float) -> CondensedHalfSpace:
+        """Half space of the same solid under a grid; see `HalfSpace.like`."""
+        fft = {**self.fft, "measure": False}
+        return CondensedHalfSpace(shape, spacing, self.contact_modulus, **fft)
 
     @property
     def lattice(self) -> bool:

@@ -32,7 +32,7 @@ _HARD_GAP = 1e-5
 _HARD_PRESSURE = 1e-9
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactState:
     """Energy, forces and local fields of one configuration.
 

@@ -14,7 +14,7 @@ from ase_roughcontact.substrate import TAG_CONTACT
 from ase_roughcontact.topography import Surface
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ContactMap:
     """Pressure and contact on a rectangle of lattice sites.
 

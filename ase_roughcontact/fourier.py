@@ -63,6 +63,17 @@ def fast_length(least: int) -> int:
     return int(next_fast_len(least, real=True))
 
 
+def _float_type(dtype: object) -> np.dtype:
+    """Return one of two precisions, or raise `ValueError`."""
+    try:
+        known = np.dtype(dtype)  # type: ignore[call-overload]
+    except TypeError:
+        known = None
+    if known not in (np.float32, np.float64):
+        raise ValueError(f"dtype must be float32 or float64, got {dtype!r}")
+    return known
+
+
 class RealFFT2:
     """Two-dimensional real transform between a window and the spectrum of its grid.
 
@@ -120,9 +131,7 @@ class RealFFT2:
         self.engine = fastest if engine is None else engine
         if self.engine not in ENGINES:
             raise ValueError(f"engine must be one of {ENGINES}, got {engine!r}")
-        self.dtype = np.dtype(dtype)
-        if self.dtype not in (np.float32, np.float64):
-            raise ValueError(f"dtype must be float32 or float64, got {dtype!r}")
+        self.dtype = _float_type(dtype)
         self.threads = self._threads() if threads is None else threads
         integer("threads", self.threads, 1)
         self.measure = bool(measure)

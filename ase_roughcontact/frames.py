@@ -82,6 +82,28 @@ class Frames:
                         "or give another file or folder"
                     ) from error
 
+    def records(self) -> Iterator[LoadStep]:
+        """Read the record of one frame after the other; see `infos`.
+
+        Yields
+        ------
+        LoadStep
+
+        Raises
+        ------
+        ValueError
+            If the file holds something, but no frame can be read, or one without such a
+            record.
+        """
+        for info in self.infos():
+            try:
+                yield LoadStep(**info["load_step"])
+            except (KeyError, TypeError) as error:
+                raise ValueError(
+                    f"the frames of {os.fspath(self.file or '')} are not those of a "
+                    "load path: they have no record of a step, or another one"
+                ) from error
+
     def frame(self, number: int) -> Atoms:
         """Read a whole frame.
 
@@ -96,36 +118,35 @@ class Frames:
         with Trajectory(os.fspath(self.file or "")) as frames:
             return frames[number]
 
-    def claim(self, files: ExitStack, done: int | None) -> None:
+    def claim(self, files: ExitStack, done: Sequence[LoadStep] | None) -> None:
         """Keep other runs from the file as long as this one lives, and mend it.
 
         Parameters
         ----------
         files : ExitStack
             Until when.
-        done : int, optional
-            Frames that the path goes on from; None if it begins anew.
+        done : sequence of LoadStep, optional
+            Of the frames that the path goes on from; None if it begins anew.
 
         Raises
         ------
         RuntimeError
             If another run is writing the file, or has written it.
         """
-        if self.file is None or self.keep == "last":
+        if self.file is None:
             return
         file = os.fspath(self.file)
-        held = files.enter_context(open(file, "ab"))  # noqa: SIM115
-        try:
-            if fcntl is not None:
-                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise RuntimeError(f"another run is writing {file}") from error
+        if self.keep == "all":
+            _lock(files, file, file)
+        elif fcntl is not None:  # a file that is replaced can't hold the lock itself
+            _lock(files, f"{file}.lock", file)
+            files.callback(Path(f"{file}.lock").unlink, missing_ok=True)
         if done is None:
             return
-        if _counted(file) != done and count_steps(file) != done:
+        if not self._holds(done):
             raise RuntimeError(f"another run has written {file}: start again to go on")
-        if done:
-            _mend(file, done)
+        if done and self.keep == "all":
+            _mend(file, len(done))
 
     def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None] | None:
         """Open the file.
@@ -149,6 +170,13 @@ class Frames:
         mode = "a" if append else "w"
         trajectory = Trajectory(os.fspath(self.file), mode, comm=DummyMPI())
         return partial(_append, files.enter_context(trajectory))
+
+    def _holds(self, done: Sequence[LoadStep]) -> bool:
+        """Whether the file holds the frames of some steps still, and no others."""
+        if self.keep == "last":
+            return list(self.records()) == list(done)
+        file = os.fspath(self.file or "")
+        return _counted(file) == len(done) or count_steps(file) == len(done)
 
 
 def count_steps(trajectory: PathName) -> int:
@@ -195,7 +223,7 @@ def keeper(
     callable
         Keeps a record and its frame, which is made if it is asked for.
     """
-    frames.claim(files, None if done is None else len(done))
+    frames.claim(files, done)
     # the table first: a trajectory that is there is lost once it is opened to write
     before = done[0].step if done else 0  # their frames were not kept
     rows = None if table is None else files.enter_context(Table(table, before))
@@ -211,6 +239,20 @@ def keeper(
         for record in done or ():
             rows.write(record)
     return keep
+
+
+def _lock(files: ExitStack, name: str, file: str) -> None:
+    """Lock a file, made if it is not there, in the name of the one that is written."""
+    held = files.enter_context(open(name, "ab"))  # noqa: SIM115
+    try:
+        if fcntl is not None:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # its owner may have removed it since it was opened
+        alone = os.path.samestat(os.fstat(held.fileno()), os.stat(name))
+    except (BlockingIOError, FileNotFoundError):
+        alone = False
+    if not alone:
+        raise RuntimeError(f"another run is writing {file}")
 
 
 def _head(file: PathName) -> bytes:

@@ -22,7 +22,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -30,9 +30,6 @@ from scipy.fft import dct, irfft2, rfft, rfft2
 
 from ase_roughcontact.checks import grid_shape, positive
 from ase_roughcontact.fourier import RealFFT2, available_threads, fast_length
-
-if TYPE_CHECKING:
-    from typing_extensions import Self
 
 # Distances in cells up to which the closed form loses fewer than four digits, and from
 # which the series leaves a relative error below 1e-13; between, Gauss points in each
@@ -91,7 +88,7 @@ class HalfSpace(ABC):
         args = (self.shape, self.spacing, self.contact_modulus)
         return partial(type(self), **self.fft), args
 
-    def like(self, shape: tuple[int, int], spacing: float) -> Self:
+    def like(self, shape: tuple[int, int], spacing: float) -> HalfSpace:
         """Half space of the same solid and kind under another grid, for a short use."""
         fft = {**self.fft, "measure": False}
         return type(self)(shape, spacing, self.contact_modulus, **fft)

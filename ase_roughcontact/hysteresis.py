@@ -99,8 +99,8 @@ def adhesion_loop(
     ------
     ValueError
         If a step or the tolerance is not a finite number above zero, the smallest step
-        is larger than the largest, `deepest` is out of reach, the calculator has a
-        load, or the indenter is not fixed.
+        is larger than the largest, `deepest` is out of reach, the wall has no end, the
+        calculator has a load, or the indenter is not fixed.
     RuntimeError
         If the contact has come to the edge of a fixed window, or another run is writing
         `trajectory`.
@@ -150,18 +150,7 @@ def adhesion_loop(
     with ExitStack() as files:
         keep = keeper(files, Frames(trajectory), csv)
         walk = _Walk(stepper, step, smallest, tolerance, keep)
-        walk.begin(top + 0.5 * smallest)
-        while walk.last.height - bottom > _REST * smallest:
-            walk.move(max(walk.last.height - walk.size, bottom))
-        turn, jumps = len(walk.records), len(walk.jumps)
-        while walk.last.repulsive_atoms + walk.last.attractive_atoms:
-            walk.move(walk.last.height + walk.size)
-    return AdhesionLoop(
-        approach=tuple(walk.records[:turn]),
-        retraction=tuple(walk.records[turn - 1 :]),
-        approach_jumps=tuple(walk.jumps[:jumps]),
-        retraction_jumps=tuple(walk.jumps[jumps:]),
-    )
+        return walk.there_and_back(top + 0.5 * smallest, bottom)
 
 
 class _Walk:
@@ -189,9 +178,20 @@ class _Walk:
         """Record of where the atoms are."""
         return self.records[-1]
 
-    def begin(self, height: float) -> None:
-        """Relax the first state."""
-        self._keep(self._stepper.step(0, height))
+    def there_and_back(self, top: float, bottom: float) -> AdhesionLoop:
+        """Go down from one height to another, and up until nothing acts any more."""
+        self._keep(self._stepper.step(0, top))
+        while self.last.height - bottom > _REST * self._smallest:
+            self.move(max(self.last.height - self.size, bottom))
+        turn, jumps = len(self.records), len(self.jumps)
+        while self.last.repulsive_atoms + self.last.attractive_atoms:
+            self.move(self.last.height + self.size)
+        return AdhesionLoop(
+            approach=tuple(self.records[:turn]),
+            retraction=tuple(self.records[turn - 1 :]),
+            approach_jumps=tuple(self.jumps[:jumps]),
+            retraction_jumps=tuple(self.jumps[jumps:]),
+        )
 
     def move(self, height: float) -> None:
         """Go to a height, or as far towards it as there is no jump."""
@@ -227,6 +227,11 @@ def _ends(stepper: Stepper, deepest: float) -> tuple[float, float]:
     """Heights where the wall begins to act on the flat substrate, and of the turn."""
     calc, first_contact = stepper.atoms.calc, stepper.windows.first_contact
     wall = calc.contact(stepper.atoms).interaction
+    if not np.isfinite(wall.cutoff):
+        raise ValueError(
+            "a loop begins and ends where the wall does not act: the wall must have a "
+            f"finite cutoff, got {wall.cutoff}"
+        )
     reach = wall.cutoff - wall.contact_distance
     if not (np.isfinite(deepest) and deepest > -reach):
         raise ValueError(

@@ -18,7 +18,7 @@ from ase_roughcontact.topography import Surface, heights_at
 _OFF_GRID = 1e-4
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Layout:
     """How the atoms of a substrate make a grid.
 
@@ -209,10 +209,11 @@ def _scattered(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float, np.nd
 
 
 def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:
-    expected = xy[0] + spacing * np.indices(grid).reshape(2, -1).T
+    i, j = (spacing * np.arange(n) for n in grid)
+    x, y = np.moveaxis((xy - xy[0]).reshape(*grid, 2), 2, 0)
+    off = np.maximum(abs(x - i[:, None]), abs(y - j)).reshape(-1)
     # a spacing read off two rounded positions drifts with the index
     tolerance = _OFF_GRID * spacing * max(1.0, 1e-3 * max(grid))
-    off = np.abs(xy - expected).max(axis=1)
     if off.max() > tolerance:
         worst = int(off.argmax())
         raise ValueError(

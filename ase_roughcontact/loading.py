@@ -93,8 +93,9 @@ def load_path(
     ------
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
-        constraint does not fit it, or `resume` finds another path (told with what
-        differs) or a file without a frame. With automatic windows, if the indenter does
+        constraint does not fit it, `resume` finds another path (told with what differs)
+        or a file without a frame, or there is a trajectory and the indenter has no
+        `todict` to be told by. With automatic windows, if the indenter does
         not rise out of reach, or atoms could touch at which its roughness is not known.
     RuntimeError
         If the contact has come to the edge of a fixed window, or another run is writing
@@ -121,7 +122,8 @@ def load_path(
         window=window,
         edge=edge,
     )
-    path = _Path(stepper, stepper.system(), targets)
+    system = {} if trajectory is None else stepper.system()
+    path = _Path(stepper, system, targets)
     frames = Frames(trajectory, keep)
     return _steps(path, frames, csv, _done(path, frames) if resume else None)
 
@@ -177,7 +179,7 @@ def _one_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
     ((control, path),) = given.items()
     try:
         targets = np.asarray(path, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         targets = np.array(np.nan)
     if targets.ndim != 1 or targets.size == 0 or not np.isfinite(targets).all():
         raise ValueError(f"{control} must be a sequence of finite numbers, got {path}")

@@ -81,6 +81,18 @@ def available_memory() -> float:
     return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
 
 
+def check_roughness(points: int) -> None:
+    """Raise `MemoryError` if a roughness can't be made; see `points_of`."""
+    needed, there = memory_of((0, 0), points=points), available_memory()
+    if needed > there:
+        side = math.isqrt(points)
+        raise MemoryError(
+            f"a domain of {side} x {side} points needs about {needed / 1e9:.3g} GB of "
+            f"memory while its roughness is made, but only {there / 1e9:.3g} GB are "
+            "free: choose a smaller domain, by default 4 times the longest wave"
+        )
+
+
 def check_memory(
     window: tuple[int, int], *, margin: bool = False, points: int = 0
 ) -> None:

@@ -12,7 +12,7 @@ from ase_roughcontact.checks import FloatArray
 from ase_roughcontact.contactmap import ContactMap, nearest_image
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Patches:
     """Connected patches of contact, the largest first.
 

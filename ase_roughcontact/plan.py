@@ -11,10 +11,11 @@ from datetime import timedelta
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.halfspace import HalfSpace, PeriodicHalfSpace
+from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction
 from ase_roughcontact.memory import available_memory, memory_of, points_of
 from ase_roughcontact.places import Sites
+from ase_roughcontact.record import text_of
 from ase_roughcontact.stepping import check_words
 from ase_roughcontact.theory import hertz_contact_radius
 from ase_roughcontact.window import AutoWindow
@@ -181,7 +182,7 @@ def plan_path(
     if window == "fixed" and not halfspace.periodic and _misses(atoms):
         left_out.append(
             "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside of the "
-            f"window of {_text(halfspace.shape)} atoms: give a larger shape"
+            f"window of {text_of(halfspace.shape)} atoms: give a larger shape"
         )
     return Plan(tuple(steps), tuple(left_out), available_memory())
 
@@ -198,8 +199,8 @@ def _fixed(
     margin = halfspace.layer != halfspace.shape
     planned = PlannedStep(
         target=math.nan,
-        window=_text(halfspace.shape),
-        grid=_text(halfspace.grid),
+        window=text_of(halfspace.shape),
+        grid=text_of(halfspace.grid),
         memory=memory_of(halfspace.shape, margin=margin, points=points),
         seconds=clock.step(halfspace.grid),
     )
@@ -228,7 +229,7 @@ def _too_wide(atoms: Atoms, control: str, target: float) -> str:
         return ""
     return (
         f"the contact is about {width:.0f} atoms wide, the window has "
-        f"{_text(halfspace.shape)}: give a larger shape"
+        f"{text_of(halfspace.shape)}: give a larger shape"
     )
 
 
@@ -260,10 +261,10 @@ def _auto(
     if isinstance(window, Sites):
         grid, seconds = "matrix", _LEAST
     else:
-        padded = clock.halfspace.padded(window.shape)
-        grid, seconds = _text(padded), clock.step(padded)
+        padded = FreeHalfSpace.padded(window.shape)
+        grid, seconds = text_of(padded), clock.step(padded)
     memory = memory_of(window.shape, points=points)
-    return PlannedStep(target, _text(window.shape), grid, memory, seconds)
+    return PlannedStep(target, text_of(window.shape), grid, memory, seconds)
 
 
 class _Clock:
@@ -319,7 +320,8 @@ def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]
     elif wall.attractive:
         told.append(
             "atoms that the wall does not reach: looked at after every step, and the "
-            "window grown until none is missed"
+            "window grown until none is missed, to more than is planned where "
+            "attraction widens the contact"
         )
     else:
         told.append(
@@ -332,7 +334,3 @@ def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]
             f"the wall beyond a gap of {wall.cutoff:.4g} Å, where its energy is zero"
         )
     return told
-
-
-def _text(shape: tuple[int, ...]) -> str:
-    return "x".join(map(str, shape))

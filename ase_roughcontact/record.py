@@ -140,8 +140,8 @@ def record_of(
         energy=float(atoms.get_potential_energy()),
         max_force=float(np.linalg.norm(atoms.get_forces(), axis=1).max()),
         gap_error=_gap_error(atoms),
-        window=_text(halfspace.shape),
-        grid=_text(halfspace.grid),
+        window=text_of(halfspace.shape),
+        grid=text_of(halfspace.grid),
         precision=np.dtype(halfspace.fft.get("dtype", float)).name,
         memory=_memory(atoms),
         seconds=seconds,
@@ -211,5 +211,15 @@ def _memory(atoms: Atoms) -> float:
     )
 
 
-def _text(shape: tuple[int, ...]) -> str:
+def text_of(shape: tuple[int, ...]) -> str:
+    """Return a shape as records have it.
+
+    Parameters
+    ----------
+    shape : tuple of int
+
+    Returns
+    -------
+    str
+    """
     return "x".join(map(str, shape))

@@ -57,20 +57,7 @@ def rewindow(atoms: Atoms, window: Box | Sites) -> None:
     pressure = without_rounding(atoms.calc.elastic_pressure(atoms))
     carried = carry(pressure, window_of(layout), window)
     spacing, symbol = layout.spacing, atoms.numbers[0]
-    box = window if isinstance(window, Box) else window.box
-    axis = [
-        -spacing * i - rest_of(x, spacing)
-        for i, x in zip(box.start, layout.origin, strict=True)
-    ]
-    if isinstance(window, Sites):
-        sites: np.ndarray = window.all - np.array(box.start)
-        thickness = 1
-    else:
-        sites = np.argwhere(np.ones(box.shape, bool))
-        thickness = max(box.shape)
-    positions = np.zeros((len(sites) + 1, 3))
-    positions[:-1, :2] = spacing * sites
-    positions[-1] = *axis, atoms.positions[-1, 2]
+    positions = _positions(window, layout, atoms.positions[-1, 2])
     shift = positions[-1] - atoms.positions[-1]  # along x and y
     constraints = [
         _moved(c, atoms, len(positions) - 1, shift) for c in atoms.constraints
@@ -81,7 +68,8 @@ def rewindow(atoms: Atoms, window: Box | Sites) -> None:
         "numbers": np.append(np.full(len(positions) - 1, symbol), 0),
         "positions": positions,
     }
-    n, m = box.shape
+    n, m = _box(window).shape
+    thickness = 1 if isinstance(window, Sites) else max(n, m)
     atoms.cell[:] = spacing * np.diag([n, m, thickness])
     atoms.set_constraint(constraints)
     if carried.any():
@@ -111,6 +99,27 @@ def carry(values: np.ndarray, old: Box | Sites, new: Box | Sites) -> np.ndarray:
     inside, index = new.find(old.places(values))
     carried[index] = values[values != 0.0][inside]
     return carried
+
+
+def _box(window: Box | Sites) -> Box:
+    return window.box if isinstance(window, Sites) else window
+
+
+def _positions(window: Box | Sites, layout: Layout, height: float) -> np.ndarray:
+    """Places of the atoms of a window, flat, and of the indenter."""
+    spacing, box = layout.spacing, _box(window)
+    if isinstance(window, Sites):
+        sites: np.ndarray = window.all - np.array(box.start)
+    else:
+        sites = np.argwhere(np.ones(box.shape, bool))
+    x, y = (
+        -spacing * i - rest_of(x, spacing)
+        for i, x in zip(box.start, layout.origin, strict=True)
+    )
+    positions = np.zeros((len(sites) + 1, 3))
+    positions[:-1, :2] = spacing * sites
+    positions[-1] = x, y, height
+    return positions
 
 
 def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:

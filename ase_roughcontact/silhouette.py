@@ -25,6 +25,8 @@ _MIDDLE = 64
 # and large ones, where what is not needed costs most.
 _RUNG, _LARGE_RUNG = 1.12, 1.04
 _SMALLEST, _LARGE = 8, 256
+# Advice on a domain adds room.
+_ROOM = 1.3
 # Whole numbers of spacings up to this.
 _ROUNDING = 1e-9
 
@@ -147,9 +149,10 @@ class Silhouette:
         known = self.indenter.extent / self.spacing
         advice = "choose a smaller load or depth, or a larger map"
         if self.indenter.repeats:
+            side = math.ceil(_ROOM * 2 * atoms)  # the next level may be lower still
             advice = (
-                f"give the roughness a domain of {2 * atoms} spacings or more "
-                f"(domain={2 * atoms * self.spacing:.12g} of SelfAffine)"
+                f"give the roughness a domain of {side} spacings or more "
+                f"(domain={side * self.spacing:.12g} of SelfAffine)"
             )
         raise ValueError(
             f"atoms up to {atoms} spacings from the indenter's axis can touch, but its "

@@ -108,7 +108,8 @@ def power_spectrum(
 ) -> tuple[FloatArray, FloatArray]:
     r"""Measure the radially averaged power spectrum of periodic heights.
 
-    With the area A of the map, C = A |c|^2, such that over all wave vectors but zero
+    With the area A of the map, :math:`C = A |c|^2`, such that over all wave vectors but
+    zero
 
     .. math:: \frac{1}{A} \sum_q C(q) = \langle h^2 \rangle - \langle h \rangle^2 .
 

@@ -5,8 +5,9 @@ elastic energy ``U`` per area, and leaves ``w - U`` of the work of adhesion ``w`
 this is positive, the state of least energy is a compact contact, as large as that of a
 smooth sphere with the work ``w - U``, by JKR. If it is negative, the surfaces touch
 here and there, and no contact spreads by itself. Under a load of 1e-3 E* a0^2 spheres
-of R = 3000 and 10 000 a0, of a rms slope of 0.1, were attracted up to radii of 151, 262
-and 383 a0; expected were 141, 264 and 393.
+of a rms slope of 0.1 were attracted up to radii of 151 a0 (R = 3000 a0, waves up to
+512 a0, w = 0.05 E* a0), 261 and 386 a0 (R = 10 000 a0, waves up to 64 a0, w = 0.02 and
+0.05 E* a0); expected were 154, 265 and 394 a0.
 
 References
 ----------
@@ -28,11 +29,12 @@ from ase_roughcontact.theory.jkr import (
     jkr_contact_radius_from_penetration,
     jkr_pull_off_penetration,
 )
-from ase_roughcontact.topography import RoughSphere
+from ase_roughcontact.theory.kappa import flattening_energy
+from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 
-# Side of the piece of a roughness whose energy is taken for that of all of it. Cut out
-# and wrapped around, it has 1.01 (waves up to 64 spacings) to 1.27 times (512) the
-# energy of its spectrum: the work that is left is not overrated.
+# Side, in spacings, of the piece of a roughness whose energy is taken for that of all
+# of it. Cut out and wrapped around, it has 1.01 (waves up to 64 spacings) to 1.27 times
+# (512) the energy of its spectrum: the work that is left is not overrated.
 _PIECE = 1024
 
 
@@ -64,21 +66,13 @@ class Spreading:
         rough = self.sphere.roughness
         if rough is None:
             return self.work
-        known = 2.0 * getattr(rough, "extent", math.inf) / self.spacing
-        side = math.floor(min(_PIECE, known))
-        corner = -self.spacing * (side // 2)
-        heights = rough.heights((side, side), self.spacing, (corner, corner))
-        flat = PeriodicHalfSpace((side, side), self.spacing, self.modulus)
-        pressure = flat.elastic_pressure(heights)
-        return self.work - 0.5 * abs(float(np.mean(pressure * heights)))
+        return self.work - _energy_pressed_flat(rough, self.modulus, self.spacing)
 
-    def radius(self, work: float, depth: float, load: float | None) -> float:
-        """Radius of the contact of the smooth sphere, by JKR.
+    def radius(self, depth: float, load: float | None) -> float:
+        """Radius of the contact of the smooth sphere with the work left, by JKR.
 
         Parameters
         ----------
-        work : float
-            Work of adhesion (energy per area).
         depth : float
             How far the sphere is below the height where it touches (length).
         load : float, optional
@@ -89,14 +83,14 @@ class Spreading:
         float
             Length; zero if there is no contact.
         """
-        if not work > 0.0:
+        if not self.work_left > 0.0:
             return 0.0
-        sphere, modulus = self.sphere.radius, self.modulus
+        system = self.sphere.radius, self.modulus, self.work_left
         if load is not None:
-            return float(jkr_contact_radius(load, sphere, modulus, work))
-        if depth < jkr_pull_off_penetration(sphere, modulus, work):
+            return float(jkr_contact_radius(load, *system))
+        if depth < jkr_pull_off_penetration(*system):
             return 0.0
-        return float(jkr_contact_radius_from_penetration(depth, sphere, modulus, work))
+        return float(jkr_contact_radius_from_penetration(depth, *system))
 
     def checked(self, depth: float, load: float | None) -> float:
         """Radius over which a rough contact spreads, if the memory holds that much.
@@ -116,7 +110,7 @@ class Spreading:
         MemoryError
             With what the attraction gains, and how large the contact becomes.
         """
-        radius = self.radius(self.work_left, depth, load)
+        radius = self.radius(depth, load)
         atoms = 2 * math.ceil(radius / self.spacing)
         needed, there = memory_of((atoms, atoms)), available_memory()
         if not atoms or needed <= there:
@@ -131,3 +125,24 @@ class Spreading:
             "less attraction or more roughness, or give a fixed window if the contact "
             "is known to stay in it"
         )
+
+
+def _energy_pressed_flat(rough: Surface, modulus: float, spacing: float) -> float:
+    """Elastic energy per area of a roughness in full contact, by spectrum or piece."""
+    if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
+        return float(
+            flattening_energy(
+                rough.rms_slope,
+                modulus,
+                rough.hurst,
+                rough.short_wavelength,
+                rough.long_wavelength,
+                rough.longest_wavelength,
+            )
+        )
+    known = 2.0 * getattr(rough, "extent", math.inf) / spacing
+    side = math.floor(min(_PIECE, known))
+    corner = -spacing * (side // 2)
+    heights = rough.heights((side, side), spacing, (corner, corner))
+    solid = PeriodicHalfSpace((side, side), spacing, modulus, measure=False)
+    return -0.5 * float(np.mean(solid.elastic_pressure(heights) * heights))

@@ -137,6 +137,11 @@ class Stepper:
         -------
         dict
             Of numbers, words, lists and dicts, as a file gives them back.
+
+        Raises
+        ------
+        ValueError
+            If something does not tell what it is, such as a surface without `todict`.
         """
         calc = self.atoms.calc
         system = {k: v for k, v in calc.todict().items() if k not in ("load", "fft")}
@@ -261,7 +266,13 @@ def _spring(constraint: Hookean) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a number or text in place of what JSON does not know."""
+    """Return a number or text in place of what JSON does not know, or refuse."""
     if isinstance(value, np.ndarray):
         return hashlib.sha256(value.tobytes()).hexdigest()[:16]
-    return value.item() if isinstance(value, np.generic) else repr(value)
+    if isinstance(value, np.generic):
+        return value.item()
+    raise ValueError(
+        f"a trajectory tells what it is of, but {type(value).__name__} can't be told: "
+        "give it a method todict, which returns its name and parameters, or leave the "
+        "trajectory out"
+    )

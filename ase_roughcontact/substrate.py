@@ -50,7 +50,8 @@ def substrate(
     shape : (int, int)
         Number of atoms ``(n, m)`` that may touch the indenter: the window.
     indenter : Surface
-        `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`.
+        `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`, and,
+        to be written to files, `todict`.
     spacing : float, optional
         Distance of neighbours (Å), instead of the crystal's.
     periodic : bool

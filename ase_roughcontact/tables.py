@@ -16,6 +16,9 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
+# Steps of a path, at most: a path is held in memory as a whole.
+_MOST_STEPS = 1_000_000
+
 
 @dataclass(frozen=True)
 class SubstrateTable:
@@ -75,14 +78,20 @@ class PathTable:
     @property
     def targets(self) -> FloatArray:
         """Loads, penetrations or heights, in the units of the file."""
+        ends = {"first": self.first, "last": self.last, "steps": self.steps}
         if self.values is not None:
             listed = finite_array("values", self.values)
             if listed.ndim != 1 or not listed.size:
                 raise ValueError(
                     f"values must hold at least one step, got {list(self.values)}"
                 )
+            both = [key for key, value in ends.items() if value is not None]
+            if both:
+                raise ValueError(
+                    "give values, or first, last and steps, not both: got values and "
+                    f"{', '.join(both)}"
+                )
             return listed
-        ends = {"first": self.first, "last": self.last, "steps": self.steps}
         missing = [key for key, value in ends.items() if value is None]
         if missing:
             raise ValueError(
@@ -90,6 +99,8 @@ class PathTable:
                 f"{', '.join(missing)}"
             )
         first, last, steps = self.first, self.last, integer("steps", self.steps, 1)
+        if steps > _MOST_STEPS:
+            raise ValueError(f"steps must be at most {_MOST_STEPS}, got {steps}")
         finite(first=first, last=last)
         scales = {"geometric": np.geomspace, "linear": np.linspace}
         scale = choice(self.scale, scales, "scale")
@@ -98,7 +109,11 @@ class PathTable:
                 "a geometric path needs first and last of one sign and not zero, got "
                 f"{first} and {last}"
             )
-        return scale(first, last, steps)
+        with np.errstate(over="ignore", invalid="ignore"):
+            targets = scale(*np.array([first, last], dtype=float), steps)
+        if not np.isfinite(targets).all():
+            raise ValueError(f"first = {first} and last = {last} lie too far apart")
+        return targets
 
 
 @dataclass(frozen=True)
@@ -269,7 +284,10 @@ def _is_number(value: Any) -> bool:
 
 # What TOML may hold for a field of a type; Any stands for one of a few words.
 _KINDS: dict[str, tuple[str, Callable[[Any], bool]]] = {
-    "tuple": ("a list", lambda value: isinstance(value, list)),
+    "tuple": (
+        "a list of numbers",
+        lambda value: isinstance(value, list) and all(map(_is_number, value)),
+    ),
     "bool": ("true or false", lambda value: isinstance(value, bool)),
     "float": ("a number", _is_number),
     "int": ("a number", _is_number),

@@ -1,7 +1,9 @@
 """Shapes of the indenter: what a surface is, and the rough sphere.
 
 A surface is any object with a method ``heights(shape, spacing, origin)``, which
-samples its lower side on a grid of atoms. Lengths are in any one unit.
+samples its lower side on a grid of atoms, and, where frames are written or a path is
+resumed, a method ``todict()``, which tells it apart from others. Lengths are in any one
+unit.
 """
 
 from __future__ import annotations
@@ -50,7 +52,14 @@ class Surface(Protocol):
         ...
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters of the surface."""
+        """Return the name and the parameters of the surface, for files only.
+
+        Returns
+        -------
+        dict
+            Of strings and numbers, the same for the same surface: a trajectory keeps
+            it, and a path is resumed only with the same one.
+        """
         ...
 
 
@@ -218,11 +227,11 @@ class RoughSphere:
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, those of the roughness among them."""
-        roughness = None if self.roughness is None else self.roughness.todict()
+        rough: Any = self.roughness
         return {
             "name": "RoughSphere",
             "radius": self.radius,
-            "roughness": roughness,
+            "roughness": rough.todict() if hasattr(rough, "todict") else rough,
             "profile": self.profile,
         }
 

@@ -35,6 +35,9 @@ def main(arguments: list[str] | None = None) -> float:
 
     loads = np.array(options.loads) * NANONEWTON
     steps = read_ensemble(options.out, "converged=True")
+    known, wanted = steps["step"].size, options.seeds * len(loads)
+    if known != wanted:
+        raise RuntimeError(f"{options.out}: {known} steps converged, not {wanted}")
     order = np.lexsort([steps["target"], steps["seed"]])
     areas = steps["contact_area"][order].reshape(options.seeds, len(loads))
     hertz, predicted = scene.hertz_area(loads), scene.predicted_area(loads)
@@ -42,7 +45,7 @@ def main(arguments: list[str] | None = None) -> float:
     with style():
         axes = Figure().subplots()
         axes.plot(options.loads, (areas / hertz).T, color="0.8", zorder=0)
-        plot_curve(axes, options.loads, areas.mean(axis=0), hertz, predicted)
+        plot_curve(axes, np.array(options.loads), areas.mean(axis=0), hertz, predicted)
         axes.figure.savefig(options.picture, dpi=200)
     # the database answers other questions, too
     light = connect(options.out).count("record=step,repulsive_atoms<100")

@@ -27,7 +27,8 @@ def main(arguments: list[str] | None = None) -> float:
     sphere = RoughSphere(radius)
     atoms = substrate("Cu", (options.size, options.size), sphere, height=-depth)
     atoms.calc = RoughContact(sphere, modulus, HardWall())
-    HardWallCG(atoms).run(fmax=1e-6)
+    if not HardWallCG(atoms).run(fmax=1e-6):
+        raise RuntimeError("the contact did not converge")
     force = atoms.calc.state(atoms).normal_force
     error = force / hertz_force(depth, radius, modulus) - 1
     print(f"force {force:.4f} eV/Å, off Hertz's by {100 * error:.2f} %")

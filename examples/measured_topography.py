@@ -22,7 +22,8 @@ def pressed(rough: HeightMap | SelfAffine, size: int):
     sphere = RoughSphere(3 * size * A0, rough)
     atoms = substrate("Cu", (size, size), sphere, spacing=A0, height=0.0)
     atoms.calc = RoughContact(sphere, contact_modulus=0.9)  # eV/Å^3
-    NewtonKrylov(atoms, logfile=None).run(fmax=1e-5)
+    if not NewtonKrylov(atoms, logfile=None).run(fmax=1e-5):
+        raise RuntimeError("the contact did not converge")
     return snapshot(atoms)
 
 
@@ -49,8 +50,7 @@ def main(arguments: list[str] | None = None) -> float:
     found, true = (f.info["normal_force"] for f in (frame, pressed(known, size)))
     with style():
         figure = Figure()
-        image = plot_contact(figure.subplots(), frame)
-        figure.colorbar(image, label="pressure (GPa)")
+        figure.colorbar(plot_contact(figure.subplots(), frame), label="pressure (GPa)")
         figure.savefig(options.picture, dpi=200)
     print(f"force {found:.2f} eV/Å, off by {100 * (found / true - 1):.1f} %")
     return found / true - 1

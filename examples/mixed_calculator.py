@@ -18,22 +18,21 @@ from matplotlib.figure import Figure
 from ase_roughcontact import RoughContact, RoughSphere, substrate
 from ase_roughcontact.plot import style
 
-STIFFNESS = 1.0  # of each spring, eV/Å^2
 
-
-def relaxed(kind: str, size: int) -> Atoms:
+def relaxed(kind: str, size: int, stiffness: float = 1.0) -> Atoms:  # in eV/Å^2
     sphere = RoughSphere(20.0 * size)
     atoms = substrate("Cu", (size, size), sphere, fixed=False)
     rest = atoms.positions.copy()
     rest[-1, 2] -= 8.0
     contact = RoughContact(sphere, contact_modulus=0.9)
     if kind == "calculator":
-        atoms.calc = SumCalculator([contact, SpringCalculator(rest, STIFFNESS)])
+        atoms.calc = SumCalculator([contact, SpringCalculator(rest, stiffness)])
     else:
         atoms.calc = contact
         held = range(len(atoms)) if kind == "constraints" else [len(atoms) - 1]
-        atoms.set_constraint([Hookean(i, rest[i], k=STIFFNESS, rt=0.0) for i in held])
-    LBFGS(atoms, logfile=None).run(fmax=1e-6)
+        atoms.set_constraint([Hookean(i, rest[i], k=stiffness, rt=0.0) for i in held])
+    if not LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=5000):
+        raise RuntimeError(f"{kind}: the contact did not converge")
     return atoms
 
 

@@ -72,6 +72,20 @@ def scattered(frame, keep):
 # Maps
 
 
+def test_fields_of_a_contact_are_compared_by_identity():
+    atoms, again = relaxed_atoms(), relaxed_atoms()
+
+    def seen(atoms):
+        made = ContactMap.from_atoms(atoms)
+        layout, state = atoms.calc.layout(atoms), atoms.calc.state(atoms)
+        pressures = pressure_distribution(made)
+        return layout, state, made, patches(made), radial_average(made), pressures
+
+    for one, other in zip(seen(atoms), seen(again), strict=True):
+        assert one == one
+        assert one != other
+
+
 def test_map_of_atoms_is_their_state(periodic):
     atoms = relaxed_atoms(periodic=periodic)
     state, made = atoms.calc.state(atoms), ContactMap.from_atoms(atoms)

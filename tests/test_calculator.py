@@ -3,6 +3,7 @@
 import copy
 import gc
 import json
+import math
 import pickle
 import weakref
 
@@ -286,6 +287,12 @@ BAD_PARAMETERS = [
 ]
 
 
+@pytest.mark.parametrize("dtype", ["foo", "int64"])
+def test_precision_that_is_not_known_is_refused_at_once(dtype):
+    with pytest.raises(ValueError, match=f"must be float32 or float64, got '{dtype}'"):
+        RoughContact(SPHERE, 1.0, fft={"dtype": dtype})
+
+
 @pytest.mark.parametrize("name, value", BAD_PARAMETERS)
 def test_bad_parameters_are_refused_and_change_nothing(name, value):
     atoms = make_atoms(load=0.5)
@@ -335,6 +342,26 @@ class BadSurface:
 
     def todict(self):
         return {}
+
+
+class Plain:
+    """Heights of a paraboloid, and nothing else."""
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (
+            start + spacing * np.arange(n)
+            for start, n in zip(origin, shape, strict=True)
+        )
+        return (x[:, None] ** 2 + y**2) / 20.0
+
+
+@pytest.mark.parametrize("rough", [False, True])
+def test_heights_alone_are_enough_to_calculate_with(rough):
+    indenter = RoughSphere(math.inf, Plain()) if rough else Plain()
+    atoms, expected = make_atoms(), make_atoms()
+    atoms.calc = RoughContact(indenter, 1.0, expected.calc.parameters["interaction"])
+    np.testing.assert_allclose(atoms.get_forces(), expected.get_forces(), atol=1e-12)
+    assert set(atoms.calc.todict()) >= {"indenter", "contact_modulus"}
 
 
 @pytest.mark.parametrize(

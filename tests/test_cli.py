@@ -7,10 +7,12 @@ import subprocess
 import sys
 
 import pytest
+from ase import Atoms
 from ase.io import read
 from test_scene import SMALL
 
 from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
 
 
@@ -63,6 +65,53 @@ def test_quiet_tells_nothing_and_json_a_record_a_line(scene, tmp_path, capsys):
     assert [record["step"] for record in records] == [0, 1]
 
 
+def test_lines_of_json_name_the_units_of_their_numbers(scene, tmp_path, capsys):
+    for command in (["run", "--out", str(tmp_path / "out")], ["plan"]):
+        assert main([*command, str(scene), "--json"]) == 0
+        for line in capsys.readouterr().out.splitlines():
+            record = json.loads(line)
+            assert set(record["units"]) <= set(record)
+            assert record["units"]["memory"] == "bytes"
+            assert record["units"].get("normal_force", "eV/Å") == "eV/Å"
+            assert record["units"].get("target", "Å") == "Å"
+
+
+def test_a_path_that_an_error_ends_leaves_pictures_of_its_steps(
+    scene, tmp_path, capsys
+):
+    out = tmp_path / "out"
+    scene.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
+    assert main(["run", str(scene), "--out", str(out)]) == 2
+    told = capsys.readouterr()
+    assert "edge" in told.err and str(out / "contact.png") in told.out
+    assert len(read(out / "view.traj", ":")) == 1
+    for name in ("curve.png", "force.png", "contact.png"):
+        assert (out / name).exists()
+
+
+def test_a_run_that_is_interrupted_tells_how_to_draw_it(
+    scene, tmp_path, capsys, monkeypatch
+):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ase_roughcontact.report.row", interrupted)
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out]) == 130
+    assert f"ase-roughcontact figure {out}" in capsys.readouterr().err
+    assert main(["figure", out]) == 0
+    assert len(read(f"{out}/view.traj", ":")) == 1
+
+
+def test_a_run_without_pictures_tells_how_to_draw_it(
+    scene, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out]) == 0
+    assert f"ase-roughcontact figure {out}" in capsys.readouterr().out
+
+
 def test_a_step_whose_frame_was_torn_is_calculated_and_not_kept(
     scene, tmp_path, capsys
 ):
@@ -81,6 +130,26 @@ def test_pictures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
     assert main(["figure", str(out)]) == 0
     assert str(out / "curve.png") in capsys.readouterr().out
     assert (out / "curve.png").exists()
+
+
+@pytest.mark.parametrize("info", [{}, {"load_step": {"step": 0}}])
+def test_pictures_are_not_drawn_of_another_programs_trajectory(
+    info, scene, tmp_path, capsys
+):
+    (tmp_path / "scene.toml").write_text(SMALL)
+    frame = Atoms("Cu")
+    frame.info.update(info)
+    frame.write(tmp_path / "sweep.traj")
+    assert main(["figure", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "sweep.traj are not those of a load path" in line
+
+
+def test_steps_have_the_numbers_of_their_records(scene, tmp_path, capsys):
+    main(["run", str(scene), "--out", str(tmp_path / "out")])
+    lines = capsys.readouterr().out.splitlines()
+    shown = [line.split()[0] for line in lines if line.strip()[:1].isdigit()]
+    assert shown == ["0/1", "1/1"]
 
 
 def test_plan_tells_of_every_step_and_of_the_memory(scene, capsys):
@@ -160,6 +229,31 @@ def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(
     assert told in line
 
 
+@pytest.mark.parametrize(
+    "address, shown",
+    [
+        ("postgresql://me:se/cr@et@host:5432/db", "postgresql://me:***@host:5432/db"),
+        ("postgresql://host/db?password=secret&x=1", "//host/db?password=***&x=1"),
+        ("postgresql://me@host/db", "postgresql://me@host/db"),
+        ("/some:where/a@b.db", "/some:where/a@b.db"),
+    ],
+)
+def test_the_password_of_a_database_is_not_shown(
+    address, shown, scene, capsys, monkeypatch
+):
+    done = Progress(2, 2)
+    monkeypatch.setattr("ase_roughcontact.cli.run_ensemble", lambda *_, **__: [done])
+    assert main(["ensemble", str(scene), "--database", address]) == 0
+    text = capsys.readouterr().out
+    assert text.count(shown) == 2 and "secret" not in text and "se/cr" not in text
+
+
+def test_an_address_that_is_refused_is_shown_without_its_password(scene, capsys):
+    assert main(["ensemble", str(scene), "--database", "mysql://me:secret@host"]) == 2
+    told = capsys.readouterr().err
+    assert "mysql://me:***@host" in told and "secret" not in told
+
+
 def test_a_key_of_an_ensemble_is_not_set_twice(scene, capsys):
     options = ["--set", "roughness.seed=1", "--set", "roughness.seed=2"]
     assert main(["ensemble", str(scene), *options]) == 2
@@ -187,6 +281,17 @@ def test_tradeoff_recommends_a_setting_for_an_error(scene, capsys):
     scene.write_text(text)
     assert main(["tradeoff", str(scene), "--error", "1e-2"]) == 0
     assert "accuracy =" in capsys.readouterr().out
+
+
+def test_tradeoff_tells_a_setting_a_line_of_json_or_nothing(scene, capsys):
+    command = ["tradeoff", str(scene), "--error", "1e-2"]
+    assert main([*command, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    assert main([*command, "--json"]) == 0
+    trials = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    (best,) = [trial for trial in trials if trial["recommended"]]
+    assert best["force_error"] < best["error_wanted"] == 1e-2
+    assert best["units"]["seconds"] == "s" and "accuracy" in best["choice"]
 
 
 def test_version_is_told(capsys):

@@ -104,6 +104,14 @@ def test_condensed_pressure_takes_few_transforms(rng):
     assert halfspace.pairs < 40
 
 
+def test_scattered_atoms_tell_of_a_window_of_the_same_solid(rng):
+    sites = ScatteredHalfSpace(lattice((2, 2)), 0.7, 3.0, threads=1)
+    pressure = rng.uniform(size=(5, 4))
+    got = sites.like((5, 4), 0.9).displacement(pressure)
+    expected = CondensedHalfSpace((5, 4), 0.9, 3.0).displacement(pressure)
+    np.testing.assert_allclose(got, expected, rtol=1e-13)
+
+
 def test_pressure_that_can_t_be_found_is_an_error(monkeypatch):
     monkeypatch.setattr("ase_roughcontact.condensed._STEPS", 1)
     with pytest.raises(RuntimeError, match="no pressure was found"):

@@ -28,7 +28,7 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.ensemble import ledger as ledgers
 from ase_roughcontact.ensemble.ledger import Ledger, Standing
 from ase_roughcontact.ensemble.progress import Meter, costs_of
-from ase_roughcontact.scene import InteractionTable, Scene
+from ase_roughcontact.scene import InteractionTable, PathTable, Scene
 
 SMALL = """
 [sphere]
@@ -266,6 +266,20 @@ def test_a_last_frame_that_is_no_use_is_not_used(undisturbed, tmp_path, ahead):
     assert_same(read_ensemble(database), whole)
 
 
+def test_a_last_frame_that_another_worker_still_writes_is_left_to_it(
+    undisturbed, tmp_path
+):
+    scene, database = SCENES[1], tmp_path / "e.db"
+    frame = tmp_path / "e-checkpoints" / f"{case_of(scene)}.traj"
+    frame.parent.mkdir()
+    other = scene.relax(trajectory=frame, keep="last")
+    assert next(other).step == 0
+    assert finish([scene], database).steps == 3
+    whole = read_ensemble(undisturbed, case=case_of(scene))
+    assert_same(read_ensemble(database), whole)
+    assert [record.step for record in other] == [1, 2]
+
+
 def test_a_killed_process_is_told_of_and_nothing_is_lost(undisturbed, tmp_path):
     database = tmp_path / "e.db"
     with pytest.raises(RuntimeError, match=r"a worker died.*start again to go on"):
@@ -411,7 +425,7 @@ def test_time_left_is_that_of_the_expected_cost_of_what_is_left():
 
 
 def test_large_loads_are_expected_to_cost_more():
-    path = replace(SCENE.path, control="load", values=(1.0, 1e6))
+    path = PathTable("load", values=(1.0, 1e6))
     start, light, both = costs_of(replace(SCENE, path=path))
     assert start == 0.0
     assert both - light > 2 * light

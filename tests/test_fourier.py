@@ -175,6 +175,12 @@ def test_unknown_engine_is_refused_with_the_known_ones():
         RealFFT2((4, 4), engine="fftpack")
 
 
+@pytest.mark.parametrize("dtype", ["foo", "int32", np.float16, 3.5])
+def test_unknown_precision_is_refused_with_the_known_ones(dtype):
+    with pytest.raises(ValueError, match="dtype must be float32 or float64, got "):
+        RealFFT2((4, 4), dtype=dtype)
+
+
 def test_engine_that_is_not_installed_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(fourier, "ducc0", None)
     with pytest.raises(ImportError, match="pip install ducc0"):

@@ -2,10 +2,13 @@
 
 import re
 import sys
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 
 import pytest
+
+from ase_roughcontact.scene import Scene
 
 pytest.importorskip("matplotlib").use("Agg")
 
@@ -85,6 +88,30 @@ def test_ensemble_is_in_the_database(run, tmp_path):
     assert 0.3 < ratio < 10.0
     assert "of 4 steps" in text
     assert (tmp_path / "spheres.db").exists()
+
+
+@pytest.mark.parametrize(
+    "name, optimizer",
+    [
+        ("first_contact", "HardWallCG"),
+        ("measured_topography", "NewtonKrylov"),
+        ("mixed_calculator", "LBFGS"),
+    ],
+)
+def test_a_contact_that_did_not_converge_is_told(run, monkeypatch, name, optimizer):
+    monkeypatch.syspath_prepend(str(EXAMPLES))
+    cls = getattr(import_module(name), optimizer)
+    monkeypatch.setattr(cls, "run", lambda *_, **__: False)
+    with pytest.raises(RuntimeError, match="did not converge"):
+        run(name)
+
+
+def test_steps_of_an_ensemble_that_did_not_converge_are_counted(run, monkeypatch):
+    scene = Scene.default()
+    short = replace(scene, solver=replace(scene.solver, max_steps=1))
+    monkeypatch.setattr(Scene, "default", lambda: short)
+    with pytest.raises(RuntimeError, match=r"spheres\.db: 0 steps converged, not 4"):
+        run("ensemble_database")
 
 
 def test_springs_as_calculator_and_as_constraints_are_the_same(run):

@@ -548,6 +548,15 @@ def test_an_indenter_that_is_free_or_loaded_is_refused():
         adhesion_loop(atoms, 0.5, 0.1)
 
 
+def test_a_wall_without_an_end_is_refused():
+    atoms = sphere_above(50.0, 0.05, 8)
+    wall = LennardJones93.full(1.0, 0.05, cutoff=3.0)
+    object.__setattr__(wall, "cutoff", np.inf)
+    atoms.calc.set(interaction=wall)
+    with pytest.raises(ValueError, match="wall must have a finite cutoff, got inf"):
+        adhesion_loop(atoms, 0.5, 0.1)
+
+
 def test_a_window_that_is_too_small_is_an_error():
     with pytest.raises(RuntimeError, match="edge of the window"):
         adhesion_loop(sphere_above(50.0, 0.05, 10), 0.5, 0.2)

@@ -237,6 +237,13 @@ def test_zero_work_of_adhesion_gives_the_repulsive_wall():
     assert LennardJones93.adhesive(E, A0, 0.0) == REPULSIVE
 
 
+def test_smooth_tail_without_work_of_adhesion_does_not_attract():
+    given = {"work_of_adhesion": 0.0, "onset": A0, "cutoff": A0, "core": 0.5 * A0}
+    wall = LennardJones93(distance=A0, stiffness=E / A0, tail="smooth", **given)
+    assert not wall.attractive
+    assert np.min(wall.evaluate(np.linspace(0.5, 2.0, 50) * A0)[1]) == 0.0
+
+
 def test_hard_wall_is_free_until_it_touches_and_infinite_inside():
     curves = HardWall().evaluate(np.array([-1e-9, 0.0, 2.0]))
     assert_array_equal(curves, 3 * [[np.inf, 0.0, 0.0]])

@@ -331,6 +331,7 @@ def test_steps_are_counted_without_a_torn_one(tmp_path):
         ({"penetrations": []}, "penetrations must be a sequence of finite numbers"),
         ({"heights": [0.9, np.nan]}, "heights must be a sequence of finite numbers"),
         ({"heights": [[0.9]]}, "heights must be a sequence of finite numbers"),
+        ({"heights": [10**400]}, "heights must be a sequence of finite numbers"),
         ({"heights": ["high"]}, "heights must be a sequence of finite numbers"),
         ({"loads": [0.1]}, "free to move.*fixed=False"),
         ({"penetrations": [0.2], "fmax": 0.0}, "fmax must be a finite number > 0"),
@@ -395,6 +396,32 @@ def test_a_periodic_window_has_no_edge():
 # What a path can't be resumed with
 
 
+class Dome:
+    """A surface that does not tell what it is."""
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        return (x[:, None] ** 2 + y**2) / 20.0
+
+
+def below_a_dome():
+    atoms = make_atoms()
+    atoms.calc.set(indenter=Dome())
+    return atoms
+
+
+def test_a_surface_that_can_not_be_told_needs_no_trajectory(tmp_path):
+    records = list(load_path(below_a_dome(), DEPTHS, csv=tmp_path / "curve.csv"))
+    assert same(records, list(load_path(make_atoms(), DEPTHS)), 1e-9)
+
+
+def test_a_surface_that_can_not_be_told_is_refused_a_trajectory_at_once(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    with pytest.raises(ValueError, match=r"Dome can't be told: give it .* todict"):
+        load_path(below_a_dome(), DEPTHS, trajectory=movie)
+    assert not movie.exists()
+
+
 def test_another_spring_is_not_resumed(tmp_path):
     def on_spring(stiffness):
         atoms = make_atoms(fixed=False)
@@ -439,6 +466,47 @@ def test_keeping_the_last_frame_is_enough_to_go_on(tmp_path):
     assert same(rest, whole[1:], 1e-6)
     with Trajectory(movie) as frames:
         assert len(frames) == 1
+
+
+@pytest.mark.parametrize("keep", ["all", "last"])
+def test_a_second_writer_is_sent_away_and_the_first_one_goes_on(tmp_path, keep):
+    options = {"trajectory": tmp_path / "sweep.traj", "keep": keep}
+    first = load_path(make_atoms(), DEPTHS, **options)
+    record = next(first)
+    for resume in (False, True):
+        with pytest.raises(RuntimeError, match=r"another run is writing .*sweep\.traj"):
+            next(load_path(make_atoms(), DEPTHS, resume=resume, **options))
+    assert read(options["trajectory"]).info["load_step"] == asdict(record)
+    assert len(list(first)) == 2
+    assert read(options["trajectory"]).info["load_step"]["step"] == 2
+
+
+def test_nothing_stays_beside_the_last_frame(tmp_path):
+    list(load_path(make_atoms(), DEPTHS, trajectory=tmp_path / "a.traj", keep="last"))
+    assert [path.name for path in tmp_path.iterdir()] == ["a.traj"]
+
+
+def test_a_lock_that_its_owner_has_removed_is_none(tmp_path, monkeypatch):
+    fcntl = pytest.importorskip("fcntl")
+    options = {"trajectory": tmp_path / "a.traj", "keep": "last"}
+    lock, held = fcntl.flock, tmp_path / "a.traj.lock"
+
+    def late(*arguments):
+        held.unlink()  # after it was opened
+        lock(*arguments)
+
+    monkeypatch.setattr(fcntl, "flock", late)
+    with pytest.raises(RuntimeError, match="another run is writing"):
+        next(load_path(make_atoms(), DEPTHS, **options))
+
+
+def test_a_last_frame_that_another_run_has_replaced_is_not_gone_on_from(tmp_path):
+    options = {"trajectory": tmp_path / "a.traj", "keep": "last", "resume": True}
+    next(load_path(make_atoms(), DEPTHS, **options))
+    late = load_path(make_atoms(), DEPTHS, **options)  # has read it
+    assert len(list(load_path(make_atoms(), DEPTHS, **options))) == len(DEPTHS)
+    with pytest.raises(RuntimeError, match="another run has written"):
+        next(late)
 
 
 @pytest.mark.parametrize("lost", [0, 1, 500], ids=["whole", "torn", "no row"])

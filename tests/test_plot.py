@@ -120,6 +120,33 @@ def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
     assert -5.0 < low < -4.0 and 3.0 < high < 4.0
 
 
+def test_steps_that_did_not_converge_are_crossed_and_no_line_leads_to_them(axes):
+    force = np.array([5.0, 9.0, -1.0, -2.0]) * NANONEWTON
+    ok = [True, False, True, True]
+    plot.plot_force(axes, [2.0, -9.0, 1.0, 0.0], force, converged=ok)
+    np.testing.assert_allclose(line(axes, "not converged"), [[-9.0], [9.0]])
+    np.testing.assert_allclose(line(axes, "simulation")[1], [5.0, np.nan, -1.0, -2.0])
+
+
+def test_an_area_that_did_not_converge_is_crossed(axes):
+    load = np.array([1.0, 2.0, 3.0])
+    plot.plot_curve(axes, load, load, load, converged=[True, False, True])
+    assert list(line(axes, "simulation")[0]) == [1.0, 3.0]
+    assert list(line(axes, "not converged")[0]) == [2.0]
+    assert line(axes, "not converged")[1] == [1.0]
+
+
+def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes, loop):
+    sphere = RoughSphere(30.0)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    plot.plot_contact(axes, snapshot(atoms))
+    state = atoms.calc.state(atoms)
+    grey = axes.images[1].get_array()
+    assert grey.count() == state.attractive_atoms > 0
+
+
 def test_a_path_in_and_out_is_drawn_as_two(axes):
     plot.plot_force(axes, [0.0, 1.0, 0.0, -1.0], [0.0, 5.0, -1.0, 0.0])
     assert list(line(axes, "approach")[0]) == [0.0, 1.0]

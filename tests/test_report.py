@@ -1,5 +1,6 @@
 """What a run tells: laws that it is compared with, lines of text, pictures."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -61,7 +62,7 @@ def test_a_smooth_sticky_sphere_is_compared_with_the_law_of_its_maugis_parameter
 ):
     text = SMOOTH.replace("radius = 60.0", f"radius = {radius}")
     laws = laws_of(adhesive(text, work, kind))
-    assert laws.smooth.name == name and laws.predicts_force
+    assert laws.smooth.name == name and laws.rough_from is None
     limits = ["JKR", "DMT"] if name == "Maugis-Dugdale" else []
     assert [law.name for law in laws.limits] == limits
 
@@ -96,21 +97,42 @@ def test_hertz_s_curve_is_its_force():
 
 
 @pytest.mark.parametrize(
-    "longest, work, told, name",
+    "longest, work, told, left",
     [
-        (16.0, 0.05, "Eq. (4) with adhesion", "Hertz"),
-        (256.0, 0.2, "rough flats stick", "Hertz"),
-        (16.0, 0.5, "adhesion flattens the roughness", "Maugis-Dugdale"),
+        (16.0, 0.05, "Eq. (4) with adhesion", 0.05),
+        (256.0, 0.2, "no closed form, as rough flats stick", 0.2),
+        (40.0, 0.5, "no closed form, as the contact without load", 0.5),
+        (8.0, 0.5, "adhesion of w = 0.5 J/m² flattens the roughness", 0.442),
     ],
 )
 def test_a_rough_sticky_sphere_is_compared_with_what_theory_has_for_it(
-    longest, work, told, name
+    longest, work, told, left
 ):
     scene = adhesive(ROUGH.replace("16.0", str(longest)), work)
     laws = laws_of(scene)
-    assert laws.told.startswith(told) and laws.smooth.name == name
-    assert laws.predicts_force == (name != "Hertz")
+    assert laws.told.startswith(told) and laws.smooth.pull_off_force < 0.0
+    assert laws.smooth.sphere == f"smooth sphere, w = {left:.3g} J/m²"
+    assert laws.smooth.sphere in laws.told
+    assert (laws.rough_from is not None) == (told == "Eq. (4) with adhesion")
     assert (scene.inverse_kappa > 0.0) == (told == "Eq. (4) with adhesion")
+
+
+def test_adhesion_flattens_only_what_is_not_wider_than_the_contact():
+    for longest in (8.0, 40.0):
+        scene = adhesive(ROUGH.replace("16.0", str(longest)), 0.5)
+        law = laws_of(adhesive(SMOOTH, 0.5)).smooth
+        radius = np.sqrt(law.area(np.array(0.0)) / np.pi)
+        wide = radius >= 0.5 * longest * scene.spacing
+        assert ("flattens" in laws_of(scene).told) == wide == (longest == 8.0)
+
+
+def test_equation_4_with_adhesion_is_not_told_below_its_range():
+    scene = adhesive(ROUGH, 0.05)
+    laws = laws_of(scene)
+    area = laws.rough_area(scene, laws.rough_from * np.array([-1.0, 0.99, 1.0, 9.0]))
+    assert list(np.isnan(area)) == [True, True, False, False]
+    assert area[3] == scene.predicted_area(9.0 * laws.rough_from)
+    assert "too low below about" in laws.told
 
 
 # Text
@@ -127,8 +149,33 @@ def test_the_table_of_a_sticky_scene_tells_law_pull_off_and_tension(sticky):
     assert ratio == pytest.approx(1.0, abs=0.2)
     told = largest_tension(laws, records)
     least = min(record.normal_force for record in records) / NANONEWTON
-    assert f"{least:.4g} nN; Maugis-Dugdale pulls off at" in told
+    assert f"{least:.4g} nN; pull-off force: -" in told
+    assert "theory, smooth sphere, w = 0.5 J/m²" in told
     assert largest_tension(laws, records[2:3]) == ""
+
+
+def test_a_step_that_is_not_converged_is_no_tension_of_the_path(sticky):
+    _, laws, records, _ = sticky
+    lost = replace(records[1], normal_force=-100.0, converged=False)
+    assert largest_tension(laws, [*records, lost]) == largest_tension(laws, records)
+
+
+def test_an_indenter_that_was_pulled_off_tells_the_load_that_was_asked_for(sticky):
+    text = SMOOTH.replace('"penetration"', '"load"')
+    scene = adhesive(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, -60.0]"), 0.5)
+    lost = replace(sticky[2][0], step=1, converged=False, message="stalled at a force")
+    told = row(scene, laws_of(scene), lost, 2)
+    assert told.endswith("PULLED OFF: no contact holds -60 nN")
+    stalled = replace(lost, repulsive_atoms=1)
+    told = row(scene, laws_of(scene), stalled, 2)
+    assert told.endswith("NOT CONVERGED: stalled at a force (forces in eV/Å)")
+
+
+def test_all_lines_of_theory_tell_that_they_are_and_of_what(sticky):
+    scene, laws, _, _ = sticky
+    about = [line for line in heading(scene, laws).splitlines() if "w = " in line]
+    assert len(about) == 3
+    assert all(re.search("[Tt]heory.*smooth sphere, w = 0.5 J/m²", a) for a in about)
 
 
 def test_time_left_is_that_of_the_steps_before_by_their_costs(sticky):
@@ -161,6 +208,38 @@ def test_a_path_with_tension_has_a_picture_of_its_force(sticky):
     pulled = [record for record in records if record.normal_force <= 0.0]
     assert draw(scene, laws, pulled, folder) == ["force.png", "contact.png"]
     assert draw(scene, laws, records[:1], folder) == []
+
+
+def test_a_force_that_is_only_rounding_is_not_drawn_on_a_logarithmic_axis(
+    sticky, monkeypatch
+):
+    plot = pytest.importorskip("ase_roughcontact.plot")
+    scene, laws, records, folder = sticky
+    drawn = []
+    monkeypatch.setattr(
+        plot, "plot_curve", lambda axes, load, *_: drawn.append(list(load))
+    )
+    rounding = replace(records[2], normal_force=1e-9, tolerance=2e-9)
+    draw(scene, laws, [records[2], rounding], folder)
+    assert drawn == [[records[2].normal_force / NANONEWTON]]
+
+
+def test_maps_tell_where_on_the_path_they_are_and_share_a_range(sticky, monkeypatch):
+    plot = pytest.importorskip("ase_roughcontact.plot")
+    scene, laws, records, folder = sticky
+    panels, show = [], plot.plot_contact
+
+    def shown(panel, *given, **options):
+        panels.append(panel)
+        return show(panel, *given, **options)
+
+    monkeypatch.setattr(plot, "plot_contact", shown)
+    draw(scene, laws, records, folder)
+    titles = [panel.get_title() for panel in panels]
+    assert titles[1].startswith("penetration 2 Å, ")
+    ways = [title.splitlines()[1] for title in titles]
+    assert ways == ["approach", "approach", "retraction"]
+    assert len({panel.get_xlim() for panel in panels}) == 1
 
 
 def test_loads_that_only_press_need_no_picture_of_the_force(tmp_path):

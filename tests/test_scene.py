@@ -6,7 +6,7 @@ from ase.units import GPa, J, m
 
 from ase_roughcontact.accuracy import LEVELS
 from ase_roughcontact.interactions import HardWall, LennardJones93
-from ase_roughcontact.scene import NANONEWTON, Scene, default_text
+from ase_roughcontact.scene import NANONEWTON, PathTable, Scene, default_text
 from ase_roughcontact.substrate import fcc_spacing
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -142,7 +142,8 @@ def test_a_folder_of_another_scene_is_refused(tmp_path):
 def test_a_changed_scene_is_refused_with_what_differs(tmp_path):
     (tmp_path / "scene.toml").write_text(SMALL)
     next(Scene.parse(SMALL).run(tmp_path))
-    changed = SMALL.replace("60.0", "61.0").replace("steps = 2", "values = [0.3]")
+    path = "first = 0.2\nlast = 0.6\nsteps = 2"
+    changed = SMALL.replace("60.0", "61.0").replace(path, "values = [0.3]")
     with pytest.raises(ValueError, match="holds a run of another scene") as told:
         next(Scene.parse(changed).run(tmp_path))
     assert "[sphere] radius was 60.0, is 61.0" in str(told.value)
@@ -181,6 +182,8 @@ def test_a_path_that_was_made_longer_goes_on_in_the_same_folder(longer, tmp_path
         ("[substrate]\nsymbl = 'Cu'", r"\[substrate\]: .*'symbl'; .*'symbol'"),
         ("[roughness]\nrms_slop = 1", "unknown key 'rms_slop'; .*'rms_slope'"),
         ("substrate = 3", r"\[substrate\] must be a table, got 3"),
+        ("[path]\nvalues = ['1']", "values must be a list of numbers, got"),
+        ("[path]\nvalues = [true]", "values must be a list of numbers, got"),
         ("[path", "not a TOML file"),
         pytest.param("seed = " + "9" * 5000, "not a TOML file", id="too long"),
         pytest.param("values = " + "[" * 5000, "not a TOML file", id="too deep"),
@@ -205,7 +208,7 @@ def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, me
         ("long_wavelength = 16.0", "short_wavelength = 1.0", "short_wavelength"),
         ('control = "penetration"', 'control = "lod"', "'lod'; .*'load'"),
         ("steps = 2", "steps = 0", "steps"),
-        ("shape = [32, 30]", "shape = 32", "shape must be a list or a word"),
+        ("shape = [32, 30]", "shape = 32", "shape must be a list of numbers or a "),
         ("shape = [32, 30]", 'periodic = "false"', "periodic must be true or false"),
         ("steps = 2", "steps = true", "steps must be a number"),
         ('control = "penetration"', "control = 1", "control must be a word"),
@@ -263,6 +266,34 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
         ("path", "values = []", "values must hold at least one step"),
         ("path", "values = [nan]", "values must be finite"),
         ("path", "first = 1.0", "not given: last, steps"),
+        (
+            "path",
+            "values = [1.0]\nfirst = 1.0\nsteps = 3",
+            "not both: got values and first, steps",
+        ),
+        ("substrate", "contact_modulus = 1e9", "contact_modulus is in GPa, at most"),
+        ("roughness", "short_wavelength = 1.0", "must be at least 2 a0, .* got 1"),
+        (
+            "roughness",
+            "long_wavelength = 39.7\ndomain = 200.5",
+            "domain must be a whole number of a0, got 200.5: give 201",
+        ),
+        (
+            "path",
+            "first = 1.0\nlast = 2.0\nsteps = 1000000000000000",
+            "steps must be at most 1000000, got 1000000000000000",
+        ),
+        (
+            "path",
+            'first = -1e308\nlast = 1e308\nsteps = 3\nscale = "linear"',
+            "first = -1e.308 and last = 1e.308 lie too far apart",
+        ),
+        ("interaction", 'kind = "sof"', "unknown kind of interaction 'sof'"),
+        (
+            "interaction",
+            'kind = "sof"\nwork_of_adhesion = 1.0',
+            "unknown kind of interaction 'sof'",
+        ),
         ("solver", "accuracy = 2.0", "accuracy must be a relative error from"),
         ("solver", 'accuracy = "exact"', "unknown accuracy 'exact'"),
         ("solver", "fmax = -1.0", "fmax must be a finite number > 0, got -1.0"),
@@ -276,6 +307,70 @@ def test_a_value_out_of_range_is_told_with_file_table_and_key(
     path = "" if table == "path" else "[path]\nvalues = [1.0]\n"
     file.write_text(f"[{table}]\n{line}\n{path}")
     with pytest.raises(ValueError, match=rf"my\.toml: \[{table}\] .*{told}"):
+        Scene.read(file)
+
+
+HUGE = "9" * 400  # beyond all floats
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "substrate.spacing",
+        "substrate.contact_modulus",
+        "sphere.radius",
+        "roughness.rms_slope",
+        "roughness.long_wavelength",
+        "interaction.work_of_adhesion",
+        "interaction.cutoff",
+        "path.first",
+        "path.steps",
+        "solver.accuracy",
+        "solver.fmax",
+        "substrate.shape",
+        "substrate.elastic_constants",
+        "path.values",
+    ],
+)
+def test_a_whole_number_beyond_all_floats_is_told_by_name(key):
+    title, _, name = key.partition(".")
+    listed = name in ("shape", "elastic_constants", "values")
+    tables = {
+        "interaction": 'kind = "full"\nwork_of_adhesion = 1.0\n',
+        "path": "first = 1.0\nlast = 2.0\nsteps = 2\n",
+    }
+    lines = [x for x in tables.get(title, "").splitlines() if not x.startswith(name)]
+    lines.append(f"{name} = [{HUGE}, 1, 1]" if listed else f"{name} = {HUGE}")
+    if name == "shape":
+        lines[-1] = f"shape = [{HUGE}, 1]"
+    tables[title] = "\n".join(lines) + "\n"
+    text = "\n".join(f"[{title}]\n{lines}" for title, lines in tables.items())
+    with pytest.raises(ValueError, match=rf"\[{title}\] {name} must"):
+        Scene.parse(text).check()
+
+
+@pytest.mark.parametrize("values", [("1",), (True,)])
+def test_values_given_in_python_are_numbers_too(values):
+    with pytest.raises(ValueError, match="values must be a number or an array of them"):
+        _ = PathTable(values=values).targets
+
+
+def test_the_default_domain_is_a_whole_number_of_spacings_that_transforms_like():
+    def side(long_wavelength):
+        text = SMALL.replace("long_wavelength = 16.0", long_wavelength)
+        scene = Scene.parse(text)
+        return scene.surface.roughness.side / scene.spacing
+
+    assert side("long_wavelength = 39.7") == pytest.approx(160.0, rel=1e-14)
+    assert side("long_wavelength = 39.75") == pytest.approx(159.0, rel=1e-14)
+    assert len(Scene.parse(SMALL.replace("16.0", "39.7")).atoms()) > 32 * 30
+
+
+def test_a_roughness_beyond_the_memory_is_refused_before_it_is_made(tmp_path):
+    file = tmp_path / "large.toml"
+    file.write_text("[roughness]\nlong_wavelength = 1e6\n[path]\nvalues = [1.0]\n")
+    told = r"large.toml: \[roughness\] a domain of 4000000 x 4000000 .* smaller domain"
+    with pytest.raises(MemoryError, match=told):
         Scene.read(file)
 
 

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from ase_roughcontact import RoughContact, RoughSphere, SelfAffine, load_path, substrate
+from ase_roughcontact import (
+    HeightMap,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.spreading import Spreading
 from ase_roughcontact.theory import jkr_contact_radius, jkr_penetration
@@ -15,8 +22,8 @@ def wall(work):
     return LennardJones93.adhesive(1.0, 1.0, work)
 
 
-def sphere(radius, seed=1):
-    rough = SelfAffine(0.1, 0.8, SHORT, LONG, seed=seed, domain=512.0)
+def sphere(radius):
+    rough = SelfAffine(0.1, 0.8, SHORT, LONG, seed=1, domain=512.0)
     return RoughSphere(radius, rough)
 
 
@@ -31,21 +38,48 @@ def first_step(indenter, work, **path):
     return atoms, record
 
 
-def energy_of_the_spectrum(slope=0.1, hurst=0.8):
+def energy_of_the_spectrum(slope=0.1, hurst=0.8, long=LONG):
     """E*/4 times the mean of |q| C(q), from the mean of q^2 C(q)."""
 
     def moment(power):  # of |q|^(power + 2 H) C(q), over the plane
         p = power - 2.0 * hurst
-        first, last = 2.0 * np.pi / LONG, 2.0 * np.pi / SHORT
+        first, last = 2.0 * np.pi / long, 2.0 * np.pi / SHORT
         return (last**p - first**p) / p
 
     return 0.25 * slope**2 * moment(1.0) / moment(2.0)
 
 
+def test_roughness_takes_the_energy_of_its_spectrum_off_the_work():
+    left = spreading(sphere(1e4), 0.05).work_left
+    assert 0.05 - left == pytest.approx(energy_of_the_spectrum(), rel=1e-12)
+
+
+def test_long_waves_are_counted_once():
+    rough = SelfAffine(0.1, 0.8, SHORT, 512.0)
+    left = spreading(RoughSphere(1e4, rough), 0.05).work_left
+    assert 0.05 - left == pytest.approx(energy_of_the_spectrum(long=512.0))
+
+
+def test_roll_off_is_counted():
+    rough = SelfAffine(0.1, 0.8, SHORT, LONG, longest_wavelength=512.0)
+    left = spreading(RoughSphere(1e4, rough), 0.05).work_left
+    assert 0.05 - left == pytest.approx(1.19 * energy_of_the_spectrum(), rel=0.01)
+
+
 @pytest.mark.parametrize("seed", range(3))
-def test_roughness_takes_the_energy_of_its_spectrum_off_the_work(seed):
-    left = spreading(sphere(1e4, seed), 0.05).work_left
+def test_map_takes_the_energy_of_its_waves_off_the_work(seed):
+    heights = SelfAffine(0.1, 0.8, SHORT, LONG, seed=seed, domain=512.0).heights(
+        (512, 512), 1.0
+    )
+    indenter = RoughSphere(1e4, HeightMap(heights, 1.0))
+    left = spreading(indenter, 0.05).work_left
     assert 0.05 - left == pytest.approx(energy_of_the_spectrum(), rel=0.03)
+
+
+def test_roughness_of_one_wavelength_takes_its_energy_off_the_work():
+    rough = SelfAffine(0.1, 0.8, 8.0, 8.0, domain=256.0)
+    left = spreading(RoughSphere(1e4, rough), 0.05).work_left
+    assert 0.05 - left == pytest.approx(0.1**2 / 4 * 8.0 / (2 * np.pi), rel=0.01)
 
 
 def test_smooth_sphere_spreads_as_by_jkr():

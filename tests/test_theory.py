@@ -298,6 +298,17 @@ def test_rms_height_follows_from_the_spectrum():
     assert_allclose(height, expected, rtol=2e-4)
 
 
+def test_rms_height_with_a_roll_off_follows_from_the_spectrum():
+    knee = 1e9 * SHORT
+    low, high = 2 * np.pi / knee, 2 * np.pi / SHORT
+    height2 = spectral_average(lambda q: 1.0, low, high)
+    height2 += low ** (-2 - 2 * HURST) * quad(lambda q: q, low / 5, low)[0]
+    slope2 = spectral_average(lambda q: q**2, low, high)
+    expected = SLOPE * np.sqrt(height2 / slope2)
+    height = theory.rms_height(knee, SLOPE, HURST, SHORT, 5 * knee)
+    assert_allclose(height, expected, rtol=2e-4)
+
+
 def test_asperity_radius_is_equation_6():
     rho = theory.asperity_radius(SLOPE, HURST, SHORT)
     assert_allclose(rho, 4 / (0.2 * np.pi) * np.sqrt(12))
@@ -339,6 +350,20 @@ def test_compliant_kappa_is_the_ratio_of_spectral_averages(hurst, stiffness):
     assert_allclose(kappa, 2 * np.sqrt(rigid / compliant), rtol=1e-8)
 
 
+def test_compliant_kappa_counts_the_waves_of_the_roll_off():
+    low, high = 2 * np.pi / 64.0, 2 * np.pi / SHORT
+
+    def mean(weight):
+        flat = quad(lambda q: q**3 * weight(q), low / 8, low, epsabs=0)[0]
+        affine = spectral_average(lambda q: q**2 * weight(q), low, high)
+        return flat * low ** (-2 - 2 * HURST) + affine
+
+    band = SHORT, 64.0
+    kappa = theory.compliant_kappa(0.3, E, HURST, *band, longest_wavelength=512.0)
+    compliant = mean(lambda q: (1 + E * q / 0.6) ** -2)
+    assert_allclose(kappa, 2 * np.sqrt(mean(lambda q: 1.0) / compliant), rtol=1e-8)
+
+
 def test_long_wavelengths_change_kappa_little_when_the_range_is_wide():
     infinite = theory.compliant_kappa(E, E, HURST, SHORT)
     wide = theory.compliant_kappa(E, E, HURST, SHORT, 1e12)
@@ -364,6 +389,7 @@ def test_surfaces_stick_where_attraction_outweighs_repulsion():
     inverse = theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, [0.0, 0.28, 0.4])
     assert_allclose(inverse, [1 / 2.9, 1 / 2.9 - 0.28, 1 / 2.9 - 0.4])
     assert theory.sticks(inverse).tolist() == [False, False, True]
+    assert theory.sticks(0.0)
 
 
 # All

@@ -82,6 +82,29 @@ def test_energy_of_flattening_is_that_of_the_waves_of_a_surface():
     assert_allclose(closed, energy, rtol=0.03)  # sums over discrete waves
 
 
+def test_energy_of_flattening_counts_the_waves_of_the_roll_off():
+    rough = SelfAffine(SLOPE, HURST, 4.0, 64.0, longest_wavelength=512.0)
+    heights = rough.heights((1024, 1024), 2.0)  # one period
+    q = 2 * np.pi * np.fft.fftfreq(1024, 2.0)
+    waves = np.abs(np.fft.fft2(heights) / heights.size) ** 2
+    energy = E / 4 * (np.hypot(q[:, None], q) * waves).sum()
+    closed = theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 512.0)
+    assert_allclose(closed, energy, rtol=1e-3)
+    without = theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0)
+    assert_allclose(closed / without, 1.19, rtol=0.01)
+
+
+def test_roll_off_of_no_width_changes_no_energy():
+    without = theory.flattening_energy(SLOPE, E, HURST, SHORT, LONG)
+    closed = theory.flattening_energy(SLOPE, E, HURST, SHORT, LONG, LONG)
+    assert_allclose(closed, without, rtol=1e-14)
+
+
+def test_roll_off_must_be_at_longer_waves():
+    with pytest.raises(ValueError, match=r"at least long_wavelength 64\.0, got 32\.0"):
+        theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 32.0)
+
+
 def test_energy_of_flattening_has_no_gap_at_half():
     near = theory.flattening_energy(SLOPE, E, [0.5 - 1e-9, 0.5, 0.5 + 1e-9], 4.0, 512.0)
     assert_allclose(near, near[1], rtol=1e-7)
@@ -91,7 +114,7 @@ def test_energy_of_flattening_has_no_gap_at_half():
 
 
 def test_energy_of_flattening_needs_a_range_of_wavelengths():
-    with pytest.raises(ValueError, match="must exceed short_wavelength"):
+    with pytest.raises(ValueError, match=r"exceed short_wavelength 4\.0, got 4\.0"):
         theory.flattening_energy(SLOPE, E, HURST, 4.0, 4.0)
 
 

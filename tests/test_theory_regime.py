@@ -146,6 +146,14 @@ def test_adhesion_that_flattens_the_roughness_leaves_a_smooth_sphere_with_less_o
     assert_allclose(found.contact_area, area)
 
 
+def test_roll_off_of_a_surface_takes_its_part_of_the_work_of_adhesion():
+    smoother = SelfAffine(1e-3, 0.8, 4.0, 64.0, longest_wavelength=512.0)
+    cost = theory.flattening_energy(1e-3, 1.0, 0.8, 4.0, 64.0, 512.0)
+    adhesion = {"work_of_adhesion": 3 * float(cost), "attraction_range": 0.01}
+    found = regime(0.1, BIG, 1.0, smoother, **adhesion)
+    assert_allclose(found.effective_work_of_adhesion, 2 * cost)
+
+
 def test_compliant_wall_makes_the_first_asperity_blunter():
     factor = theory.ASPERITY_FACTOR_REPULSIVE
     load = 1e-3

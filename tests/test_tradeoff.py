@@ -9,6 +9,7 @@ import pytest
 from ase_roughcontact.accuracy import accuracy_of
 from ase_roughcontact.fourier import threads
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.tradeoff import study as study_module
 from ase_roughcontact.tradeoff import tradeoff
 
 TEXT = """
@@ -80,6 +81,39 @@ def test_the_reference_is_far_better_than_what_is_judged_by_it():
     assert study.reference_error < 1e-3 * study.wanted
     errors = [t.error for t in study.trials if t.choice.accuracy == 1e-6]
     assert study.reference_error < min(errors) < 1e-6
+
+
+def stuck(monkeypatch, left):
+    """Let references get stuck at some part of their tolerance."""
+    relaxed = study_module._relaxed
+
+    def relax(scene, choice, targets):
+        records = relaxed(scene, choice, targets)
+        if choice.accuracy != study_module._REFERENCE:
+            return records
+        force = left * records[0].tolerance
+        lost = {"converged": False, "max_force": force, "message": "stalled"}
+        return [replace(records[0], **lost), *records[1:]]
+
+    monkeypatch.setattr(study_module, "_relaxed", relax)
+
+
+def test_a_reference_that_rounding_stops_is_good_for_errors_far_above_its_own(
+    monkeypatch,
+):
+    stuck(monkeypatch, left=1e3)
+    with threads(1):
+        study = tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
+    assert study.reference_error == pytest.approx(1e3 * study_module._REFERENCE)
+    assert study.best is not None
+
+
+def test_a_reference_that_is_hardly_better_than_the_error_is_refused(monkeypatch):
+    stuck(monkeypatch, left=1e8)
+    with pytest.raises(
+        RuntimeError, match=r"no reference .* stops at 1\.0e-02.*stalled"
+    ):
+        tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
 
 
 def test_an_error_that_no_setting_keeps_to_is_told_with_the_least_one():

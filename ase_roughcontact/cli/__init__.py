@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
-import math
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from ase_roughcontact import report
 from ase_roughcontact.cli.completion import BASHRC, candidates
+from ase_roughcontact.cli.lines import (
+    UNITS_OF_EFFORT,
+    UNITS_OF_PROGRESS,
+    UNITS_OF_STEPS,
+    json_line,
+)
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import product, run_ensemble, write_table
+from ase_roughcontact.ensemble.ledger import without_password
 from ase_roughcontact.ensemble.progress import costs_of
 from ase_roughcontact.frames import Frames, count_steps
 from ase_roughcontact.record import LoadStep
@@ -36,7 +43,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"ase-roughcontact: {error}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        print("\nstopped; what was calculated is kept", file=sys.stderr)
+        told = "stopped; what was calculated is kept"
+        if options.action == "run":
+            told += f"; for its pictures: ase-roughcontact figure {options.out}"
+        print(f"\n{told}", file=sys.stderr)
         return 130
 
 
@@ -68,8 +78,10 @@ def _print_scene(options: argparse.Namespace) -> int:
 def _plan(options: argparse.Namespace) -> int:
     plan = (scene := _scene(options)).plan()
     if options.json:
+        target = "eV/Å" if scene.path.control == "load" else "Å"
+        units = {"target": target, **UNITS_OF_EFFORT}
         for step in plan.steps:
-            _print_json(step)
+            print(json_line(asdict(step), units))
     elif not options.quiet:
         heading, unit = {
             "load": ("load (nN)", NANONEWTON),
@@ -81,11 +93,26 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scene, folder, text = _scene(options), options.out, _text(options)[0]
+    scene, records = _scene(options), list[LoadStep]()
+    talks = not (options.quiet or options.json)
+    try:
+        _relax(options, scene, records, talks)
+    except (ValueError, RuntimeError, OSError, MemoryError):
+        if records:
+            with suppress(OSError, MemoryError):  # the error that was first is told
+                _show(scene, records, options.out, talks)
+        raise
+    _show(scene, records, options.out, talks)
+    return 0 if all(record.converged for record in records) else 1
+
+
+def _relax(
+    options: argparse.Namespace, scene: Scene, records: list[LoadStep], talks: bool
+) -> None:
+    """Relax step after step, and tell of each."""
+    folder, text = options.out, _text(options)[0]
     total, kept = len(scene.steps), count_steps(folder / "sweep.traj")
     laws, costs = laws_of(scene), costs_of(scene)
-    records: list[LoadStep] = []
-    talks = not (options.quiet or options.json)
     for record in scene.run(folder):
         if not records:
             (folder / "scene.toml").write_text(text, encoding="utf-8")
@@ -98,23 +125,27 @@ def _run(options: argparse.Namespace) -> int:
             line = report.row(scene, laws, record, total, left, known)
             print(line, flush=True)
         if options.json:
-            _print_json(record)
+            print(json_line(asdict(record), UNITS_OF_STEPS), flush=True)
+
+
+def _show(scene: Scene, records: list[LoadStep], folder: Path, talks: bool) -> None:
+    """Make what there is to see of some steps, and tell where it is."""
+    laws = laws_of(scene)
     pictures = report.draw(scene, laws, records, folder)
     report.write_view(scene, folder)
     if talks:
         tension = report.largest_tension(laws, records)
-        print(report.farewell(folder, pictures, tension))
-    return 0 if all(record.converged for record in records) else 1
+        print(report.farewell(folder, pictures, tension), flush=True)
 
 
 def _figure(options: argparse.Namespace) -> int:
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
-    infos = Frames(folder / "sweep.traj").infos()
-    records = [LoadStep(**info["load_step"]) for info in infos]
+    records = list(Frames(folder / "sweep.traj").records())
     pictures = report.draw(scene, laws_of(scene), records, folder)
     if not pictures:
         raise RuntimeError("no pictures: matplotlib is not installed, or no contact")
+    report.write_view(scene, folder)
     print("\n".join(str(folder / name) for name in pictures))
     return 0
 
@@ -129,16 +160,16 @@ def _ensemble(options: argparse.Namespace) -> int:
     scenes = product(scene, choices)
     for progress in run_ensemble(scenes, options.database, workers=options.workers):
         if options.json:
-            _print_json(progress)
+            print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
         elif not options.quiet:
             print(progress, flush=True)
     if options.table:
         write_table(options.database, options.table)
     if not (options.quiet or options.json):
+        shown = without_password(options.database)
         print(
-            f"Steps are in {options.database}: look at them with\n"
-            f"  ase db {options.database} record=step -c case,step,normal_force,"
-            "contact_area"
+            f"Steps are in {shown}: look at them with\n"
+            f"  ase db {shown} record=step -c case,step,normal_force,contact_area"
         )
     for case, message in progress.failures.items():
         print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
@@ -147,7 +178,17 @@ def _ensemble(options: argparse.Namespace) -> int:
 
 def _tradeoff(options: argparse.Namespace) -> int:
     found = tradeoff(_scene(options), options.error)
-    print(found)
+    if options.json:
+        for trial in found.trials:
+            told = {
+                **asdict(trial),
+                "recommended": trial is found.best,
+                "error_wanted": found.wanted,
+                "error_of_reference": found.reference_error,
+            }
+            print(json_line(told, UNITS_OF_EFFORT))
+    elif not options.quiet:
+        print(found)
     return 1 if found.best is None else 0
 
 
@@ -164,15 +205,6 @@ def _choice(text: str) -> tuple[str, list[Any]]:
     for value in listed if title in TABLES else ():
         table_of(TABLES[title], {name: value}, f"--set [{title}]")
     return key.strip(), listed
-
-
-def _print_json(told: Any) -> None:
-    """Print a line of JSON, which has null in place of NaN and infinity."""
-    known = {
-        key: None if isinstance(value, float) and not math.isfinite(value) else value
-        for key, value in asdict(told).items()
-    }
-    print(json.dumps(known), flush=True)
 
 
 def _completion(options: argparse.Namespace) -> int:

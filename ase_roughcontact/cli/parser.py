@@ -91,10 +91,10 @@ def make_parser() -> argparse.ArgumentParser:
             "scene", nargs="?", help="scene file (TOML); by default the built-in scene"
         )
 
-    def how_to_tell(made: argparse.ArgumentParser) -> None:
+    def how_to_tell(made: argparse.ArgumentParser, line: str = "per step") -> None:
         how = made.add_mutually_exclusive_group()
         how.add_argument("--quiet", action="store_true", help="tell errors only")
-        how.add_argument("--json", action="store_true", help="a line of JSON per step")
+        how.add_argument("--json", action="store_true", help=f"a line of JSON {line}")
 
     run = command("run", "press the sphere in, plot area against load", RUN)
     scene_file(run)
@@ -140,11 +140,13 @@ def make_parser() -> argparse.ArgumentParser:
         default=1e-3,
         help="relative error that is allowed (default: %(default)s)",
     )
+    how_to_tell(trade, "per setting")
 
     figure = command(
         "figure",
         "draw the pictures of a run again",
-        'Draw curve.png, force.png and contact.png of a run\'s folder, as "run" does.',
+        "Draw curve.png, force.png and contact.png of a run's folder, and write its "
+        'view.traj, as "run" does.',
     )
     figure.add_argument("folder", metavar="DIR", type=Path, help="folder of the run")
 

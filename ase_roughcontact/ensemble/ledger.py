@@ -10,6 +10,7 @@ once or not at all, whatever is killed, and whoever else is at work.
 from __future__ import annotations
 
 import os
+import re
 import socket
 import time
 import uuid
@@ -94,7 +95,8 @@ class Ledger:
     database : str
         From `address`.
     lease : float
-        A worker that has not been heard of for this time (s) is taken for dead.
+        A worker that has not been heard of for this time (s), by the clocks of its
+        machine and of this one, is taken for dead.
     run : str
         Name of the run.
     since : float
@@ -213,8 +215,14 @@ def address(database: PathName) -> str:
         return os.path.abspath(name)
     raise ValueError(
         "an ensemble needs a database with transactions, SQLite (a path that ends in "
-        f".db) or postgresql://, got {name!r}"
+        f".db) or postgresql://, got {without_password(name)!r}"
     )
+
+
+def without_password(address: str) -> str:
+    """Return an address to be shown."""
+    hidden = re.sub(r"(?<=://)([^:@/]*):.*@", r"\1:***@", address)
+    return re.sub(r"(?<=password=)[^&]*", "***", hidden)
 
 
 def open_database(address: str) -> Any:

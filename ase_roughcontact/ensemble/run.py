@@ -60,7 +60,8 @@ def run_ensemble(
     lease : float
         A worker that has not been heard of for this time (s) is taken for dead. It is
         heard of four times as often, however long a step takes. A dead process of the
-        same machine is noticed at once.
+        same machine is noticed at once. Several machines compare their own clocks:
+        these must agree to well within the lease, or a living worker is taken for dead.
     interval : float
         Time between looks at the database (s).
 

@@ -94,6 +94,8 @@ def _resumed(scene: Scene, first: int, file: Path | None) -> Iterator[LoadStep]:
         record = next(steps)
     except ValueError:  # not a frame of this path, or a path that fails again below
         pass
+    except RuntimeError:  # a worker that was taken for dead still writes the file
+        return scene.relax()
     else:
         if record.step <= first:
             return itertools.chain([record], steps)

@@ -21,6 +21,8 @@ def plot_curve(
     hertz_area: np.ndarray,
     predicted_area: np.ndarray | None = None,
     laws: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    converged: ArrayLike | None = None,
+    level: str = "smooth sphere (Hertz)",
 ) -> Any:
     """Contact area relative to Hertz against load, beside the prediction.
 
@@ -36,19 +38,25 @@ def plot_curve(
         Area of Eq. (4), in the same unit.
     laws : mapping of str to (array_like, array_like), optional
         Names of other laws, their loads (nN), and their areas relative to Hertz.
+    converged : array_like of bool, shape (k,), optional
+        Steps that are results; the others are crossed. Default: all.
+    level : str
+        What an area relative to Hertz of one is.
 
     Returns
     -------
     matplotlib Axes
     """
-    axes.axhline(1.0, color=GREY, lw=1, label="smooth sphere (Hertz)")
+    axes.axhline(1.0, color=GREY, lw=1, label=level)
     if predicted_area is not None:
         order = np.argsort(load)
         ratio = (predicted_area / hertz_area)[order]
         axes.plot(np.asarray(load)[order], ratio, "k-", lw=1, label="Eq. (4)")
     for i, (name, (loads, ratios)) in enumerate((laws or {}).items()):
         axes.plot(loads, ratios, LINES[i % 4], color=BLUE, lw=1, label=name)
-    axes.plot(load, area / hertz_area, "o", color=ORANGE, ms=5, label="simulation")
+    ratio, ok = area / hertz_area, _mask(converged, len(load))
+    axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label="simulation")
+    _cross(axes, load[~ok], ratio[~ok])
     axes.set_xscale("log")
     axes.set_yscale("log")
     for axis, (low, high) in (
@@ -72,6 +80,8 @@ def plot_force(
     laws: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     pull_off_force: float | None = None,
     xlabel: str = "penetration (Å)",
+    converged: ArrayLike | None = None,
+    pull_off: str = "pull-off, theory",
 ) -> Any:
     """Force against penetration or height, tension below zero.
 
@@ -92,6 +102,11 @@ def plot_force(
         Of theory, negative, drawn as a level (eV/Å).
     xlabel : str
         What `depth` is, with its unit.
+    converged : array_like of bool, shape (k,), optional
+        Steps that are results; the others are crossed, and no line leads to them.
+        Default: all.
+    pull_off : str
+        What `pull_off_force` is.
 
     Returns
     -------
@@ -103,8 +118,12 @@ def plot_force(
         axes.plot(along, np.asarray(forces) / NN, f"k{LINES[i % 4]}", label=name)
     if pull_off_force is not None:
         level = pull_off_force / NN
-        axes.axhline(level, color=GREY, ls="--", lw=1, label="pull-off, theory")
-    turn = int(np.argmax(y))
+        axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off)
+    _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
+    ok = _mask(converged, x.size)
+    _cross(axes, x[~ok], y[~ok])
+    y = np.where(ok, y, np.nan)
+    turn = int(np.nanargmax(y)) if ok.any() else 0
     back = slice(turn, None) if 0 < turn < x.size - 1 else slice(None)
     name = "simulation"
     if back.start:
@@ -112,11 +131,21 @@ def plot_force(
         axes.plot(x[there], y[there], "o-", color=BLUE, ms=7, lw=2, label="approach")
         name = "retraction"
     axes.plot(x[back], y[back], "o-", color=ORANGE, ms=4, lw=0.8, label=name)
-    _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
     axes.set_xlabel(xlabel)
     axes.set_ylabel("normal force $N$ (nN)")
     axes.legend(frameon=False, loc="best")
     return axes
+
+
+def _mask(converged: ArrayLike | None, count: int) -> np.ndarray:
+    """Return which steps are results."""
+    return np.full(count, True) if converged is None else np.asarray(converged, bool)
+
+
+def _cross(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
+    """Draw steps that are no results."""
+    if x.size:
+        axes.plot(x, y, "x", color=GREY, ms=6, label="not converged")
 
 
 def _cut(axes: Any, x: np.ndarray, y: np.ndarray) -> None:

@@ -27,7 +27,8 @@ def plot_contact(
 ) -> Any:
     """Map of the pressure on the atoms in contact, seen from above.
 
-    The map is cut to the contact and the circles, which have labels for a legend.
+    Atoms that the wall attracts are grey. The map is cut to the contact and the
+    circles, which have labels for a legend.
 
     Parameters
     ----------
@@ -64,23 +65,31 @@ def plot_contact(
         vmax=largest,
         interpolation="none",
     )
-    reach = 0.0
+    attracted = np.where(seen.pressure < 0.0, 0.2, np.nan)
+    if (seen.pressure < 0.0).any():
+        axes.imshow(
+            attracted.T,
+            origin="lower",
+            extent=extent,
+            cmap="Greys",
+            vmin=0.0,
+            vmax=1.0,
+            interpolation="none",
+        )
+        axes.plot([], [], "s", color="lightgrey", label="attracted atoms")
     circles = (
         (hertz_radius, "k-", circle),
         (first_contact_radius, "k--", "first contact $a'$"),
     )
+    reach = _extent(seen) / NM
     for radius, line, label in circles:
         if radius is not None:
             reach = max(reach, radius / NM)
             _circle(axes, radius / NM, line, label)
-    for places, along in ((x, 1), (y, 0)):
-        reach = max(reach, abs(places[seen.contact.any(axis=along)]).max(initial=0.0))
     reach = 1.15 * reach + 2.0 * half
-    axes.set_xlim(-reach, reach)
-    axes.set_ylim(-reach, reach)
-    axes.set_xlabel("$x$ (nm)")
-    axes.set_ylabel("$y$ (nm)")
-    axes.set_title(title)
+    square = -reach, reach
+    axes.set(xlim=square, ylim=square, title=title)
+    axes.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)")
     return image
 
 
@@ -169,6 +178,13 @@ def plot_spectrum(
     axes.set_ylabel("power spectral density $C$ (nm$^4$)")
     axes.legend()
     return axes
+
+
+def _extent(seen: ContactMap) -> float:
+    """Distance from the axis, along x and y, of the farthest atom in contact."""
+    x = seen.x[seen.contact.any(axis=1)]
+    y = seen.y[seen.contact.any(axis=0)]
+    return float(abs(np.append(x, y)).max(initial=0.0))
 
 
 def _circle(axes: Any, radius: float, line: str, label: str) -> None:

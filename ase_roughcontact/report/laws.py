@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from ase.units import J, m
 
 from ase_roughcontact import theory
 from ase_roughcontact.checks import FloatArray
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.theory.smooth import DMT_BELOW, JKR_ABOVE
 
 # Points of a curve of force against penetration.
@@ -33,12 +34,26 @@ class Law:
     curve : callable
         Penetration (Å) and force (eV/Å) of contacts up to a radius (Å), from the one
         that parts when the height is held.
+    work_of_adhesion : float
+        eV/Å^2.
     """
 
     name: str
     pull_off_force: float
     radius_of: Callable[[FloatArray], FloatArray]
     curve: Callable[[float], tuple[FloatArray, FloatArray]]
+    work_of_adhesion: float = 0.0
+
+    @property
+    def sphere(self) -> str:
+        """What it is the theory of."""
+        work = self.work_of_adhesion / (J / m**2)
+        return "smooth sphere" + (f", w = {work:.3g} J/m²" if work else "")
+
+    @property
+    def label(self) -> str:
+        """Name, and what it is the theory of."""
+        return f"{self.name}: theory, {self.sphere}"
 
     def area(self, normal_force: FloatArray) -> FloatArray:
         """Contact area, NaN below pull-off.
@@ -72,14 +87,34 @@ class Laws:
         JKR and DMT, where the law lies between them.
     told : str
         Which law it is, and why.
-    predicts_force : bool
-        Whether the smooth law holds for the scene, not only as a reference.
+    rough_from : float or None
+        Force from which on Eq. (4) of the paper is told (eV/Å); None if it is not.
     """
 
     smooth: Law
     limits: tuple[Law, ...] = ()
     told: str = ""
-    predicts_force: bool = True
+    rough_from: float | None = None
+
+    def rough_area(self, scene: Scene, normal_force: FloatArray) -> FloatArray:
+        """Contact area by Eq. (4) of the paper, NaN where it is not told.
+
+        Parameters
+        ----------
+        scene : Scene
+            That the laws are of.
+        normal_force : array_like
+            eV/Å.
+
+        Returns
+        -------
+        ndarray
+            Å^2.
+        """
+        force = np.asarray(normal_force, dtype=float)
+        least = math.inf if self.rough_from is None else self.rough_from
+        told = (force > 0.0) & (force >= least)
+        return np.where(told, scene.predicted_area(np.where(told, force, 1.0)), np.nan)
 
 
 def laws_of(scene: Scene) -> Laws:
@@ -95,33 +130,52 @@ def laws_of(scene: Scene) -> Laws:
     """
     attraction_range = scene.attraction_range
     work = getattr(scene.wall, "work_of_adhesion", 0.0)
-    rough = scene.surface.roughness
+    given = scene.roughness
     if attraction_range is None:
-        return Laws(_hertz(scene), predicts_force=rough is None)
-    if rough is None:
-        return _sticky(scene, work, attraction_range)
-    if scene.inverse_kappa > 0.0:
-        told = f"Eq. (4) with adhesion, 1/kappa = {scene.inverse_kappa:.3g}"
-        return Laws(_hertz(scene), (), told, predicts_force=False)
-    left = theory.RoughSphereTheory(
+        return Laws(_hertz(scene), rough_from=None if given is None else 0.0)
+    laws = _sticky(scene, work, attraction_range)
+    if given is None:
+        return laws
+    system = theory.RoughSphereTheory(
         scene.radius,
         scene.contact_modulus,
-        rough,  # type: ignore[arg-type]
+        scene.surface.roughness,  # type: ignore[arg-type]
         work,
         attraction_range,
-    ).effective_work_of_adhesion
+        theory.KAPPA_REPULSIVE,
+    )
+    number = f"1/kappa = {scene.inverse_kappa:.3g}"
+    smooth = f"for orientation {laws.told}"
+    if scene.inverse_kappa > 0.0:
+        end, factor = system.crossover_load, theory.ASPERITY_FACTOR_REPULSIVE
+        begin = min(replace(system, asperity_factor=factor).asperity_load, end)
+        told = (
+            f"Eq. (4) with adhesion, {number}, too low below about "
+            f"{end / NANONEWTON:.2g} nN, not told below {begin / NANONEWTON:.2g} nN; "
+            f"{smooth}"
+        )
+        return replace(laws, told=told, rough_from=begin)
+    left = system.effective_work_of_adhesion
     if left == 0.0:
         told = (
-            f"rough flats stick by themselves (1/kappa = {scene.inverse_kappa:.3g}): "
-            "there is no formula; Hertz, without adhesion, for reference"
+            f"no closed form, as rough flats stick by themselves ({number}); {smooth}"
         )
-        return Laws(_hertz(scene), (), told, predicts_force=False)
-    laws = _sticky(scene, left, attraction_range)
+        return replace(laws, told=told)
+    radius = math.sqrt(float(laws.smooth.area(np.array(0.0))) / math.pi)
+    longest = given.longest_wavelength or given.long_wavelength
+    half = 0.5 * longest * scene.spacing
+    if radius < half:
+        told = (
+            f"no closed form, as the contact without load (radius {radius / 10:.2g} "
+            f"nm) is smaller than half the longest wave ({half / 10:.2g} nm); {smooth}"
+        )
+        return replace(laws, told=told)
+    flattened = _sticky(scene, left, attraction_range)
     told = (
-        f"adhesion flattens the roughness, and {left / (J / m**2):.3g} J/m² of it are "
-        f"left: {laws.told}"
+        f"adhesion of w = {work / (J / m**2):.3g} J/m² flattens the roughness, and "
+        f"{left / (J / m**2):.3g} J/m² of it are left: {flattened.told}"
     )
-    return Laws(laws.smooth, laws.limits, told)
+    return replace(flattened, told=told)
 
 
 def _sticky(scene: Scene, work: float, attraction_range: float) -> Laws:
@@ -132,11 +186,16 @@ def _sticky(scene: Scene, work: float, attraction_range: float) -> Laws:
     jkr, dmt = _jkr(*system), _dmt(*system)
     number = f"Maugis' parameter is {parameter:.3g}"
     if parameter > JKR_ABOVE:
-        return Laws(jkr, told=f"JKR ({number}, above {JKR_ABOVE:g})")
+        return Laws(
+            jkr, told=f"{jkr.name}, {jkr.sphere} ({number}, above {JKR_ABOVE:g})"
+        )
     if parameter < DMT_BELOW:
-        return Laws(dmt, told=f"DMT ({number}, below {DMT_BELOW:g})")
-    told = f"Maugis-Dugdale, between DMT and JKR ({number})"
-    return Laws(_maugis(*system, stress, parameter), (jkr, dmt), told)
+        return Laws(
+            dmt, told=f"{dmt.name}, {dmt.sphere} ({number}, below {DMT_BELOW:g})"
+        )
+    between = _maugis(*system, stress, parameter)
+    told = f"{between.name}, {between.sphere} ({number}, between DMT and JKR)"
+    return Laws(between, (jkr, dmt), told)
 
 
 def _hertz(scene: Scene) -> Law:
@@ -165,6 +224,7 @@ def _jkr(radius: float, modulus: float, work: float) -> Law:
         float(theory.jkr_pull_off_force(radius, work)),
         lambda force: theory.jkr_contact_radius(force, *system),
         curve,
+        work,
     )
 
 
@@ -180,6 +240,7 @@ def _dmt(radius: float, modulus: float, work: float) -> Law:
         float(theory.dmt_pull_off_force(radius, work)),
         lambda force: theory.dmt_contact_radius(force, *system),
         curve,
+        work,
     )
 
 
@@ -204,4 +265,5 @@ def _maugis(
             force, radius, modulus, work, stress
         ),
         curve,
+        work,
     )

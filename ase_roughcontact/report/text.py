@@ -38,11 +38,12 @@ def heading(scene: Scene, laws: Laws) -> str:
         lines.append(f"Theory: {laws.told}")
     if laws.smooth.pull_off_force < 0.0:
         pull_off = laws.smooth.pull_off_force / NANONEWTON
-        lines.append(f"Pull-off force: {pull_off:.4g} nN")
+        lines.append(f"Pull-off force: {pull_off:.4g} nN ({laws.smooth.label})")
     name = laws.smooth.name
     depth = "" if scene.path.control == "load" else f"{_depth(scene):>13}"
     ratio = _RATIOS.get(name, f"A/A_{name}")
-    predicted = "" if laws.predicts_force else "   Eq. (4)"
+    predicted = "" if laws.rough_from is None else "   Eq. (4)"
+    lines.append(f"{ratio}: relative to theory, {laws.smooth.sphere}")
     return "\n".join(
         [
             *lines,
@@ -79,6 +80,7 @@ def row(
     Returns
     -------
     str
+        It begins with the number of the step, as the record has it, and of the last.
     """
     force, touches = record.normal_force, record.repulsive_atoms > 0
     smooth = float(laws.smooth.area(np.array(force))) if touches else np.nan
@@ -86,17 +88,15 @@ def row(
         scene.path.control, f"{record.height:13.4f}"
     )
     predicted = ""
-    if not laws.predicts_force:
-        area = float(scene.predicted_area(force)) if force > 0.0 else np.nan
-        predicted = _ratio(area, smooth, 10)
+    if laws.rough_from is not None:
+        predicted = _ratio(float(laws.rough_area(scene, np.array(force))), smooth, 10)
     time = "       kept" if kept else f"{record.seconds:11.2f}"
     seconds = round(left or 0.0)
     after = f"   about {timedelta(seconds=seconds)} left" if seconds else ""
-    mark = "" if record.converged else f"   NOT CONVERGED: {record.message}"
     return (
-        f"{record.step + 1:4d}/{total:<3d}{depth}{force / NANONEWTON:11.4g}"
+        f"{record.step:4d}/{total - 1:<3d}{depth}{force / NANONEWTON:11.4g}"
         f"{record.contact_area / 100:13.4g}{_ratio(record.contact_area, smooth, 12)}"
-        f"{predicted}{time}{after}{mark}"
+        f"{predicted}{time}{after}{_mark(scene, record)}"
     )
 
 
@@ -145,7 +145,10 @@ def farewell(folder: Path, pictures: Sequence[str], tension: str = "") -> str:
     lines = ["", *([tension] if tension else []), f"Results are in {folder}:"]
     lines += [f"  {folder / name}" for name in pictures]
     if not pictures:
-        lines.append("  (no pictures: matplotlib is not installed, or nothing touched)")
+        lines.append(
+            "  (no pictures: nothing touched, or matplotlib is not installed; when it "
+            f"is: ase-roughcontact figure {folder})"
+        )
     lines += [
         f"  {folder / 'curve.csv'}",
         f"  {folder / 'sweep.traj'}, all atoms",
@@ -169,18 +172,31 @@ def largest_tension(laws: Laws, records: Sequence[LoadStep]) -> str:
     -------
     str
     """
-    least = min((record.normal_force for record in records), default=0.0)
+    forces = [record.normal_force for record in records if record.converged]
+    least = min(forces, default=0.0)
     if least >= 0.0:
         return ""
     told = f"Largest tension of the path: {least / NANONEWTON:.4g} nN"
     if laws.smooth.pull_off_force < 0.0:
         pull_off = laws.smooth.pull_off_force / NANONEWTON
-        told += f"; {laws.smooth.name} pulls off at {pull_off:.4g} nN"
+        told += f"; pull-off force: {pull_off:.4g} nN ({laws.smooth.label})"
     return f"{told}."
 
 
 def _depth(scene: Scene) -> str:
     return "depth (Å)" if scene.path.control == "penetration" else "height (Å)"
+
+
+def _mark(scene: Scene, record: LoadStep) -> str:
+    """Return what is wrong with a step, and the load that pulled the indenter off."""
+    if record.converged:
+        return ""
+    felt = record.repulsive_atoms + record.attractive_atoms
+    target = float(scene.steps[record.step])
+    if scene.path.control == "load" and target < 0.0 and not felt:
+        return f"   PULLED OFF: no contact holds {target / NANONEWTON:.4g} nN"
+    unit = " (forces in eV/Å)" if "force" in record.message else ""
+    return f"   NOT CONVERGED: {record.message}{unit}"
 
 
 def _ratio(area: float, other: float, width: int) -> str:

@@ -17,7 +17,7 @@ from ase_roughcontact.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.calculator import RoughContact
 from ase_roughcontact.checks import grid_shape, integer, positive
 from ase_roughcontact.loading import load_path
-from ase_roughcontact.memory import check_memory
+from ase_roughcontact.memory import check_memory, check_roughness, points_of
 from ase_roughcontact.plan import Plan, plan_path
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.scene.model import Model
@@ -135,6 +135,8 @@ class Scene(Model):
         ------
         ValueError
             Names file, table and key.
+        MemoryError
+            If the roughness needs more memory than is free, with file, table and key.
         """
         parts: dict[str, Callable[[], Any]] = {
             "substrate": lambda: (self.spacing, self.contact_modulus, self.shape),
@@ -154,6 +156,15 @@ class Scene(Model):
                 part()
             except ValueError as error:
                 raise ValueError(f"{name}: [{title}] {error}") from error
+        try:  # before anything is made of the roughness
+            check_roughness(points_of(self.surface, self.spacing))
+        except MemoryError as error:
+            raise MemoryError(f"{name}: [roughness] {error}") from error
+
+    @property
+    def control(self) -> str:
+        """What is given along the path: loads, penetrations or heights."""
+        return f"{self.path.control}s"
 
     @property
     def steps(self) -> np.ndarray:
@@ -193,6 +204,11 @@ class Scene(Model):
             )
         return choice(shape, {"auto": None}, "shape")
 
+    @property
+    def window(self) -> str:
+        """Whether all steps have one window, "fixed", or each its own, "auto"."""
+        return "fixed" if self.shape else "auto"
+
     def atoms(self) -> Atoms:
         """Build the substrate and the indenter above it, with their calculator."""
         given = self.substrate
@@ -206,18 +222,13 @@ class Scene(Model):
             periodic=given.periodic,
             fixed=self.path.control != "load",
         )
-        fft = {"dtype": self.accuracy.dtype}
-        atoms.calc = RoughContact(
-            self.surface, self.contact_modulus, self.wall, fft=fft
-        )
+        atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
         atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
         return atoms
 
     def plan(self) -> Plan:
         """Tell windows, memory and time of the path before it is calculated."""
-        control = f"{self.path.control}s"
-        window = "fixed" if self.shape else "auto"
-        return plan_path(self.atoms(), control, self.steps, window)
+        return plan_path(self.atoms(), self.control, self.steps, self.window)
 
     def relax(
         self, steps: ArrayLike | None = None, **options: Any
@@ -236,14 +247,14 @@ class Scene(Model):
         iterator of LoadStep
         """
         targets = self.steps if steps is None else steps
-        path: dict[str, Any] = {f"{self.path.control}s": targets}
+        path: dict[str, Any] = {self.control: targets}
         return load_path(
             self.atoms(),
             optimizer=self.optimizer,
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
             max_steps=self.solver.max_steps,
-            window="fixed" if self.shape else "auto",
+            window=self.window,
             **path,
             **options,
         )

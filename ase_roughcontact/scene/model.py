@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
 
 import numpy as np
 from ase.units import GPa, J, m
 from numpy.typing import ArrayLike
+from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
-from ase_roughcontact.checks import positive
+from ase_roughcontact.checks import finite, positive
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.material import contact_modulus, crystal_modulus
 from ase_roughcontact.substrate import fcc_spacing
@@ -26,6 +27,10 @@ from ase_roughcontact.tables import (
 )
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
+# Modulus that no solid has (GPa): one beyond it is in other units.
+_STIFFEST = 1e4
+# Part of a spacing that a domain may differ from a whole number of them.
+_WHOLE = 1e-6
 # Keys of [roughness] in units of the spacing.
 _LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
@@ -60,6 +65,11 @@ class Model:
             return contact_modulus(given.elastic_constants) * GPa
         if given.contact_modulus is not None:
             positive(contact_modulus=given.contact_modulus)
+            if given.contact_modulus > _STIFFEST:
+                raise ValueError(
+                    f"contact_modulus is in GPa, at most {_STIFFEST:g}, got "
+                    f"{given.contact_modulus:g}"
+                )
             return given.contact_modulus * GPa
         symbol, instead = given.symbol, "contact_modulus or elastic_constants"
         return _of_crystal(crystal_modulus, symbol, instead) * GPa
@@ -79,37 +89,48 @@ class Model:
     @property
     def wall(self) -> Interaction:
         """The interaction."""
-        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
-        if kind in ("adhesive", "full"):
-            if work is None:
-                raise ValueError(f"kind = {kind!r} needs a work_of_adhesion, J/m^2")
-            positive(work_of_adhesion=work)
-        elif work is not None:
-            raise ValueError(f"kind = {kind!r} has no work_of_adhesion, got {work}")
-        cutoff = self.interaction.cutoff
-        if cutoff is not None:
-            if kind != "full":
-                raise ValueError(f"cutoff: only a full wall has one, got {cutoff}")
-            if not cutoff > 1.0:
-                raise ValueError(
-                    "cutoff must lie beyond 1 a0, where the energy is least, got "
-                    f"{cutoff}"
-                )
         walls = {
             "hard": HardWall,
-            "repulsive": partial(
-                LennardJones93.repulsive, self.contact_modulus, self.spacing
+            "repulsive": lambda: LennardJones93.repulsive(
+                self.contact_modulus, self.spacing
             ),
             "adhesive": lambda: LennardJones93.adhesive(
-                self.contact_modulus, self.spacing, work * J / m**2
+                self.contact_modulus, self.spacing, self._work
             ),
             "full": lambda: LennardJones93.full(
-                self.spacing,
-                work * J / m**2,
-                cutoff=None if cutoff is None else cutoff * self.spacing,
+                self.spacing, self._work, cutoff=self._cutoff
             ),
         }
-        return choice(kind, walls, "kind of interaction")()
+        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
+        make = choice(kind, walls, "kind of interaction")
+        if work is not None and kind not in ("adhesive", "full"):
+            raise ValueError(f"kind = {kind!r} has no work_of_adhesion, got {work}")
+        cutoff = self.interaction.cutoff
+        if cutoff is not None and kind != "full":
+            raise ValueError(f"cutoff: only a full wall has one, got {cutoff}")
+        return make()
+
+    @property
+    def _work(self) -> float:
+        """Work of adhesion, which the wall needs (eV/Å^2)."""
+        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
+        if work is None:
+            raise ValueError(f"kind = {kind!r} needs a work_of_adhesion, J/m^2")
+        positive(work_of_adhesion=work)
+        return work * J / m**2
+
+    @property
+    def _cutoff(self) -> float | None:
+        """Where a full wall ends, if that is given (Å)."""
+        cutoff = self.interaction.cutoff
+        if cutoff is None:
+            return None
+        finite(cutoff=cutoff)
+        if not cutoff > 1.0:
+            raise ValueError(
+                f"cutoff must lie beyond 1 a0, where the energy is least, got {cutoff}"
+            )
+        return cutoff * self.spacing
 
     @property
     def attraction_range(self) -> float | None:
@@ -128,7 +149,7 @@ class Model:
     def inverse_kappa(self) -> float:
         """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa``, for this wall.
 
-        Negative where rough flats would stick to each other.
+        Not positive where rough flats would stick to each other.
         """
         wall = self.wall
         if not isinstance(wall, LennardJones93):
@@ -199,12 +220,31 @@ class Model:
         if self.roughness is None:
             return None
         given = SelfAffine(**asdict(self.roughness))  # checked in units of the file
+        given = replace(given, domain=_domain(given))
         lengths = {
             name: getattr(given, name) * self.spacing
             for name in _LENGTHS
             if getattr(given, name) is not None
         }
         return replace(given, **lengths)
+
+
+def _domain(rough: SelfAffine) -> float | None:
+    """Return the domain as it is, or one of whole spacings where none is given (a0)."""
+    if rough.short_wavelength < 2.0 - _WHOLE:
+        raise ValueError(
+            "short_wavelength must be at least 2 a0, or atoms a0 apart can't show it, "
+            f"got {rough.short_wavelength:g}"
+        )
+    whole = abs(rough.side - round(rough.side)) <= _WHOLE
+    if whole:
+        return rough.domain
+    points = math.ceil(rough.side)
+    if rough.domain is not None:
+        raise ValueError(
+            f"domain must be a whole number of a0, got {rough.domain:g}: give {points}"
+        )
+    return float(next_fast_len(points))
 
 
 def _of_crystal(known: Callable[[str], float], symbol: str, instead: str) -> float:

@@ -7,7 +7,7 @@ and take any consistent system of units.
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import exprel, hyp2f1
+from scipy.special import hyp2f1
 
 from ase_roughcontact.checks import (
     FloatArray,
@@ -15,7 +15,11 @@ from ase_roughcontact.checks import (
     nonnegative_array,
     positive_array,
 )
-from ase_roughcontact.theory.roughness import hurst_exponent
+from ase_roughcontact.theory.roughness import (
+    hurst_exponent,
+    spectral_moment,
+    wavelength_ratios,
+)
 
 #: kappa of hard walls in the continuum limit: S. Hyun et al., Phys. Rev. E 70, 026117
 #: (2004); N. Prodanov, W. B. Dapp, M. H. Müser, Tribol. Lett. 53, 433 (2014).
@@ -66,10 +70,13 @@ def compliant_kappa(
     short_wavelength: ArrayLike,
     long_wavelength: ArrayLike = np.inf,
     kappa_hard: ArrayLike = KAPPA_HARD,
+    *,
+    longest_wavelength: ArrayLike | None = None,
 ) -> FloatArray:
     """First estimate of kappa for a wall of finite stiffness.
 
-    kappa = kappa_hard [<q^2 C>/<q^2 C/(1 + E* q/2k)^2>]^(1/2), C ~ q^(-2-2H).
+    kappa = kappa_hard [<q^2 C>/<q^2 C/(1 + E* q/2k)^2>]^(1/2), C ~ q^(-2-2H) between
+    lambda_s and lambda_L, and constant from there to lambda_max.
 
     Parameters
     ----------
@@ -80,9 +87,12 @@ def compliant_kappa(
     hurst : array_like
         H, between 0 and 1.
     short_wavelength, long_wavelength : array_like
-        Ends lambda_s and lambda_L of the spectrum, lengths; lambda_L may be infinite.
+        Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
+        infinite.
     kappa_hard : array_like
         kappa of the hard wall, dimensionless.
+    longest_wavelength : array_like, optional
+        lambda_max of the roll-off, length. Default: no roll-off.
 
     Returns
     -------
@@ -92,13 +102,14 @@ def compliant_kappa(
     Raises
     ------
     ValueError
-        If an argument is not finite or out of range, or lambda_L <= lambda_s.
+        If an argument is not finite or out of range, lambda_L <= lambda_s, or
+        lambda_max < lambda_L.
 
     Notes
     -----
     The wall in series with the half space turns E* q/2 into 1/(2/(E* q) + 1/k), which
-    lowers the rms pressure at full contact. The averages follow, with mu = 2 - 2H
-    and b = E*/2k, from
+    lowers the rms pressure at full contact. The averages follow, with mu = 2 - 2H,
+    mu = 4 for the roll-off, and b = E*/2k, from
 
     int q^(mu-1)/(1 + b q)^2 dq = (q^mu/mu) 2F1(2, mu; mu + 1; -b q).
 
@@ -108,23 +119,25 @@ def compliant_kappa(
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
     """
     modulus = positive_array("contact_modulus", contact_modulus)
-    length = modulus / (2 * positive_array("wall_stiffness", wall_stiffness))
     hard = positive_array("kappa_hard", kappa_hard)
+    stiffness = positive_array("wall_stiffness", wall_stiffness)
     short = positive_array("short_wavelength", short_wavelength)
-    long = np.asarray(long_wavelength, dtype=float)
-    if not np.all(long > short):
-        raise ValueError(
-            "long_wavelength must exceed short_wavelength "
-            f"{short_wavelength!r}, got {long_wavelength!r}"
-        )
+    band = short_wavelength, long_wavelength, longest_wavelength
+    rho, r = wavelength_ratios(*band)
+    softness = np.pi * modulus / (stiffness * short)
     mu = 2 - 2 * hurst_exponent(hurst)
 
-    low, high = 2 * np.pi / long, 2 * np.pi / short
-    rigid = high**mu - low**mu
-    compliant = high**mu * hyp2f1(2, mu, mu + 1, -length * high)
-    compliant -= low**mu * hyp2f1(2, mu, mu + 1, -length * low)
-    kappa: FloatArray = hard * np.sqrt(rigid / compliant)
-    return kappa
+    # In units of 2 pi/lambda_s: the self-affine range, and the roll-off.
+    knee, end = softness * rho, softness * rho * r
+    compliant = _compliant(mu, softness) - rho**mu * _compliant(mu, knee)
+    compliant += rho**mu * (_compliant(4.0, knee) - r**4 * _compliant(4.0, end))
+    return hard * np.sqrt(spectral_moment(2, hurst, *band) / compliant)
+
+
+def _compliant(mu: FloatArray | float, softness: FloatArray) -> FloatArray:
+    """Integral of x^(mu-1)/(1 + b x)^2 up to 1."""
+    integral: FloatArray = hyp2f1(2, mu, mu + 1, -softness) / mu
+    return integral
 
 
 def inverse_kappa_attractive(
@@ -206,7 +219,7 @@ def inverse_kappa_adhesive(
 
 
 def sticks(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
-    """Whether rough flats adhere macroscopically, 1/kappa_adh < 0.
+    """Whether rough flats adhere macroscopically, 1/kappa_adh <= 0.
 
     Parameters
     ----------
@@ -227,7 +240,7 @@ def sticks(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
     ----------
     L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
     """
-    return finite_array("inverse_kappa_adhesive", inverse_kappa_adhesive) < 0
+    return finite_array("inverse_kappa_adhesive", inverse_kappa_adhesive) <= 0
 
 
 def flattening_energy(
@@ -236,11 +249,14 @@ def flattening_energy(
     hurst: ArrayLike,
     short_wavelength: ArrayLike,
     long_wavelength: ArrayLike,
+    longest_wavelength: ArrayLike | None = None,
 ) -> FloatArray:
     """Elastic energy per area of rough flats in full contact, (E*/4) <q h^2>.
 
     Adhesion of more than this work pulls the surfaces flat, and what is left of it acts
-    between them as if they were smooth.
+    between them as if they were smooth. With the moments M of `spectral_moment`
+
+    U = (E*/4) h'^2 (lambda_s/2 pi) M_1/M_2.
 
     Parameters
     ----------
@@ -251,7 +267,9 @@ def flattening_energy(
     hurst : array_like
         H, between 0 and 1.
     short_wavelength, long_wavelength : array_like
-        Ends lambda_s and lambda_L of the spectrum, lengths.
+        Ends lambda_s and lambda_L of the self-affine range, lengths.
+    longest_wavelength : array_like, optional
+        lambda_max of the roll-off, length. Default: no roll-off.
 
     Returns
     -------
@@ -261,7 +279,8 @@ def flattening_energy(
     Raises
     ------
     ValueError
-        If an argument is not finite or out of range, or lambda_L <= lambda_s.
+        If an argument is not finite or out of range, lambda_L <= lambda_s, or
+        lambda_max < lambda_L.
 
     References
     ----------
@@ -270,15 +289,7 @@ def flattening_energy(
     slope = positive_array("rms_slope", rms_slope)
     modulus = positive_array("contact_modulus", contact_modulus)
     short = positive_array("short_wavelength", short_wavelength)
-    long = positive_array("long_wavelength", long_wavelength)
-    if not np.all(long > short):
-        raise ValueError(
-            "long_wavelength must exceed short_wavelength "
-            f"{short_wavelength!r}, got {long_wavelength!r}"
-        )
-    mu = 2 - 2 * hurst_exponent(hurst)
-    # Integrals of q^(mu - 2) and q^(mu - 1), over that power of the upper end.
-    span = np.log(long / short)
-    ratio = exprel((1 - mu) * span) / exprel(-mu * span)
-    energy: FloatArray = modulus * slope**2 / 4 * short / (2 * np.pi) * ratio
-    return energy
+    positive_array("long_wavelength", long_wavelength)
+    band = hurst, short_wavelength, long_wavelength, longest_wavelength
+    ratio = spectral_moment(1, *band) / spectral_moment(2, *band)
+    return modulus * slope**2 / 4 * short / (2 * np.pi) * ratio

@@ -73,7 +73,7 @@ class Regime:
     maugis_parameter: float | None = _number("Maugis' parameter (DMT < 0.1, JKR > 5)")
     pull_off_force: float | None = _number("pull-off force")
     effective_work_of_adhesion: float | None = _number("effective work of adhesion")
-    inverse_kappa: float | None = _number("1/kappa (rough flats stick < 0)")
+    inverse_kappa: float | None = _number("1/kappa (rough flats stick <= 0)")
     rough_pressure: float | None = _number("pressure p_rough between rough flats")
     asperity_radius: float | None = _number("radius rho of the first asperity")
     first_contact_radius: float | None = _number("its distance a' from the axis")

@@ -14,6 +14,7 @@ from ase_roughcontact.theory.kappa import (
     inverse_kappa_adhesive,
     inverse_kappa_attractive,
     mean_contact_pressure,
+    sticks,
 )
 from ase_roughcontact.theory.rough import crossover_load, predicted_area
 from ase_roughcontact.theory.roughness import (
@@ -25,7 +26,10 @@ from ase_roughcontact.theory.smooth import SmoothContact, smooth_contact
 
 
 class Roughness(Protocol):
-    """Self-affine roughness, such as `ase_roughcontact.SelfAffine`."""
+    """Self-affine roughness, such as `ase_roughcontact.SelfAffine`.
+
+    A `longest_wavelength` that it has is that of its roll-off, a length or None.
+    """
 
     @property
     def rms_slope(self) -> float:
@@ -112,7 +116,7 @@ class RoughSphereTheory:
     @property
     def sticky(self) -> bool:
         """Whether rough flats adhere macroscopically."""
-        return self.inverse_kappa <= 0
+        return bool(sticks(self.inverse_kappa))
 
     @property
     def kappa(self) -> float:
@@ -173,6 +177,7 @@ class RoughSphereTheory:
             rough.hurst,
             rough.short_wavelength,
             rough.long_wavelength,
+            getattr(rough, "longest_wavelength", None),
         )
         return max(self.work_of_adhesion - float(cost), 0.0)
 

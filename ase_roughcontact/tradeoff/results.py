@@ -24,8 +24,6 @@ class Choice:
         Key of ``[solver]``; None is the default one.
     fmax : float or None
         Key of ``[solver]``, in place of the accuracy.
-    precision : str
-        Of the transforms: option `fft` of `RoughContact`, no key of a scene.
     cutoff : float or None
         Key of ``[interaction]``, for a full wall.
     """
@@ -33,7 +31,6 @@ class Choice:
     accuracy: float | str
     optimizer: str | None = None
     fmax: float | None = None
-    precision: str = "float64"
     cutoff: float | None = None
 
     def __str__(self) -> str:
@@ -43,7 +40,6 @@ class Choice:
         if self.fmax is not None:
             told = [f"fmax {self.fmax:.3g}"]
         told += [self.optimizer] if self.optimizer else []
-        told += [self.precision] if self.precision != "float64" else []
         told += [f"cutoff {self.cutoff:g}"] if self.cutoff is not None else []
         return ", ".join(told)
 
@@ -134,23 +130,15 @@ class Tradeoff:
 
     @property
     def best(self) -> Trial | None:
-        """Cheapest trial that promises the error and safely keeps to it, or None.
-
-        It is one in double precision: a scene can't ask for others.
-        """
+        """Cheapest trial that promises the error and safely keeps to it, or None."""
         good = [
             trial
-            for trial in self._eligible
+            for trial in self.trials
             if trial.choice.promise <= self.wanted
             and trial.error + self.reference_error <= SAFE * self.wanted
         ]
         # transforms in place of seconds, which other work on the machine disturbs
         return min(good, key=lambda trial: trial.work, default=None)
-
-    @property
-    def _eligible(self) -> list[Trial]:
-        """Trials that a scene file can ask for."""
-        return [t for t in self.trials if t.choice.precision == "float64"]
 
     def __str__(self) -> str:
         """Tell the table and the recommendation."""
@@ -181,7 +169,7 @@ class Tradeoff:
 
     @property
     def _refusal(self) -> str:
-        least = min(self._eligible, key=lambda trial: trial.error)
+        least = min(self.trials, key=lambda trial: trial.error)
         return (
             f"No setting that was tried is safe for an error of {self.wanted:g}: its "
             f"accuracy must promise that, and {SAFE:g} of it be kept to on these "

@@ -9,7 +9,6 @@ from dataclasses import replace
 import numpy as np
 
 from ase_roughcontact.checks import integer, positive
-from ase_roughcontact.loading import load_path
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.tradeoff.results import SAFE, Choice, Tradeoff, Trial
@@ -19,6 +18,8 @@ _TRIED = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
 _REFERENCE, _NEARLY = 1e-10, 1e-9
 # Least error that the reference can tell from its own.
 _LEAST_ASKED = 10.0 * _REFERENCE
+# How much better than the error that is asked for a reference must be.
+_FAR_BETTER = 10.0
 # Cutoffs of a full wall that are tried, and that of the reference, in units of r0.
 _CUTOFFS, _FAR = (3.0, 5.0, 10.0, 20.0), 30.0
 # Accuracy when the cutoff is what is tried.
@@ -57,30 +58,59 @@ def tradeoff(
     ValueError
         If a number is not what it should be, or the scene is wrong.
     RuntimeError
-        If the reference does not converge.
+        If the reference gets stuck before it is ten times better than `error`.
 
     Notes
     -----
     The steps are taken one after the other, without most of those between: with strong
     adhesion that may lead to other states than the whole path. Steps that are not tried
     may make larger errors: a setting is recommended if its accuracy promises what is
-    asked for, and what was measured is below 0.3 of that. Single precision is told, but
-    not recommended: it is no key of a scene.
+    asked for, and what was measured is below 0.3 of that.
     """
     positive(error=error)
     integer("steps", steps, 1)
     positive(seconds=seconds)
-    varies = scene.interaction.kind == "full" and scene.interaction.cutoff is None
-    reference = Choice(_REFERENCE, cutoff=_FAR if varies else None)
+    reference = Choice(_REFERENCE, cutoff=_FAR if _varies(scene) else None)
     targets, left_out = _targets(_with(scene, reference), steps, seconds)
 
     truth = _relaxed(scene, reference, targets)
-    failed = [record.message for record in truth if not record.converged]
-    if failed:
+    reached = _reached(truth, error)
+    nearly = replace(reference, accuracy=max(_NEARLY, 10.0 * reached))
+    beside = _errors(scene, _relaxed(scene, nearly, targets), truth)
+    unit, name = {"load": (NANONEWTON, "nN")}.get(scene.path.control, (1.0, "Å"))
+    return Tradeoff(
+        wanted=error,
+        steps=tuple(f"{target / unit:.4g} {name}" for target in targets),
+        left_out=left_out,
+        trials=tuple(_trials(scene, error, targets, truth)),
+        reference_error=max(reached, *beside[:2]),
+    )
+
+
+def _reached(truth: list[LoadStep], error: float) -> float:
+    """Return the accuracy at which the reference got stuck; zero if it did not."""
+    stalled = [record for record in truth if not record.converged]
+    left = [_REFERENCE * record.max_force / record.tolerance for record in stalled]
+    reached = max(left, default=0.0)
+    if reached > error / _FAR_BETTER:
+        worst = stalled[left.index(reached)]
         raise RuntimeError(
-            f"the reference, accuracy {_REFERENCE:g}, does not converge: {failed[0]}"
+            f"no reference is {_FAR_BETTER:g} times better than an error of {error:g}: "
+            f"the best one stops at {reached:.1e}, in step {worst.step} of those "
+            f"tried: {worst.message} (forces in eV/Å)"
         )
-    nearly = _relaxed(scene, replace(reference, accuracy=_NEARLY), targets)
+    return reached
+
+
+def _varies(scene: Scene) -> bool:
+    """Whether the wall has a cutoff to choose."""
+    return scene.interaction.kind == "full" and scene.interaction.cutoff is None
+
+
+def _trials(
+    scene: Scene, error: float, targets: list[float], truth: list[LoadStep]
+) -> list[Trial]:
+    """Try the scene as it is, then cutoffs where they vary, then accuracies."""
 
     def tried(choices: Iterable[Choice]) -> list[Trial]:
         return [_trial(scene, choice, targets, truth) for choice in choices]
@@ -88,23 +118,14 @@ def tradeoff(
     solver = scene.solver
     trials = tried([Choice(solver.accuracy, solver.optimizer, solver.fmax)])
     cutoff = None
-    if varies:
+    if _varies(scene):
         walls = tried(Choice(_TIGHT, cutoff=cutoff) for cutoff in _CUTOFFS)
         good = [wall.choice.cutoff for wall in walls if wall.error <= SAFE * error]
         cutoff = good[0] if good else _CUTOFFS[-1]
         trials += walls
     asked = {error} if 1.0 > error >= _LEAST_ASKED else set()
     accuracies = sorted({*_TRIED, *asked}, reverse=True)
-    trials += tried(Choice(accuracy, cutoff=cutoff) for accuracy in accuracies)
-    trials += tried([Choice(1e-2, precision="float32", cutoff=cutoff)])
-    unit, name = {"load": (NANONEWTON, "nN")}.get(scene.path.control, (1.0, "Å"))
-    return Tradeoff(
-        wanted=error,
-        steps=tuple(f"{target / unit:.4g} {name}" for target in targets),
-        left_out=left_out,
-        trials=tuple(trials),
-        reference_error=max(_errors(scene, nearly, truth)[:2]),
-    )
+    return trials + tried(Choice(accuracy, cutoff=cutoff) for accuracy in accuracies)
 
 
 def _targets(scene: Scene, steps: int, seconds: float) -> tuple[list[float], int]:
@@ -145,21 +166,7 @@ def _some(count: int, wanted: int) -> list[int]:
 
 def _relaxed(scene: Scene, choice: Choice, targets: list[float]) -> list[LoadStep]:
     """Relax some steps of the scene with the settings of a choice."""
-    chosen = _with(scene, choice)
-    atoms = chosen.atoms()
-    atoms.calc.set(fft={"dtype": choice.precision})
-    path = {f"{scene.path.control}s": targets}
-    return list(
-        load_path(
-            atoms,
-            optimizer=chosen.optimizer,
-            fmax=chosen.fmax,
-            accuracy=choice.accuracy,
-            max_steps=scene.solver.max_steps,
-            window="fixed" if scene.shape else "auto",
-            **path,  # type: ignore[arg-type]
-        )
-    )
+    return list(_with(scene, choice).relax(targets))
 
 
 def _trial(

@@ -1,94 +1,23 @@
-"""Interaction between the surfaces: energy, pressure and stiffness of a gap.
-
-An interaction is an energy per area ``V(g)`` of the local gap ``g`` between the
-rigid indenter and an atom of the substrate. From it follow
-
-::
-
-    pressure   p(g) = -V'(g)     positive in compression (repulsion)
-    stiffness  k(g) =  V''(g)
-
-Everything here is free of units: any consistent set of them will do.
-"""
+"""The 9-3 Lennard-Jones wall: repulsive, with a smooth tail, or with its own."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 
 from ase_roughcontact.checks import nonnegative, positive
+from ase_roughcontact.interactions.base import Interaction, Profile
+from ase_roughcontact.interactions.forms import (
+    continued,
+    nine_three,
+    smooth_tail,
+    switched_off,
+)
 
 # Gaps that are evaluated at once: few enough for the cache.
 _CHUNK = 1 << 13
-
-Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
-
-
-class Interaction(ABC):
-    """What a wall has to know: a function of the gap, and its range.
-
-    A potential of your own needs the three attributes and `evaluate`; with attributes
-    that are not numbers or strings also `todict`.
-
-    Attributes
-    ----------
-    cutoff : float
-        Gap beyond which energy, pressure and stiffness are all zero.
-    contact_distance : float
-        Gap below which the wall repels; an atom closer than this is in contact.
-    attractive : bool
-        Whether the wall pulls at any gap.
-    """
-
-    cutoff: float
-    contact_distance: float
-    attractive: bool
-
-    @abstractmethod
-    def evaluate(self, gap: np.ndarray) -> Profile:
-        """Energy, pressure and stiffness at the given gaps.
-
-        Parameters
-        ----------
-        gap : ndarray, any shape
-            Local gaps (length), also negative ones.
-
-        Returns
-        -------
-        energy, pressure, stiffness : ndarray, shape of `gap`
-            ``V`` (energy per area), ``-V'`` (pressure) and ``V''`` (pressure per
-            length).
-        """
-
-    def todict(self) -> dict:
-        """Parameters as plain numbers and strings."""
-        return {"kind": type(self).__name__, **vars(self)}
-
-
-@dataclass(frozen=True)
-class HardWall(Interaction):
-    """Impenetrable wall: ``g >= 0, p >= 0, g p = 0``.
-
-    Its pressure is a reaction, not a function of the gap: where the gap is open it
-    is zero, and where the atoms overlap energy, pressure and stiffness are infinite.
-    Only a solver that knows the constraint can relax it.
-    """
-
-    cutoff = 0.0
-    contact_distance = 0.0
-    attractive = False
-
-    def evaluate(self, gap: np.ndarray) -> Profile:
-        """Zero at every allowed gap, infinite at a negative one."""
-        wall = np.where(np.asarray(gap, dtype=float) < 0.0, np.inf, 0.0)
-        return wall, wall.copy(), wall.copy()
-
-    def todict(self) -> dict:
-        """Parameters as plain numbers and strings."""
-        return {"kind": "hard"}
 
 
 @dataclass(frozen=True)
@@ -351,7 +280,7 @@ class LennardJones93(Interaction):
     @property
     def attractive(self) -> bool:  # type: ignore[override]
         """Whether there is a tail that pulls."""
-        return self.tail != "none"
+        return self.work_of_adhesion > 0.0
 
     @property
     def attraction_range(self) -> float:
@@ -383,85 +312,27 @@ class LennardJones93(Interaction):
         """Parameters as plain numbers and strings."""
         return {"kind": "lennard-jones-9-3", **vars(self)}
 
-    @property
-    def _depth(self) -> float:
-        return self.stiffness * self.distance**2 / 27.0
-
-    def _evaluate(self, gap: np.ndarray) -> Profile:
-        """Evaluate a list of gaps that fits into the cache."""
-        energy, pressure, stiffness = self._branch(np.maximum(gap, self.core))
+    def _evaluate(self, gap: np.ndarray) -> np.ndarray:
+        """Rows of `evaluate` at a list of gaps that fits into the cache."""
+        depth = self.stiffness * self.distance**2 / 27.0
+        rows = nine_three(np.maximum(gap, self.core), self.distance, depth)
         if self.tail == "full":
-            energy -= self._depth
-            self._switch_off(gap, energy, pressure, stiffness)
+            rows[0] -= depth
+            far = np.flatnonzero(gap > self.onset)
+            rows[:, far] = switched_off(
+                rows[:, far], gap[far] - self.onset, self.cutoff - self.onset
+            )
         else:
             # the branch reaches up to r0 and is shifted to meet the tail there
-            energy -= self.work_of_adhesion
-            self._replace_tail(gap, energy, pressure, stiffness)
-        self._continue_core(gap, energy, pressure, stiffness)
-        return energy, pressure, stiffness
-
-    def _branch(self, gap: np.ndarray) -> Profile:
-        """Energy above the minimum, pressure and stiffness of the 9-3 form."""
-        inverse = self.distance / gap
-        cube = inverse * inverse * inverse
-        ninth = cube * cube * cube
-        half = 0.5 * self._depth
-        scale = half / self.distance
-        return (
-            half * (cube - 1.0) ** 2 * (cube + 2.0),  # no difference near the minimum
-            9.0 * scale * (ninth - cube) * inverse,
-            scale / self.distance * (90.0 * ninth - 36.0 * cube) * inverse**2,
-        )
-
-    def _replace_tail(
-        self,
-        gap: np.ndarray,
-        energy: np.ndarray,
-        pressure: np.ndarray,
-        stiffness: np.ndarray,
-    ) -> None:
-        beyond = gap >= self.distance
-        reach = self.attraction_range
-        if reach == 0.0:
-            energy[beyond] = pressure[beyond] = stiffness[beyond] = 0.0
-            return
-        x = np.minimum((gap[beyond] - self.distance) / reach, 1.0)
-        left = 1.0 - x
-        k = self.stiffness
-        # integral of -p from x to the end of the tail, w = k D^2/12
-        energy[beyond] = -self.work_of_adhesion * left**3 * (1.0 + 3.0 * x)
-        pressure[beyond] = -k * reach * x * left**2
-        stiffness[beyond] = k * left * (1.0 - 3.0 * x)
-
-    def _switch_off(
-        self,
-        gap: np.ndarray,
-        energy: np.ndarray,
-        pressure: np.ndarray,
-        stiffness: np.ndarray,
-    ) -> None:
-        far = gap > self.onset
-        width = self.cutoff - self.onset
-        t = np.minimum((gap[far] - self.onset) / width, 1.0)
-        factor = 1.0 - t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
-        slope = -30.0 * (t * (1.0 - t)) ** 2 / width
-        bend = -60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / width**2
-        v, p, k = energy[far], pressure[far], stiffness[far]
-        energy[far] = factor * v
-        pressure[far] = factor * p - slope * v
-        stiffness[far] = factor * k - 2.0 * slope * p + bend * v
-
-    def _continue_core(
-        self,
-        gap: np.ndarray,
-        energy: np.ndarray,
-        pressure: np.ndarray,
-        stiffness: np.ndarray,
-    ) -> None:
-        inside = gap < self.core
-        if not inside.any():
-            return
-        overlap = self.core - gap[inside]
-        rise = stiffness[inside] * overlap
-        energy[inside] += overlap * (pressure[inside] + 0.5 * rise)
-        pressure[inside] += rise
+            rows[0] -= self.work_of_adhesion
+            far = np.flatnonzero(gap >= self.distance)
+            rows[:, far] = smooth_tail(
+                gap[far] - self.distance,
+                self.attraction_range,
+                self.stiffness,
+                self.work_of_adhesion,
+            )
+        inside = np.flatnonzero(gap < self.core)
+        if inside.size:
+            rows[:, inside] = continued(rows[:, inside], self.core - gap[inside])
+        return rows

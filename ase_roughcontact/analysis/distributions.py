@@ -1,0 +1,103 @@
+"""Distributions of the pressure and of the gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact.analysis.bins import rising
+from ase_roughcontact.checks import FloatArray, integer
+from ase_roughcontact.contactmap import ContactMap
+
+
+@dataclass(frozen=True, eq=False)
+class Distribution:
+    """Probability density of a quantity.
+
+    Attributes
+    ----------
+    density : ndarray, shape (k,)
+        Its integral is the part of the atoms that the bins cover, one by default
+        (inverse of the quantity's unit).
+    edges : ndarray, shape (k + 1,)
+        Of the bins.
+    """
+
+    density: FloatArray
+    edges: FloatArray
+
+    @property
+    def value(self) -> FloatArray:
+        """Middles of the bins, shape (k,)."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+
+def pressure_distribution(
+    contact_map: ContactMap, bins: int | ArrayLike = 50
+) -> Distribution:
+    """Distribution of the pressure on the atoms in contact.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+        The contact.
+    bins : int or array_like
+        Number of bins between the least and the largest value, or their edges, rising
+        (eV/Å^3).
+
+    Returns
+    -------
+    Distribution
+
+    Raises
+    ------
+    ValueError
+        If no atom is in contact, or the bins are not what they should be.
+    """
+    values = contact_map.pressure[contact_map.contact]
+    return _distribution(values, bins, "no atom is in contact")
+
+
+def gap_distribution(
+    contact_map: ContactMap, bins: int | ArrayLike = 50
+) -> Distribution:
+    """Distribution of the gap over the atoms that are not in contact.
+
+    The gap of an atom in contact is zero under a hard wall, and a function of its
+    pressure under a soft one.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+        With the gap.
+    bins : int or array_like
+        Number of bins between the least and the largest value, or their edges, rising
+        (Å).
+
+    Returns
+    -------
+    Distribution
+
+    Raises
+    ------
+    ValueError
+        If the map has no gap, all atoms are in contact, or the bins are not what they
+        should be.
+    """
+    if contact_map.gap is None:
+        raise ValueError(
+            "the map has no gap: make it with ContactMap.from_atoms(atoms) or "
+            "from_frame(frame, indenter=...)"
+        )
+    values = contact_map.gap[~contact_map.contact & ~np.isnan(contact_map.gap)]
+    return _distribution(values, bins, "all atoms are in contact")
+
+
+def _distribution(values: np.ndarray, bins: int | ArrayLike, none: str) -> Distribution:
+    if not len(values):
+        raise ValueError(f"there is nothing to distribute: {none}")
+    edges = integer("bins", bins, 1) if np.ndim(bins) == 0 else rising(bins)
+    counts, edges = np.histogram(values, edges)
+    return Distribution(counts / len(values) / np.diff(edges), edges)

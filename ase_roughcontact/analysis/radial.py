@@ -1,0 +1,117 @@
+"""Averages over rings around the indenter's axis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact.analysis.bins import rising
+from ase_roughcontact.checks import FloatArray, integer, nonnegative_array
+from ase_roughcontact.contactmap import ContactMap
+
+
+@dataclass(frozen=True, eq=False)
+class RadialAverage:
+    """Averages over rings around the indenter's axis, each an array of shape (k,).
+
+    Attributes
+    ----------
+    radius : ndarray
+        Mean distance of the ring's sites from the axis (Å).
+    pressure, contact_pressure : ndarray
+        Mean over all sites and over atoms in contact; nan where there are none
+        (eV/Å^3).
+    sites, contacts : ndarray of int
+        Number of sites, and of atoms in contact.
+    """
+
+    radius: FloatArray
+    pressure: FloatArray
+    contact_pressure: FloatArray
+    sites: np.ndarray
+    contacts: np.ndarray
+
+
+def radial_average(
+    contact_map: ContactMap, bins: int | ArrayLike | None = None
+) -> RadialAverage:
+    """Average the pressure over rings, p(r) of all sites and p_c(r) of contacts.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+        The contact.
+    bins : int or array_like, optional
+        Number of rings up to the farthest site of the map, or their edges, rising
+        from r >= 0 (Å). By default rings one spacing wide, between half-integer
+        multiples of it, the first one the disc of half a spacing.
+
+    Returns
+    -------
+    RadialAverage
+
+    Raises
+    ------
+    ValueError
+        If the bins are not what they should be.
+
+    Notes
+    -----
+    The sites beyond the map of a free half space carry no pressure. They are counted,
+    so that a small map around a contact far off the axis gives the same average as a
+    large one. In a periodic cell a site belongs to the nearest image of the axis, and
+    rings wider than the cell are what of them is in it.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), fig. 1.
+    """
+    distance, mask = contact_map.distance, contact_map.contact
+    edges = _ring_edges(bins, float(distance.max()), contact_map.spacing)
+    every = distance if contact_map.periodic else _distances(contact_map, edges[-1])
+    sites = np.histogram(every, edges)[0]
+    contacts = np.histogram(distance[mask], edges)[0]
+
+    def total(places: FloatArray, values: FloatArray) -> FloatArray:
+        return np.histogram(places, edges, weights=values)[0]
+
+    pressure = contact_map.pressure
+    return RadialAverage(
+        radius=_mean(total(every, every), sites),
+        pressure=_mean(total(distance, pressure), sites),
+        contact_pressure=_mean(total(distance[mask], pressure[mask]), contacts),
+        sites=sites,
+        contacts=contacts,
+    )
+
+
+def _ring_edges(
+    bins: int | ArrayLike | None, farthest: float, spacing: float
+) -> FloatArray:
+    if bins is None:
+        rings = int(np.ceil(farthest / spacing + 0.5))
+        return spacing * np.append(0.0, np.arange(rings) + 0.5)
+    if np.ndim(bins) == 0:
+        # a lone atom on the axis has a ring of one spacing
+        return np.linspace(0.0, farthest or spacing, integer("bins", bins, 1) + 1)
+    return nonnegative_array("bins", rising(bins))
+
+
+def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
+    """Distances from the axis of all sites of the endless lattice up to one."""
+    a0 = contact_map.spacing
+    x, y = (
+        start
+        + a0
+        * np.arange(np.ceil((-farthest - start) / a0) - 1, (farthest - start) / a0 + 2)
+        for start in contact_map.origin
+    )
+    distance = np.hypot(x[:, None], y)
+    return distance[distance <= farthest]
+
+
+def _mean(total: FloatArray, count: np.ndarray) -> FloatArray:
+    """Ratio, nan where there is nothing."""
+    return np.divide(total, count, where=count > 0, out=np.full(total.shape, np.nan))
