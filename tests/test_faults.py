@@ -186,7 +186,7 @@ def test_an_interrupted_sweep_says_that_it_goes_on(file, folder, undisturbed, co
         process.send_signal(signal.SIGINT)
         _, told = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert told.startswith("stopped; what was calculated is kept")
+    assert told.strip().startswith("stopped; what was calculated is kept")
     assert_whole(folder, undisturbed, kept(folder))
 
 
