@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 import os
 
-# Measured at the peak of a step, above the base, for an atom: 480 to 760 bytes in
-# windows of 270 x 270 and 360 x 360 without a margin, 550 of 2500 x 2400, 500 to 560
-# where it is periodic, and 1190 to 1360 of 256 x 256 and 512 x 512 with its margin.
-_PER_ATOM = 560
-_PER_ATOM_IN_MARGIN = 1200
+# Measured at the peak of a step, above the base, for an atom: 320 to 430 bytes in
+# periodic windows of 512 x 512, 430 to 460 in free ones of 2500 x 2400, and 1010 to 1090
+# of 512 x 512 with its margin.
+_PER_ATOM = 470
+_PER_ATOM_IN_MARGIN = 1050
 # The matrix, its factor, and one on the way.
 _PER_PAIR_OF_SITES = 24
 # Heights and waves of a roughness, while they are made, and as they are kept.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
 # Python and its libraries: 116 MB were measured.
-_BASE = 140e6
+_BASE = 130e6
 
 
 def memory_of(
@@ -37,7 +37,7 @@ def memory_of(
     -------
     float
         Estimate, between 3/4 and 4/3 of the largest resident size of a fresh process:
-        0.95 to 1.31 of it in windows of 216 x 216 to 512 x 512 atoms, with every kind
+        0.97 to 1.26 of it in windows of 216 x 216 to 512 x 512 atoms, with every kind
         of wall and boundary, smooth and rough. Measured maps, and what else the
         process holds, come on top.
     """
