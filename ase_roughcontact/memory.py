@@ -6,8 +6,8 @@ import math
 import os
 
 # Measured at the peak of a step, above the base, for an atom: 320 to 430 bytes in
-# periodic windows of 512 x 512, 430 to 460 in free ones of 2500 x 2400, and 1010 to 1090
-# of 512 x 512 with its margin.
+# periodic windows of 512 x 512, 430 to 460 in free ones of 2500 x 2400, and 1010 to
+# 1090 of 512 x 512 with its margin.
 _PER_ATOM = 470
 _PER_ATOM_IN_MARGIN = 1050
 # The matrix, its factor, and one on the way.
