@@ -36,7 +36,7 @@ def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
     text = capsys.readouterr().out
     assert "Eq. (4)" in text
-    assert f"ase gui {out / 'view.traj'}" in text
+    assert f"ase gui -R=-60x {out / 'view.traj'}" in text
 
 
 def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(

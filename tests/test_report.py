@@ -13,6 +13,7 @@ from ase_roughcontact.report import (
     largest_tension,
     row,
     time_left,
+    touching_height,
     write_view,
 )
 from ase_roughcontact.report.laws import laws_of
@@ -251,3 +252,11 @@ def test_loads_that_only_press_need_no_picture_of_the_force(tmp_path):
         "curve.png",
         "contact.png",
     ]
+
+
+def test_a_path_of_heights_tells_where_the_sphere_touches(sticky):
+    scene, _, records, _ = sticky
+    assert touching_height(scene, records) == ""
+    scene = replace(scene, path=replace(scene.path, control="height"))
+    touched = next(r.height for r in records if r.penetration == 0.0)
+    assert touching_height(scene, records).endswith(f"at a height of {touched:.4g} Å.")

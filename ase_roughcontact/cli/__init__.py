@@ -134,8 +134,12 @@ def _show(scene: Scene, records: list[LoadStep], folder: Path, talks: bool) -> N
     pictures = report.draw(scene, laws, records, folder)
     report.write_view(scene, folder)
     if talks:
-        tension = report.largest_tension(laws, records)
-        print(report.farewell(folder, pictures, tension), flush=True)
+        remarks = (
+            report.touching_height(scene, records),
+            report.largest_tension(laws, records),
+        )
+        told = "\n".join(filter(None, remarks))
+        print(report.farewell(folder, pictures, told), flush=True)
 
 
 def _figure(options: argparse.Namespace) -> int:

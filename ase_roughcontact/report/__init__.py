@@ -7,6 +7,7 @@ from ase_roughcontact.report.text import (
     largest_tension,
     row,
     time_left,
+    touching_height,
 )
 
 __all__ = [
@@ -16,5 +17,6 @@ __all__ = [
     "largest_tension",
     "row",
     "time_left",
+    "touching_height",
     "write_view",
 ]

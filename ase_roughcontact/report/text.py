@@ -127,7 +127,7 @@ def time_left(
     return float(spent * (costs[-1] - costs[done]) / (costs[done] - costs[kept]))
 
 
-def farewell(folder: Path, pictures: Sequence[str], tension: str = "") -> str:
+def farewell(folder: Path, pictures: Sequence[str], remarks: str = "") -> str:
     """Return where the results are, and how to look at them.
 
     Parameters
@@ -135,14 +135,14 @@ def farewell(folder: Path, pictures: Sequence[str], tension: str = "") -> str:
     folder : path
     pictures : sequence of str
         Names of files.
-    tension : str
-        What to tell of the largest tension.
+    remarks : str
+        What to tell before.
 
     Returns
     -------
     str
     """
-    lines = ["", *([tension] if tension else []), f"Results are in {folder}:"]
+    lines = ["", *([remarks] if remarks else []), f"Results are in {folder}:"]
     lines += [f"  {folder / name}" for name in pictures]
     if not pictures:
         lines.append(
@@ -153,11 +153,29 @@ def farewell(folder: Path, pictures: Sequence[str], tension: str = "") -> str:
         f"  {folder / 'curve.csv'}",
         f"  {folder / 'sweep.traj'}, all atoms",
         f"  {folder / 'view.traj'}, to look at:",
-        f"    ase gui {folder / 'view.traj'}",
+        f"    ase gui -R=-60x {folder / 'view.traj'}",
         "In the window of ase gui choose View > Colors > By tag (1: contact) or",
         "By initial charge (pressure in GPa), and step through the frames.",
     ]
     return "\n".join(lines)
+
+
+def touching_height(scene: Scene, records: Sequence[LoadStep]) -> str:
+    """Return a line on the height at which a path of heights touches, else nothing.
+
+    Parameters
+    ----------
+    scene : Scene
+    records : sequence of LoadStep
+
+    Returns
+    -------
+    str
+    """
+    if scene.path.control != "height" or not records:
+        return ""
+    first = records[0].height + records[0].penetration
+    return f"The sphere touches the flat surface at a height of {first:.4g} Å."
 
 
 def largest_tension(laws: Laws, records: Sequence[LoadStep]) -> str:
