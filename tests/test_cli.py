@@ -39,6 +39,14 @@ def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
     assert f"ase gui -R=-60x {out / 'view.traj'}" in text
 
 
+def test_verbose_run_tells_how_each_step_was_obtained(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out, "--verbose"]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "pairs" in line]
+    assert len(told) == 2
+    assert all("iterations" in line and "window" in line for line in told)
+
+
 def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(
     tmp_path, capsys
 ):

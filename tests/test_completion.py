@@ -19,7 +19,10 @@ COMMANDS = ["completion", "ensemble", "figure", "plan", "run", "scene", "tradeof
         ("ase-roughcontact ", COMMANDS),
         ("ase-roughcontact p", ["plan"]),
         ("ase-roughcontact --v", ["--version"]),
-        ("ase-roughcontact run --", ["--help", "--json", "--out", "--quiet"]),
+        (
+            "ase-roughcontact run --",
+            ["--help", "--json", "--out", "--quiet", "--verbose"],
+        ),
         ("ase-roughcontact run my.toml --o", ["--out"]),
         ("ase-roughcontact tradeoff --e", ["--error"]),
         ("ase-roughcontact run ", []),  # a file: bash knows

@@ -124,6 +124,8 @@ def _relax(
             known = len(records) <= kept
             line = report.row(scene, laws, record, total, left, known)
             print(line, flush=True)
+        if options.verbose:
+            print(report.effort(record), flush=True)
         if options.json:
             print(json_line(asdict(record), UNITS_OF_STEPS), flush=True)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 DESCRIPTION = "Contact of a rigid rough sphere with an elastic solid."
 
@@ -91,10 +92,11 @@ def make_parser() -> argparse.ArgumentParser:
             "scene", nargs="?", help="scene file (TOML); by default the built-in scene"
         )
 
-    def how_to_tell(made: argparse.ArgumentParser, line: str = "per step") -> None:
+    def how_to_tell(made: argparse.ArgumentParser, line: str = "per step") -> Any:
         how = made.add_mutually_exclusive_group()
         how.add_argument("--quiet", action="store_true", help="tell errors only")
         how.add_argument("--json", action="store_true", help=f"a line of JSON {line}")
+        return how
 
     run = command("run", "press the sphere in, plot area against load", RUN)
     scene_file(run)
@@ -105,7 +107,9 @@ def make_parser() -> argparse.ArgumentParser:
         default=Path("roughcontact-out"),
         help="folder of the results, made if it is not there (default: %(default)s)",
     )
-    how_to_tell(run)
+    how_to_tell(run).add_argument(
+        "--verbose", action="store_true", help="tell how each step was obtained"
+    )
 
     plan = command("plan", "tell windows, memory and time beforehand", PLAN)
     scene_file(plan)

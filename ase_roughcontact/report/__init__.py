@@ -2,6 +2,7 @@
 
 from ase_roughcontact.report.pictures import draw, write_view
 from ase_roughcontact.report.text import (
+    effort,
     farewell,
     heading,
     largest_tension,
@@ -12,6 +13,7 @@ from ase_roughcontact.report.text import (
 
 __all__ = [
     "draw",
+    "effort",
     "farewell",
     "heading",
     "largest_tension",

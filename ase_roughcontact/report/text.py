@@ -100,6 +100,25 @@ def row(
     )
 
 
+def effort(record: LoadStep) -> str:
+    """Return a line on how a step was obtained.
+
+    Parameters
+    ----------
+    record : LoadStep
+
+    Returns
+    -------
+    str
+    """
+    return (
+        f"          {record.iterations} iterations, {record.pairs:.0f} pairs of "
+        f"transforms; window {record.window}, grid {record.grid}, "
+        f"{record.memory / 1e9:.2g} GB; {record.max_force:.2g} of "
+        f"{record.tolerance:.2g} eV/Å left"
+    )
+
+
 def time_left(
     costs: Sequence[float] | np.ndarray, records: Sequence[LoadStep], kept: int
 ) -> float | None:
