@@ -271,7 +271,7 @@ class _Clock:
     """Time of steps, from a short measurement of this machine's transforms."""
 
     def __init__(self, halfspace: HalfSpace, wall: Interaction) -> None:
-        self.halfspace = halfspace
+        self._halfspace = halfspace
         self._pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
         if isinstance(wall, HardWall):
             self._pairs = _PAIRS_HARD
@@ -290,9 +290,9 @@ class _Clock:
 
     def _measure(self, grid: tuple[int, int]) -> float:
         """Time of a convolution (s)."""
-        periodic = self.halfspace.periodic
+        periodic = self._halfspace.periodic
         shape = grid if periodic else (grid[0] // 2, grid[1] // 2)
-        trial = self.halfspace.like(shape, self.halfspace.spacing)
+        trial = self._halfspace.like(shape, self._halfspace.spacing)
         pressure, times = np.ones(shape), []
         for _ in range(3):
             start = time.perf_counter()

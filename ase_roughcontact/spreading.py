@@ -39,7 +39,7 @@ _PIECE = 1024
 
 
 class Spreading:
-    """Refuses steps at which a contact would spread over more than the memory holds.
+    """Radius over which attraction spreads a contact, refused beyond the memory.
 
     Parameters
     ----------

@@ -272,10 +272,11 @@ class AutoWindow:
 
         From smaller windows it would fill one after the other.
         """
+        if self._spreading is None:
+            return None
         height = float(atoms.positions[-1, 2])
         touches = height <= self.first_contact if load is None else load > 0.0
-        flat = not displacement(atoms, atoms.calc.layout(atoms)).any()
-        if self._spreading is None or not (touches and flat):
+        if not touches or displacement(atoms, atoms.calc.layout(atoms)).any():
             return None
         radius = self._spreading.checked(self.wall.contact_distance - height, load)
         if not radius:
