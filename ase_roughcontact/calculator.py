@@ -13,6 +13,7 @@ from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.fourier import RealFFT2
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.layout import Layout, displacement
+from ase_roughcontact.parallel import same
 from ase_roughcontact.topography import Surface
 
 FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
@@ -295,8 +296,8 @@ class RoughContact(Calculator):
         """Return what has changed since the last calculation; quick if nothing has."""
         if self.atoms is not None and len(self.atoms) == len(atoms):
             pairs = zip(_setting(self.atoms), _setting(atoms), strict=True)
-            known = np.array_equal(self.atoms.positions, atoms.positions)
-            if known and all(np.array_equal(*pair) for pair in pairs):
+            known = same(self.atoms.positions, atoms.positions)
+            if known and all(same(*pair) for pair in pairs):
                 return []
         return super().check_state(atoms, tol)
 
@@ -321,7 +322,7 @@ class RoughContact(Calculator):
 
     def _scene(self, atoms: Atoms) -> tuple[Layout, Contact]:
         setting = _setting(atoms)
-        if self._kept is None or not all(map(np.array_equal, setting, self._kept[0])):
+        if self._kept is None or not all(map(same, setting, self._kept[0])):
             layout = Layout.of(atoms)
             copies = tuple(part.copy() for part in setting)
             self._kept = copies, (layout, self._build(layout))
@@ -340,7 +341,7 @@ class RoughContact(Calculator):
 
     def _holding(self, values: np.ndarray) -> np.ndarray | None:
         """Pressure that a solver has told, if the atoms are where they were then."""
-        if self._held is None or not np.array_equal(self._held[0], values):
+        if self._held is None or not same(self._held[0], values):
             return None
         return self._held[1]
 

@@ -25,6 +25,8 @@ import numpy as np
 
 from ase_roughcontact.halfspace import HalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction
+from ase_roughcontact.parallel import by_rows, combined
+from ase_roughcontact.recycling import empty, zeros
 
 # A hard wall's atom is in contact if its gap is below this part of the spacing, and
 # carries load if its pressure is above this part of the largest one.
@@ -144,7 +146,9 @@ class Contact:
         window = displacement[:n, :m]
         if self.halfspace.periodic:
             window = window - window.mean()
-        return height + self.heights - window
+        gap = combined([(1.0, self.heights), (-1.0, window)])
+        gap += height
+        return gap
 
     def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
         """Pressure that holds all atoms at a displacement; see `HalfSpace`.
@@ -175,10 +179,15 @@ class Contact:
         -------
         energy, pressure : ndarray, shape (n, m)
         """
-        energy = np.zeros(gap.shape)
-        pressure = np.zeros(gap.shape)
-        near = gap < self.interaction.cutoff
-        energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
+        energy, pressure = zeros(gap.shape), zeros(gap.shape)
+
+        def evaluate(rows: slice) -> None:
+            near = gap[rows] < self.interaction.cutoff
+            if near.any():
+                values = self.interaction.evaluate(gap[rows][near])
+                energy[rows][near], pressure[rows][near], _ = values
+
+        by_rows(evaluate, gap.shape)
         return energy, pressure
 
     def evaluate(
@@ -226,19 +235,27 @@ class Contact:
             elastic = self._on_layer(held)
         gap = self.gap(displacement, height)
         if isinstance(self.interaction, HardWall):
-            wall_energy = np.zeros(gap.shape)
+            wall_energy = zeros(gap.shape)
             pressure = self._reaction(gap, elastic) if held is None else held
         else:
             wall_energy, pressure = self.wall(gap)
 
         n, m = gap.shape
-        forces = elastic
-        energies = -0.5 * area * displacement * elastic
-        energies[:n, :m] += area * wall_energy
-        forces[:n, :m] -= pressure
-        if self.halfspace.periodic:
-            forces += pressure.mean()
-        forces *= area
+        forces, energies = elastic, empty(elastic.shape)
+        mean = float(pressure.mean()) if self.halfspace.periodic else 0.0
+
+        def bulk(rows: slice) -> None:
+            np.multiply(displacement[rows], elastic[rows], out=energies[rows])
+            energies[rows] *= -0.5 * area
+            forces[rows] += mean
+            forces[rows] *= area
+
+        def wall(rows: slice) -> None:
+            energies[:n, :m][rows] += area * wall_energy[rows]
+            forces[:n, :m][rows] -= area * pressure[rows]
+
+        by_rows(bulk, energies.shape)
+        by_rows(wall, gap.shape)
         return ContactState(
             energy=float(energies.sum()),
             energies=energies,
@@ -253,7 +270,7 @@ class Contact:
         """Pressure on all atoms of one on the window, without its mean if periodic."""
         if self.halfspace.periodic:
             return pressure - pressure.mean()
-        everywhere = np.zeros(self.halfspace.layer)
+        everywhere = zeros(self.halfspace.layer)
         n, m = pressure.shape
         everywhere[:n, :m] = pressure
         return everywhere

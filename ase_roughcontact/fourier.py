@@ -4,22 +4,26 @@ A `RealFFT2` transforms a grid of which only a window of leading rows and column
 not zero (before the forward transform) or wanted (after the inverse one). The row
 transforms of the other rows are skipped: for a grid padded to twice the window in each
 direction, that is a quarter of the whole work.
+
+Rows, and then columns, are transformed a few at a time, in buffers that stay in a
+processor's cache. A convolution goes forth and back along the same columns: the
+spectrum of the padded grid is never there as a whole.
 """
 
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
-from functools import partial
+from collections.abc import Callable
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 import pyfftw
 from scipy.fft import next_fast_len
 
 from ase_roughcontact.checks import grid_shape, integer
+from ase_roughcontact.parallel import available_threads, parts, together
+from ase_roughcontact.recycling import empty
 
 try:
     import ducc0
@@ -30,32 +34,11 @@ ENGINES = ("pyfftw", "ducc0")
 
 # Measuring plans is worth a moment, not more (seconds for each transform).
 _PLANNING = 1.0
-
-_THREADS: ContextVar[int] = ContextVar("threads", default=0)
-
-
-def processors() -> int:
-    """Processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
-def available_threads() -> int:
-    """Threads to use: those of `threads`, ``OMP_NUM_THREADS``, or all processors."""
-    wanted = os.environ.get("OMP_NUM_THREADS", "")
-    usual = int(wanted) if wanted.isdigit() and int(wanted) > 0 else processors()
-    return _THREADS.get() or usual
-
-
-@contextmanager
-def threads(count: int) -> Iterator[None]:
-    """Choose the number of `available_threads` for what this thread makes meanwhile."""
-    before = _THREADS.set(integer("threads", count, 1))
-    try:
-        yield
-    finally:
-        _THREADS.reset(before)
+# Numbers in a buffer of rows; columns in a buffer, as many as make up a line of the
+# cache, for so many rows of the grid.
+_BUFFER = 131072
+_LINE = 8
+_TALL = 14000
 
 
 def fast_length(least: int) -> int:
@@ -90,11 +73,11 @@ class RealFFT2:
         100 atoms' radius did not converge to a relative tolerance of 1e-4, nor one
         with a hard wall to any.
     engine : {"pyfftw", "ducc0"}, optional
-        By default ducc0 where it is installed: it needs no planning, and its threads
-        do not wait for each other on a busy machine. Else pyfftw with measured plans.
+        By default ducc0 where it is installed: it needs no planning. Else pyfftw with
+        measured plans.
     threads : int, optional
-        By default one for pyfftw and for grids below 256 x 256, else as many as
-        `available_threads` tells.
+        By default one for grids below 256 x 256, else as many as `available_threads`
+        tells.
     measure : bool
         Whether pyfftw may take up to a second to find the fastest plan; not worth it
         for a few transforms only.
@@ -137,11 +120,13 @@ class RealFFT2:
         self.measure = bool(measure)
         self.pairs = 0
 
-        rows, (height, width) = self.window[0], self.grid
-        complex_type = np.result_type(self.dtype, np.complex64)
-        self._real = pyfftw.zeros_aligned((rows, width), self.dtype)
-        self.spectrum = pyfftw.zeros_aligned((height, width // 2 + 1), complex_type)
-        self._plan_pyfftw() if self.engine == "pyfftw" else self._plan_ducc()
+        (rows, _), (height, width) = self.window, self.grid
+        few = _LINE * math.ceil(_TALL / height)
+        self._rows = parts(rows, _BUFFER // width)
+        self._columns = parts(width // 2 + 1, few)
+        make = _PyfftwLines if self.engine == "pyfftw" else _DuccLines
+        shape = self._rows[0].stop, self._columns[0].stop
+        self._lines = [make(self, *shape) for _ in range(self.threads)]
 
     def __reduce__(self) -> tuple:
         """Plans can't be pickled: make them anew."""
@@ -154,23 +139,42 @@ class RealFFT2:
         )
         return make, (self.window, self.grid)
 
+    @cached_property
+    def spectrum(self) -> np.ndarray:
+        """Buffer for `forward` and `inverse`; `filter` does not need it."""
+        return self._complex(self.grid[0])
+
+    @cached_property
+    def _half(self) -> np.ndarray:
+        """Transforms of the rows of the window."""
+        return self._complex(self.window[0])
+
     def forward(self, values: np.ndarray) -> np.ndarray:
         """Transform `values`, shape of the window; return the spectrum's buffer."""
-        if values.shape != self.window:
-            raise ValueError(f"expected the shape {self.window}, got {values.shape}")
-        columns = self.window[1]
-        self._real[:, :columns] = values
-        self._real[:, columns:] = 0.0
-        self._rows_forward()
-        self.spectrum[self.window[0] :] = 0.0
-        self._columns_forward()
-        return self.spectrum
+        spectrum = self.spectrum
+        self._rows_forward(values, spectrum)
+
+        def forward(lines: _Lines, columns: slice) -> None:
+            block = lines.columns[:, : columns.stop - columns.start]
+            self._load(block, spectrum[:, columns])
+            lines.columns_forward()
+            spectrum[:, columns] = block
+
+        self._share(forward, self._columns)
+        return spectrum
 
     def inverse(self) -> np.ndarray:
         """Transform the spectrum back, not normalised; return a new array."""
-        self._columns_inverse()
-        self._rows_inverse()
-        return self._real[:, : self.window[1]].copy()
+        spectrum = self.spectrum
+
+        def inverse(lines: _Lines, columns: slice) -> None:
+            block = lines.columns[:, : columns.stop - columns.start]
+            block[:] = spectrum[:, columns]
+            lines.columns_inverse()
+            spectrum[: self.window[0], columns] = block[: self.window[0]]
+
+        self._share(inverse, self._columns)
+        return self._rows_inverse(spectrum)
 
     def multiplier(self, values: np.ndarray) -> np.ndarray:
         """Prepare real values on the spectrum for `filter`, norm included.
@@ -183,64 +187,167 @@ class RealFFT2:
 
         Returns
         -------
-        ndarray, shape (N//2 + 1, 2 (M//2 + 1))
-            Each value twice: the product with a complex array is then one pass over
-            real numbers.
+        ndarray, shape (N//2 + 1, M//2 + 1)
         """
         half = values[: self.grid[0] // 2 + 1] * (1.0 / math.prod(self.grid))
-        twice = np.empty((*half.shape, 2), self.dtype)
-        twice[..., 0] = half
-        twice[..., 1] = half
-        return twice.reshape(len(twice), -1)
+        return half.astype(self.dtype, copy=False)
 
-    def filter(self, values: np.ndarray, multiplier: np.ndarray) -> np.ndarray:
-        """Multiply the spectrum of `values`: one forward and one inverse transform."""
+    def filter(
+        self,
+        values: np.ndarray,
+        multiplier: np.ndarray,
+        out: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Multiply the spectrum of `values`: one forward and one inverse transform.
+
+        Parameters
+        ----------
+        values : ndarray, shape (n, m)
+            On the window.
+        multiplier : ndarray
+            By `multiplier`.
+        out : ndarray, shape (n, m), optional
+            Where to put the result, maybe `values` itself.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+        """
         self.pairs += 1
-        flat = self.forward(values).view(self.dtype)
-        rows = len(multiplier)
-        flat[:rows] *= multiplier
-        flat[rows:] *= multiplier[len(flat) - rows : 0 : -1]
-        return self.inverse()
+        half, height, rows = self._half, self.window[0], len(multiplier)
+        mirrored = multiplier[self.grid[0] - rows : 0 : -1]
+        self._rows_forward(values, half)
+
+        def filtered(lines: _Lines, columns: slice) -> None:
+            block = lines.columns[:, : columns.stop - columns.start]
+            self._load(block, half[:, columns])
+            lines.columns_forward()
+            block[:rows] *= multiplier[:, columns]
+            block[rows:] *= mirrored[:, columns]
+            lines.columns_inverse()
+            half[:, columns] = block[:height]
+
+        self._share(filtered, self._columns)
+        return self._rows_inverse(half, out)
 
     def _threads(self) -> int:
-        # FFTW's threads spin: on busy processors two are slower than one, up to 400 x
         small = self.grid[0] * self.grid[1] < 256 * 256
-        return 1 if small or self.engine == "pyfftw" else available_threads()
+        return 1 if small else available_threads()
 
-    def _plan_pyfftw(self) -> None:
-        rows = self.spectrum[: self.window[0]]
-        plan = partial(pyfftw.FFTW, threads=self.threads, planning_timelimit=_PLANNING)
-        effort = "FFTW_MEASURE" if self.measure else "FFTW_ESTIMATE"
-        once = (effort, "FFTW_DESTROY_INPUT")
+    def _complex(self, rows: int) -> np.ndarray:
+        complex_type = np.result_type(self.dtype, np.complex64)
+        return np.zeros((rows, self.grid[1] // 2 + 1), complex_type)
+
+    def _load(self, block: np.ndarray, half: np.ndarray) -> None:
+        """Columns of the window, and of the zeros below it."""
+        rows = self.window[0]
+        block[:rows] = half[:rows]
+        block[rows:] = 0.0
+
+    def _share(self, work: Callable[[_Lines, slice], None], parts: list[slice]) -> None:
+        """Do work on parts, each thread with buffers of its own."""
+        shared = iter(parts)
+
+        def some(worker: int) -> None:
+            for part in shared:
+                work(self._lines[worker], part)
+
+        together(some, min(self.threads, len(parts)))
+
+    def _rows_forward(self, values: np.ndarray, half: np.ndarray) -> None:
+        if values.shape != self.window:
+            raise ValueError(f"expected the shape {self.window}, got {values.shape}")
+        width = self.window[1]
+
+        def forward(lines: _Lines, rows: slice) -> None:
+            count = rows.stop - rows.start
+            lines.rows[:count, :width] = values[rows]
+            lines.rows[:count, width:] = 0.0
+            lines.rows_forward()
+            half[rows] = lines.spectra[:count]
+
+        self._share(forward, self._rows)
+
+    def _rows_inverse(
+        self, half: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
+        result = empty(self.window, self.dtype) if out is None else out
+
+        def inverse(lines: _Lines, rows: slice) -> None:
+            count = rows.stop - rows.start
+            lines.spectra[:count] = half[rows]
+            lines.rows_inverse()
+            result[rows] = lines.rows[:count, : self.window[1]]
+
+        self._share(inverse, self._rows)
+        return result
+
+
+class _Lines:
+    """Buffers of a thread for a few rows and a few columns, and their transforms.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (k, M)
+        Rows of the padded grid.
+    spectra : ndarray, shape (k, M//2 + 1), complex
+        Their transforms.
+    columns : ndarray, shape (N, l), complex
+        Columns of the spectrum.
+    """
+
+    def __init__(self, fft: RealFFT2, rows: int, columns: int) -> None:
+        height, width = fft.grid
+        complex_type = np.result_type(fft.dtype, np.complex64)
+        self.rows = pyfftw.zeros_aligned((rows, width), fft.dtype)
+        self.spectra = pyfftw.zeros_aligned((rows, width // 2 + 1), complex_type)
+        self.columns = pyfftw.zeros_aligned((height, columns), complex_type)
+        self._plan(fft)
+
+    rows_forward: Callable[[], Any]
+    rows_inverse: Callable[[], Any]
+    columns_forward: Callable[[], Any]
+    columns_inverse: Callable[[], Any]
+
+    def _plan(self, fft: RealFFT2) -> None:
+        raise NotImplementedError
+
+
+class _PyfftwLines(_Lines):
+    """Transforms by FFTW."""
+
+    def _plan(self, fft: RealFFT2) -> None:
+        effort = "FFTW_MEASURE" if fft.measure else "FFTW_ESTIMATE"
+        plan = partial(pyfftw.FFTW, planning_timelimit=_PLANNING)
+        once = {"axes": (1,), "flags": (effort, "FFTW_DESTROY_INPUT")}
         back = {"direction": "FFTW_BACKWARD"}
-        self._rows_forward = plan(self._real, rows, axes=(1,), flags=once).execute
-        self._rows_inverse = plan(
-            rows, self._real, axes=(1,), flags=once, **back
-        ).execute
-        columns = partial(
-            plan, self.spectrum, self.spectrum, axes=(0,), flags=(effort,)
-        )
-        self._columns_forward = columns().execute
-        self._columns_inverse = columns(**back).execute
+        columns = {"axes": (0,), "flags": (effort,)}
+        self.rows_forward = plan(self.rows, self.spectra, **once).execute
+        self.rows_inverse = plan(self.spectra, self.rows, **once, **back).execute
+        both = self.columns, self.columns
+        self.columns_forward = plan(*both, **columns).execute
+        self.columns_inverse = plan(*both, **columns, **back).execute
 
-    def _plan_ducc(self) -> None:
+
+class _DuccLines(_Lines):
+    """Transforms by ducc0."""
+
+    def _plan(self, fft: RealFFT2) -> None:
         if ducc0 is None:
             raise ImportError(
                 "engine 'ducc0' needs the package ducc0: pip install ducc0"
             )
-        rows = self.spectrum[: self.window[0]]
-        back = {"forward": False, "nthreads": self.threads}
-        self._rows_forward = partial(
-            ducc0.fft.r2c, self._real, axes=(1,), out=rows, nthreads=self.threads
+        self.rows_forward = partial(
+            ducc0.fft.r2c, self.rows, axes=(1,), out=self.spectra
         )
-        self._rows_inverse = partial(
+        self.rows_inverse = partial(
             ducc0.fft.c2r,
-            rows,
+            self.spectra,
             axes=(1,),
-            lastsize=self.grid[1],
-            out=self._real,
-            **back,
+            lastsize=fft.grid[1],
+            forward=False,
+            out=self.rows,
         )
-        columns = partial(ducc0.fft.c2c, self.spectrum, axes=(0,), out=self.spectrum)
-        self._columns_forward = partial(columns, nthreads=self.threads)
-        self._columns_inverse = partial(columns, **back)
+        columns = partial(ducc0.fft.c2c, self.columns, axes=(0,), out=self.columns)
+        self.columns_forward = columns
+        self.columns_inverse = partial(columns, forward=False)

@@ -29,7 +29,8 @@ from numpy.polynomial.legendre import leggauss
 from scipy.fft import dct, irfft2, rfft, rfft2
 
 from ase_roughcontact.checks import grid_shape, positive
-from ase_roughcontact.fourier import RealFFT2, available_threads, fast_length
+from ase_roughcontact.fourier import RealFFT2, fast_length
+from ase_roughcontact.parallel import available_threads
 
 # Distances in cells up to which the closed form loses fewer than four digits, and from
 # which the series leaves a relative error below 1e-13; between, Gauss points in each

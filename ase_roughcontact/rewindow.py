@@ -108,16 +108,17 @@ def _box(window: Box | Sites) -> Box:
 def _positions(window: Box | Sites, layout: Layout, height: float) -> np.ndarray:
     """Places of the atoms of a window, flat, and of the indenter."""
     spacing, box = layout.spacing, _box(window)
+    positions = np.zeros((window.size + 1, 3))
     if isinstance(window, Sites):
-        sites: np.ndarray = window.all - np.array(box.start)
+        positions[:-1, :2] = spacing * (window.all - np.array(box.start))
     else:
-        sites = np.argwhere(np.ones(box.shape, bool))
+        grid = positions[:-1].reshape(*box.shape, 3)
+        grid[..., 0] = spacing * np.arange(box.shape[0])[:, None]
+        grid[..., 1] = spacing * np.arange(box.shape[1])
     x, y = (
         -spacing * i - rest_of(x, spacing)
         for i, x in zip(box.start, layout.origin, strict=True)
     )
-    positions = np.zeros((len(sites) + 1, 3))
-    positions[:-1, :2] = spacing * sites
     positions[-1] = x, y, height
     return positions
 

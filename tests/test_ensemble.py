@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from ase.db import connect
 
-from ase_roughcontact import fourier
+from ase_roughcontact import parallel
 from ase_roughcontact.ensemble import (
     case_of,
     fill_database,
@@ -447,11 +447,11 @@ def test_cases_in_threads_take_one_thread_unless_the_user_has_said_how(
     seen, relax = [], Scene.relax
 
     def spied(*arguments):
-        seen.append(fourier.available_threads())
+        seen.append(parallel.available_threads())
         return relax(*arguments)
 
     monkeypatch.setattr(Scene, "relax", spied)
-    monkeypatch.setattr(fourier, "processors", lambda: 6)
+    monkeypatch.setattr(parallel, "processors", lambda: 6)
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     finish([SCENE], tmp_path / "one.db")
     monkeypatch.setenv("OMP_NUM_THREADS", "5")

@@ -1,20 +1,14 @@
 """Transforms of windows against numpy's transforms of whole grids."""
 
 import pickle
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from ase_roughcontact import fourier
-from ase_roughcontact.fourier import (
-    RealFFT2,
-    available_threads,
-    fast_length,
-    processors,
-    threads,
-)
+from ase_roughcontact.fourier import RealFFT2, fast_length
+from ase_roughcontact.parallel import threads
 
 every_engine = pytest.mark.parametrize("engine", fourier.ENGINES)
 grids = pytest.mark.parametrize(
@@ -133,32 +127,9 @@ def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
     assert rest == 1
 
 
-def test_number_of_threads_follows_the_environment(monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    assert available_threads() == 3
-    for value in ("", "many", "0"):
-        monkeypatch.setenv("OMP_NUM_THREADS", value)
-        assert available_threads() == processors() >= 1
-
-
-def test_threads_can_be_chosen_for_a_while_in_one_thread_only(monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    with threads(2), ThreadPoolExecutor(1) as pool:
-        with threads(7):
-            assert available_threads() == 7
-        assert available_threads() == 2
-        assert pool.submit(available_threads).result() == 3
-    assert available_threads() == 3
-
-
 def test_large_grids_take_the_threads_that_are_chosen():
     with threads(2):
         assert transform((256, 256), engine="ducc0").threads == 2
-
-
-def test_number_of_threads_must_be_positive():
-    with pytest.raises(ValueError, match="threads must be an integer >= 1"), threads(0):
-        pass
 
 
 def test_small_grids_use_one_thread():

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from ase_roughcontact.accuracy import accuracy_of
-from ase_roughcontact.fourier import threads
+from ase_roughcontact.parallel import threads
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.tradeoff import study as study_module
 from ase_roughcontact.tradeoff import tradeoff

@@ -17,7 +17,7 @@ from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.ledger import Ledger, PathName, Standing, address
 from ase_roughcontact.ensemble.progress import Meter, Progress, costs_of
 from ase_roughcontact.ensemble.worker import calculate
-from ase_roughcontact.fourier import processors
+from ase_roughcontact.parallel import processors
 from ase_roughcontact.scene import Scene
 
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ase_roughcontact.ensemble.ledger import Claim, Ledger
-from ase_roughcontact.fourier import available_threads, threads
+from ase_roughcontact.parallel import available_threads, threads
 from ase_roughcontact.record import LoadStep
 from ase_roughcontact.scene import Scene
 

@@ -29,15 +29,14 @@ import math
 import numpy as np
 
 from ase_roughcontact.optimize.models import Circulant, Matrix
-from ase_roughcontact.optimize.problem import dot
+from ase_roughcontact.parallel import by_rows, dot, dots
+from ase_roughcontact.recycling import empty, zeros
 
 # Part of a violation that the linear systems may leave before the set of atoms in
 # contact is looked at again.
 _FORCING = 0.1
 # Steps of conjugate gradients for one correction.
 _BUDGET = 300
-# Gap that no atom has, in units of the violation.
-_NEVER = 1e30
 
 
 class ActiveSet:
@@ -65,13 +64,16 @@ class ActiveSet:
         unit: float,
         loaded: bool,
     ) -> None:
-        box = model.box.slices
         self._model, self._loaded = model, loaded
         self._old, self._unit = pressure, unit / model.local
-        self._pressure = _field(pressure[box], self._unit, model)
-        self._gap = _field(gap[box], unit, model)
-        self._change = np.zeros_like(self._pressure)
-        self._touching = self._pressure > self._gap
+        self._pressure = self._field(pressure, self._unit)
+        self._gap = self._field(gap, unit)
+        self._touching: np.ndarray = (self._pressure > self._gap).astype(model.dtype)
+        self._change = zeros(self._pressure.shape, model.dtype)
+        # of the conjugate gradients
+        self._residual, self._last, self._z, self._direction = (
+            empty(self._pressure.shape, model.dtype) for _ in range(4)
+        )
         self._shift = 0.0
         self._budget = _BUDGET
         # nothing holds the mean of a periodic surface of which all atoms are looked at
@@ -84,22 +86,37 @@ class ActiveSet:
             self._let_go()
             self._clip()
             self._equilibrate(target)
-            leave = self._touching & (self._pressure + self._change < 0.0)
-            enter = ~self._touching & (self._gap < -target - self._shift)
-            self._touching &= ~leave
-            if self._budget <= 0 or not (leave.any() or enter.any()):
+            if not self._exchanged(target) or self._budget <= 0:
                 return self._result()
-            self._touching |= enter
+
+    def _field(self, values: np.ndarray, unit: float) -> np.ndarray:
+        """Values on the box in a unit, of the model's precision."""
+        box = self._model.box
+        inside, field = values[box.slices], empty(box.shape, self._model.dtype)
+
+        def fill(rows: slice) -> None:
+            np.multiply(inside[rows], 1.0 / unit, out=field[rows], casting="same_kind")
+
+        by_rows(fill, field.shape)
+        return field
 
     def _result(self) -> np.ndarray:
         """Pressure on the window at the end; under a load the same total."""
-        change = self._clipped()
-        kept = self._pressure + change > 0.0
-        new = np.zeros(self._old.shape)
-        box = self._model.box.slices
-        new[box] = (self._old[box] + self._unit * change).clip(0.0) * kept
+        clipped = self._clipped()
+        new = zeros(self._old.shape)
+        inside, old = (values[self._model.box.slices] for values in (new, self._old))
+
+        def put(rows: slice) -> float:
+            change = clipped[rows]
+            result = old[rows] + self._unit * change
+            result *= result > 0.0
+            result *= self._pressure[rows] + change > 0.0
+            inside[rows] = result
+            return float(result.sum())
+
+        total = sum(by_rows(put, inside.shape))
         if self._loaded:
-            new *= self._old.sum() / new.sum()
+            new *= self._old.sum() / total
         return new
 
     def _let_go(self) -> None:
@@ -107,26 +124,59 @@ class ActiveSet:
         if self._floating and self._touching.all():
             total = self._pressure + self._change
             self._change -= total.min()
-            self._touching[total <= total.min()] = False
+            self._touching[total <= total.min()] = 0.0
+
+    def _exchanged(self, target: float) -> bool:
+        """Let atoms under tension leave and those that overlap enter."""
+
+        def exchange(rows: slice) -> bool:
+            touching = self._touching[rows]
+            total = self._pressure[rows] + self._change[rows]
+            stays = (touching > 0.0) & (total >= 0.0)
+            enters = (touching == 0.0) & (self._gap[rows] < -target - self._shift)
+            now = (stays | enters).astype(touching.dtype)
+            changed = bool((now != touching).any())
+            touching[:] = now
+            return changed
+
+        return any(by_rows(exchange, self._gap.shape))
 
     def _clipped(self) -> np.ndarray:
-        """Change to a pressure in contact alone and without tension."""
-        touching = self._touching.astype(self._change.dtype)
-        change = np.maximum(self._change, -self._pressure)
-        change *= touching
-        change -= (1.0 - touching) * self._pressure
+        """Change to a pressure in contact alone and without tension.
+
+        Under a load, to one of the same total.
+        """
+        clipped = self._z
+
+        def clip(rows: slice) -> tuple[float, float]:
+            pressure, touching = self._pressure[rows], self._touching[rows]
+            part = np.maximum(self._change[rows], -pressure, out=clipped[rows])
+            part *= touching
+            part -= (1.0 - touching) * pressure
+            return float(part.sum()), float((pressure + part).sum())
+
+        def balance(rows: slice) -> None:
+            part = clipped[rows]
+            part -= excess * (self._pressure[rows] + part)
+
+        gained, total = np.sum(by_rows(clip, clipped.shape), axis=0).tolist()
         if self._loaded:
-            total = self._pressure + change
-            change -= (float(change.sum()) / float(total.sum())) * total
-        return change
+            excess = gained / total
+            by_rows(balance, clipped.shape)
+        return clipped
 
     def _clip(self) -> None:
-        """Clip the pressure, and let the gap follow."""
+        """Clip the change, and let the gap follow."""
         clipped = self._clipped()
-        moved = clipped - self._change
-        if moved.any():
-            self._gap += self._model.compliance(moved)
-            self._change = clipped
+
+        def move(rows: slice) -> bool:
+            moved = clipped[rows] - self._change[rows]
+            self._change[rows] = clipped[rows]
+            clipped[rows] = moved
+            return bool(moved.any())
+
+        if any(by_rows(move, clipped.shape)):
+            self._gap += self._model.compliance(clipped, clipped)
 
     def _equilibrate(self, target: float) -> None:
         """Close the gap of the atoms in contact by conjugate gradients.
@@ -134,44 +184,73 @@ class ActiveSet:
         They end at a tenth of the first violation, at the target or with the budget.
         Under a load their directions carry none.
         """
-        touching = self._touching.astype(self._gap.dtype)
         count = int(np.count_nonzero(self._touching))
         if not count:
             return
-        residual = self._residual(touching, count)
-        overlap = -float((self._gap + _NEVER * touching).min()) - self._shift
-        target = max(target, _FORCING * max(_largest(residual), overlap))
-        direction = np.zeros_like(residual)
-        last, last_work = residual, math.inf
-        while _largest(residual) > target and self._budget > 0:
-            z = self._model.stiffness(residual)
-            if self._loaded:
-                z -= dot(z, touching) / count
-            z *= touching
-            work = dot(z, residual)
-            # Polak-Ribiere, restarted when it turns negative
-            direction *= max(0.0, (work - dot(z, last)) / last_work)
-            direction += z
-            last, last_work = residual, work
-            sunk = self._model.compliance(direction)
-            length = dot(direction, residual) / dot(direction, sunk)
-            self._change += length * direction
-            self._gap += length * sunk
-            residual = self._residual(touching, count)
+        left = self._look(count)
+        target = max(target, _FORCING * max(left, self._overlap()))
+        self._direction[:] = 0.0
+        self._last[:] = self._residual
+        last_work = math.inf
+        while left > target and self._budget > 0:
+            last_work = self._turn(count, last_work)
+            self._advance()
+            left = self._look(count)
             self._budget -= 1
 
-    def _residual(self, touching: np.ndarray, count: int) -> np.ndarray:
-        """Overlap in contact; under a load without its mean, which is a shift."""
+    def _turn(self, count: int, last_work: float) -> float:
+        """Choose the next direction, return the work of the residual along the way."""
+        z, direction = self._model.stiffness(self._residual, self._z), self._direction
+        fields = self._residual, self._last, self._touching
+        work, overlap, total = dots([(z, field) for field in fields]).tolist()
+        # the residuals have no mean: it does not matter to the work
+        mean = total / count if self._loaded else 0.0
+        # Polak-Ribiere, restarted when it turns negative
+        kept = max(0.0, (work - overlap) / last_work)
+
+        def turn(rows: slice) -> None:
+            part = direction[rows]
+            part *= kept
+            part += (z[rows] - mean) * self._touching[rows]
+
+        by_rows(turn, z.shape)
+        return work
+
+    def _advance(self) -> None:
+        """Go along the direction to the least energy."""
+        direction, change, gap = self._direction, self._change, self._gap
+        sunk = self._model.compliance(direction, self._z)
+        length = dot(direction, self._residual) / dot(direction, sunk)
+
+        def advance(rows: slice) -> None:
+            change[rows] += length * direction[rows]
+            gap[rows] += length * sunk[rows]
+
+        by_rows(advance, gap.shape)
+
+    def _look(self, count: int) -> float:
+        """Keep the last residual, and return the largest of the new one.
+
+        It is the overlap in contact; under a load without its mean, which is a shift.
+        """
+        gap, touching = self._gap, self._touching
         if self._loaded:
-            self._shift = -dot(self._gap, touching) / count
-        return -(self._gap + self._shift) * touching
+            self._shift = -dot(gap, touching) / count
+        self._last, self._residual = self._residual, self._last
 
+        def overlap(rows: slice) -> float:
+            part = np.add(gap[rows], self._shift, out=self._residual[rows])
+            part *= touching[rows]
+            np.negative(part, out=part)
+            return max(float(part.max()), -float(part.min()))
 
-def _field(values: np.ndarray, unit: float, model: Circulant | Matrix) -> np.ndarray:
-    """Values in a unit, of the model's precision."""
-    return (values * (1.0 / unit)).astype(model.dtype)
+        return max(by_rows(overlap, gap.shape))
 
+    def _overlap(self) -> float:
+        """Deepest overlap of an atom out of contact."""
 
-def _largest(values: np.ndarray) -> float:
-    """Largest magnitude."""
-    return max(float(values.max()), -float(values.min()))
+        def deepest(rows: slice) -> float:
+            away = self._touching[rows] == 0.0
+            return float(self._gap[rows].min(where=away, initial=math.inf))
+
+        return -min(by_rows(deepest, self._gap.shape)) - self._shift

@@ -20,7 +20,8 @@ import numpy as np
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.optimize.activeset import ActiveSet
 from ase_roughcontact.optimize.models import Circulant, Matrix, model_of
-from ase_roughcontact.optimize.problem import dot, precision_advice
+from ase_roughcontact.optimize.problem import precision_advice
+from ase_roughcontact.parallel import by_rows, combined, dot, dots
 from ase_roughcontact.places import Box
 
 # Part of a violation that the model's solution may leave.
@@ -131,8 +132,8 @@ class _Descent:
         if load is None:
             undeformed = contact.heights + height
             share = _share(self.pressure, self.displacement, undeformed)
-            self.pressure = share * self.pressure
-            self.displacement = share * self.displacement
+            self.pressure = combined([(share, self.pressure)])
+            self.displacement = combined([(share, self.displacement)])
         self.model: Circulant | Matrix | None = None
         self.violations: list[float] = []
         self.moves: list[Move] = []
@@ -165,7 +166,10 @@ class _Descent:
         violation = self.violations[-1]
         trial = self._corrected(violation)
         sunk = self._displaced(trial)
-        move = Move(trial - self.pressure, self.displacement - sunk)
+        move = Move(
+            combined([(1.0, trial), (-1.0, self.pressure)]),
+            combined([(1.0, self.displacement), (-1.0, sunk)]),
+        )
         self.moves = [move, *self.moves[:_MEMORY]]
         if len(self.violations) > 1 and violation > _SLOW * self.violations[-2]:
             loaded = self.load is not None
@@ -173,8 +177,12 @@ class _Descent:
             self.displacement, self.part = self._displaced(self.pressure), 1.0
             return
         self.part = _part(self.pressure, trial, self.gap, move)
-        self.pressure = _between(self.pressure, trial, self.part)
-        self.displacement = _between(self.displacement, sunk, self.part)
+        if self.part == 1.0:
+            self.pressure, self.displacement = trial, sunk
+            return
+        self.pressure = combined([(1.0, self.pressure), (self.part, move.step)])
+        deepened = [(1.0, self.displacement), (-self.part, move.deepening)]
+        self.displacement = combined(deepened)
 
     def _corrected(self, violation: float) -> np.ndarray:
         """Pressure of less violation by the model."""
@@ -251,19 +259,34 @@ def _gap(
     load: float | None,
 ) -> tuple[np.ndarray, float]:
     """Gap and height; under a load the one at which the gaps in contact balance."""
-    gap = contact.heights - displacement
+    gap = combined([(1.0, contact.heights), (-1.0, displacement)])
+
+    def ends(rows: slice) -> tuple[float, float]:
+        touching = gap[rows][pressure[rows] > 0.0]
+        return (
+            float(touching.min(initial=math.inf)),
+            float(touching.max(initial=-math.inf)),
+        )
+
+    def lift(rows: slice) -> None:
+        gap[rows] += height
+
     if load is not None:
-        touching = gap[pressure > 0.0]
-        height = -float(touching.min() + touching.max()) / 2.0
-    gap += height
+        lowest, highest = zip(*by_rows(ends, gap.shape), strict=True)
+        height = -(min(lowest) + max(highest)) / 2.0
+    by_rows(lift, gap.shape)
     return gap, height
 
 
 def _violation(pressure: np.ndarray, gap: np.ndarray) -> float:
     """Largest gap in contact, or overlap anywhere."""
-    return max(
-        0.0, float(gap.max(where=pressure > 0.0, initial=0.0)), -float(gap.min())
-    )
+
+    def of_part(rows: slice) -> float:
+        part = gap[rows]
+        touching = part.max(where=pressure[rows] > 0.0, initial=0.0)
+        return max(float(touching), -float(part.min()))
+
+    return max(0.0, *by_rows(of_part, gap.shape))
 
 
 def _obstacle(violations: list[float], part: float, tolerance: float) -> str:
@@ -292,8 +315,15 @@ def _part(old: np.ndarray, new: np.ndarray, gap: np.ndarray, move: Move) -> floa
     part = -slope / curvature
     if part < 0.5:
         return part
-    settled = np.array_equal(new > 0.0, old > 0.0)
-    return part if settled and (old + part * move.step).min() >= 0.0 else 1.0
+
+    def stays(rows: slice) -> bool:
+        """Whether the same atoms touch, and stay under pressure on the way."""
+        before = old[rows]
+        if ((new[rows] > 0.0) != (before > 0.0)).any():
+            return False
+        return bool((before + part * move.step[rows]).min() >= 0.0)
+
+    return part if all(by_rows(stays, old.shape)) else 1.0
 
 
 def _combined(
@@ -303,20 +333,18 @@ def _combined(
 
     Together they make up for the long waves that the model misses.
     """
-    slopes = np.array([dot(move.step, gap) for move in moves])
-    hessian = np.array(
-        [[dot(one.step, other.deepening) for other in moves] for one in moves]
-    )
-    parts, *_ = np.linalg.lstsq(hessian, -slopes, rcond=1e-8)
-    new = pressure.copy()
-    for part, move in zip(parts, moves, strict=True):
-        new += part * move.step
-    new *= (new > 0.0) & (pressure + moves[0].step > 0.0)
+    slopes = dots([(move.step, gap) for move in moves])
+    pairs = [(one.step, other.deepening) for one in moves for other in moves]
+    hessian = dots(pairs).reshape(len(moves), len(moves))
+    weights, *_ = np.linalg.lstsq(hessian, -slopes, rcond=1e-8)
+    terms = zip(weights.tolist(), (move.step for move in moves), strict=True)
+    new = combined([(1.0, pressure), *terms])
+
+    def clip(rows: slice) -> None:
+        part = new[rows]
+        part *= (part > 0.0) & (pressure[rows] + moves[0].step[rows] > 0.0)
+
+    by_rows(clip, new.shape)
     if loaded:
         new *= pressure.sum() / new.sum()
     return new
-
-
-def _between(old: np.ndarray, new: np.ndarray, part: float) -> np.ndarray:
-    """Part of the way from old to new."""
-    return new if part == 1.0 else old + part * (new - old)

@@ -15,7 +15,7 @@ first, and so on. How it is solved on one grid is told in `descent`.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -104,7 +104,7 @@ def iterate(
     external: External | None,
     start: np.ndarray | None,
     tolerance: float,
-) -> Iterator[Relaxation]:
+) -> Generator[Relaxation, None, None]:
     """Relax the contact of a hard wall, step by step.
 
     Parameters

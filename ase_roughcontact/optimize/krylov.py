@@ -23,7 +23,9 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ase_roughcontact.optimize.models import Circulant, Matrix
-from ase_roughcontact.optimize.problem import dot
+from ase_roughcontact.parallel import by_rows, combined, dot, dots, largest, part_dot
+from ase_roughcontact.places import Box
+from ase_roughcontact.recycling import empty
 
 # Part of what a change of height alone leaves that is worth less than single precision.
 _LEAST = 0.01
@@ -32,46 +34,59 @@ _LEAST = 0.01
 class System:
     """Newton's system at a state, its rows scaled as in the module's equation.
 
-    Outside, pressures are lists with one number for each atom. Inside, they are fields
-    over the box of the model, of its precision and in its units: without lists, a step
-    costs little more than its transforms.
+    Outside, changes of the pressure are flat arrays over a box of atoms, and the change
+    of height is their last number. Inside, they are the same over the box of the model,
+    of its precision and in its units.
 
     Parameters
     ----------
     model : Circulant or Matrix
         Of the half space.
-    shape : (int, int)
-        Of the window.
-    atoms : ndarray of int, shape (k,)
-        Flat indices into the window; the box of the model holds them.
-    stiffness : ndarray, shape (k,)
-        Of the wall at these atoms (pressure per length).
+    box : Box
+        The atoms; the box of the model holds it.
+    stiffness : ndarray, shape of the box
+        Of the wall (pressure per length).
     """
 
     def __init__(
         self,
         model: Circulant | Matrix,
-        shape: tuple[int, int],
-        atoms: np.ndarray,
+        box: Box,
         stiffness: np.ndarray,
     ) -> None:
         self._model, self._stiffness = model, stiffness
-        self._scale = 1.0 / np.sqrt(1.0 + model.local * np.maximum(stiffness, 0.0))
-        i, j = np.unravel_index(atoms, shape)
-        (first, left), (_, columns) = model.box.start, model.box.shape
-        self._where = (i - first) * columns + j - left
-        self._d = d = self._field(model.local * stiffness)
-        self._stiff = (d > 0.0).astype(d.dtype)
-        self._open = 1.0 - self._stiff
-        self._weight = 1.0 / np.sqrt(1.0 + d * self._stiff)
-        count = float(self._stiff.sum())
-        self._relief: np.ndarray | None = None
-        if count:
-            self._relief = model.relief(dot(d * self._stiff, self._weight**2) / count)
+        self._where = model.box.index(box)
+        self._d, self._weight, self._stiff = (self._field() for _ in range(3))
+        d, weight, stiff = self._d, self._weight, self._stiff
+        self._fill(d, stiffness, model.local)
+
+        def prepare(part: slice) -> tuple[float, float]:
+            np.greater(d[part], 0.0, out=stiff[part])
+            held = d[part] * stiff[part]
+            weight[part] = 1.0 / np.sqrt(1.0 + held)
+            return float(stiff[part].sum()), part_dot(held * weight[part], weight[part])
+
+        count, series = np.sum(by_rows(prepare, d.shape), axis=0).tolist()
+        self._relief = model.relief(series / count) if count else None
 
     def rows(self, pressure: np.ndarray) -> np.ndarray:
-        """Scale pressures at the atoms as the rows of the equations are."""
-        return self._scale * pressure
+        """Scale pressures over the box as the rows of the equations are, and flatten.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape of the box
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        scaled = empty(pressure.shape)
+
+        def scale(rows: slice) -> None:
+            self._scale(pressure[rows], rows, scaled[rows])
+
+        by_rows(scale, scaled.shape)
+        return scaled.reshape(-1)
 
     def solve(
         self,
@@ -79,7 +94,7 @@ class System:
         row: tuple[float, float] | None,
         reduction: float,
         most: int,
-    ) -> tuple[np.ndarray, float] | None:
+    ) -> np.ndarray | None:
         """Solve by preconditioned generalised conjugate residuals.
 
         Parameters
@@ -95,75 +110,150 @@ class System:
 
         Returns
         -------
-        ndarray, shape (k,), and float
+        ndarray, shape (k + 1,)
             Changes ``x`` of pressure and ``z`` of height; None if neither wall nor
             spring resist a change of height.
         """
         spring, missing = row or (0.0, 0.0)
-        unit = max(float(abs(right).max()), abs(missing) / right.size) or 1.0
+        unit = max(largest(right), abs(missing) / right.size) or 1.0
         spring, missing = spring * self._model.local, missing / unit
-        response = (
-            self._relieve(self._d * self._weight) if row else np.zeros_like(self._d)
-        )
-        resistance = float(response.sum()) + spring
+        response, resistance = self._response(row is not None)
+        resistance += spring
         if row and not resistance > 0.0:
             return None
 
-        def carried(x: np.ndarray, missing: float) -> np.ndarray:
-            z = (float(x.sum()) - missing) / resistance if row else 0.0
-            change = np.empty(x.size + 1, x.dtype)
-            np.multiply(response.reshape(-1), -z, out=change[:-1])
-            change[:-1] += x.reshape(-1)
+        def carry(change: np.ndarray, missing: float) -> np.ndarray:
+            """Move the indenter until the load that is missing is all."""
+            x = change[:-1]
+            z = 0.0
+            if row:
+                total = sum(by_rows(lambda part: float(x[part].sum()), x.shape))
+                z = (total - missing) / resistance
+                combined([(1.0, x), (-z, response)], out=x)
             change[-1] = z
             return change
 
-        solution = np.zeros(self._d.size + 1, self._d.dtype)
-        rest = full = self._field(right * (1.0 / unit)).reshape(-1)
+        def precondition(rest: np.ndarray) -> np.ndarray:
+            change = self._change()
+            self._relieve(rest, change[:-1])
+            return carry(change, 0.0)
+
+        solution = self._change()
+        solution[:] = 0.0
+        rest = self._field()
+        self._fill(rest, right.reshape(self._stiffness.shape), 1.0 / unit)
+        full = norm(rest)
         if missing:
-            solution = carried(np.zeros_like(self._d), missing)
-            rest = full - self._image(solution)
+            carry(solution, missing)
+            combined([(1.0, rest), (-1.0, self._image(solution))], out=rest)
         solution += residuals(
             self._image,
-            lambda rest: carried(self._relieve(rest.reshape(self._d.shape)), 0.0),
+            precondition,
             rest,
-            reduction * max(norm(full), _LEAST * norm(rest)),
+            reduction * max(full, _LEAST * norm(rest)),
             most,
         )
-        change = np.multiply(solution[self._where], unit, dtype=float)
-        return change, float(solution[-1]) * unit * self._model.local
+        change = empty(right.size + 1)
+        x = solution[:-1].reshape(self._model.box.shape)[self._where]
+        np.multiply(x, unit, out=change[:-1].reshape(x.shape))
+        change[-1] = float(solution[-1]) * unit * self._model.local
+        return change
 
     def image(self, change: np.ndarray, depth: np.ndarray) -> np.ndarray:
-        """Rows of the equations for ``(x, z)``, given the depth of the atoms."""
-        return self.rows(change[:-1] + self._stiffness * (depth + change[-1]))
+        """Rows of the equations for ``(x, z)``, given the depth of the atoms.
 
-    def _image(self, change: np.ndarray) -> np.ndarray:
-        """Rows of the equations by the model, flat fields in its units."""
-        x = change[:-1].reshape(self._d.shape)
-        image = self._model.compliance(x)
-        image += change[-1]
-        image *= self._d
-        image += x
-        image *= self._weight
+        Parameters
+        ----------
+        change : ndarray, shape (k + 1,)
+        depth : ndarray, shape of the box
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        image, x = empty(depth.shape), change[:-1].reshape(depth.shape)
+
+        def scale(rows: slice) -> None:
+            part = np.add(depth[rows], change[-1], out=image[rows])
+            part *= self._stiffness[rows]
+            part += x[rows]
+            self._scale(part, rows, part)
+
+        by_rows(scale, image.shape)
         return image.reshape(-1)
 
-    def _field(self, values: np.ndarray) -> np.ndarray:
-        """Field over the box of the values at the atoms."""
-        field = np.zeros(self._model.box.shape, self._model.dtype)
-        field.reshape(-1)[self._where] = values
-        return field
+    def _scale(self, values: np.ndarray, rows: slice, out: np.ndarray) -> None:
+        """Scale some rows of the box."""
+        soft = np.maximum(self._stiffness[rows], 0.0)
+        soft *= self._model.local
+        soft += 1.0
+        np.divide(values, np.sqrt(soft, out=soft), out=out)
 
-    def _relieve(self, rows: np.ndarray) -> np.ndarray:
+    def _image(self, change: np.ndarray) -> np.ndarray:
+        """Rows of the equations by the model, flat and in its units."""
+        x, z, shape = change[:-1], change[-1], self._model.box.shape
+        image = self._field()
+        self._model.compliance(x.reshape(shape), image.reshape(shape))
+
+        def complete(part: slice) -> None:
+            some = image[part]
+            some += z
+            some *= self._d[part]
+            some += x[part]
+            some *= self._weight[part]
+
+        by_rows(complete, image.shape)
+        return image
+
+    def _change(self) -> np.ndarray:
+        """Array for the pressures in the box of the model and the height."""
+        return empty(self._model.box.size + 1, self._model.dtype)
+
+    def _field(self) -> np.ndarray:
+        """Array over the box of the model, flat."""
+        return self._change()[:-1]  # of one size for all
+
+    def _fill(self, field: np.ndarray, values: np.ndarray, factor: float) -> None:
+        """Set a field to values in the box times a factor, and zero elsewhere."""
+        field[:] = 0.0
+        inside = field.reshape(self._model.box.shape)[self._where]
+
+        def fill(rows: slice) -> None:
+            np.multiply(values[rows], factor, out=inside[rows], casting="same_kind")
+
+        by_rows(fill, values.shape)
+
+    def _response(self, free: bool) -> tuple[np.ndarray, float]:
+        """Pressures by which the wall resists a change of height, and their sum."""
+        response = self._field()
+        if not free:
+            return response, 0.0
+        self._relieve(self._d * self._weight, response)
+        return response, float(response.sum())
+
+    def _relieve(self, rows: np.ndarray, out: np.ndarray) -> None:
         """Apply the approximate inverse; atoms without stiffness stay as they are.
 
         ``1 + D C = (1 + D) (1 + S (C - 1))``, where ``S = D/(1 + D)``, wall and atom in
         series, varies much less than ``D``: it is taken for its mean.
         """
         if self._relief is None:
-            return rows.copy()
-        x = self._model.relieve(rows * self._weight * self._stiff, self._relief)
-        x *= self._stiff
-        x += rows * self._open
-        return x
+            out[:] = rows
+            return
+        weight, stiff = self._weight, self._stiff
+
+        def enter(part: slice) -> None:
+            np.multiply(rows[part], weight[part], out=out[part])
+            out[part] *= stiff[part]
+
+        def leave(part: slice) -> None:
+            out[part] *= stiff[part]
+            out[part] += rows[part] * (1.0 - stiff[part])
+
+        by_rows(enter, out.shape)
+        field = out.reshape(self._model.box.shape)
+        self._model.relieve(field, self._relief, field)
+        by_rows(leave, out.shape)
 
 
 def residuals(
@@ -180,11 +270,12 @@ def residuals(
     Parameters
     ----------
     image : callable
-        Linear map of changes to what they take off the rest.
+        Linear map of changes to what they take off the rest: new arrays, which are
+        overwritten here.
     precondition : callable
         Approximate inverse of it.
     rest : ndarray
-        What is to be removed.
+        What is to be removed; overwritten.
     stop : float
         Norm of the rest at which to stop.
     most : int
@@ -199,33 +290,33 @@ def residuals(
     ----------
     S. C. Eisenstat, H. C. Elman, M. H. Schultz, SIAM J. Numer. Anal. 20, 345 (1983).
     """
-    rest = rest.copy()
     changes: list[np.ndarray] = []
     images: list[np.ndarray] = []  # made orthonormal
-    triangle, parts = np.zeros((most, most)), np.zeros(most)
-    while norm(rest) > stop and len(changes) < most:
+    triangle, steps = np.zeros((most, most)), np.zeros(most)
+    left = norm(rest)
+    while left > stop and len(changes) < most:
         k = len(changes)
         change = precondition(rest)
         new = image(change)
-        for i, old in enumerate(images):
-            overlap = triangle[i, k] = dot(old, new)
-            new -= overlap * old
-        size = triangle[k, k] = norm(new)
+        if images:
+            for i, old in enumerate(images):
+                triangle[i, k] = dot(old, new)
+                combined([(1.0, new), (-triangle[i, k], old)], out=new)
+        square, along = dots([(new, new), (new, rest)]).tolist()
+        size = triangle[k, k] = square**0.5
         if not size > 0.0:
             break
-        new *= 1.0 / size
-        overlap = parts[k] = dot(new, rest)
-        rest -= overlap * new
+        steps[k] = along / size
+        combined([(1.0 / size, new)], out=new)
+        combined([(1.0, rest), (-steps[k], new)], out=rest)
+        left = norm(rest)
         changes.append(change)
         images.append(new)
     if not changes:
         return 0.0
     k = len(changes)
-    weights = solve_triangular(triangle[:k, :k], parts[:k]).tolist()
-    found = weights[0] * changes[0]
-    for weight, change in zip(weights[1:], changes[1:], strict=True):
-        found += weight * change
-    return found
+    weights = solve_triangular(triangle[:k, :k], steps[:k]).tolist()
+    return combined(list(zip(weights, changes, strict=True)))
 
 
 def norm(values: np.ndarray) -> float:

@@ -21,7 +21,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.optimize.problem import External, dot
+from ase_roughcontact.optimize.problem import External
+from ase_roughcontact.parallel import (
+    by_rows,
+    combined,
+    dot,
+    dots,
+    each,
+    largest,
+    part_dot,
+)
+from ase_roughcontact.places import Box
+from ase_roughcontact.recycling import empty
 
 # Rounding of an energy, relative to the sum of its terms' magnitudes.
 _ROUNDING = 1e-14
@@ -43,10 +54,10 @@ class State:
         Of the indenter (length).
     gap : ndarray, shape (n, m)
         Length.
-    atoms : ndarray of int, shape (k,)
-        Flat indices of the atoms in range of the wall or under pressure; at least one.
-    stiffness, residual : ndarray, shape (k,)
-        The wall's stiffness and ``p - q`` on these atoms.
+    box : Box
+        Around the atoms in range of the wall or under pressure; at least one.
+    stiffness, residual : ndarray, shape (n, m)
+        The wall's stiffness and ``p - q``.
     load_residual : float
         Upward force on the indenter, zero if it is fixed.
     energy, noise : float
@@ -59,7 +70,7 @@ class State:
     lift: np.ndarray
     height: float
     gap: np.ndarray
-    atoms: np.ndarray
+    box: Box
     stiffness: np.ndarray
     residual: np.ndarray
     load_residual: float
@@ -76,20 +87,14 @@ class Step:
     lift: np.ndarray
     height: float
 
-    def gap(self, atoms: np.ndarray) -> np.ndarray:
-        """Return the change of the gap at some atoms."""
-        return self.lift.reshape(-1)[atoms] + self.height
-
-    def times(self, factor: float) -> Step:
-        """Return a multiple of the step."""
-        return Step(factor * self.pressure, factor * self.lift, factor * self.height)
-
-    def plus(self, other: Step) -> Step:
-        """Return the sum of two steps."""
-        return Step(
-            self.pressure + other.pressure,
-            self.lift + other.lift,
-            self.height + other.height,
+    @classmethod
+    def sum(cls, parts: list[float], steps: list[Step]) -> Step:
+        """Return the sum of parts of steps."""
+        pairs = list(zip(parts, steps, strict=True))
+        return cls(
+            combined([(part, step.pressure) for part, step in pairs]),
+            combined([(part, step.lift) for part, step in pairs]),
+            sum(part * step.height for part, step in pairs),
         )
 
 
@@ -114,7 +119,8 @@ class Landscape:
 
     def lift(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
-        return -self.contact.halfspace.displacement(pressure)
+        lift = self.contact.halfspace.displacement(pressure)
+        return np.negative(lift, out=lift)
 
     def spring(self, height: float) -> float:
         """Stiffness of the springs on the indenter, by a difference of forces."""
@@ -126,32 +132,45 @@ class Landscape:
 
     def state(self, pressure: np.ndarray, lift: np.ndarray, height: float) -> State:
         """Evaluate the wall, the energy and its gradient."""
-        gap = height + self.contact.heights + lift
-        near = (gap < self.wall.cutoff) | (pressure != 0.0)
-        near.flat[gap.argmin()] = True
-        atoms = np.flatnonzero(near)
-        energies, repulsion, stiffness = self.wall.evaluate(gap.reshape(-1)[atoms])
-        if self.contact.halfspace.periodic and atoms.size == gap.size:
+        gap, stiffness, residual = (empty(lift.shape) for _ in range(3))
+        near = empty(lift.shape, bool)
+
+        def evaluate(rows: slice) -> list[float]:
+            some, here = gap[rows], near[rows]
+            np.add(self.contact.heights[rows], lift[rows], out=some)
+            some += height
+            np.less(some, self.wall.cutoff, out=here)
+            here |= pressure[rows] != 0.0
+            stiffness[rows] = residual[rows] = 0.0
+            if not here.any():
+                return [0.0, 0.0, 0.0]
+            energies, repulsion, stiffness[rows][here] = self.wall.evaluate(some[here])
+            residual[rows][here] = repulsion
+            residual[rows] -= pressure[rows]
+            return [float(x.sum()) for x in (energies, abs(energies), repulsion)]
+
+        sums = np.sum(by_rows(evaluate, gap.shape), axis=0)
+        stored, magnitude, pushed = (self.area * sums).tolist()
+        if self.contact.halfspace.periodic and near.all():
             # an even pressure displaces nothing, and no energy tells how large it is
-            pressure = pressure + (repulsion.mean() - pressure.mean())
-        residual = repulsion - pressure.reshape(-1)[atoms]
+            shift = float(residual.mean())
+            pressure, residual = pressure + shift, residual - shift
         elastic = 0.5 * self.area * dot(pressure, lift)
         outside, force = self.external(height)
         if self.loaded:
-            force += self.area * float(repulsion.sum())
-        size = elastic + self.area * float(abs(energies).sum()) + abs(outside)
+            force += pushed
         return State(
             pressure=pressure,
             lift=lift,
             height=height,
             gap=gap,
-            atoms=atoms,
+            box=self._around(near, gap),
             stiffness=stiffness,
             residual=residual,
             load_residual=force,
-            energy=elastic + self.area * float(energies.sum()) + outside,
-            noise=_ROUNDING * size,
-            error=max(self.area * float(abs(residual).max()), abs(force)),
+            energy=elastic + stored + outside,
+            noise=_ROUNDING * (elastic + magnitude + abs(outside)),
+            error=max(self.area * largest(residual), abs(force)),
         )
 
     def afresh(self, state: State) -> State:
@@ -161,8 +180,8 @@ class Landscape:
     def moved(self, state: State, step: Step, length: float) -> State:
         """Return the state after a step."""
         return self.state(
-            state.pressure + length * step.pressure,
-            state.lift + length * step.lift,
+            combined([(1.0, state.pressure), (length, step.pressure)]),
+            combined([(1.0, state.lift), (length, step.lift)]),
             state.height + length * step.height,
         )
 
@@ -212,7 +231,7 @@ class Landscape:
 
     def slope(self, state: State, step: Step) -> float:
         """First derivative of the energy along a step."""
-        work = dot(state.residual, step.lift.reshape(-1)[state.atoms])
+        work = dot(state.residual, step.lift)
         return -self.area * work - step.height * state.load_residual
 
     def curvatures(self, state: State, steps: list[Step]) -> np.ndarray:
@@ -227,16 +246,20 @@ class Landscape:
         -------
         ndarray, shape (number of steps, number of steps)
         """
+        pairs = [(i, j) for i in range(len(steps)) for j in range(i + 1)]
+
+        def wall(rows: slice) -> np.ndarray:
+            gaps = [step.lift[rows] + step.height for step in steps]
+            stressed = [state.stiffness[rows] * gap for gap in gaps]
+            return np.array([part_dot(stressed[i], gaps[j]) for i, j in pairs])
+
+        bulk = dots([(steps[i].pressure, steps[j].lift) for i, j in pairs])
+        works = bulk + np.sum(by_rows(wall, state.stiffness.shape), axis=0)
         spring = self.spring(state.height)
-        gaps = [step.gap(state.atoms) for step in steps]
         result = np.empty((len(steps), len(steps)))
-        for i, one in enumerate(steps):
-            stressed = state.stiffness * gaps[i]
-            for j, other in enumerate(steps[: i + 1]):
-                bulk = dot(one.pressure, other.lift)
-                wall = dot(stressed, gaps[j])
-                value = self.area * (bulk + wall) + spring * one.height * other.height
-                result[i, j] = result[j, i] = value
+        for (i, j), work in zip(pairs, works.tolist(), strict=True):
+            held = spring * steps[i].height * steps[j].height
+            result[i, j] = result[j, i] = self.area * work + held
         return result
 
     def combination(self, state: State, steps: list[Step]) -> Step:
@@ -250,10 +273,7 @@ class Landscape:
         values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
         along = modes.T @ (scale * slopes) / np.maximum(abs(values), _LEAST_CURVATURE)
         parts = -scale * (modes @ along)
-        best = steps[0].times(parts[0])
-        for part, step in zip(parts[1:], steps[1:], strict=True):
-            best = best.plus(step.times(part))
-        return best
+        return Step.sum(parts.tolist(), steps)
 
     def line_search(self, state: State, step: Step) -> float:
         """Length, at most one, where the energy has fallen and most of its slope gone.
@@ -280,22 +300,48 @@ class Landscape:
                 break
         return low
 
+    @staticmethod
+    def _around(near: np.ndarray, gap: np.ndarray) -> Box:
+        """Box around some atoms, or else of the lowest."""
+        box = Box.around(near, (0, 0))
+        if box is not None:
+            return box
+        i, j = np.unravel_index(gap.argmin(), gap.shape)
+        return Box((int(i), int(j)), (1, 1))
+
     def _line(self, state: State, step: Step) -> Callable[[float], tuple[float, float]]:
         """Change of energy, and slope, as functions of the length of a step."""
-        linear = self.area * dot(state.pressure, step.lift)
-        square = self.area * dot(step.pressure, step.lift)
-        reach = state.gap + np.minimum(0.0, step.lift + step.height)
-        near = np.flatnonzero(reach < self.wall.cutoff)
-        gap, change = state.gap.reshape(-1)[near], step.gap(near)
-        start = self.wall.evaluate(gap)[0]
+        products = (state.pressure, step.lift), (step.pressure, step.lift)
+        linear, square = (self.area * dots(list(products))).tolist()
         outside = self.external(state.height)[0]
+        reached = self._reached(state, step)
 
         def along(t: float) -> tuple[float, float]:
-            energies, repulsion, _ = self.wall.evaluate(gap + t * change)
+            def part(atoms: tuple[np.ndarray, ...]) -> tuple[float, float]:
+                gap, change, start = atoms
+                energies, repulsion, _ = self.wall.evaluate(gap + t * change)
+                energies -= start
+                return float(energies.sum()), part_dot(repulsion, change)
+
+            found = [(0.0, 0.0), *each(part, reached)]
+            rise, work = np.sum(found, axis=0).tolist()
             now, force = self.external(state.height + t * step.height)
             energy = t * linear + 0.5 * t * t * square + now - outside
-            energy += self.area * float((energies - start).sum())
-            slope = linear + t * square - self.area * dot(repulsion, change)
-            return energy, slope - force * step.height
+            slope = linear + t * square - self.area * work - force * step.height
+            return energy + self.area * rise, slope
 
         return along
+
+    def _reached(self, state: State, step: Step) -> list[tuple[np.ndarray, ...]]:
+        """Gap, its change and the energy of the atoms in range along a step.
+
+        In parts, as lists.
+        """
+
+        def lists(rows: slice) -> tuple[np.ndarray, ...]:
+            gap, change = state.gap[rows], step.lift[rows] + step.height
+            near = gap + np.minimum(change, 0.0) < self.wall.cutoff
+            gap, change = gap[near], change[near]
+            return gap, change, self.wall.evaluate(gap)[0] if gap.size else gap
+
+        return [atoms for atoms in by_rows(lists, state.gap.shape) if atoms[0].size]

@@ -83,35 +83,41 @@ class Circulant:
         inverse = 1.0 / np.where(self._symbol > 0.0, self._symbol, softest)
         return self._transform.multiplier(inverse)
 
-    def compliance(self, pressure: np.ndarray) -> np.ndarray:
+    def compliance(
+        self, pressure: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
         """Depth of the atoms under pressures on them.
 
         Parameters
         ----------
         pressure : ndarray, shape of the box
             In any unit.
+        out : ndarray, shape of the box, optional
+            Where to put the result.
 
         Returns
         -------
         ndarray, shape of the box
             In units of `local` times that of the pressure.
         """
-        return self._transform.filter(pressure, self._compliance)
+        return self._transform.filter(pressure, self._compliance, out)
 
-    def stiffness(self, depth: np.ndarray) -> np.ndarray:
+    def stiffness(self, depth: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
         """Pressures that bring the atoms about to a depth.
 
         Parameters
         ----------
         depth : ndarray, shape of the box
             In any unit.
+        out : ndarray, shape of the box, optional
+            Where to put the result.
 
         Returns
         -------
         ndarray, shape of the box
             In units of that of the depth over `local`: positive definite in `depth`.
         """
-        return self._transform.filter(depth, self._stiffness)
+        return self._transform.filter(depth, self._stiffness, out)
 
     def relief(self, stiffness: float) -> np.ndarray:
         """Prepare for `relieve` the multiplier ``1/(1 + k (C - 1))``.
@@ -125,9 +131,11 @@ class Circulant:
             1.0 / (1.0 + stiffness * (self._symbol - 1.0))
         )
 
-    def relieve(self, pressure: np.ndarray, relief: np.ndarray) -> np.ndarray:
+    def relieve(
+        self, pressure: np.ndarray, relief: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
         """Pressures that are left of those of a wall when the atoms give way."""
-        return self._transform.filter(pressure, relief)
+        return self._transform.filter(pressure, relief, out)
 
 
 class Matrix:
@@ -164,25 +172,29 @@ class Matrix:
         self.transforms = 0
         self._matrix = halfspace.matrix
 
-    def compliance(self, pressure: np.ndarray) -> np.ndarray:
+    def compliance(
+        self, pressure: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
         """Depth of the atoms under pressures on them."""
         self.transforms += 1
         # none of the few under pressure is missed, and the others cost nothing
         under = np.flatnonzero(pressure)
         sunk = np.einsum("ij,j->i", self._matrix[:, under], pressure[under, 0])
-        return sunk[:, None] * (1.0 / self.local)
+        return np.multiply(sunk[:, None], 1.0 / self.local, out=out)
 
-    def stiffness(self, depth: np.ndarray) -> np.ndarray:
+    def stiffness(self, depth: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
         """Pressures that bring each atom to its depth alone."""
-        return depth
+        return np.positive(depth, out=out)
 
     def relief(self, stiffness: float) -> np.ndarray:
         """Return what `relieve` needs: nothing."""
         return np.zeros(0)
 
-    def relieve(self, pressure: np.ndarray, relief: np.ndarray) -> np.ndarray:
+    def relieve(
+        self, pressure: np.ndarray, relief: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
         """Pressures that are left when atoms are taken to be far from each other."""
-        return pressure
+        return np.positive(pressure, out=out)
 
 
 def model_of(halfspace: HalfSpace, box: Box) -> Circulant | Matrix:

@@ -24,7 +24,7 @@ J. Nocedal, S. J. Wright, Numerical Optimization (2006), Ch. 7 (inexact Newton m
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -42,7 +42,9 @@ from ase_roughcontact.optimize.problem import (
     indenter_stiffness,
     precision_advice,
 )
+from ase_roughcontact.parallel import combined
 from ase_roughcontact.places import Box
+from ase_roughcontact.recycling import zeros
 
 # Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
 # negative stiffness is put in.
@@ -83,7 +85,7 @@ def iterate(
     external: External | None,
     start: np.ndarray | None,
     tolerance: float,
-) -> Iterator[Relaxation]:
+) -> Generator[Relaxation, None, None]:
     """Relax the contact of a soft wall, step by step.
 
     Parameters
@@ -252,26 +254,23 @@ class _Newton:
 
     def _correction(self, state: State, reduction: float) -> Step | None:
         """Newton's step by the model, and its exact lift."""
-        atoms, stiffness = state.atoms, state.stiffness
+        stiffness = state.stiffness[state.box.slices]
         if self.convex:
             stiffness = np.maximum(stiffness, 0.0)
-        model = self._model(atoms)
+        model = self._model(state.box)
         row = None
         if self.landscape.loaded:
             area = self.halfspace.cell_area
             missing = float(state.residual.sum()) - state.load_residual / area
             row = self.landscape.spring(state.height) / area, missing
         before = model.transforms
-        system = System(model, self.halfspace.shape, atoms, stiffness)
+        system = System(model, state.box, stiffness)
         step = self._solved(system, state, row, reduction)
         self.points += (model.transforms - before) * model.points
         return step
 
-    def _model(self, atoms: np.ndarray) -> Circulant | Matrix:
+    def _model(self, needed: Box) -> Circulant | Matrix:
         """Model of the half space for some atoms, the last one if it has them all."""
-        i, j = np.unravel_index(atoms, self.halfspace.shape)
-        first = int(i[0]), int(j.min())
-        needed = Box.between(first, (int(i[-1]) + 1, int(j.max()) + 1))
         if self.model is None or not self.model.box.holds(needed):
             self.model = model_of(self.halfspace, needed)
         return self.model
@@ -288,35 +287,35 @@ class _Newton:
         Where atoms overlap deeply, the wall is so stiff that the model's small error
         spoils its solution: then it only preconditions the exact equations.
         """
-        right = system.rows(state.residual)
-        solution = system.solve(right, row, reduction, _KRYLOV_STEPS)
-        if solution is None:
+        right = system.rows(state.residual[state.box.slices])
+        change = system.solve(right, row, reduction, _KRYLOV_STEPS)
+        if change is None:
             return None
-        change = np.append(*solution)
         step = self._step(state, change)
         if self.model is not None and self.model.exact:
             return step
-        rest = right - system.image(change, step.lift.reshape(-1)[state.atoms])
-        accepted = _EXACT_REDUCTION * max(norm(right), norm(rest - right))
+        image = system.image(change, step.lift[state.box.slices])
+        accepted = _EXACT_REDUCTION * max(norm(right), norm(image))
+        rest = combined([(1.0, right), (-1.0, image)])
         if norm(rest) <= accepted:
             return step
 
-        def image(change: np.ndarray) -> np.ndarray:
+        def exact(change: np.ndarray) -> np.ndarray:
             lift = self._step(state, change).lift
-            return system.image(change, lift.reshape(-1)[state.atoms])
+            return system.image(change, lift[state.box.slices])
 
         def precondition(rest: np.ndarray) -> np.ndarray:
             still = None if row is None else (row[0], 0.0)
             found = system.solve(rest, still, reduction, _KRYLOV_STEPS)
-            return np.append(*found) if found else np.append(rest, 0.0)
+            return np.append(rest, 0.0) if found is None else found
 
-        more = residuals(image, precondition, rest, accepted, _EXACT_STEPS)
+        more = residuals(exact, precondition, rest, accepted, _EXACT_STEPS)
         return self._step(state, change + more)
 
     def _step(self, state: State, change: np.ndarray) -> Step:
         """Return a change of pressure and height with its exact lift."""
-        pressure = np.zeros(state.pressure.shape)
-        pressure.reshape(-1)[state.atoms] = change[:-1]
+        pressure = zeros(state.pressure.shape)
+        pressure[state.box.slices] = change[:-1].reshape(state.box.shape)
         return Step(pressure, self.landscape.lift(pressure), float(change[-1]))
 
     def _downhill(self, state: State, step: Step) -> bool:
@@ -328,7 +327,8 @@ class _Progress:
     """What has been reached since a state, and whether the steps lead anywhere."""
 
     def __init__(self, state: State) -> None:
-        self.best = self.milestone = state
+        self.best = state
+        self.milestone = state.energy, state.error
         self.steps = self.idle = 0
         self.obstacle = ""
 
@@ -342,9 +342,9 @@ class _Progress:
             self.obstacle = _ROUNDED
         self.steps += 1
         if self.steps % _CRAWL == 0:
-            before, self.milestone = self.milestone, new
-            fall = before.energy - new.energy
-            if fall < _CRAWL_FALL * new.noise and new.error > 0.5 * before.error:
+            (energy, error), self.milestone = self.milestone, (new.energy, new.error)
+            fall = energy - new.energy
+            if fall < _CRAWL_FALL * new.noise and new.error > 0.5 * error:
                 slow = "the energy falls too slowly to matter"
                 self.obstacle = slow if fall > _CRAWL * new.noise else _ROUNDED
 

@@ -175,11 +175,6 @@ class Indenter:
         )
 
 
-def dot(a: np.ndarray, b: np.ndarray) -> float:
-    """Scalar product without BLAS, whose threads would fight those of the FFT."""
-    return float(np.einsum("i,i", a.reshape(-1), b.reshape(-1)))
-
-
 def precision_advice(halfspace: HalfSpace) -> str:
     """Return what a message about rounding says of single precision, if it is used."""
     if np.dtype(halfspace.fft.get("dtype", float)) == np.float64:

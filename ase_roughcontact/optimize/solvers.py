@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import IO, Any
 
@@ -17,9 +17,10 @@ from ase_roughcontact.optimize.problem import (
     Indenter,
     Relaxation,
     contact_of,
-    dot,
     without_rounding,
 )
+from ase_roughcontact.parallel import dot
+from ase_roughcontact.recycling import release
 
 
 class Window(Optimizable):
@@ -151,7 +152,7 @@ class WindowOptimizer(Optimizer):
 
     optimizable: Window
     _hard: bool
-    _iterate: Callable[..., Iterator[Relaxation]]
+    _iterate: Callable[..., Generator[Relaxation, None, None]]
 
     def __init__(
         self,
@@ -196,6 +197,7 @@ class WindowOptimizer(Optimizer):
                 self.message = f"not converged after {steps} steps"
         finally:
             self.optimizable.write()
+            release()
 
     def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
         """Relax the atoms.
@@ -231,6 +233,8 @@ class WindowOptimizer(Optimizer):
         self.pairs += state.pairs
         self.message = state.message
         self.optimizable.state = state
+        if state.converged or state.message:
+            self._states.close()  # what it remembers is large
 
     def gradient_converged(self, gradient: np.ndarray) -> bool:
         """Whether the solver says so; before its first step, whether the atoms do."""

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from problems import TOLERANCE, Answer, Problem
 
-from ase_roughcontact.fourier import available_threads
 from ase_roughcontact.halfspace import FreeHalfSpace
+from ase_roughcontact.parallel import available_threads
 
 Solver = Callable[[Problem], Answer]
 

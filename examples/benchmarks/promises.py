@@ -28,7 +28,8 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.fourier import RealFFT2, threads
+from ase_roughcontact.fourier import RealFFT2
+from ase_roughcontact.parallel import threads
 
 TURNS = 6
 PAIRS = 40  # as many as a step takes

@@ -1,0 +1,213 @@
+"""Arithmetic of large arrays, in parts that stay in the cache, shared among threads.
+
+Numpy and the transforms let other threads run while they calculate. Sums over parts are
+the same for any number of threads.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import TypeVar
+
+import numpy as np
+
+from ase_roughcontact.checks import integer
+from ase_roughcontact.recycling import empty
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+# Numbers in a part of an array: more of them leave the cache, and with fewer the calls
+# of numpy take longer than what they do.
+_PART = 131072
+
+_THREADS: ContextVar[int] = ContextVar("threads", default=0)
+# One pool for each number of threads that was asked for.
+_POOLS: dict[int, ThreadPoolExecutor] = {}
+if hasattr(os, "register_at_fork"):  # a child has the pools, but not their threads
+    os.register_at_fork(after_in_child=_POOLS.clear)
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def available_threads() -> int:
+    """Threads to use: those of `threads`, ``OMP_NUM_THREADS``, or all processors."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    usual = int(wanted) if wanted.isdigit() and int(wanted) > 0 else processors()
+    return _THREADS.get() or usual
+
+
+@contextmanager
+def threads(count: int) -> Iterator[None]:
+    """Choose the number of `available_threads` for what this thread does meanwhile."""
+    before = _THREADS.set(integer("threads", count, 1))
+    try:
+        yield
+    finally:
+        _THREADS.reset(before)
+
+
+def together(work: Callable[[int], T], count: int) -> list[T]:
+    """Return ``[work(0), ..., work(count - 1)]``, called at the same time.
+
+    Parameters
+    ----------
+    work : callable
+        Of the number of the thread; must not call `together` itself.
+    count : int
+        Number of threads.
+
+    Returns
+    -------
+    list
+    """
+    if count <= 1:
+        return [work(0)]
+    if count not in _POOLS:
+        _POOLS[count] = ThreadPoolExecutor(count - 1, "ase_roughcontact")
+    others = [_POOLS[count].submit(work, k) for k in range(1, count)]
+    try:
+        first = work(0)
+    finally:
+        wait(others)
+    return [first, *(other.result() for other in others)]
+
+
+def parts(length: int, most: int) -> list[slice]:
+    """Cut a length into parts of about equal length, an even number if not one.
+
+    Parameters
+    ----------
+    length : int
+        At least one.
+    most : int
+        Length of a part, at most.
+
+    Returns
+    -------
+    list of slice
+    """
+    most = max(most, 1)
+    if length <= most:
+        return [slice(0, length)]
+    step = math.ceil(length / (2 * math.ceil(length / (2 * most))))
+    return [slice(i, min(i + step, length)) for i in range(0, length, step)]
+
+
+def each(work: Callable[[S], T], items: list[S]) -> list[T]:
+    """Do work on each of some items, shared among `available_threads`.
+
+    Parameters
+    ----------
+    work : callable
+        Of an item; must not share work itself.
+    items : list
+
+    Returns
+    -------
+    list
+        What it returned for each of them, in their order.
+    """
+    results: dict[int, T] = {}
+    shared = iter(enumerate(items))
+
+    def share(_: int) -> None:
+        for k, item in shared:
+            results[k] = work(item)
+
+    together(share, min(available_threads(), len(items)))
+    return [results[k] for k in range(len(items))]
+
+
+def by_rows(work: Callable[[slice], T], shape: tuple[int, ...]) -> list[T]:
+    """Do work on the rows of arrays, some at a time; see `each`.
+
+    Parameters
+    ----------
+    work : callable
+        Of a slice of rows; must not touch others.
+    shape : (int, ...)
+        Of the arrays.
+
+    Returns
+    -------
+    list
+        What it returned for each of the slices, in their order.
+    """
+    width = math.prod(shape[1:])
+    return each(work, parts(max(shape[0], 1), _PART // max(width, 1)))
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Scalar product without BLAS, whose threads fight those of the transforms."""
+    return float(dots([(a, b)])[0])
+
+
+def dots(pairs: list[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
+    """Scalar products of pairs of arrays, all of one shape."""
+
+    def products(rows: slice) -> list[float]:
+        return [part_dot(a[rows], b[rows]) for a, b in pairs]
+
+    found: np.ndarray = np.sum(by_rows(products, pairs[0][0].shape), axis=0)
+    return found
+
+
+def part_dot(a: np.ndarray, b: np.ndarray) -> float:
+    """Scalar product of parts of arrays, in one thread."""
+    return float(np.einsum("i,i", a.reshape(-1), b.reshape(-1)))
+
+
+def same(a: np.ndarray, b: np.ndarray) -> bool:
+    """Whether two arrays have one shape and the same entries."""
+    if a.shape != b.shape:
+        return False
+    return all(by_rows(lambda rows: bool((a[rows] == b[rows]).all()), (*a.shape, 1)))
+
+
+def largest(values: np.ndarray) -> float:
+    """Largest magnitude."""
+
+    def of_part(rows: slice) -> float:
+        return max(float(values[rows].max()), -float(values[rows].min()))
+
+    return max(by_rows(of_part, values.shape))
+
+
+def combined(
+    terms: list[tuple[float, np.ndarray]], out: np.ndarray | None = None
+) -> np.ndarray:
+    """Sum of arrays of one shape, each times a number.
+
+    Parameters
+    ----------
+    terms : list of (float, ndarray)
+        At least one.
+    out : ndarray, optional
+        Where to put the sum, maybe one of the arrays; by default a new array.
+
+    Returns
+    -------
+    ndarray
+    """
+    (first, array), *rest = terms
+    result = empty(array.shape, array.dtype) if out is None else out
+
+    def add(rows: slice) -> None:
+        total = array[rows] * float(first)
+        for factor, other in rest:
+            total += other[rows] * float(factor)
+        result[rows] = total
+
+    by_rows(add, array.shape)
+    return result
