@@ -110,8 +110,8 @@ class HalfSpace(ABC):
 
         Returns
         -------
-        ndarray, shape (N, M//2 + 1)
-            Length per pressure.
+        ndarray, shape (N//2 + 1, M//2 + 1)
+            Length per pressure; even, so that half of the rows are enough.
         """
 
     @property
@@ -136,7 +136,7 @@ class HalfSpace(ABC):
     @cached_property
     def compliance(self) -> np.ndarray:
         """Spectrum ``G(q)`` on the grid, shape (N, M//2 + 1) (length per pressure)."""
-        return self.symbol(self.grid)
+        return self._own_symbol.take(_mirrored(self.grid[0]), 0)
 
     @cached_property
     def stiffness(self) -> np.ndarray:
@@ -160,8 +160,12 @@ class HalfSpace(ABC):
         return self.grid_transform
 
     @cached_property
+    def _own_symbol(self) -> np.ndarray:
+        return self.symbol(self.grid)
+
+    @cached_property
     def _compliance_filter(self) -> np.ndarray:
-        return self.window_transform.multiplier(-self.compliance)
+        return self.window_transform.multiplier(-self._own_symbol)
 
     @cached_property
     def _stiffness_filter(self) -> np.ndarray:
@@ -250,7 +254,7 @@ class PeriodicHalfSpace(HalfSpace):
     def symbol(self, grid: tuple[int, int]) -> np.ndarray:
         """``2/(E* |q|)``, zero for the mean; see `HalfSpace.symbol`."""
         n, m = grid
-        qx = 2 * np.pi * np.fft.fftfreq(n, self.spacing)
+        qx = 2 * np.pi * np.fft.rfftfreq(n, self.spacing)
         qy = 2 * np.pi * np.fft.rfftfreq(m, self.spacing)
         q = np.hypot(qx[:, None], qy[None, :])
         q[0, 0] = np.inf
@@ -284,8 +288,7 @@ class FreeHalfSpace(HalfSpace):
         for some in np.array_split(rows, math.ceil(rows.size / _ROWS)):  # in the cache
             values[some] = love_kernel(some[:, None], columns, *given)
         # real and even in both directions: a quarter of it is enough
-        values = _even_spectrum(_even_spectrum(values, m, 1), n, 0)
-        return values.take(_mirrored(n), 0)
+        return _even_spectrum(_even_spectrum(values, m, 1), n, 0)
 
 
 def _mirrored(n: int) -> np.ndarray:

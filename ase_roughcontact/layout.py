@@ -11,6 +11,7 @@ from ase import Atoms
 from ase_roughcontact.checks import surface
 from ase_roughcontact.condensed import CondensedHalfSpace, ScatteredHalfSpace
 from ase_roughcontact.halfspace import FreeHalfSpace, HalfSpace, PeriodicHalfSpace
+from ase_roughcontact.parallel import by_rows
 from ase_roughcontact.topography import Surface, heights_at
 
 # Lateral positions may differ from the grid's by this part of the spacing: text formats
@@ -210,14 +211,21 @@ def _scattered(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float, np.nd
 
 def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:
     i, j = (spacing * np.arange(n) for n in grid)
-    x, y = np.moveaxis((xy - xy[0]).reshape(*grid, 2), 2, 0)
-    off = np.maximum(abs(x - i[:, None]), abs(y - j)).reshape(-1)
+    x, y = (part.reshape(grid) for part in xy.T)
+
+    def off_in(rows: slice) -> tuple[float, int]:
+        """Largest distance from the grid of some rows, and of which atom."""
+        along = abs(x[rows] - x[0, 0] - i[rows, None])
+        off = np.maximum(along, abs(y[rows] - y[0, 0] - j), out=along)
+        worst = int(off.argmax())
+        return float(off.flat[worst]), worst + rows.start * grid[1]
+
+    off, worst = max(by_rows(off_in, grid), key=lambda found: found[0])
     # a spacing read off two rounded positions drifts with the index
     tolerance = _OFF_GRID * spacing * max(1.0, 1e-3 * max(grid))
-    if off.max() > tolerance:
-        worst = int(off.argmax())
+    if off > tolerance:
         raise ValueError(
-            f"atom {worst} is off the square grid by {off[worst]:.3g} (spacing "
+            f"atom {worst} is off the square grid by {off:.3g} (spacing "
             f"{spacing:.6g}): surface atoms may move along z only"
         )
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ase_roughcontact.checks import FloatArray, integer, positive, window
+from ase_roughcontact.parallel import available_threads
 from ase_roughcontact.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
@@ -289,8 +290,9 @@ def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
     # range a wave falls on its own mirror image.
     own = (ky == 0) | (2 * ky == points)
     spectrum[-kx[own] % points, ky[own]] += coefficient[own].conj()
-    rows = fft.ifft(spectrum, axis=0, norm="forward", overwrite_x=True)
-    field = fft.irfft(rows, n=points, axis=1, norm="forward")
+    options: dict[str, Any] = {"norm": "forward", "workers": available_threads()}
+    rows = fft.ifft(spectrum, axis=0, overwrite_x=True, **options)
+    field = fft.irfft(rows, n=points, axis=1, **options)
     field.flags.writeable = False
     return field
 

@@ -419,7 +419,7 @@ def test_a_path_up_and_down_comes_back_without_drift_or_growth_of_memory(turns):
 
 
 @pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
-@pytest.mark.parametrize("load, carried", [(1e-12, True), (1e-14, False)])
+@pytest.mark.parametrize("load, carried", [(3e-12, True), (1e-14, False)])
 def test_a_load_that_rounding_leaves_uncarried_is_marked(wall, load, carried):
     sphere = RoughSphere(100.0, rough())
     atoms = substrate("Cu", (24, 24), sphere, spacing=1.0, fixed=False)

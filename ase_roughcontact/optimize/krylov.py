@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ase_roughcontact.optimize.models import Circulant, Matrix
-from ase_roughcontact.parallel import by_rows, combined, dot, dots, largest, part_dot
+from ase_roughcontact.parallel import by_rows, combined, dot, largest, part_dot
 from ase_roughcontact.places import Box
 from ase_roughcontact.recycling import empty
 
@@ -298,18 +298,17 @@ def residuals(
         k = len(changes)
         change = precondition(rest)
         new = image(change)
-        if images:
-            for i, old in enumerate(images):
-                triangle[i, k] = dot(old, new)
-                combined([(1.0, new), (-triangle[i, k], old)], out=new)
-        square, along = dots([(new, new), (new, rest)]).tolist()
-        size = triangle[k, k] = square**0.5
+        others = [*images, new]
+        overlap = dot(new, others[0])
+        for i, old in enumerate(images):
+            triangle[i, k] = overlap
+            overlap = _taken_off(new, overlap, old, others[i + 1])
+        size = triangle[k, k] = overlap**0.5
         if not size > 0.0:
             break
-        steps[k] = along / size
         combined([(1.0 / size, new)], out=new)
-        combined([(1.0, rest), (-steps[k], new)], out=rest)
-        left = norm(rest)
+        steps[k] = dot(new, rest)
+        left = _taken_off(rest, float(steps[k]), new, rest) ** 0.5
         changes.append(change)
         images.append(new)
     if not changes:
@@ -317,6 +316,19 @@ def residuals(
     k = len(changes)
     weights = solve_triangular(triangle[:k, :k], steps[:k]).tolist()
     return combined(list(zip(weights, changes, strict=True)))
+
+
+def _taken_off(
+    values: np.ndarray, factor: float, other: np.ndarray, third: np.ndarray
+) -> float:
+    """Take a multiple of another array off, then return the product with a third."""
+
+    def take(rows: slice) -> float:
+        part = values[rows]
+        part -= factor * other[rows]
+        return part_dot(part, third[rows])
+
+    return sum(by_rows(take, values.shape))
 
 
 def norm(values: np.ndarray) -> float:

@@ -65,7 +65,7 @@ class Circulant:
         self.local = halfspace.atom_compliance
         fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
         self._transform = RealFFT2(self.box.shape, grid, **fft)
-        self._symbol = halfspace.symbol(grid)[: grid[0] // 2 + 1] / self.local
+        self._symbol = halfspace.symbol(grid) / self.local
 
     @property
     def transforms(self) -> int:

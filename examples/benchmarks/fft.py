@@ -97,7 +97,7 @@ def elastic(engine: str, size: int, threads: int) -> Callable[[], object]:
         halfspace = FreeHalfSpace(window, 1.0, 1.0, engine=engine, threads=threads)
         return partial(halfspace.displacement, pressure)
     grid = (size, size)
-    compliance = FreeHalfSpace(window, 1.0, 1.0).symbol(grid)
+    compliance = FreeHalfSpace(window, 1.0, 1.0).compliance
 
     def convolve() -> np.ndarray:
         spectrum = scipy.fft.rfft2(pressure, grid, workers=threads)
