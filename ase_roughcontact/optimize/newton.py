@@ -364,7 +364,7 @@ def _relax(
     fresh, refreshed = True, False
     while True:
         if state.error <= tolerance and not fresh:
-            state = landscape.afresh(state)
+            state = landscape.balanced(landscape.afresh(state), tolerance)
             progress.best, fresh = state, True
         if state.error <= tolerance:
             yield newton.report(state, converged=True)
@@ -377,6 +377,7 @@ def _relax(
                 "no step lowers the energy" if held else "nothing holds the indenter"
             )
         else:
+            new = landscape.balanced(new, tolerance)
             progress.note(state, new)
             state, fresh = new, False
         if progress.obstacle:
