@@ -66,8 +66,9 @@ class RoughContact(Calculator):
         is free to move.
     fft : dict, optional
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`,
-        `measure`. With ducc0, the default ones were the fastest
-        within a tenth (grids of 150 and 500).
+        `measure`. With ducc0, the default ones were the fastest within a tenth (grids
+        of 150 and 500). All other arithmetic takes as many threads as
+        ``OMP_NUM_THREADS`` or `parallel.threads` say, by default all processors.
 
     Raises
     ------

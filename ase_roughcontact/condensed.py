@@ -45,7 +45,7 @@ class CondensedHalfSpace(FreeHalfSpace):
 
     @cached_property
     def _clamped(self) -> np.ndarray:
-        return self.window_transform.multiplier(self.stiffness)
+        return self.window_transform.multiplier(self._own_inverse)
 
     def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
         """Pressure that holds the window at a displacement.

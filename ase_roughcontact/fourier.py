@@ -76,10 +76,10 @@ class RealFFT2:
         By default ducc0 where it is installed: it needs no planning. Else pyfftw with
         measured plans.
     threads : int, optional
-        By default one for grids below 256 x 256, else as many as `available_threads`
-        tells.
+        At most; by default as many as `available_threads` tells. A grid of 256 x 256
+        or less takes one.
     measure : bool
-        Whether pyfftw may take up to a second to find the fastest plan; not worth it
+        Whether pyfftw may take up to a second to find each of four plans; not worth it
         for a few transforms only.
 
     Raises
@@ -115,7 +115,7 @@ class RealFFT2:
         if self.engine not in ENGINES:
             raise ValueError(f"engine must be one of {ENGINES}, got {engine!r}")
         self.dtype = _float_type(dtype)
-        self.threads = self._threads() if threads is None else threads
+        self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)
         self.measure = bool(measure)
         self.pairs = 0
@@ -125,8 +125,9 @@ class RealFFT2:
         self._rows = parts(rows, _BUFFER // width)
         self._columns = parts(width // 2 + 1, few)
         make = _PyfftwLines if self.engine == "pyfftw" else _DuccLines
-        shape = self._rows[0].stop, self._columns[0].stop
-        self._lines = [make(self, *shape) for _ in range(self.threads)]
+        shape = _longest(self._rows), _longest(self._columns)
+        workers = min(self.threads, max(len(self._rows), len(self._columns)))
+        self._lines = [make(self, *shape) for _ in range(workers)]
 
     def __reduce__(self) -> tuple:
         """Plans can't be pickled: make them anew."""
@@ -212,7 +213,18 @@ class RealFFT2:
         Returns
         -------
         ndarray, shape (n, m)
+
+        Raises
+        ------
+        ValueError
+            If `values` or `out` do not have the shape of the window, or `out` is of
+            another type than the transform.
         """
+        if out is not None and (out.shape, out.dtype) != (self.window, self.dtype):
+            raise ValueError(
+                f"out must be of the shape {self.window} and the type {self.dtype}, "
+                f"got {out.shape} and {out.dtype}"
+            )
         self.pairs += 1
         half, height, rows = self._half, self.window[0], len(multiplier)
         mirrored = multiplier[self.grid[0] - rows : 0 : -1]
@@ -229,10 +241,6 @@ class RealFFT2:
 
         self._share(filtered, self._columns)
         return self._rows_inverse(half, out)
-
-    def _threads(self) -> int:
-        small = self.grid[0] * self.grid[1] < 256 * 256
-        return 1 if small else available_threads()
 
     def _complex(self, rows: int) -> np.ndarray:
         complex_type = np.result_type(self.dtype, np.complex64)
@@ -252,7 +260,7 @@ class RealFFT2:
             for part in shared:
                 work(self._lines[worker], part)
 
-        together(some, min(self.threads, len(parts)))
+        together(some, min(len(self._lines), len(parts)))
 
     def _rows_forward(self, values: np.ndarray, half: np.ndarray) -> None:
         if values.shape != self.window:
@@ -281,6 +289,10 @@ class RealFFT2:
 
         self._share(inverse, self._rows)
         return result
+
+
+def _longest(some: list[slice]) -> int:
+    return max(part.stop - part.start for part in some)
 
 
 class _Lines:

@@ -141,8 +141,7 @@ class HalfSpace(ABC):
     @cached_property
     def stiffness(self) -> np.ndarray:
         """Spectrum ``K(q) = 1/G(q)``, shape (N, M//2 + 1); zero where G is."""
-        resists = self.compliance > 0.0
-        return np.divide(1.0, self.compliance, where=resists, out=0.0 * self.compliance)
+        return self._own_inverse.take(_mirrored(self.grid[0]), 0)
 
     @cached_property
     def window_transform(self) -> RealFFT2:
@@ -163,13 +162,18 @@ class HalfSpace(ABC):
     def _own_symbol(self) -> np.ndarray:
         return self.symbol(self.grid)
 
+    @property
+    def _own_inverse(self) -> np.ndarray:
+        symbol = self._own_symbol
+        return np.divide(1.0, symbol, where=symbol > 0.0, out=np.zeros_like(symbol))
+
     @cached_property
     def _compliance_filter(self) -> np.ndarray:
         return self.window_transform.multiplier(-self._own_symbol)
 
     @cached_property
     def _stiffness_filter(self) -> np.ndarray:
-        return self.grid_transform.multiplier(-self.stiffness)
+        return self.grid_transform.multiplier(-self._own_inverse)
 
     @property
     def pairs(self) -> int:

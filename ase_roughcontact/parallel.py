@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
-from contextlib import contextmanager
-from contextvars import ContextVar
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
+from contextvars import ContextVar, copy_context
+from itertools import pairwise
 from typing import TypeVar
 
 import numpy as np
@@ -27,10 +28,23 @@ T = TypeVar("T")
 _PART = 131072
 
 _THREADS: ContextVar[int] = ContextVar("threads", default=0)
-# One pool for each number of threads that was asked for.
-_POOLS: dict[int, ThreadPoolExecutor] = {}
-if hasattr(os, "register_at_fork"):  # a child has the pools, but not their threads
-    os.register_at_fork(after_in_child=_POOLS.clear)
+# Whether this thread shares work with others already.
+_SHARING: ContextVar[bool] = ContextVar("sharing", default=False)
+
+
+_POOL: ThreadPoolExecutor
+
+
+def _new_pool() -> None:
+    global _POOL
+    _POOL = ThreadPoolExecutor(_MOST, "ase_roughcontact")
+
+
+# It begins threads when they are needed.
+_MOST = 256
+_new_pool()
+if hasattr(os, "register_at_fork"):  # a child has the pool, but not its threads
+    os.register_at_fork(after_in_child=_new_pool)
 
 
 def processors() -> int:
@@ -60,10 +74,12 @@ def threads(count: int) -> Iterator[None]:
 def together(work: Callable[[int], T], count: int) -> list[T]:
     """Return ``[work(0), ..., work(count - 1)]``, called at the same time.
 
+    Within such work, one after the other.
+
     Parameters
     ----------
     work : callable
-        Of the number of the thread; must not call `together` itself.
+        Of the number of the thread.
     count : int
         Number of threads.
 
@@ -71,20 +87,32 @@ def together(work: Callable[[int], T], count: int) -> list[T]:
     -------
     list
     """
-    if count <= 1:
-        return [work(0)]
-    if count not in _POOLS:
-        _POOLS[count] = ThreadPoolExecutor(count - 1, "ase_roughcontact")
-    others = [_POOLS[count].submit(work, k) for k in range(1, count)]
+    if count < 2 or _SHARING.get():
+        return [work(k) for k in range(count)]
+
+    def alone(k: int) -> T:
+        before = _SHARING.set(True)
+        try:
+            return work(k)
+        finally:
+            _SHARING.reset(before)
+
+    others: list[Future[T]] = []
     try:
-        first = work(0)
+        try:
+            with suppress(RuntimeError):  # when the interpreter ends no thread begins
+                for k in range(1, count):
+                    others.append(_POOL.submit(copy_context().run, alone, k))
+            mine = [alone(k) for k in (0, *range(1 + len(others), count))]
+        finally:
+            wait(others)
     finally:
-        wait(others)
-    return [first, *(other.result() for other in others)]
+        wait(others)  # an interrupt of the first must not leave them at work
+    return [mine[0], *(other.result() for other in others), *mine[1:]]
 
 
 def parts(length: int, most: int) -> list[slice]:
-    """Cut a length into parts of about equal length, an even number if not one.
+    """Cut a length into parts of about equal length, as a rule an even number.
 
     Parameters
     ----------
@@ -98,10 +126,9 @@ def parts(length: int, most: int) -> list[slice]:
     list of slice
     """
     most = max(most, 1)
-    if length <= most:
-        return [slice(0, length)]
-    step = math.ceil(length / (2 * math.ceil(length / (2 * most))))
-    return [slice(i, min(i + step, length)) for i in range(0, length, step)]
+    count = min(2 * math.ceil(length / (2 * most)), length) if length > most else 1
+    bounds = [k * length // count for k in range(count + 1)]
+    return [slice(*ends) for ends in pairwise(bounds)]
 
 
 def each(work: Callable[[S], T], items: list[S]) -> list[T]:
@@ -110,7 +137,7 @@ def each(work: Callable[[S], T], items: list[S]) -> list[T]:
     Parameters
     ----------
     work : callable
-        Of an item; must not share work itself.
+        Of an item.
     items : list
 
     Returns
@@ -169,25 +196,25 @@ def part_dot(a: np.ndarray, b: np.ndarray) -> float:
 
 
 def same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two arrays have one shape and the same entries."""
+    """Whether two arrays, not scalars, have one shape and the same entries."""
     if a.shape != b.shape:
         return False
-    return all(by_rows(lambda rows: bool((a[rows] == b[rows]).all()), (*a.shape, 1)))
+    return all(by_rows(lambda rows: bool((a[rows] == b[rows]).all()), a.shape))
 
 
 def largest(values: np.ndarray) -> float:
-    """Largest magnitude."""
+    """Largest magnitude; NaN if there is one."""
 
-    def of_part(rows: slice) -> float:
-        return max(float(values[rows].max()), -float(values[rows].min()))
+    def ends(rows: slice) -> tuple[float, float]:
+        return float(values[rows].max()), -float(values[rows].min())
 
-    return max(by_rows(of_part, values.shape))
+    return float(np.max(by_rows(ends, values.shape)))
 
 
 def combined(
     terms: list[tuple[float, np.ndarray]], out: np.ndarray | None = None
 ) -> np.ndarray:
-    """Sum of arrays of one shape, each times a number.
+    """Sum of arrays of floats, of one shape, each times a number.
 
     Parameters
     ----------

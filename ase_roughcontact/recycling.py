@@ -7,19 +7,34 @@ large contact's relaxation it was a third of the time.
 from __future__ import annotations
 
 import math
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 # Bytes from where on it is worth it.
 _LARGE = 1 << 20
-# Sizes of arrays whose memory is kept: double and single precision, of a window and of
-# a box within it.
+# Sizes of arrays whose memory is kept: numbers of both precisions and masks, of a
+# window and of a box within it.
 _SIZES = 6
 
-# Memory that is free, by its size; the last size that was asked for is the last.
+# Memory that is free, by its size; the size that was asked for last is the last.
 _SPARE: dict[int, list[np.ndarray]] = {}
+# What goes on that recycles.
+_USERS: list[object] = []
+
+
+@contextmanager
+def recycled() -> Iterator[None]:
+    """Let `empty` and `zeros` use memory again, of any thread; free it at the end."""
+    _USERS.append(None)
+    try:
+        yield
+    finally:
+        _USERS.pop()
+        if not _USERS:
+            _SPARE.clear()
 
 
 class _Lease:
@@ -30,14 +45,13 @@ class _Lease:
         self.__array_interface__ = memory.__array_interface__
 
     def __del__(self) -> None:
-        with suppress(TypeError):  # the interpreter ends
-            spare = _SPARE.get(self._memory.size)
-            if spare is not None:
-                spare.append(self._memory)
+        spare = _SPARE.get(self._memory.size)
+        if spare is not None:
+            spare.append(self._memory)
 
 
 def empty(shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
-    """Array that holds anything, in memory that was used before if there is some.
+    """Array that holds anything; when `recycled`, in memory that was used before.
 
     Parameters
     ----------
@@ -49,7 +63,7 @@ def empty(shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
     ndarray
     """
     size = math.prod(np.atleast_1d(shape).tolist()) * np.dtype(dtype).itemsize
-    if size < _LARGE:
+    if size < _LARGE or not _USERS:
         return np.empty(shape, dtype)
     spare = _SPARE.pop(size, [])
     _SPARE[size] = spare
@@ -67,8 +81,3 @@ def zeros(shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
     array = empty(shape, dtype)
     array[...] = 0
     return array
-
-
-def release() -> None:
-    """Give the memory that is free back to the system."""
-    _SPARE.clear()

@@ -127,13 +127,43 @@ def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
     assert rest == 1
 
 
-def test_large_grids_take_the_threads_that_are_chosen():
+def test_a_transform_takes_the_threads_that_are_chosen():
     with threads(2):
-        assert transform((256, 256), engine="ducc0").threads == 2
+        assert transform((16, 16)).threads == 2
+    assert transform((16, 16), threads=3).threads == 3
 
 
-def test_small_grids_use_one_thread():
-    assert transform((16, 16)).threads == 1
+def test_there_are_no_buffers_for_threads_that_have_nothing_to_do(monkeypatch):
+    assert len(transform((16, 16), threads=64)._lines) == 1
+    monkeypatch.setattr(fourier, "_BUFFER", 64)
+    assert len(transform((16, 16), threads=64)._lines) == 4
+
+
+@every_engine
+@grids
+def test_a_few_lines_at_a_time_by_several_threads_give_the_same(
+    window, grid, engine, monkeypatch
+):
+    monkeypatch.setattr(fourier, "_BUFFER", 20)
+    monkeypatch.setattr(fourier, "_LINE", 1)
+    monkeypatch.setattr(fourier, "_TALL", 10)
+    fft = transform(window, grid, engine, threads=3)
+    values, shape = random(window), grid or window
+    assert_allclose(fft.forward(values), np.fft.rfft2(values, shape), atol=1e-13)
+    assert_allclose(fft.inverse() / np.prod(shape), values, atol=1e-13)
+    one = fft.multiplier(np.ones(fft.spectrum.shape))
+    for _ in range(2):
+        assert_allclose(fft.filter(values, one), values, atol=1e-13)
+    assert fft.filter(values, one, values) is values
+
+
+@pytest.mark.parametrize(
+    "out", [np.zeros((5, 5)), np.zeros((5, 6), int), np.zeros((5, 6), np.float32)]
+)
+def test_place_for_a_result_that_does_not_fit_is_refused(out):
+    fft = transform((5, 6))
+    with pytest.raises(ValueError, match=r"out must be of the shape \(5, 6\) and"):
+        fft.filter(random((5, 6)), fft.multiplier(np.ones((5, 4))), out)
 
 
 def test_window_larger_than_the_grid_is_refused():

@@ -423,7 +423,7 @@ def test_a_loose_solution_leads_downhill_although_one_atom_overlaps_deeply():
     pressure = np.zeros(contact.heights.shape)
     pressure[box] = change[:-1].reshape(state.box.shape)
     slope = landscape.slope(state, Step(pressure, landscape.lift(pressure), 0.0))
-    near = np.flatnonzero(state.gap < contact.interaction.cutoff)
+    near = np.flatnonzero(contact.gap(flat, 0.6) < contact.interaction.cutoff)
     G = green(contact)[np.ix_(near, near)]
     residual, stiffness = state.residual.flat[near], stiffness.flat[near]
     best = np.linalg.solve(np.eye(len(G)) + stiffness[:, None] * G, residual)

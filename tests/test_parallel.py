@@ -1,6 +1,8 @@
 """Arithmetic in parts and in threads against numpy's own."""
 
 import os
+import threading
+import time
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
@@ -14,8 +16,10 @@ from ase_roughcontact.parallel import (
     by_rows,
     combined,
     dot,
+    largest,
     parts,
     processors,
+    same,
     threads,
     together,
 )
@@ -46,10 +50,48 @@ def test_parts_cover_a_length_once_and_in_order(length, most):
 
 
 def test_work_is_done_by_all_threads_and_its_results_keep_their_order(count):
-    def work(k):
-        return k, available_threads()
+    met = threading.Barrier(count)  # broken unless all are there at the same time
 
-    assert [k for k, _ in together(work, count)] == list(range(count))
+    def work(k):
+        met.wait(timeout=30)
+        return k
+
+    assert together(work, count) == list(range(count))
+
+
+def test_work_within_work_is_done_without_other_threads():
+    def work(k):
+        return together(lambda _: threading.get_ident(), 3)
+
+    for found in together(work, 2):
+        assert len(set(found)) == 1
+
+
+def test_work_sees_the_settings_of_numpy(count):
+    with np.errstate(over="raise", under="call"):
+        here = np.geterr()
+        assert together(lambda _: np.geterr(), count) == count * [here]
+
+
+def test_an_interrupt_waits_for_the_work_of_others():
+    done = threading.Event()
+
+    def work(k):
+        if k == 0:
+            raise KeyboardInterrupt
+        time.sleep(0.1)
+        done.set()
+
+    with pytest.raises(KeyboardInterrupt):
+        together(work, 2)
+    assert done.is_set()
+
+
+def test_where_no_thread_begins_any_more_the_work_is_done_in_one(monkeypatch):
+    pool = ThreadPoolExecutor(2)
+    pool.shutdown()
+    monkeypatch.setattr(parallel, "_POOL", pool)
+    assert together(lambda k: k, 3) == [0, 1, 2]
 
 
 def test_an_error_of_any_thread_is_raised(count):
@@ -101,6 +143,24 @@ def test_combination(small_parts, count):
     assert_allclose(b, expected, rtol=1e-13, atol=1e-15)
 
 
+@pytest.mark.parametrize("row", [0, 36])
+def test_largest_magnitude_tells_of_a_number_that_is_none(small_parts, count, row):
+    values = random(37, 5)
+    values[3, 3] = -9.0
+    assert largest(values) == 9.0
+    values[row, 1] = np.nan
+    assert np.isnan(largest(values))
+
+
+def test_arrays_are_the_same_if_shape_and_entries_are(small_parts, count):
+    a = random(37, 5)
+    assert same(a, a.copy())
+    assert not same(a, a[:36])
+    b = a.copy()
+    b[36, 4] += 1e-15
+    assert not same(a, b)
+
+
 def test_combination_keeps_single_precision():
     assert combined([(2.0, np.ones(4, np.float32))]).dtype == np.float32
 
@@ -109,6 +169,7 @@ def _forked(count):
     return together(lambda k: os.getpid(), count)
 
 
+@pytest.mark.filterwarnings("ignore:.*multi-threaded.*:DeprecationWarning")
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no processes are forked here")
 def test_threads_work_in_a_process_that_was_forked_after_they_were_used():
     together(lambda k: k, 2)

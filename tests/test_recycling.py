@@ -7,16 +7,16 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from ase_roughcontact import recycling
-from ase_roughcontact.recycling import empty, release, zeros
+from ase_roughcontact.recycling import empty, recycled, zeros
 
 LARGE = (600, 500)
 
 
 @pytest.fixture(autouse=True)
-def nothing_spare():
-    release()
-    yield
-    release()
+def recycling_goes_on():
+    with recycled():
+        yield
+    assert not recycling._SPARE
 
 
 def address(array):
@@ -60,15 +60,23 @@ def test_small_arrays_are_left_to_numpy():
     assert not recycling._SPARE
 
 
-def test_released_memory_is_not_kept():
-    kept = empty(LARGE)
-    gone = empty(LARGE)
-    del gone
+def test_memory_is_kept_until_the_last_who_recycles_ends():
+    with recycled():
+        kept = empty(LARGE)
+        gone = empty(LARGE)
+        del gone
     assert len(recycling._SPARE[kept.nbytes]) == 1
-    release()
+
+
+def test_memory_goes_back_to_the_system_when_nobody_recycles(monkeypatch):
+    monkeypatch.setattr(recycling, "_USERS", [])
+    with recycled():
+        kept, gone = empty(LARGE), empty(LARGE)
+        del gone
     assert not recycling._SPARE
-    del kept  # it goes back to the system, too
+    del kept
     assert not recycling._SPARE
+    assert empty(LARGE).base is None
 
 
 def test_sizes_that_are_not_asked_for_any_more_are_not_kept():

@@ -47,11 +47,11 @@ def run_ensemble(
         Where the cases are calculated: Dask's ``client.get_executor()``, an
         ``MPIPoolExecutor``, ... It is not shut down. By default processes of this
         machine; a script that uses them needs ``if __name__ == "__main__":``. Where
-        it calculates cases in threads their transforms take one thread each, unless
+        it calculates cases in threads each takes no others, unless
         ``OMP_NUM_THREADS`` is set.
     workers : int, optional
         Number of these processes, by default one per processor. Unless
-        ``OMP_NUM_THREADS`` is set they share the processors among their transforms.
+        ``OMP_NUM_THREADS`` is set they share the processors.
     checkpoints : path, optional
         Folder for the last frame of each case whose wall attracts, by default
         ``<database>-checkpoints`` beside an SQLite database. Its steps depend on those

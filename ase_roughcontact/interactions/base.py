@@ -34,6 +34,9 @@ class Interaction(ABC):
     def evaluate(self, gap: np.ndarray) -> Profile:
         """Energy, pressure and stiffness at the given gaps.
 
+        It is called for some atoms at a time, and by several threads at once: keep
+        nothing from one call to the next, and look at each gap alone.
+
         Parameters
         ----------
         gap : ndarray, any shape

@@ -238,13 +238,13 @@ class ActiveSet:
             self._shift = -dot(gap, touching) / count
         self._last, self._residual = self._residual, self._last
 
-        def overlap(rows: slice) -> float:
+        def overlap(rows: slice) -> tuple[float, float]:
             part = np.add(gap[rows], self._shift, out=self._residual[rows])
             part *= touching[rows]
             np.negative(part, out=part)
-            return max(float(part.max()), -float(part.min()))
+            return float(part.max()), -float(part.min())
 
-        return max(by_rows(overlap, gap.shape))
+        return float(np.max(by_rows(overlap, gap.shape)))
 
     def _overlap(self) -> float:
         """Deepest overlap of an atom out of contact."""

@@ -281,12 +281,12 @@ def _gap(
 def _violation(pressure: np.ndarray, gap: np.ndarray) -> float:
     """Largest gap in contact, or overlap anywhere."""
 
-    def of_part(rows: slice) -> float:
+    def ends(rows: slice) -> tuple[float, float]:
         part = gap[rows]
         touching = part.max(where=pressure[rows] > 0.0, initial=0.0)
-        return max(float(touching), -float(part.min()))
+        return float(touching), -float(part.min())
 
-    return max(0.0, *by_rows(of_part, gap.shape))
+    return float(np.max(by_rows(ends, gap.shape)))
 
 
 def _obstacle(violations: list[float], part: float, tolerance: float) -> str:

@@ -54,8 +54,6 @@ class State:
         Elastic pressure ``q``, and ``G q`` (length).
     height : float
         Of the indenter (length).
-    gap : ndarray, shape (n, m)
-        Length.
     box : Box
         Around the atoms in range of the wall or under pressure; at least one.
     stiffness, residual : ndarray, shape (n, m)
@@ -71,7 +69,6 @@ class State:
     pressure: np.ndarray
     lift: np.ndarray
     height: float
-    gap: np.ndarray
     box: Box
     stiffness: np.ndarray
     residual: np.ndarray
@@ -139,24 +136,22 @@ class Landscape:
 
     def state(self, pressure: np.ndarray, lift: np.ndarray, height: float) -> State:
         """Evaluate the wall, the energy and its gradient."""
-        gap, stiffness, residual = (empty(lift.shape) for _ in range(3))
+        stiffness, residual = empty(lift.shape), empty(lift.shape)
         near = empty(lift.shape, bool)
 
         def evaluate(rows: slice) -> list[float]:
-            some, here = gap[rows], near[rows]
-            np.add(self.contact.heights[rows], lift[rows], out=some)
-            some += height
-            np.less(some, self.wall.cutoff, out=here)
+            gap, here = self._gap(lift, height, rows), near[rows]
+            np.less(gap, self.wall.cutoff, out=here)
             here |= pressure[rows] != 0.0
             stiffness[rows] = residual[rows] = 0.0
             if not here.any():
                 return [0.0, 0.0, 0.0]
-            energies, repulsion, stiffness[rows][here] = self.wall.evaluate(some[here])
+            energies, repulsion, stiffness[rows][here] = self.wall.evaluate(gap[here])
             residual[rows][here] = repulsion
             residual[rows] -= pressure[rows]
             return [float(x.sum()) for x in (energies, abs(energies), repulsion)]
 
-        sums = np.sum(by_rows(evaluate, gap.shape), axis=0)
+        sums = np.sum(by_rows(evaluate, lift.shape), axis=0)
         stored, magnitude, pushed = (self.area * sums).tolist()
         if self.contact.halfspace.periodic and near.all():
             # an even pressure displaces nothing, and no energy tells how large it is
@@ -170,8 +165,7 @@ class Landscape:
             pressure=pressure,
             lift=lift,
             height=height,
-            gap=gap,
-            box=self._around(near, gap),
+            box=self._around(near, lift),
             stiffness=stiffness,
             residual=residual,
             load_residual=force,
@@ -329,13 +323,18 @@ class Landscape:
                 break
         return low
 
-    @staticmethod
-    def _around(near: np.ndarray, gap: np.ndarray) -> Box:
-        """Box around some atoms, or else of the lowest."""
+    def _gap(self, lift: np.ndarray, height: float, rows: slice) -> np.ndarray:
+        """Gap of some rows."""
+        gap: np.ndarray = self.contact.heights[rows] + lift[rows]
+        gap += height
+        return gap
+
+    def _around(self, near: np.ndarray, lift: np.ndarray) -> Box:
+        """Box around some atoms, or else of the one of the least gap."""
         box = Box.around(near, (0, 0))
         if box is not None:
             return box
-        i, j = np.unravel_index(gap.argmin(), gap.shape)
+        i, j = np.unravel_index((self.contact.heights + lift).argmin(), lift.shape)
         return Box((int(i), int(j)), (1, 1))
 
     def _line(self, state: State, step: Step) -> Callable[[float], tuple[float, float]]:
@@ -349,8 +348,8 @@ class Landscape:
             def part(atoms: tuple[np.ndarray, ...]) -> tuple[float, float]:
                 gap, change, start = atoms
                 energies, repulsion, _ = self.wall.evaluate(gap + t * change)
-                energies -= start
-                return float(energies.sum()), part_dot(repulsion, change)
+                rise = float((energies - start).sum())
+                return rise, part_dot(repulsion, change)
 
             found = [(0.0, 0.0), *each(part, reached)]
             rise, work = np.sum(found, axis=0).tolist()
@@ -368,9 +367,10 @@ class Landscape:
         """
 
         def lists(rows: slice) -> tuple[np.ndarray, ...]:
-            gap, change = state.gap[rows], step.lift[rows] + step.height
+            gap = self._gap(state.lift, state.height, rows)
+            change = step.lift[rows] + step.height
             near = gap + np.minimum(change, 0.0) < self.wall.cutoff
             gap, change = gap[near], change[near]
             return gap, change, self.wall.evaluate(gap)[0] if gap.size else gap
 
-        return [atoms for atoms in by_rows(lists, state.gap.shape) if atoms[0].size]
+        return [atoms for atoms in by_rows(lists, state.lift.shape) if atoms[0].size]

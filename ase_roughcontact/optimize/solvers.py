@@ -20,7 +20,7 @@ from ase_roughcontact.optimize.problem import (
     without_rounding,
 )
 from ase_roughcontact.parallel import dot
-from ase_roughcontact.recycling import release
+from ase_roughcontact.recycling import recycled
 
 
 class Window(Optimizable):
@@ -188,16 +188,16 @@ class WindowOptimizer(Optimizer):
             tolerance=fmax,
         )
         converged = False
-        try:
-            for converged in super().irun(fmax, steps):
-                yield converged
-                if self.message:
-                    return
-            if not converged:
-                self.message = f"not converged after {steps} steps"
-        finally:
-            self.optimizable.write()
-            release()
+        with recycled():
+            try:
+                for converged in super().irun(fmax, steps):
+                    yield converged
+                    if self.message:
+                        return
+                if not converged:
+                    self.message = f"not converged after {steps} steps"
+            finally:
+                self.optimizable.write()
 
     def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
         """Relax the atoms.

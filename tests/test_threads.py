@@ -1,0 +1,103 @@
+"""Solvers that share their work among threads, in many small parts."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_array_equal
+
+from ase_roughcontact import fourier, parallel
+from ase_roughcontact.condensed import ScatteredHalfSpace
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.optimize import hardwall, newton
+from ase_roughcontact.parallel import threads
+
+SIDE = 48
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.005),
+}
+
+
+@pytest.fixture(autouse=True)
+def small_parts(monkeypatch):
+    monkeypatch.setattr(parallel, "_PART", 200)
+    monkeypatch.setattr(fourier, "_BUFFER", 500)
+    monkeypatch.setattr(fourier, "_TALL", 100)
+
+
+def rough_hill():
+    i, j = np.indices((SIDE, SIDE)) - 24
+    return (i**2 + j**2) / 600.0 + 0.1 * np.random.default_rng(3).random((SIDE, SIDE))
+
+
+def contact_of(kind, wall):
+    heights = rough_hill()
+    if kind != "scattered":
+        solid = {"free": FreeHalfSpace, "periodic": PeriodicHalfSpace}[kind]
+        return Contact(solid(heights.shape, 1.0, 1.0), heights, wall)
+    sites = np.argwhere(np.random.default_rng(4).random(heights.shape) < 0.1)
+    heights = heights[tuple(sites.T)][:, None]
+    return Contact(ScatteredHalfSpace(sites, 1.0, 1.0), heights, wall)
+
+
+def relaxed(contact, load=20.0):
+    solver = hardwall if isinstance(contact.interaction, HardWall) else newton
+    *_, last = solver.iterate(
+        contact,
+        height=0.3,
+        external=lambda height: (load * height, -load),
+        start=None,
+        tolerance=1e-6,
+    )
+    return last
+
+
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("kind", ["free", "periodic", "scattered"])
+def test_any_number_of_threads_finds_the_same_to_the_last_digit(kind, wall):
+    states = []
+    for count in (1, 3):
+        with threads(count):
+            states.append(relaxed(contact_of(kind, WALLS[wall])))
+    alone, shared = states
+    assert alone.converged
+    assert shared.height == alone.height
+    assert_array_equal(shared.pressure, alone.pressure)
+
+
+class OneArray(Interaction):
+    """Energy, pressure and stiffness of exp(-g) are one number, and here one array."""
+
+    cutoff, contact_distance, attractive = 20.0, 0.0, False
+
+    def evaluate(self, gap):
+        value = np.exp(-gap)
+        return value, value, value
+
+
+def test_arrays_of_a_wall_of_the_user_are_left_alone():
+    assert relaxed(contact_of("free", OneArray())).converged
+
+
+class Broken(LennardJones93):
+    """A wall that knows no pressure at the lowest atoms."""
+
+    def _evaluate(self, gap):
+        rows = super()._evaluate(gap)
+        rows[1, gap < 0.5] = np.nan
+        return rows
+
+
+@pytest.mark.parametrize("place", [0, SIDE - 1])
+def test_a_number_that_is_none_is_told_wherever_it_is(place):
+    heights = np.full((SIDE, SIDE), 3.0)
+    heights[place, 5] = 0.0
+    wall = Broken.repulsive(1.0, 1.0)
+    contact = Contact(FreeHalfSpace(heights.shape, 1.0, 1.0), heights, wall)
+    *_, last = newton.iterate(
+        contact, height=0.3, external=None, start=None, tolerance=1e-6
+    )
+    assert not last.converged
+    assert "not finite" in last.message
