@@ -26,6 +26,9 @@ from ase_roughcontact.places import Box
 
 # Part of a violation that the model's solution may leave.
 _CONTRACTION = 0.1
+# The same of a model that is exact, in roundings of its numbers: to less, all of a
+# budget was spent on a small periodic cell (604 pairs instead of 56).
+_ROUNDINGS = 1000.0
 # Moves before the last that are combined with it, where a violation stays above this
 # part of the one before: large contacts that fill their window (a contact of 1500 atoms
 # across took 82 pairs instead of 127).
@@ -188,8 +191,9 @@ class _Descent:
         """Pressure of less violation by the model."""
         model = self._covering(violation)
         before = model.transforms
-        # there is no need to come back to an exact model
-        contraction = 0.0 if model.exact else _CONTRACTION
+        # to an exact model there is no need to come back, but for its rounding
+        rounding = _ROUNDINGS * float(np.finfo(model.dtype).eps)
+        contraction = rounding if model.exact else _CONTRACTION
         target = max(0.3 * self.tolerance / violation, contraction)
         loaded = self.load is not None
         correction = ActiveSet(model, self.pressure, self.gap, violation, loaded)
