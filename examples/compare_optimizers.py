@@ -5,8 +5,9 @@
 prints, for a smooth sphere, a rough one, and a rough one that adheres, how many force
 evaluations (padded transform pairs) and seconds each optimizer took to the same force,
 and which energy it found; writes the table as `optimizers.csv` and, with matplotlib,
-the residual against evaluations and time as `optimizers.png`. BFGSLineSearch keeps a
-matrix of all coordinates: it runs at sizes up to 8, and up to 16 on the modes.
+the residual of the largest size against evaluations and time as `optimizers.png`.
+BFGSLineSearch keeps a matrix of all coordinates: it runs at sizes up to 8, and up to 16
+on the modes.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 from ase.optimize.precon import PreconFIRE, PreconLBFGS
 
@@ -32,6 +34,15 @@ from ase_roughcontact import (
 
 SPACING, MODULUS = 2.5, 0.9  # Å, eV/Å^3
 UNIT = MODULUS * SPACING**2  # of force, E* a0^2
+COLOURS = {
+    "NewtonKrylov": "black",
+    "FIRE": "#0072B2",
+    "FIRE2": "#56B4E9",
+    "LBFGS": "#D55E00",
+    "PreconLBFGS": "#009E73",
+    "PreconFIRE": "#CC79A7",
+    "BFGSLineSearch": "#E69F00",
+}
 DENSE = 8, 16  # BFGSLineSearch keeps a matrix: largest sides of atoms and modes
 
 
@@ -136,25 +147,32 @@ def compare(cases, sizes, fmax, steps):
 
 
 def draw(runs, file):
-    """Plot the residuals against evaluations and time, one row a case."""
+    """Plot the least residual so far against evaluations and time, one row a case.
+
+    Of the largest size. A colour is an optimizer; dashed, it has the half space's help.
+    """
     from matplotlib import pyplot
 
-    cases = sorted({(run.case, run.size) for run in runs}, key=str)
+    size = max(run.size for run in runs)
+    cases = list(dict.fromkeys(run.case for run in runs))
     figure, axes = pyplot.subplots(
-        len(cases), 2, figsize=(9, 3 * len(cases)), layout="constrained", squeeze=False
-    )
-    for (case, size), row in zip(cases, axes, strict=True):
+        len(cases), 2, figsize=(9, 2.6 * len(cases)), layout="constrained",
+        squeeze=False, sharex="col", sharey="row",
+    )  # fmt: skip
+    for case, row in zip(cases, axes, strict=True):
         for run in (run for run in runs if (run.case, run.size) == (case, size)):
+            name, _, helped = run.optimizer.partition(",")
+            style = {"color": COLOURS[name], "ls": "--" if helped else "-"}
+            least = np.minimum.accumulate([point[2] for point in run.history])
             for column, axis in enumerate(row):
                 x = [point[column] for point in run.history]
-                style = "--" if "," in run.optimizer else "-"
-                style = "k-" if run.optimizer == "NewtonKrylov" else style
-                y = [point[2] for point in run.history]
-                axis.loglog(x, y, style, lw=1.2, label=run.optimizer)
-        row[0].set_ylabel(f"{case}, {size} x {size}\nlargest force / $E^* a_0^2$")
+                axis.loglog(x, least, **style, lw=1.5, label=run.optimizer)
+        row[0].set_ylabel(f"{case}\nlargest force / $E^* a_0^2$")
     axes[-1, 0].set_xlabel("padded transform pairs")
     axes[-1, 1].set_xlabel("time (s)")
-    axes[0, 1].legend(fontsize=7, loc="center left", bbox_to_anchor=(1, 0.5))
+    figure.suptitle(f"{size} x {size} atoms; the least so far", fontsize=10)
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
     figure.savefig(file, dpi=120)
 
 
