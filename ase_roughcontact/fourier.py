@@ -15,30 +15,27 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
-import pyfftw
 from scipy.fft import next_fast_len
 
+from ase_roughcontact import lines
 from ase_roughcontact.checks import grid_shape, integer
+from ase_roughcontact.lines import DuccLines, Lines, PyfftwLines
 from ase_roughcontact.parallel import available_threads, parts, together
 from ase_roughcontact.recycling import empty
 
-try:
-    import ducc0
-except ImportError:
-    ducc0 = None
+ENGINES = {"pyfftw": PyfftwLines, "ducc0": DuccLines}
 
-ENGINES = ("pyfftw", "ducc0")
-
-# Measuring plans is worth a moment, not more (seconds for each transform).
-_PLANNING = 1.0
 # Numbers in a buffer of rows; columns in a buffer, as many as make up a line of the
 # cache, for so many rows of the grid.
 _BUFFER = 131072
 _LINE = 8
 _TALL = 14000
+# Bytes of a grid below which the threads of ducc0 share it better than ours, and
+# points of a grid below which one thread is best.
+_SMALL = 8 << 20
+_TINY = 256 * 256
 
 
 def fast_length(least: int) -> int:
@@ -110,24 +107,31 @@ class RealFFT2:
         self.grid = self.window if grid is None else grid_shape(grid)
         if any(n > big for n, big in zip(self.window, self.grid, strict=True)):
             raise ValueError(f"window {window} does not fit into grid {self.grid}")
-        fastest = "pyfftw" if ducc0 is None else "ducc0"
+        fastest = "pyfftw" if lines.ducc0 is None else "ducc0"
         self.engine = fastest if engine is None else engine
         if self.engine not in ENGINES:
-            raise ValueError(f"engine must be one of {ENGINES}, got {engine!r}")
+            known = tuple(ENGINES)
+            raise ValueError(f"engine must be one of {known}, got {engine!r}")
         self.dtype = _float_type(dtype)
         self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)
         self.measure = bool(measure)
         self.pairs = 0
 
-        (rows, _), (height, width) = self.window, self.grid
-        few = _LINE * math.ceil(_TALL / height)
-        self._rows = parts(rows, _BUFFER // width)
-        self._columns = parts(width // 2 + 1, few)
-        make = _PyfftwLines if self.engine == "pyfftw" else _DuccLines
-        shape = _longest(self._rows), _longest(self._columns)
+        self._rows, self._columns = self._cut()
+        self._whole = len(self._columns) == 1
         workers = min(self.threads, max(len(self._rows), len(self._columns)))
-        self._lines = [make(self, *shape) for _ in range(workers)]
+        alone = workers == 1 and math.prod(self.grid) >= _TINY
+        make = partial(
+            ENGINES[self.engine],
+            self.grid,
+            _longest(self._rows),
+            _longest(self._columns),
+            dtype=self.dtype,
+            threads=self.threads if alone else 1,
+            measure=self.measure,
+        )
+        self._lines: list[Lines] = [make() for _ in range(workers)]
 
     def __reduce__(self) -> tuple:
         """Plans can't be pickled: make them anew."""
@@ -155,11 +159,11 @@ class RealFFT2:
         spectrum = self.spectrum
         self._rows_forward(values, spectrum)
 
-        def forward(lines: _Lines, columns: slice) -> None:
+        def forward(lines: Lines, columns: slice) -> None:
             block = lines.columns[:, : columns.stop - columns.start]
-            self._load(block, spectrum[:, columns])
+            self._load(block, spectrum[: self.window[0], columns])
             lines.columns_forward()
-            spectrum[:, columns] = block
+            self._store(block, spectrum[:, columns])
 
         self._share(forward, self._columns)
         return spectrum
@@ -168,11 +172,11 @@ class RealFFT2:
         """Transform the spectrum back, not normalised; return a new array."""
         spectrum = self.spectrum
 
-        def inverse(lines: _Lines, columns: slice) -> None:
+        def inverse(lines: Lines, columns: slice) -> None:
             block = lines.columns[:, : columns.stop - columns.start]
-            block[:] = spectrum[:, columns]
+            self._load(block, spectrum[:, columns])
             lines.columns_inverse()
-            spectrum[: self.window[0], columns] = block[: self.window[0]]
+            self._store(block, spectrum[: self.window[0], columns])
 
         self._share(inverse, self._columns)
         return self._rows_inverse(spectrum)
@@ -226,33 +230,51 @@ class RealFFT2:
                 f"got {out.shape} and {out.dtype}"
             )
         self.pairs += 1
-        half, height, rows = self._half, self.window[0], len(multiplier)
+        half, rows = self._half, len(multiplier)
         mirrored = multiplier[self.grid[0] - rows : 0 : -1]
         self._rows_forward(values, half)
 
-        def filtered(lines: _Lines, columns: slice) -> None:
+        def filtered(lines: Lines, columns: slice) -> None:
             block = lines.columns[:, : columns.stop - columns.start]
             self._load(block, half[:, columns])
             lines.columns_forward()
             block[:rows] *= multiplier[:, columns]
             block[rows:] *= mirrored[:, columns]
             lines.columns_inverse()
-            half[:, columns] = block[:height]
+            self._store(block, half[:, columns])
 
         self._share(filtered, self._columns)
         return self._rows_inverse(half, out)
 
+    def _cut(self) -> tuple[list[slice], list[slice]]:
+        """Parts of the window's rows, and of the columns of the spectrum."""
+        rows, (height, width) = self.window[0], self.grid
+        columns, points = width // 2 + 1, height * width
+        small = self.engine == "ducc0" and points * self.dtype.itemsize < _SMALL
+        if small or points < _TINY:
+            return [slice(0, rows)], [slice(0, columns)]
+        few = _LINE * math.ceil(_TALL / height)
+        return parts(rows, _BUFFER // width), parts(columns, few)
+
     def _complex(self, rows: int) -> np.ndarray:
-        complex_type = np.result_type(self.dtype, np.complex64)
-        return np.zeros((rows, self.grid[1] // 2 + 1), complex_type)
+        """Place for so many rows of the spectrum: the buffer, if it holds all."""
+        buffer = self._lines[0].columns
+        if self._whole:
+            return buffer[:rows]
+        return np.zeros((rows, self.grid[1] // 2 + 1), buffer.dtype)
 
-    def _load(self, block: np.ndarray, half: np.ndarray) -> None:
-        """Columns of the window, and of the zeros below it."""
-        rows = self.window[0]
-        block[:rows] = half[:rows]
-        block[rows:] = 0.0
+    def _load(self, block: np.ndarray, spectrum: np.ndarray) -> None:
+        """Take some rows of columns, and zeros below them."""
+        if not self._whole:
+            block[: len(spectrum)] = spectrum
+        block[len(spectrum) :] = 0.0
 
-    def _share(self, work: Callable[[_Lines, slice], None], parts: list[slice]) -> None:
+    def _store(self, block: np.ndarray, spectrum: np.ndarray) -> None:
+        """Put the first rows of columns back."""
+        if not self._whole:
+            spectrum[:] = block[: len(spectrum)]
+
+    def _share(self, work: Callable[[Lines, slice], None], parts: list[slice]) -> None:
         """Do work on parts, each thread with buffers of its own."""
         shared = iter(parts)
 
@@ -267,12 +289,11 @@ class RealFFT2:
             raise ValueError(f"expected the shape {self.window}, got {values.shape}")
         width = self.window[1]
 
-        def forward(lines: _Lines, rows: slice) -> None:
+        def forward(lines: Lines, rows: slice) -> None:
             count = rows.stop - rows.start
             lines.rows[:count, :width] = values[rows]
             lines.rows[:count, width:] = 0.0
-            lines.rows_forward()
-            half[rows] = lines.spectra[:count]
+            lines.rows_forward(half[rows])
 
         self._share(forward, self._rows)
 
@@ -281,10 +302,9 @@ class RealFFT2:
     ) -> np.ndarray:
         result = empty(self.window, self.dtype) if out is None else out
 
-        def inverse(lines: _Lines, rows: slice) -> None:
+        def inverse(lines: Lines, rows: slice) -> None:
             count = rows.stop - rows.start
-            lines.spectra[:count] = half[rows]
-            lines.rows_inverse()
+            lines.rows_inverse(half[rows])
             result[rows] = lines.rows[:count, : self.window[1]]
 
         self._share(inverse, self._rows)
@@ -293,73 +313,3 @@ class RealFFT2:
 
 def _longest(some: list[slice]) -> int:
     return max(part.stop - part.start for part in some)
-
-
-class _Lines:
-    """Buffers of a thread for a few rows and a few columns, and their transforms.
-
-    Attributes
-    ----------
-    rows : ndarray, shape (k, M)
-        Rows of the padded grid.
-    spectra : ndarray, shape (k, M//2 + 1), complex
-        Their transforms.
-    columns : ndarray, shape (N, l), complex
-        Columns of the spectrum.
-    """
-
-    def __init__(self, fft: RealFFT2, rows: int, columns: int) -> None:
-        height, width = fft.grid
-        complex_type = np.result_type(fft.dtype, np.complex64)
-        self.rows = pyfftw.zeros_aligned((rows, width), fft.dtype)
-        self.spectra = pyfftw.zeros_aligned((rows, width // 2 + 1), complex_type)
-        self.columns = pyfftw.zeros_aligned((height, columns), complex_type)
-        self._plan(fft)
-
-    rows_forward: Callable[[], Any]
-    rows_inverse: Callable[[], Any]
-    columns_forward: Callable[[], Any]
-    columns_inverse: Callable[[], Any]
-
-    def _plan(self, fft: RealFFT2) -> None:
-        raise NotImplementedError
-
-
-class _PyfftwLines(_Lines):
-    """Transforms by FFTW."""
-
-    def _plan(self, fft: RealFFT2) -> None:
-        effort = "FFTW_MEASURE" if fft.measure else "FFTW_ESTIMATE"
-        plan = partial(pyfftw.FFTW, planning_timelimit=_PLANNING)
-        once = {"axes": (1,), "flags": (effort, "FFTW_DESTROY_INPUT")}
-        back = {"direction": "FFTW_BACKWARD"}
-        columns = {"axes": (0,), "flags": (effort,)}
-        self.rows_forward = plan(self.rows, self.spectra, **once).execute
-        self.rows_inverse = plan(self.spectra, self.rows, **once, **back).execute
-        both = self.columns, self.columns
-        self.columns_forward = plan(*both, **columns).execute
-        self.columns_inverse = plan(*both, **columns, **back).execute
-
-
-class _DuccLines(_Lines):
-    """Transforms by ducc0."""
-
-    def _plan(self, fft: RealFFT2) -> None:
-        if ducc0 is None:
-            raise ImportError(
-                "engine 'ducc0' needs the package ducc0: pip install ducc0"
-            )
-        self.rows_forward = partial(
-            ducc0.fft.r2c, self.rows, axes=(1,), out=self.spectra
-        )
-        self.rows_inverse = partial(
-            ducc0.fft.c2r,
-            self.spectra,
-            axes=(1,),
-            lastsize=fft.grid[1],
-            forward=False,
-            out=self.rows,
-        )
-        columns = partial(ducc0.fft.c2c, self.columns, axes=(0,), out=self.columns)
-        self.columns_forward = columns
-        self.columns_inverse = partial(columns, forward=False)

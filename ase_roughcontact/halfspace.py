@@ -22,6 +22,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from functools import cached_property, partial
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -34,9 +35,9 @@ from ase_roughcontact.parallel import available_threads
 
 # Distances in cells up to which the closed form loses fewer than four digits, and from
 # which the series leaves a relative error below 1e-13; between, Gauss points in each
-# direction.
+# direction, and their weights.
 _NEAR, _FAR = 16, 50
-_POINTS = 4
+_GAUSS = [(x / 2, w / 2) for x, w in np.transpose(leggauss(4)).tolist()]
 # Rows of the kernel that are calculated at once.
 _ROWS = 32
 
@@ -372,11 +373,9 @@ def _cell_integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def _cell_quadrature(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Integral of 1/r over the unit cell at (x, y), Gauss points in each direction."""
-    points, weights = leggauss(_POINTS)
     total = np.zeros(x.shape)
-    for px, wx in zip(points / 2, weights / 2, strict=True):
-        for py, wy in zip(points / 2, weights / 2, strict=True):
-            total += wx * wy / np.sqrt((x + px) ** 2 + (y + py) ** 2)
+    for (px, wx), (py, wy) in product(_GAUSS, repeat=2):
+        total += wx * wy / np.sqrt((x + px) ** 2 + (y + py) ** 2)
     return total
 
 

@@ -152,7 +152,8 @@ def each(work: Callable[[S], T], items: list[S]) -> list[T]:
         for k, item in shared:
             results[k] = work(item)
 
-    together(share, min(available_threads(), len(items)))
+    # a thread that has but one of a few begins too late
+    together(share, min(available_threads(), max(1, len(items) // 2)))
     return [results[k] for k in range(len(items))]
 
 
@@ -171,8 +172,9 @@ def by_rows(work: Callable[[slice], T], shape: tuple[int, ...]) -> list[T]:
     list
         What it returned for each of the slices, in their order.
     """
-    width = math.prod(shape[1:])
-    return each(work, parts(max(shape[0], 1), _PART // max(width, 1)))
+    if math.prod(shape) <= _PART:
+        return [work(slice(0, shape[0]))]
+    return each(work, parts(shape[0], _PART // math.prod(shape[1:])))
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> float:

@@ -21,9 +21,9 @@ from ase_roughcontact.theory import hertz_contact_radius
 from ase_roughcontact.window import AutoWindow
 
 # Exact convolutions that take as long as a step. Measured from a cold start on windows
-# of 250 to 1700 atoms along a side: 125 to 216 with a hard wall, 152 to 318 with a
-# repulsive one; 287 to 488 along a path with a sticky one.
-_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 180, 250, 400
+# of 400 to 1700 atoms along a side: 106 to 197 with a hard wall, 132 to 248 with a
+# repulsive one; 218 to 463 along a path with a sticky one, on 100 to 700.
+_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 150, 180, 320
 # Time of a step that has hardly any atoms (s).
 _LEAST = 0.05
 # Grids up to this many points are measured as they are, larger ones by n log n.

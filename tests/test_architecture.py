@@ -14,7 +14,7 @@ import ase_roughcontact
 PACKAGE = "ase_roughcontact"
 ROOT = Path(ase_roughcontact.__file__).parent
 FLOORS = [
-    {"checks", "accuracy", "parallel", "recycling"},
+    {"checks", "accuracy", "parallel", "recycling", "lines"},
     {"fourier", "interactions", "material", "theory"}
     | {"spectrum", "topography", "selfaffine", "heightmap"},
     {"halfspace", "condensed", "places", "silhouette", "memory", "spreading"},

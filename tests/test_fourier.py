@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact import fourier
+from ase_roughcontact import fourier, lines
 from ase_roughcontact.fourier import RealFFT2, fast_length
 from ase_roughcontact.parallel import threads
 
@@ -31,6 +31,15 @@ grids = pytest.mark.parametrize(
 def transform(window, grid=None, engine="pyfftw", **options):
     pytest.importorskip(engine)
     return RealFFT2(window, grid, engine=engine, **options)
+
+
+@pytest.fixture
+def few_lines(monkeypatch):
+    """Cut small grids as large ones are."""
+    small = {"_BUFFER": 20, "_LINE": 1, "_TALL": 10, "_SMALL": 0, "_TINY": 0}
+    for name, value in small.items():
+        monkeypatch.setattr(fourier, name, value)
+    return monkeypatch
 
 
 def random(shape):
@@ -133,20 +142,18 @@ def test_a_transform_takes_the_threads_that_are_chosen():
     assert transform((16, 16), threads=3).threads == 3
 
 
-def test_there_are_no_buffers_for_threads_that_have_nothing_to_do(monkeypatch):
-    assert len(transform((16, 16), threads=64)._lines) == 1
-    monkeypatch.setattr(fourier, "_BUFFER", 64)
+def test_there_are_no_buffers_for_threads_that_have_nothing_to_do(few_lines):
+    assert len(transform((4, 3), threads=64)._lines) == 1
+    few_lines.setattr(fourier, "_BUFFER", 64)
+    few_lines.setattr(fourier, "_TALL", 10000)
     assert len(transform((16, 16), threads=64)._lines) == 4
 
 
 @every_engine
 @grids
 def test_a_few_lines_at_a_time_by_several_threads_give_the_same(
-    window, grid, engine, monkeypatch
+    window, grid, engine, few_lines
 ):
-    monkeypatch.setattr(fourier, "_BUFFER", 20)
-    monkeypatch.setattr(fourier, "_LINE", 1)
-    monkeypatch.setattr(fourier, "_TALL", 10)
     fft = transform(window, grid, engine, threads=3)
     values, shape = random(window), grid or window
     assert_allclose(fft.forward(values), np.fft.rfft2(values, shape), atol=1e-13)
@@ -183,6 +190,6 @@ def test_unknown_precision_is_refused_with_the_known_ones(dtype):
 
 
 def test_engine_that_is_not_installed_says_how_to_install_it(monkeypatch):
-    monkeypatch.setattr(fourier, "ducc0", None)
+    monkeypatch.setattr(lines, "ducc0", None)
     with pytest.raises(ImportError, match="pip install ducc0"):
         RealFFT2((4, 4), engine="ducc0")

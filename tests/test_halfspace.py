@@ -268,6 +268,8 @@ def test_engine_and_threads_do_not_change_the_answer(
     pytest.importorskip(engine)
     monkeypatch.setattr(fourier, "_BUFFER", 500)  # several parts for each thread
     monkeypatch.setattr(fourier, "_TALL", 100)
+    monkeypatch.setattr(fourier, "_SMALL", 0)
+    monkeypatch.setattr(fourier, "_TINY", 0)
     shape = (60, 41)
     pressure = random_pressure(shape)
     expected = kind(shape, A0, E, threads=1).displacement(pressure)

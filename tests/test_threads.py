@@ -25,6 +25,8 @@ def small_parts(monkeypatch):
     monkeypatch.setattr(parallel, "_PART", 200)
     monkeypatch.setattr(fourier, "_BUFFER", 500)
     monkeypatch.setattr(fourier, "_TALL", 100)
+    monkeypatch.setattr(fourier, "_SMALL", 0)
+    monkeypatch.setattr(fourier, "_TINY", 0)
 
 
 def rough_hill():
