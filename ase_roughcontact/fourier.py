@@ -65,8 +65,8 @@ class RealFFT2:
         Shape ``(N, M)`` of the grid, zero outside of the window; by default `window`.
     dtype : dtype
         ``float64``, or ``float32`` for half the buffers' memory and, on grids of 200,
-        540 and 1080, 0.80, 0.70 and 0.59 of the time of a pair. In a relaxation that
-        saves nothing (0.96 to 0.99 of the time, 0.83 of the memory), and contacts of
+        540 and 1080, 0.81, 0.71 and 0.62 of the time of a pair. In a relaxation that
+        saves nothing (0.98 to 1.00 of the time, 0.8 of the memory), and contacts of
         100 atoms' radius did not converge to a relative tolerance of 1e-4, nor one
         with a hard wall to any.
     engine : {"pyfftw", "ducc0"}, optional

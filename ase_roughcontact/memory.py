@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 import os
 
-# Measured at the peak of a step, above the base, for an atom: 320 to 430 bytes in
-# periodic windows of 512 x 512, 430 to 460 in free ones of 2500 x 2400, and 1010 to
-# 1090 of 512 x 512 with its margin.
-_PER_ATOM = 470
+# Measured at the peak of a step, above the base, for an atom: 300 bytes (hard wall) and
+# 400 (repulsive) in free windows of 2500 x 2400, 970 in one of 512 x 512 with its margin.
+_PER_ATOM = 400
 _PER_ATOM_IN_MARGIN = 1050
 # The matrix, its factor, and one on the way.
 _PER_PAIR_OF_SITES = 24
@@ -37,9 +36,9 @@ def memory_of(
     -------
     float
         Estimate, between 3/4 and 4/3 of the largest resident size of a fresh process:
-        0.97 to 1.26 of it in windows of 216 x 216 to 512 x 512 atoms, with every kind
-        of wall and boundary, smooth and rough. Measured maps, and what else the
-        process holds, come on top.
+        1.02 to 1.22 of it in windows of 216 x 216 to 512 x 512 atoms, with every kind
+        of wall and boundary, smooth and rough, 1.0 to 1.3 in one of 2500 x 2400.
+        Measured maps, and what else the process holds, come on top.
     """
     size = math.prod(window)
     if window[1] == 1 and not margin:
