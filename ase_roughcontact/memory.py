@@ -6,7 +6,7 @@ import math
 import os
 
 # Measured at the peak of a step, above the base, for an atom: 300 bytes (hard wall) and
-# 400 (repulsive) in free windows of 2500 x 2400, 970 in one of 512 x 512 with its margin.
+# 400 (repulsive) in free windows of 2500 x 2400, 970 in 512 x 512 with their margin.
 _PER_ATOM = 400
 _PER_ATOM_IN_MARGIN = 1050
 # The matrix, its factor, and one on the way.
