@@ -285,6 +285,34 @@ def test_stiff_walls_take_few_steps_on_larger_windows(stiffness, most):
     assert len(states) < most
 
 
+@pytest.mark.parametrize("held", [constant(20.0), spring(3.0, -8.0)])
+def test_an_indenter_out_of_balance_moves_alone_and_without_a_transform(held):
+    contact = scene(32)
+    landscape = Landscape(contact, held)
+    last = relax(contact, 0.0, held)[-1]
+    lift = landscape.lift(last.pressure)
+    state = landscape.state(last.pressure, lift, last.height - 1e-8)
+    pairs = contact.halfspace.pairs
+    assert state.surface_error < 1e-7 < 1e-6 < abs(state.load_residual)
+    balanced = landscape.balanced(state, 1e-7)
+    assert balanced.error < 1e-7
+    assert balanced.height == pytest.approx(last.height, abs=1e-10)
+    assert balanced.pressure is state.pressure
+    assert contact.halfspace.pairs == pairs
+    assert landscape.balanced(balanced, 1e-7) is balanced
+    assert landscape.balanced(state, 1e-9) is state  # the surface is not relaxed to it
+
+
+def test_a_large_contact_does_not_wait_for_its_load(monkeypatch):
+    contact, load = scene(200), constant(2000.0)
+    states = relax(contact, 0.0, load, tolerance=1e-6)
+    assert normal_force(contact, states[-1]) == pytest.approx(2000.0, abs=1e-6)
+    monkeypatch.setattr(Landscape, "balanced", lambda self, state, tolerance: state)
+    waiting = relax(contact, 0.0, load, tolerance=1e-6)
+    assert len(states) <= len(waiting) - 2
+    assert states[-1].height == pytest.approx(waiting[-1].height, rel=1e-8)
+
+
 class Exponential(Interaction):
     """A wall of a user: repulsive, without contact distance, cut at three decays."""
 
