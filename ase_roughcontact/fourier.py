@@ -5,9 +5,9 @@ not zero (before the forward transform) or wanted (after the inverse one). The r
 transforms of the other rows are skipped: for a grid padded to twice the window in each
 direction, that is a quarter of the whole work.
 
-Rows, and then columns, are transformed a few at a time, in buffers that stay in a
-processor's cache. A convolution goes forth and back along the same columns: the
-spectrum of the padded grid is never there as a whole.
+Of large grids rows, and then columns, are transformed a few at a time, in buffers that
+stay in a processor's cache. A convolution goes forth and back along the same columns:
+the spectrum of the padded grid is never there as a whole.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ class RealFFT2:
         By default ducc0 where it is installed: it needs no planning. Else pyfftw with
         measured plans.
     threads : int, optional
-        At most; by default as many as `available_threads` tells. A grid of 256 x 256
-        or less takes one.
+        At most; by default as many as `available_threads` tells. A grid smaller than
+        256 x 256 takes one.
     measure : bool
         Whether pyfftw may take up to a second to find each of four plans; not worth it
         for a few transforms only.
@@ -87,7 +87,7 @@ class RealFFT2:
     Attributes
     ----------
     spectrum : ndarray, shape (N, M//2 + 1), complex
-        What `forward` wrote and what `inverse` reads (and destroys).
+        What `forward` wrote and what `inverse` reads (and destroys, as `filter` may).
     pairs : int
         Number of pairs of transforms: those of `filter`, and those that a caller of
         `forward` and `inverse` adds.

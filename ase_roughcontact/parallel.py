@@ -30,8 +30,8 @@ _PART = 131072
 _THREADS: ContextVar[int] = ContextVar("threads", default=0)
 # Whether this thread shares work with others already.
 _SHARING: ContextVar[bool] = ContextVar("sharing", default=False)
-
-
+# Threads at most, which begin when they are needed.
+_MOST = 256
 _POOL: ThreadPoolExecutor
 
 
@@ -40,8 +40,6 @@ def _new_pool() -> None:
     _POOL = ThreadPoolExecutor(_MOST, "ase_roughcontact")
 
 
-# It begins threads when they are needed.
-_MOST = 256
 _new_pool()
 if hasattr(os, "register_at_fork"):  # a child has the pool, but not its threads
     os.register_at_fork(after_in_child=_new_pool)
@@ -97,18 +95,32 @@ def together(work: Callable[[int], T], count: int) -> list[T]:
         finally:
             _SHARING.reset(before)
 
-    others: list[Future[T]] = []
+    def begun(future: Future[T], k: int) -> None:
+        if future.set_running_or_notify_cancel():
+            try:
+                future.set_result(alone(k))
+            except BaseException as error:  # for the thread that asked
+                future.set_exception(error)
+
+    tasks: list[Future[T]] = [Future() for _ in range(1, count)]
     try:
         try:
-            with suppress(RuntimeError):  # when the interpreter ends no thread begins
-                for k in range(1, count):
-                    others.append(_POOL.submit(copy_context().run, alone, k))
-            mine = [alone(k) for k in (0, *range(1 + len(others), count))]
+            with suppress(RuntimeError):  # no thread begins when the interpreter ends
+                for k, task in enumerate(tasks, 1):
+                    _POOL.submit(copy_context().run, begun, task, k)
+            first = alone(0)
         finally:
-            wait(others)
+            _end(tasks)
     finally:
-        wait(others)  # an interrupt of the first must not leave them at work
-    return [mine[0], *(other.result() for other in others), *mine[1:]]
+        _end(tasks)  # an interrupt of the first must not leave them at work
+    rest = enumerate(tasks, 1)
+    late = (alone(k) if task.cancelled() else task.result() for k, task in rest)
+    return [first, *late]
+
+
+def _end(tasks: list[Future[T]]) -> None:
+    """Wait for tasks that have begun, and let the others not begin any more."""
+    wait([task for task in tasks if not task.cancel()])
 
 
 def parts(length: int, most: int) -> list[slice]:

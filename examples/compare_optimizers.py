@@ -165,12 +165,15 @@ def draw(runs, file):
             style = {"color": COLOURS[name], "ls": "--" if helped else "-"}
             least = np.minimum.accumulate([point[2] for point in run.history])
             for column, axis in enumerate(row):
-                x = [point[column] for point in run.history]
+                x = np.array([point[column] for point in run.history])
+                x = x if column else np.maximum(x, 1.0)  # before the first, too
                 axis.loglog(x, least, **style, lw=1.5, label=run.optimizer)
         row[0].set_ylabel(f"{case}\nlargest force / $E^* a_0^2$")
     axes[-1, 0].set_xlabel("padded transform pairs")
     axes[-1, 1].set_xlabel("time (s)")
-    figure.suptitle(f"{size} x {size} atoms; the least so far", fontsize=10)
+    figure.suptitle(
+        f"{size} x {size} atoms; the least force reached so far", fontsize=10
+    )
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
     figure.savefig(file, dpi=120)

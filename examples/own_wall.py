@@ -26,7 +26,7 @@ class DoubleLayer(Interaction):
         self.cutoff = self.contact_distance = 12 * decay
 
     def evaluate(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return energy, pressure and stiffness of gaps."""
+        """Return energy, pressure and stiffness of gaps; several threads may ask."""
         end = self.pressure * np.exp(-self.cutoff / self.decay)
         p = self.pressure * np.exp(-np.minimum(gap, self.cutoff) / self.decay)
         inside = gap < self.cutoff

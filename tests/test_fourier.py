@@ -99,6 +99,13 @@ def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
     assert_array_equal(multiplier, before[1])
 
 
+def test_threads_share_a_small_grid_inside_of_ducc0():
+    fft = transform((256, 300), engine="ducc0", threads=2)
+    (lines,) = fft._lines
+    assert lines._threads == 2
+    assert transform((250, 256), engine="ducc0", threads=2)._lines[0]._threads == 1
+
+
 def test_pairs_of_transforms_are_counted():
     fft = transform((4, 4))
     one = fft.multiplier(np.ones((4, 3)))

@@ -1,5 +1,7 @@
 """Newton's method for soft walls, against dense linear algebra and scipy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize
@@ -301,6 +303,27 @@ def test_an_indenter_out_of_balance_moves_alone_and_without_a_transform(held):
     assert contact.halfspace.pairs == pairs
     assert landscape.balanced(balanced, 1e-7) is balanced
     assert landscape.balanced(state, 1e-9) is state  # the surface is not relaxed to it
+
+
+def out_of_balance(wall, down=1e-8):
+    """A landscape, and its relaxed state with the indenter a little too low."""
+    contact, held = scene(32, wall), constant(20.0)
+    landscape, last = Landscape(contact, held), relax(contact, 0.0, constant(20.0))[-1]
+    lift = landscape.lift(last.pressure)
+    return landscape, landscape.state(last.pressure, lift, last.height - down)
+
+
+def test_under_attraction_no_indenter_moves_alone():
+    landscape, state = out_of_balance(ADHESIVE)
+    assert landscape.balanced(state, 0.9 * abs(state.load_residual)) is state
+
+
+def test_an_indenter_alone_takes_no_step_that_makes_it_worse():
+    landscape, state = out_of_balance(REPULSIVE)
+    soft = replace(state, stiffness=1e-3 * state.stiffness)  # it would go far
+    assert landscape.balanced(soft, 1e-7) is soft
+    open_wall = replace(state, stiffness=0.0 * state.stiffness)
+    assert landscape.balanced(open_wall, 1e-7) is open_wall
 
 
 def test_a_large_contact_does_not_wait_for_its_load(monkeypatch):

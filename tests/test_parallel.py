@@ -74,17 +74,37 @@ def test_work_sees_the_settings_of_numpy(count):
 
 
 def test_an_interrupt_waits_for_the_work_of_others():
-    done = threading.Event()
+    begun, done = threading.Event(), threading.Event()
 
     def work(k):
         if k == 0:
+            begun.wait(timeout=30)
             raise KeyboardInterrupt
+        begun.set()
         time.sleep(0.1)
         done.set()
 
     with pytest.raises(KeyboardInterrupt):
         together(work, 2)
     assert done.is_set()
+
+
+def test_work_whose_thread_can_not_begin_is_done_once(monkeypatch):
+    done = []
+
+    class Full(ThreadPoolExecutor):
+        """Queues a task, then finds that there is no thread for it."""
+
+        def submit(self, *arguments):
+            queued.append(arguments)
+            raise RuntimeError("can't start new thread")
+
+    queued = []
+    monkeypatch.setattr(parallel, "_POOL", Full())
+    assert together(lambda k: done.append(k) or k, 3) == [0, 1, 2]
+    for work, *arguments in queued:  # a thread comes free
+        work(*arguments)
+    assert done == [0, 1, 2]
 
 
 def test_where_no_thread_begins_any_more_the_work_is_done_in_one(monkeypatch):

@@ -295,6 +295,8 @@ def _violation(pressure: np.ndarray, gap: np.ndarray) -> float:
 
 def _obstacle(violations: list[float], part: float, tolerance: float) -> str:
     """Why there is no way on, or nothing."""
+    if not math.isfinite(violations[-1]):
+        return "the gap is not finite"
     reached = f"a gap of {violations[-1]:.3g} is left, not {tolerance:.3g}"
     if part == 0.0:
         return f"rounding: the energy can't be lowered, {reached}"

@@ -9,6 +9,9 @@ From the step and the few before it the best combination is made by the exact He
 among them, which costs no transform, always leads downhill, and makes up for what the
 model misses.
 
+*Load.* Under a wall that only repels, the indenter moves alone where nothing but its
+force is larger than the tolerance.
+
 *Length.* Along a step, energy and slope cost no transform either. The energy falls in
 every step, down to rounding.
 
