@@ -5,8 +5,8 @@ measured (``examples/benchmarks/promises.py --study paths``) for walls that push
 that pull, at heights and under loads, in small steps and large ones, at relative
 tolerances from 1e-1 to 1e-5. In 480 states in contact the error of the force was at
 most 0.4 of the tolerance. On ways through the first and the last touch, 494 states, it
-was more than four times the tolerance in 9 of 2470 cases, all of them with strong
-adhesion, where the path jumps: mostly up to 25 times, and without limit where a jump
+was more than four times the tolerance in 8 of 2470 cases, all of them with strong
+adhesion, where the path jumps: mostly up to 26 times, and without limit where a jump
 was taken a step too late. So the tolerance is a quarter of the error, which takes up to
 15 % more transforms, and no such factor is safe at a jump. The table of errors and
 costs is in ``examples/SPEED_ACCURACY.md``.
@@ -50,9 +50,9 @@ def _within(error: float) -> Accuracy:
 
 
 #: Accuracies by name. On contacts 30 and 100 atoms in radius, from a cold start, "fast"
-#: erred by 3e-8 to 6e-5 in the force, "normal" by 5e-10 to 3e-6, "high" by 9e-13 to
-#: 5e-11, all with the same atoms in contact but for two of 25 000; "normal" took up to
-#: 1.4 times the transforms of "fast", "high" up to 2.1 times.
+#: erred by 2e-8 to 3e-5 in the force, "normal" by 5e-10 to 1e-6, "high" by 1e-12 to
+#: 7e-11, all with the same atoms in contact but for two of 25 000; "normal" took up to
+#: 1.5 times the transforms of "fast", "high" up to 2.2 times.
 LEVELS = {
     "fast": _within(1e-2),
     "normal": _within(1e-4),

@@ -486,6 +486,23 @@ def test_cost_of_a_rough_sphere():
     assert sum(step.pairs for step in done) < 27
 
 
+def test_an_exact_model_in_single_precision_is_not_asked_for_more_than_it_tells():
+    rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=0)
+    heights = rough_sphere((60, 60), 1000.0, rough)
+    done = steps(contact_of(heights, periodic=True), 100.0, tolerance=1e-7)
+    assert done[-1].converged
+    assert sum(step.pairs for step in done) < 120  # all of a budget is 600
+
+
+def test_a_gap_that_is_no_number_is_told():
+    contact = contact_of(rough_sphere((40, 40)))
+    displacement = contact.halfspace.displacement
+    contact.halfspace.displacement = lambda pressure: displacement(pressure) * np.nan
+    last = steps(contact, 20.0)[-1]
+    assert not last.converged
+    assert "the gap is not finite" in last.message
+
+
 def test_model_is_the_half_space_but_for_long_waves(rng):
     halfspace = FreeHalfSpace((32, 32), 1.0, 1.0)
     noise = rng.standard_normal((32, 32))
