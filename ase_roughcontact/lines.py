@@ -29,7 +29,7 @@ class Lines(ABC):
     dtype : dtype
         Of the rows.
     threads : int
-        Threads that one transform may take.
+        Threads that one transform of ducc0 may take.
     measure : bool
         Whether to look for the fastest plan.
 
@@ -78,7 +78,10 @@ class Lines(ABC):
 
 
 class PyfftwLines(Lines):
-    """Transforms by FFTW, whose plans are bound to the buffers."""
+    """Transforms by FFTW, whose plans are bound to the buffers.
+
+    One thread each: those of FFTW spin while they wait for each other.
+    """
 
     def _plan(self, threads: int, measure: bool) -> None:
         width = self.rows.shape[1] // 2 + 1
@@ -86,7 +89,7 @@ class PyfftwLines(Lines):
             (len(self.rows), width), self.columns.dtype
         )
         effort = "FFTW_MEASURE" if measure else "FFTW_ESTIMATE"
-        plan = partial(pyfftw.FFTW, threads=threads, planning_timelimit=_PLANNING)
+        plan = partial(pyfftw.FFTW, threads=1, planning_timelimit=_PLANNING)
         once = {"axes": (1,), "flags": (effort, "FFTW_DESTROY_INPUT")}
         back = {"direction": "FFTW_BACKWARD"}
         columns = {"axes": (0,), "flags": (effort,)}

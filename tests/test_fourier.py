@@ -106,6 +106,19 @@ def test_threads_share_a_small_grid_inside_of_ducc0():
     assert transform((250, 256), engine="ducc0", threads=2)._lines[0]._threads == 1
 
 
+@pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])
+def test_threads_of_fftw_are_never_used(window, monkeypatch):
+    seen, plan = [], lines.pyfftw.FFTW
+
+    def spied(*arguments, **options):
+        seen.append(options.get("threads", 1))
+        return plan(*arguments, **options)
+
+    monkeypatch.setattr(lines.pyfftw, "FFTW", spied)
+    transform(window, threads=2, measure=False)
+    assert set(seen) == {1}
+
+
 def test_pairs_of_transforms_are_counted():
     fft = transform((4, 4))
     one = fft.multiplier(np.ones((4, 3)))

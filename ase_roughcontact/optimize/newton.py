@@ -47,7 +47,7 @@ from ase_roughcontact.optimize.problem import (
 )
 from ase_roughcontact.parallel import combined
 from ase_roughcontact.places import Box
-from ase_roughcontact.recycling import zeros
+from ase_roughcontact.recycling import empty, zeros
 
 # Residual pressure, in contact moduli: of coarse grids, and from where on the wall's
 # negative stiffness is put in.
@@ -259,7 +259,7 @@ class _Newton:
         """Newton's step by the model, and its exact lift."""
         stiffness = state.stiffness[state.box.slices]
         if self.convex:
-            stiffness = np.maximum(stiffness, 0.0)
+            stiffness = np.maximum(stiffness, 0.0, out=empty(stiffness.shape))
         model = self._model(state.box)
         row = None
         if self.landscape.loaded:
