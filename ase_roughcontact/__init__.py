@@ -1,18 +1,18 @@
 """Contact of rough spheres with elastic solids, as an ASE calculator."""
 
-from ase_roughcontact.calculator import RoughContact
-from ase_roughcontact.hysteresis import AdhesionLoop, adhesion_loop
+from ase_roughcontact.atoms.build import fcc_spacing, restore, snapshot, substrate
+from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
-from ase_roughcontact.loading import load_path
 from ase_roughcontact.optimize import (
     FourierModes,
     HalfSpacePrecon,
     HardWallCG,
     NewtonKrylov,
 )
-from ase_roughcontact.record import LoadStep
-from ase_roughcontact.stepping import Stepper
-from ase_roughcontact.substrate import fcc_spacing, restore, snapshot, substrate
+from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
+from ase_roughcontact.paths.loading import load_path
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
 __all__ = [

@@ -23,10 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact.halfspace import HalfSpace
+from ase_roughcontact._util.kernels import by_rows, combined
+from ase_roughcontact._util.recycling import empty, zeros
+from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction
-from ase_roughcontact.parallel import by_rows, combined
-from ase_roughcontact.recycling import empty, zeros
 
 # A hard wall's atom is in contact if its gap is below this part of the spacing, and
 # carries load if its pressure is above this part of the largest one.

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ase_roughcontact import LennardJones93, RoughContact, RoughSphere, substrate
-from ase_roughcontact.hysteresis import AdhesionLoop, adhesion_loop
+from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
 from ase_roughcontact.plot import style
 from ase_roughcontact.theory import maugis_dugdale_pull_off_force, maugis_parameter
 

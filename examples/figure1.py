@@ -16,7 +16,7 @@ from paper import scene, theory
 
 from ase_roughcontact import load_path
 from ase_roughcontact.analysis import radial_average
-from ase_roughcontact.contactmap import ContactMap
+from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.theory import hertz_pressure
 
 HERE = Path(__file__).parent

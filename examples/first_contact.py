@@ -11,7 +11,7 @@ from ase.units import GPa
 from matplotlib.figure import Figure
 
 from ase_roughcontact import HardWall, HardWallCG, RoughContact, RoughSphere, substrate
-from ase_roughcontact.contactmap import ContactMap
+from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.plot import plot_pressure, style
 from ase_roughcontact.theory import hertz_contact_radius_from_penetration, hertz_force
 

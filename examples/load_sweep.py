@@ -15,9 +15,9 @@ from ase.units import GPa, J, m
 from matplotlib.figure import Figure
 
 from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate, theory
+from ase_roughcontact.atoms.view import centred, with_columns, with_indenter
 from ase_roughcontact.plot import plot_contact, plot_curve, style
 from ase_roughcontact.topography import SelfAffine
-from ase_roughcontact.view import centred, with_columns, with_indenter
 
 
 def main(arguments: list[str] | None = None) -> float:

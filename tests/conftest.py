@@ -11,7 +11,7 @@ from scipy.fft import irfft2, rfft2
 from scipy.optimize import minimize
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import LennardJones93
 
 # In units of the contact modulus and of the spacing.

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93
 
 WALL = LennardJones93.repulsive(1.0, 1.0)

@@ -17,9 +17,10 @@ from numpy.testing import assert_allclose
 
 from ase_roughcontact import RoughContact, RoughSphere, SelfAffine, load_path, substrate
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93
-from ase_roughcontact.optimize import hardwall, newton
+from ase_roughcontact.solvers import hard_wall as hardwall
+from ase_roughcontact.solvers import newton
 
 EPS = float(np.finfo(float).eps)
 

@@ -11,7 +11,7 @@ import pytest
 from scipy.special import erf
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 

@@ -4,13 +4,15 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from ase_roughcontact import fourier, parallel
-from ase_roughcontact.condensed import ScatteredHalfSpace
+from ase_roughcontact._util import kernels as parallel
+from ase_roughcontact._util.kernels import threads
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity import fft as fourier
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
-from ase_roughcontact.optimize import hardwall, newton
-from ase_roughcontact.parallel import threads
+from ase_roughcontact.solvers import hard_wall as hardwall
+from ase_roughcontact.solvers import newton
 
 SIDE = 48
 WALLS = {

@@ -8,8 +8,8 @@ from ase_roughcontact.analysis.distributions import (
     gap_distribution,
     pressure_distribution,
 )
-from ase_roughcontact.analysis.firstcontact import FirstContact, first_contact
-from ase_roughcontact.analysis.kappa import KappaFit, fit_kappa
+from ase_roughcontact.analysis.first_contact_point import FirstContact, first_contact
+from ase_roughcontact.analysis.kappa_fit import KappaFit, fit_kappa
 from ase_roughcontact.analysis.radial import RadialAverage, radial_average
 
 __all__ = [

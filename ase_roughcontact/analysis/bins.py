@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact.checks import FloatArray, finite_array
+from ase_roughcontact._util.validation import FloatArray, finite_array
 
 
 def rising(bins: ArrayLike) -> FloatArray:

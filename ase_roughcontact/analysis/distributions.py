@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.validation import FloatArray, integer
 from ase_roughcontact.analysis.bins import rising
-from ase_roughcontact.checks import FloatArray, integer
-from ase_roughcontact.contactmap import ContactMap
+from ase_roughcontact.analysis.contact_map import ContactMap
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact import report
+from ase_roughcontact.cli import figures, report
 from ase_roughcontact.cli.completion import BASHRC, candidates
-from ase_roughcontact.cli.lines import (
+from ase_roughcontact.cli.jsonlines import (
     UNITS_OF_EFFORT,
     UNITS_OF_PROGRESS,
     UNITS_OF_STEPS,
@@ -23,12 +23,12 @@ from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import product, run_ensemble, write_table
 from ase_roughcontact.ensemble.ledger import without_password
 from ase_roughcontact.ensemble.progress import costs_of
-from ase_roughcontact.frames import Frames, count_steps
-from ase_roughcontact.record import LoadStep
-from ase_roughcontact.report.laws import laws_of
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.trajectory import Frames, count_steps
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
-from ase_roughcontact.tables import TABLES, table_of, tomllib
-from ase_roughcontact.tradeoff import tradeoff
+from ase_roughcontact.scene.config import TABLES, table_of, tomllib
+from ase_roughcontact.scene.reference import laws_of
+from ase_roughcontact.scene.tradeoff import tradeoff
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -133,8 +133,8 @@ def _relax(
 def _show(scene: Scene, records: list[LoadStep], folder: Path, talks: bool) -> None:
     """Make what there is to see of some steps, and tell where it is."""
     laws = laws_of(scene)
-    pictures = report.draw(scene, laws, records, folder)
-    report.write_view(scene, folder)
+    pictures = figures.draw(scene, laws, records, folder)
+    figures.write_view(scene, folder)
     if talks:
         remarks = (
             report.touching_height(scene, records),
@@ -148,10 +148,10 @@ def _figure(options: argparse.Namespace) -> int:
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
     records = list(Frames(folder / "sweep.traj").records())
-    pictures = report.draw(scene, laws_of(scene), records, folder)
+    pictures = figures.draw(scene, laws_of(scene), records, folder)
     if not pictures:
         raise RuntimeError("no pictures: matplotlib is not installed, or no contact")
-    report.write_view(scene, folder)
+    figures.write_view(scene, folder)
     print("\n".join(str(folder / name) for name in pictures))
     return 0
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.checks import unknown
+from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.scene import RoughnessTable, Scene
 
 

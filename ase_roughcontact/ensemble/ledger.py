@@ -25,7 +25,7 @@ from ase.calculators.singlepoint import SinglePointCalculator
 from ase.db import connect
 
 from ase_roughcontact.ensemble.cases import inputs, tables
-from ase_roughcontact.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 
 PathName = str | os.PathLike

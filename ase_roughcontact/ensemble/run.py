@@ -12,12 +12,12 @@ from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
 from contextlib import ExitStack
 from pathlib import Path
 
-from ase_roughcontact.checks import integer, positive
+from ase_roughcontact._util.kernels import processors
+from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.ledger import Ledger, PathName, Standing, address
 from ase_roughcontact.ensemble.progress import Meter, Progress, costs_of
 from ase_roughcontact.ensemble.worker import calculate
-from ase_roughcontact.parallel import processors
 from ase_roughcontact.scene import Scene
 
 

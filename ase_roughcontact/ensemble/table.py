@@ -12,7 +12,7 @@ from typing import Any, get_type_hints
 import numpy as np
 
 from ase_roughcontact.ensemble.ledger import Ledger, PathName, address, open_database
-from ase_roughcontact.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep
 
 #: Columns of a table of steps, and their types; see `read_ensemble`.
 COLUMNS: dict[str, type] = {

@@ -10,9 +10,9 @@ from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from ase_roughcontact._util.kernels import available_threads, threads
 from ase_roughcontact.ensemble.ledger import Claim, Ledger
-from ase_roughcontact.parallel import available_threads, threads
-from ase_roughcontact.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 
 

@@ -12,6 +12,6 @@ Everything here is free of units: any consistent set of them will do.
 """
 
 from ase_roughcontact.interactions.base import HardWall, Interaction
-from ase_roughcontact.interactions.lennardjones import LennardJones93
+from ase_roughcontact.interactions.lennard_jones import LennardJones93
 
 __all__ = ["HardWall", "Interaction", "LennardJones93"]

@@ -24,13 +24,13 @@ import numpy as np
 from ase import Atoms
 from ase.utils.abc import Optimizable
 
-from ase_roughcontact.layout import displacement, set_displacement
-from ase_roughcontact.optimize.problem import (
+from ase_roughcontact.atoms.grid import displacement, set_displacement
+from ase_roughcontact.optimize.constraints import (
     Indenter,
     contact_of,
-    indenter_stiffness,
     reference_stiffness,
 )
+from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
 # Curvature of the energy in the scaled modes (eV/Å^2).
 _CURVATURE = 1.0

@@ -6,11 +6,8 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.precon import Precon
 
-from ase_roughcontact.optimize.problem import (
-    contact_of,
-    indenter_stiffness,
-    reference_stiffness,
-)
+from ase_roughcontact.optimize.constraints import contact_of, reference_stiffness
+from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
 
 class HalfSpacePrecon(Precon):

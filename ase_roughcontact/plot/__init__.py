@@ -17,7 +17,7 @@ from ase_roughcontact.plot.curves import (
     plot_force,
     plot_loop,
 )
-from ase_roughcontact.plot.look import BLUE, COLOURS, GREY, ORANGE, style
+from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import (
     plot_contact,
     plot_pressure,

@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.ticker import LogLocator
 from numpy.typing import ArrayLike
 
-from ase_roughcontact.checks import finite_array
-from ase_roughcontact.jumps import AdhesionLoop
-from ase_roughcontact.plot.look import BLUE, DASHES, GREY, LINES, NN, ORANGE
+from ase_roughcontact._util.validation import finite_array
+from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, NN, ORANGE
 
 
 def plot_curve(

@@ -10,10 +10,10 @@ from ase.units import GPa
 from numpy.typing import ArrayLike
 
 from ase_roughcontact.analysis import radial_average
-from ase_roughcontact.contactmap import ContactMap
-from ase_roughcontact.plot.look import NM
-from ase_roughcontact.selfaffine import SelfAffine
-from ase_roughcontact.spectrum import power_spectrum
+from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.plot.style import NM
+from ase_roughcontact.topography.selfaffine import SelfAffine
+from ase_roughcontact.topography.spectrum import power_spectrum
 
 
 def plot_contact(

@@ -3,9 +3,7 @@
 See ``ase_roughcontact/default.toml`` for the format, key by key.
 """
 
-from ase_roughcontact.scene.calculation import NANONEWTON, Scene, default_text
-from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.tables import (
+from ase_roughcontact.scene.config import (
     InteractionTable,
     PathTable,
     RoughnessTable,
@@ -13,6 +11,8 @@ from ase_roughcontact.tables import (
     SphereTable,
     SubstrateTable,
 )
+from ase_roughcontact.scene.optimizers import OPTIMIZERS
+from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
 
 __all__ = [
     "NANONEWTON",

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
-from ase_roughcontact.checks import finite, positive
+from ase_roughcontact._util.validation import finite, positive
+from ase_roughcontact.atoms.build import fcc_spacing
+from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
-from ase_roughcontact.material import contact_modulus, crystal_modulus
-from ase_roughcontact.substrate import fcc_spacing
-from ase_roughcontact.tables import (
+from ase_roughcontact.scene.config import (
     InteractionTable,
     PathTable,
     RoughnessTable,

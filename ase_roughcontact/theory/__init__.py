@@ -24,16 +24,6 @@ from ase_roughcontact.theory.jkr import (
     jkr_pull_off_penetration,
     jkr_zero_load_area,
 )
-from ase_roughcontact.theory.kappa import (
-    KAPPA_HARD,
-    KAPPA_REPULSIVE,
-    compliant_kappa,
-    flattening_energy,
-    inverse_kappa_adhesive,
-    inverse_kappa_attractive,
-    mean_contact_pressure,
-    sticks,
-)
 from ase_roughcontact.theory.maugis import (
     maugis_dugdale,
     maugis_dugdale_contact_radius,
@@ -50,6 +40,17 @@ from ase_roughcontact.theory.rough import (
     low_load_plateau,
     predicted_area,
 )
+from ase_roughcontact.theory.rough_flats import (
+    KAPPA_HARD,
+    KAPPA_REPULSIVE,
+    compliant_kappa,
+    flattening_energy,
+    inverse_kappa_adhesive,
+    inverse_kappa_attractive,
+    mean_contact_pressure,
+    sticks,
+)
+from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
 from ase_roughcontact.theory.roughness import (
     ASPERITY_FACTOR_REPULSIVE,
     asperity_radius,
@@ -59,7 +60,6 @@ from ase_roughcontact.theory.roughness import (
     rms_height,
     slope_to_curvature_ratio,
 )
-from ase_roughcontact.theory.roughsphere import Roughness, RoughSphereTheory
 from ase_roughcontact.theory.smooth import SmoothContact, smooth_contact
 
 __all__ = [

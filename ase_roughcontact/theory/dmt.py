@@ -7,9 +7,13 @@ any consistent system of units. A contact is stable under every force above pull
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact.checks import FloatArray, nonnegative_array, positive_array
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    nonnegative_array,
+    positive_array,
+)
+from ase_roughcontact.theory.branches import above_pull_off
 from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.pulloff import above_pull_off
 
 
 def dmt_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import PchipInterpolator
 
-from ase_roughcontact.checks import (
+from ase_roughcontact._util.validation import (
     FloatArray,
     nonnegative,
     nonnegative_array,

@@ -7,7 +7,11 @@ any consistent system of units.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact.checks import FloatArray, nonnegative_array, positive_array
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    nonnegative_array,
+    positive_array,
+)
 
 
 def hertz_contact_radius(

@@ -7,19 +7,19 @@ any consistent system of units.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact.checks import (
+from ase_roughcontact._util.validation import (
     FloatArray,
     finite_array,
     nonnegative_array,
     positive_array,
 )
-from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.pulloff import (
+from ase_roughcontact.theory.branches import (
     Branch,
     above_pull_off,
     is_stable,
     refuse_beyond,
 )
+from ase_roughcontact.theory.hertz import hertz_contact_radius
 
 
 def jkr_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:

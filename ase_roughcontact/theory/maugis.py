@@ -10,15 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from ase_roughcontact.checks import FloatArray, positive, positive_array
-from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.parameters import maugis_parameter
-from ase_roughcontact.theory.pulloff import (
+from ase_roughcontact._util.validation import FloatArray, positive, positive_array
+from ase_roughcontact.theory.branches import (
     Branch,
     above_pull_off,
     is_stable,
     refuse_beyond,
 )
+from ase_roughcontact.theory.hertz import hertz_contact_radius
+from ase_roughcontact.theory.parameters import maugis_parameter
 
 
 def maugis_dugdale(

@@ -6,7 +6,7 @@ Both broadcast over arrays and take any consistent system of units.
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact.checks import FloatArray, positive_array
+from ase_roughcontact._util.validation import FloatArray, positive_array
 
 
 def tabor_parameter(

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
-from ase_roughcontact.checks import FloatArray, nonnegative
+from ase_roughcontact._util.validation import FloatArray, nonnegative
 from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.kappa import KAPPA_HARD
-from ase_roughcontact.theory.roughsphere import Roughness, RoughSphereTheory
+from ase_roughcontact.theory.rough_flats import KAPPA_HARD
+from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
 from ase_roughcontact.theory.smooth import smooth_contact
 
 LAWS = {

@@ -10,9 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import erf
 
-from ase_roughcontact.checks import FloatArray, nonnegative_array, positive_array
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    nonnegative_array,
+    positive_array,
+)
 from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.kappa import KAPPA_HARD
+from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 
 
 def contact_fraction(pressure: ArrayLike, rough_pressure: ArrayLike) -> FloatArray:

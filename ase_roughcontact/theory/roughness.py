@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import boxcox
 
-from ase_roughcontact.checks import FloatArray, finite_array, positive_array
+from ase_roughcontact._util.validation import FloatArray, finite_array, positive_array
 
 #: By how much the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0, multiplies
 #: rho: L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).

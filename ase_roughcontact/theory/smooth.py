@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact.checks import finite, nonnegative, positive
+from ase_roughcontact._util.validation import finite, nonnegative, positive
 from ase_roughcontact.theory.dmt import dmt_contact_radius, dmt_pull_off_force
 from ase_roughcontact.theory.hertz import hertz_contact_radius
 from ase_roughcontact.theory.jkr import jkr_contact_radius, jkr_pull_off_force

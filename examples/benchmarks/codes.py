@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from problems import TOLERANCE, Answer, Problem
 
-from ase_roughcontact.halfspace import FreeHalfSpace
-from ase_roughcontact.parallel import available_threads
+from ase_roughcontact._util.kernels import available_threads
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 Solver = Callable[[Problem], Answer]
 
@@ -34,7 +34,8 @@ def timed(function: Callable, *args: Any, **kwargs: Any) -> tuple[float, Any]:
 
 def solve_ours(problem: Problem, press: bool = False) -> Answer:
     """Ours, arrays in and arrays out; `press` puts the load on a soft wall too."""
-    from ase_roughcontact.optimize import hardwall, newton
+    from ase_roughcontact.solvers import hard_wall as hardwall
+    from ase_roughcontact.solvers import newton
 
     def solve() -> tuple[Any, int, float]:
         iterate = hardwall.iterate if problem.hard else newton.iterate

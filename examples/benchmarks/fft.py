@@ -6,9 +6,9 @@ Prints, for each grid and number of threads, the least time in milliseconds of a
 forward and an inverse real transform of the whole grid, and of one elastic evaluation:
 the displacement of a window of half the grid's side, padded to the grid. For scipy.fft
 these are the plain calls with fresh arrays; for pyfftw and ducc0 they are those of
-`ase_roughcontact.fourier.RealFFT2`, which keeps plans and buffers and skips the half of
-the padded grid that is zero. Last, the ratios to the default engine. Threads suffer
-from other work on the machine: run it on a quiet one.
+`ase_roughcontact.elasticity.fft.RealFFT2`, which keeps plans and buffers and skips the
+half of the padded grid that is zero. Last, the ratios to the default engine. Threads
+suffer from other work on the machine: run it on a quiet one.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from time import perf_counter
 import numpy as np
 import scipy.fft
 
-from ase_roughcontact.fourier import RealFFT2
-from ase_roughcontact.halfspace import FreeHalfSpace
+from ase_roughcontact.elasticity.fft import RealFFT2
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 
 def main() -> None:

@@ -23,7 +23,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
 
@@ -95,7 +95,7 @@ class Problem:
     @cached_property
     def height(self) -> float:
         """Where a soft wall stands: carries the load, found off the clock."""
-        from ase_roughcontact.optimize import newton
+        from ase_roughcontact.solvers import newton
 
         contact = self.contact()
         states = newton.iterate(

@@ -28,8 +28,8 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.fourier import RealFFT2
-from ase_roughcontact.parallel import threads
+from ase_roughcontact._util.kernels import threads
+from ase_roughcontact.elasticity.fft import RealFFT2
 
 TURNS = 6
 PAIRS = 40  # as many as a step takes

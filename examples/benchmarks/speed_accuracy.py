@@ -31,8 +31,8 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.fourier import RealFFT2, fast_length
-from ase_roughcontact.parallel import threads
+from ase_roughcontact._util.kernels import threads
+from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.scene import OPTIMIZERS
 
 HERE = Path(__file__).parent

@@ -27,8 +27,8 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.halfspace import FreeHalfSpace
-from ase_roughcontact.parallel import available_threads
+from ase_roughcontact._util.kernels import available_threads
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
 IMAGES = Path(__file__).parents[1] / "images"

@@ -1,0 +1,1 @@
+"""Checks of input and array operations that the other packages share."""

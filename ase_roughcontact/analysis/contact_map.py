@@ -1,0 +1,190 @@
+"""Map of a contact: pressure, contact and gap on a rectangle of lattice sites."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from ase import Atoms
+from ase.units import GPa
+
+from ase_roughcontact._util.validation import FloatArray, finite_array, window
+from ase_roughcontact.atoms.build import TAG_CONTACT
+from ase_roughcontact.atoms.grid import Layout, surface_above
+from ase_roughcontact.topography import Surface
+
+
+@dataclass(frozen=True, eq=False)
+class ContactMap:
+    """Pressure and contact on a rectangle of lattice sites.
+
+    Attributes
+    ----------
+    pressure : ndarray, shape (n, m)
+        Positive where the wall repels, zero at sites without an atom (eV/Å^3).
+    contact : ndarray of bool, shape (n, m)
+        Which atoms feel a repulsive force.
+    spacing : float
+        Distance of neighbouring sites (Å).
+    origin : (float, float)
+        Position of site (0, 0) relative to the indenter's axis (Å).
+    periodic : bool
+        Whether the map repeats. Else all sites beyond it are open.
+    gap : ndarray, shape (n, m), optional
+        Distance to the indenter, nan at sites without an atom (Å).
+
+    Raises
+    ------
+    ValueError
+        If arrays are not two-dimensional and of one shape, the mask is not of bools,
+        a pressure is not finite, or the spacing is not positive.
+    """
+
+    pressure: np.ndarray
+    contact: np.ndarray
+    spacing: float
+    origin: tuple[float, float]
+    periodic: bool
+    gap: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        finite_array("pressure", self.pressure)
+        window(self.pressure.shape, self.spacing, self.origin)
+        if self.contact.dtype != bool:
+            raise ValueError(f"contact must be bools, got {self.contact.dtype}")
+        for name, field in (("contact", self.contact), ("gap", self.gap)):
+            if field is not None and field.shape != self.pressure.shape:
+                raise ValueError(
+                    f"{name} must have the shape {self.pressure.shape} of the "
+                    f"pressure, got {field.shape}"
+                )
+
+    @classmethod
+    def from_frame(cls, frame: Atoms, indenter: Surface | None = None) -> ContactMap:
+        """Map of a frame of a trajectory.
+
+        Parameters
+        ----------
+        frame : Atoms
+            As `snapshot` made it, also read back from a file.
+        indenter : Surface, optional
+            The frame's indenter, from whose heights the gap follows.
+
+        Returns
+        -------
+        ContactMap
+            With `gap` if the indenter is given.
+
+        Raises
+        ------
+        ValueError
+            If the frame was not made by `snapshot`.
+        """
+        if not frame.has("initial_charges"):
+            raise ValueError(
+                "the frame has no pressures: it was not made by snapshot()"
+            )
+        layout, gap = Layout.of(frame), None
+        if indenter is not None:
+            gap = surface_above(frame, layout, indenter) - frame.positions[:-1, 2]
+        pressure = frame.get_initial_charges()[:-1] * GPa
+        return _map(layout, pressure, frame.get_tags()[:-1] == TAG_CONTACT, gap)
+
+    @classmethod
+    def from_atoms(cls, atoms: Atoms) -> ContactMap:
+        """Map of atoms as they are.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            With a `RoughContact` calculator.
+
+        Returns
+        -------
+        ContactMap
+            With `gap`.
+
+        Raises
+        ------
+        ValueError
+            If the atoms have no `RoughContact` calculator.
+        """
+        if not hasattr(atoms.calc, "layout"):
+            raise ValueError(f"the atoms need a RoughContact, got {atoms.calc!r}")
+        state, layout = atoms.calc.state(atoms), atoms.calc.layout(atoms)
+        return _map(layout, state.pressure, state.contact, state.gap)
+
+    @property
+    def x(self) -> np.ndarray:
+        """Positions of the rows relative to the indenter's axis, shape (n,) (Å)."""
+        return self.origin[0] + self.spacing * np.arange(self.contact.shape[0])
+
+    @property
+    def y(self) -> np.ndarray:
+        """Positions of the columns relative to the indenter's axis, shape (m,) (Å)."""
+        return self.origin[1] + self.spacing * np.arange(self.contact.shape[1])
+
+    @property
+    def distance(self) -> FloatArray:
+        """Distance from the (nearest) indenter's axis, shape (n, m) (Å)."""
+        x, y = self.x, self.y
+        if self.periodic:
+            x, y = (nearest_image(c, len(c) * self.spacing) for c in (x, y))
+        return np.hypot(x[:, None], y)
+
+    @property
+    def cell_area(self) -> float:
+        """Area of a site (Å^2)."""
+        return self.spacing**2
+
+    @property
+    def normal_force(self) -> float:
+        """Sum of the pressures times the area of a site (eV/Å)."""
+        return float(self.pressure.sum() * self.cell_area)
+
+    @property
+    def contact_area(self) -> float:
+        """Number of atoms in contact times the area of a site (Å^2)."""
+        return float(np.count_nonzero(self.contact) * self.cell_area)
+
+
+def _map(
+    layout: Layout, pressure: np.ndarray, contact: np.ndarray, gap: np.ndarray | None
+) -> ContactMap:
+    """Map of values of the atoms that may touch."""
+    return ContactMap(
+        pressure=_filled(layout, pressure, 0.0),
+        contact=_filled(layout, contact, False),
+        spacing=layout.spacing,
+        origin=layout.origin,
+        periodic=layout.periodic,
+        gap=None if gap is None else _filled(layout, gap, np.nan),
+    )
+
+
+def _filled(layout: Layout, values: np.ndarray, elsewhere: float) -> np.ndarray:
+    """Values of the atoms on the window, something else at sites without one."""
+    if layout.sites is None:
+        return values.reshape(layout.window)
+    field = np.full(layout.window, elsewhere, dtype=values.dtype)
+    field[tuple(layout.sites.T)] = values.ravel()
+    return field
+
+
+def nearest_image(values: FloatArray, period: float | FloatArray) -> FloatArray:
+    """Image of a place in a periodic cell that is nearest to the axis.
+
+    Parameters
+    ----------
+    values : ndarray
+        Places relative to the axis (length).
+    period : float or ndarray
+        Of the cell (length).
+
+    Returns
+    -------
+    ndarray
+        Between -period/2 and period/2.
+    """
+    return values - period * np.floor(values / period + 0.5)

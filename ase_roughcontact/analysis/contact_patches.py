@@ -1,0 +1,141 @@
+"""Connected patches of contact: area, perimeter, centroid; periodic ones are whole."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import ndimage
+
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.analysis.contact_map import ContactMap, nearest_image
+
+
+@dataclass(frozen=True, eq=False)
+class Patches:
+    """Connected patches of contact, the largest first.
+
+    Attributes
+    ----------
+    labels : ndarray of int, shape (n, m)
+        Zero at open sites, k + 1 at the sites of patch k.
+    area : ndarray, shape (k,)
+        Number of atoms times the area of one (Å^2).
+    perimeter : ndarray, shape (k,)
+        Number of edges between the patch and open sites times the spacing (Å).
+    centroid : ndarray, shape (k, 2)
+        Relative to the (nearest) indenter's axis; nan along a direction in which the
+        patch goes around the periodic cell and meets itself (Å).
+    """
+
+    labels: np.ndarray
+    area: np.ndarray
+    perimeter: np.ndarray
+    centroid: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
+    r"""Find the connected patches of contact.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+        The contact. Patches of a periodic one go on across its edges.
+    diagonal : bool
+        Whether atoms that are neighbours along a diagonal are connected too: 8
+        neighbours in place of 4.
+
+    Returns
+    -------
+    Patches
+
+    Notes
+    -----
+    The perimeter is that of the union of square cells, so that of a row of k atoms is
+    :math:`(2k + 2) a_0`. It does not tend to the length of a smooth outline: every
+    outline is as long as its projections on x and y, and a large disc of radius r has
+    :math:`8r`, which is :math:`4/\pi` times its circumference. Averaged over the
+    direction of the outline the factor is the same, 4/pi.
+    """
+    structure = ndimage.generate_binary_structure(2, 2 if diagonal else 1)
+    pieces, count = ndimage.label(contact_map.contact, structure)
+    patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2))
+    around = np.zeros((count + 1, 2), dtype=bool)
+    if contact_map.periodic:
+        patch_of, cells, around = _join(count, _seams(pieces, diagonal))
+
+    kept, patch_of = np.unique(patch_of, return_inverse=True)
+    labels = patch_of[pieces]
+    size = np.bincount(labels.ravel())
+    order = np.append(0, 1 + np.argsort(-size[1:], kind="stable"))
+    rank = np.argsort(order)
+    labels, kept, size = rank[labels], kept[order][1:], size[order][1:]
+
+    i, j = np.nonzero(contact_map.contact)
+    patch = labels[i, j] - 1
+    place = np.column_stack((i, j)) + cells[pieces[i, j]] * labels.shape
+    edges = _open_neighbours(contact_map)[i, j]
+    centroid = np.column_stack(
+        [np.bincount(patch, along, len(size)) / size for along in place.T]
+    )
+    centroid = contact_map.origin + contact_map.spacing * centroid
+    if contact_map.periodic:
+        centroid = nearest_image(centroid, np.array(labels.shape) * contact_map.spacing)
+        centroid[around[kept]] = np.nan
+    return Patches(
+        labels=labels,
+        area=size * contact_map.cell_area,
+        perimeter=np.bincount(patch, edges, len(size)) * contact_map.spacing,
+        centroid=centroid,
+    )
+
+
+def _open_neighbours(contact_map: ContactMap) -> FloatArray:
+    """Count the edges that every site shares with open ones."""
+    mode = "wrap" if contact_map.periodic else "constant"
+    mask = np.pad(contact_map.contact, 1, mode=mode)  # type: ignore[call-overload]
+    sides = (mask[:-2, 1:-1], mask[2:, 1:-1], mask[1:-1, :-2], mask[1:-1, 2:])
+    return 4.0 - np.sum(sides, axis=0)
+
+
+def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:
+    """Pairs of pieces that meet across the edges of the cell, and which edges."""
+    n, m = pieces.shape
+    i, j = np.indices(pieces.shape)
+    links = []
+    for di, dj in ((1, 0), (0, 1), (1, 1), (1, -1))[: 4 if diagonal else 2]:
+        beyond = np.stack(((i + di) // n, (j + dj) // m))
+        other = np.roll(pieces, (-di, -dj), axis=(0, 1))
+        meet = beyond.any(axis=0) & (pieces > 0) & (other > 0)
+        links.append(np.stack((pieces, other, *beyond))[:, meet].T)
+    return np.unique(np.concatenate(links), axis=0)
+
+
+def _join(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Patch of every piece, its periodic cell, and the ways it goes around (root)."""
+    patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2), dtype=int)
+    around = np.zeros((count + 1, 2), dtype=bool)
+    neighbours = defaultdict(list)
+    for one, other, *step in links.tolist():
+        neighbours[one].append((other, np.array(step)))
+        neighbours[other].append((one, -np.array(step)))
+    seen: set[int] = set()
+    for root in neighbours:
+        reached = [] if root in seen else [root]
+        seen.add(root)
+        while reached:
+            piece = reached.pop()
+            for other, step in neighbours[piece]:
+                cell = cells[piece] + step
+                if other in seen:
+                    # two ways to one piece that end in different cells
+                    around[root] |= cell != cells[other]
+                    continue
+                seen.add(other)
+                patch_of[other], cells[other] = root, cell
+                reached.append(other)
+    return patch_of, cells, around

@@ -1,0 +1,1 @@
+"""The contact as ASE atoms: calculator, construction, frames."""

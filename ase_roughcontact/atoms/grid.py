@@ -1,0 +1,245 @@
+"""How the atoms of a substrate lie: on a grid, in its margin, or scattered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.kernels import by_rows
+from ase_roughcontact._util.validation import surface
+from ase_roughcontact.elasticity.halfspace import (
+    FreeHalfSpace,
+    HalfSpace,
+    PeriodicHalfSpace,
+)
+from ase_roughcontact.elasticity.reduced import CondensedHalfSpace, ScatteredHalfSpace
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.base import heights_at
+
+# Lateral positions may differ from the grid's by this part of the spacing: text formats
+# round them.
+_OFF_GRID = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """How the atoms of a substrate make a grid.
+
+    Attributes
+    ----------
+    window : (int, int)
+        Shape of the window that may touch.
+    grid : (int, int)
+        Shape of all surface atoms: of the window and its margin, of the window, or
+        ``(k, 1)`` if they are scattered.
+    spacing : float
+        Distance of neighbours (length).
+    origin : (float, float)
+        Position of the window's first corner relative to the indenter's axis (length).
+    periodic : bool
+        Periodic or free half space.
+    sites : ndarray of int, shape (k, 2), or None
+        Places of scattered atoms in the window, in spacings.
+    """
+
+    window: tuple[int, int]
+    grid: tuple[int, int]
+    spacing: float
+    origin: tuple[float, float]
+    periodic: bool
+    sites: np.ndarray | None = None
+
+    def halfspace(self, contact_modulus: float, **fft: Any) -> HalfSpace:
+        """Half space below the atoms; see there for the parameters."""
+        given = self.spacing, contact_modulus
+        if self.sites is not None:
+            return ScatteredHalfSpace(self.sites, *given, **fft)
+        if self.periodic:
+            return PeriodicHalfSpace(self.window, *given, **fft)
+        margin = self.grid == FreeHalfSpace.padded(self.window)
+        return (FreeHalfSpace if margin else CondensedHalfSpace)(
+            self.window, *given, **fft
+        )
+
+    def heights(self, indenter: Surface) -> np.ndarray:
+        """Heights of an indenter at the atoms that may touch (length)."""
+        if self.sites is None:
+            return indenter.heights(self.window, self.spacing, self.origin)
+        return heights_at(indenter, self.sites, self.spacing, self.origin)[:, None]
+
+    @classmethod
+    def of(cls, atoms: Atoms) -> Layout:
+        """Read the layout off the atoms.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Substrate and indenter.
+
+        Returns
+        -------
+        Layout
+
+        Raises
+        ------
+        ValueError
+            If the last atom is not the indenter, the other ones are not on a square
+            grid that fits the cell, or the boundary is neither periodic in x and y
+            nor free in all directions.
+        """
+        _check_indenter(atoms)
+        periodic = _check_boundary(atoms)
+        if not np.isfinite(atoms.positions).all():
+            raise ValueError("positions must be finite, got NaN or infinity")
+        xy = atoms.positions[:-1, :2]
+        axis = atoms.positions[-1, :2]
+        if _is_flat(atoms.cell):
+            window, spacing, sites = _scattered(xy, atoms.cell)
+            corner = xy[0] - spacing * sites[0] - axis
+            origin = float(corner[0]), float(corner[1])
+            return cls(window, (len(xy), 1), spacing, origin, periodic, sites)
+        grid, spacing = _grid_of(xy, atoms.cell)
+        _check_on_grid(xy, grid, spacing)
+        window = _window_of(atoms.cell, spacing)
+        expected = Layout.grid_for(window, periodic)
+        if grid not in (expected, window):
+            raise ValueError(
+                f"a cell of {window} atoms needs a grid of {expected} atoms, margin "
+                f"included, or of {window} without; got {grid}. Build the atoms with "
+                "substrate()"
+            )
+        origin = (float(xy[0, 0] - axis[0]), float(xy[0, 1] - axis[1]))
+        return cls(window, grid, spacing, origin, periodic)
+
+    @staticmethod
+    def grid_for(window: tuple[int, int], periodic: bool) -> tuple[int, int]:
+        """Shape of the grid for a window."""
+        return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded(window)
+
+
+def displacement(atoms: Atoms, layout: Layout) -> np.ndarray:
+    """Displacement of the surface atoms, shape of the layout's grid (Å)."""
+    return atoms.positions[:-1, 2].reshape(layout.grid)
+
+
+def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
+    """Move the surface atoms to a displacement, shape of the layout's grid (Å)."""
+    atoms.positions[:-1, 2] = values.ravel()
+
+
+def surface_above(atoms: Atoms, layout: Layout, indenter: Surface) -> np.ndarray:
+    """Z of an indenter's surface above the atoms that may touch, shape (k,) (Å)."""
+    surface(indenter=indenter)
+    mean = atoms.positions[:-1, 2].mean() if layout.periodic else 0.0
+    return atoms.positions[-1, 2] + mean + layout.heights(indenter).ravel()
+
+
+def inside(layout: Layout) -> np.ndarray:
+    """Tell which surface atoms are in the window, shape (number of atoms,)."""
+    if layout.sites is not None:
+        return np.ones(len(layout.sites), dtype=bool)
+    mask = np.zeros(layout.grid, dtype=bool)
+    mask[: layout.window[0], : layout.window[1]] = True
+    return mask.ravel()
+
+
+def _check_indenter(atoms: Atoms) -> None:
+    ghosts = np.flatnonzero(atoms.numbers == 0)
+    if len(atoms) < 2 or list(ghosts) != [len(atoms) - 1]:
+        where = "none" if len(ghosts) == 0 else f"atoms {ghosts[:5].tolist()}"
+        raise ValueError(
+            "the last atom, and no other, must be the indenter (symbol X); "
+            f"of {len(atoms)} atoms, {where} have that symbol"
+        )
+
+
+def _check_boundary(atoms: Atoms) -> bool:
+    pbc = tuple(bool(flag) for flag in atoms.pbc)
+    if pbc not in ((True, True, False), (False, False, False)):
+        raise ValueError(
+            "pbc must be (True, True, False) for a periodic half space or all False "
+            f"for a free one, got {pbc}"
+        )
+    cell = atoms.cell.array
+    if np.abs(cell - np.diag(np.diag(cell))).max() > 0 or np.diag(cell)[:2].min() <= 0:
+        raise ValueError(
+            "the cell must be the rectangular window of atoms that may touch, got "
+            f"{cell.tolist()}"
+        )
+    return pbc[0]
+
+
+def _grid_of(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float]:
+    """Shape and spacing from the order of the atoms."""
+    spacing = float(np.abs(xy[1] - xy[0]).max()) if len(xy) > 1 else float(cell[0, 0])
+    next_row = np.flatnonzero(xy[:, 0] - xy[0, 0] > spacing / 2)
+    columns = int(next_row[0]) if len(next_row) else len(xy)
+    rows, rest = divmod(len(xy), columns)
+    if rest or not spacing > 0:
+        raise ValueError(
+            f"{len(xy)} surface atoms do not make a grid with rows of {columns}"
+        )
+    return (rows, columns), spacing
+
+
+def _is_flat(cell: Any) -> bool:
+    """Whether a cell tells that its atoms are scattered."""
+    return bool(0.0 < cell[2, 2] < 0.999 * max(cell[0, 0], cell[1, 1]))
+
+
+def _scattered(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float, np.ndarray]:
+    """Window, spacing and sites of scattered atoms."""
+    window = _window_of(cell, float(cell[2, 2]))
+    longer = int(np.argmax(window))
+    spacing = float(cell[longer, longer]) / window[longer]
+    steps = (xy - xy.min(axis=0)) / spacing
+    sites = np.rint(steps).astype(int)
+    off = np.abs(steps - sites).max(axis=1)
+    if off.max() > _OFF_GRID * max(1.0, 1e-3 * max(window)):
+        raise ValueError(
+            f"atom {off.argmax()} is off the lattice by {off.max():.3g} spacings of "
+            f"{spacing:.6g}, the height of the cell: surface atoms may move along z "
+            "only"
+        )
+    if len(np.unique(sites, axis=0)) < len(sites):
+        raise ValueError("several atoms are on one site of the lattice")
+    if tuple(sites.max(axis=0) + 1) != window:
+        raise ValueError(
+            f"scattered atoms must span the cell of {window} atoms, got "
+            f"{tuple(sites.max(axis=0) + 1)}"
+        )
+    return window, spacing, sites
+
+
+def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:
+    i, j = (spacing * np.arange(n) for n in grid)
+    x, y = (part.reshape(grid) for part in xy.T)
+
+    def off_in(rows: slice) -> tuple[float, int]:
+        """Largest distance from the grid of some rows, and of which atom."""
+        along = abs(x[rows] - x[0, 0] - i[rows, None])
+        off = np.maximum(along, abs(y[rows] - y[0, 0] - j), out=along)
+        worst = int(off.argmax())
+        return float(off.flat[worst]), worst + rows.start * grid[1]
+
+    off, worst = max(by_rows(off_in, grid), key=lambda found: found[0])
+    # a spacing read off two rounded positions drifts with the index
+    tolerance = _OFF_GRID * spacing * max(1.0, 1e-3 * max(grid))
+    if off > tolerance:
+        raise ValueError(
+            f"atom {worst} is off the square grid by {off:.3g} (spacing "
+            f"{spacing:.6g}): surface atoms may move along z only"
+        )
+
+
+def _window_of(cell: Any, spacing: float) -> tuple[int, int]:
+    sides = np.diag(cell.array)[:2] / spacing
+    window = np.rint(sides).astype(int)
+    if np.abs(sides - window).max() > 1e-3 * max(1.0, 1e-3 * sides.max()):
+        raise ValueError(
+            f"the cell's sides must be whole numbers of spacings, got {sides.tolist()}"
+        )
+    return int(window[0]), int(window[1])

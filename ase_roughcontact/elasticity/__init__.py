@@ -1,0 +1,1 @@
+"""Linear elasticity of the substrate: Green's functions and half spaces."""

@@ -1,0 +1,119 @@
+r"""Contact modulus of a material, from its elastic constants.
+
+.. math:: E^* = \frac{E}{1 - \nu^2}
+
+for a rigid indenter; of a crystal, of its isotropic average (Voigt, Reuss and Hill).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matscipy.elasticity import coalesce_elastic_constants
+
+from ase_roughcontact._util.validation import finite_array, unknown
+
+#: Elastic constants C11, C12 and C44 of cubic crystals at room temperature (GPa):
+#: J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982), Appendix 1.
+CRYSTALS = {
+    "Ag": (124.0, 93.4, 46.1),
+    "Al": (108.2, 61.3, 28.5),
+    "Au": (186.0, 157.0, 42.0),
+    "Cu": (168.4, 121.4, 75.4),
+    "Ge": (128.9, 48.3, 67.1),
+    "Ni": (246.5, 147.3, 124.7),
+    "Si": (165.7, 63.9, 79.6),
+}
+
+
+def contact_modulus(elastic_constants: object) -> float:
+    r"""Contact modulus of the isotropic average of a crystal.
+
+    With bulk modulus :math:`B` and shear modulus :math:`\mu`, each the mean of Voigt's
+    and Reuss's bounds,
+
+    .. math:: E^* = \frac{E}{1 - \nu^2} = \frac{4 \mu (3 B + \mu)}{3 B + 4 \mu}.
+
+    Parameters
+    ----------
+    elastic_constants : array_like, shape (3,) or (6, 6)
+        C11, C12 and C44 of a cubic crystal, or the stiffness in Voigt's notation
+        (pressure).
+
+    Returns
+    -------
+    float
+        E* (pressure).
+
+    Raises
+    ------
+    ValueError
+        If the constants have another shape, are not finite, or the crystal is not
+        stable (its stiffness not positive definite).
+
+    References
+    ----------
+    R. Hill, Proc. Phys. Soc. A 65, 349 (1952).
+
+    Examples
+    --------
+    >>> from ase_roughcontact.elasticity.material import CRYSTALS, contact_modulus
+    >>> round(contact_modulus(CRYSTALS["Cu"]), 1)
+    144.6
+    """
+    constants = finite_array("elastic_constants", elastic_constants)
+    if constants.shape == (3,):
+        c11, c12, c44 = constants
+        constants = coalesce_elastic_constants(c11, c12, c44, convention="Cij")
+    if constants.shape != (6, 6):
+        raise ValueError(
+            "elastic_constants must be (C11, C12, C44) or a 6 x 6 matrix, got shape "
+            f"{constants.shape}"
+        )
+    if not np.allclose(constants, constants.T) or np.linalg.eigvalsh(constants)[0] <= 0:
+        raise ValueError(
+            "elastic_constants must be symmetric and positive definite (a stable "
+            f"crystal), got {np.asarray(elastic_constants).tolist()}"
+        )
+    bulk, shear = _hill(constants, np.linalg.inv(constants))
+    return float(4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear))
+
+
+def crystal_modulus(symbol: str) -> float:
+    """Contact modulus of a crystal of `CRYSTALS`.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol.
+
+    Returns
+    -------
+    float
+        E* (GPa).
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not in the table.
+    """
+    if symbol not in CRYSTALS:
+        raise ValueError(unknown(symbol, list(CRYSTALS), "crystal"))
+    return contact_modulus(CRYSTALS[symbol])
+
+
+def _hill(stiffness: np.ndarray, compliance: np.ndarray) -> tuple[float, float]:
+    """Means of Voigt's and Reuss's bulk and shear moduli."""
+    normal, coupling, shear = _sums(stiffness)
+    voigt_bulk = (normal + 2.0 * coupling) / 9.0
+    voigt_shear = (normal - coupling + 3.0 * shear) / 15.0
+    normal, coupling, shear = _sums(compliance)
+    reuss_bulk = 1.0 / (normal + 2.0 * coupling)
+    reuss_shear = 15.0 / (4.0 * normal - 4.0 * coupling + 3.0 * shear)
+    return (voigt_bulk + reuss_bulk) / 2.0, (voigt_shear + reuss_shear) / 2.0
+
+
+def _sums(matrix: np.ndarray) -> tuple[float, float, float]:
+    """Return the sums of the normal, the coupling and the shear entries."""
+    diagonal = np.diag(matrix)
+    coupling = matrix[0, 1] + matrix[1, 2] + matrix[0, 2]
+    return float(diagonal[:3].sum()), float(coupling), float(diagonal[3:].sum())

@@ -1,0 +1,1 @@
+"""Load paths: one relaxed state after another."""

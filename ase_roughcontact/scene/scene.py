@@ -1,0 +1,317 @@
+"""A scene as something to calculate: read, checked, planned and run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.units import J, m
+from numpy.typing import ArrayLike
+
+from ase_roughcontact._util.validation import grid_shape, integer, positive
+from ase_roughcontact.atoms.build import substrate
+from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.loading import load_path
+from ase_roughcontact.paths.plan import Plan, plan_path
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.scene.config import choice, differences, read_tables
+from ase_roughcontact.scene.model import Model
+from ase_roughcontact.scene.optimizers import OPTIMIZERS
+from ase_roughcontact.topography import RoughSphere
+from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
+
+# Of the atoms before a window is chosen for them.
+_FIRST_SHAPE = (8, 8)
+
+#: One nanonewton in ASE's unit of force, eV/Å.
+NANONEWTON = 1e-9 * J / m
+
+
+@dataclass(frozen=True)
+class Scene(Model):
+    """Sphere, material, wall, path and solver.
+
+    Parameters
+    ----------
+    substrate, sphere, roughness, interaction, path, solver
+        The tables of a scene file. Without `roughness` the sphere is smooth.
+
+    Raises
+    ------
+    ValueError
+        From `read` and from the methods, if a value is not what it should be.
+    """
+
+    @classmethod
+    def read(cls, file: str | Path) -> Scene:
+        """Read a scene file.
+
+        Parameters
+        ----------
+        file : path
+            TOML, see ``ase-roughcontact scene``.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If the file can't be read, is not TOML, or something in it is not what it
+            should be. The error names file, table and key.
+        """
+        scene = cls.parse(cls.text_of(file), str(file))
+        scene.check(str(file))
+        return scene
+
+    @staticmethod
+    def text_of(file: str | Path) -> str:
+        """Return the text of a scene file.
+
+        Parameters
+        ----------
+        file : path
+
+        Returns
+        -------
+        str
+
+        Raises
+        ------
+        ValueError
+            If the file can't be read.
+        """
+        try:
+            return Path(file).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise ValueError(f"can't read the scene {file}: {error}") from error
+
+    @classmethod
+    def parse(cls, text: str, name: str = "scene") -> Scene:
+        """Make a scene of the text of a scene file, without `check`.
+
+        A scene for many variants may leave out what each of them sets.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        name : str
+            Of the file, for errors.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If the text is not TOML, there is a table or a key that is not known, or a
+            value of the wrong kind.
+        """
+        return cls(**read_tables(text, name))
+
+    @classmethod
+    def default(cls) -> Scene:
+        """Return the built-in scene."""
+        return cls.parse(default_text(), "default.toml")
+
+    def check(self, name: str = "scene") -> None:
+        """Raise an error if a value is out of range, or does not fit the others.
+
+        Parameters
+        ----------
+        name : str
+            Of the file, for errors.
+
+        Raises
+        ------
+        ValueError
+            Names file, table and key.
+        MemoryError
+            If the roughness needs more memory than is free, with file, table and key.
+        """
+        parts: dict[str, Callable[[], Any]] = {
+            "substrate": lambda: (self.spacing, self.contact_modulus, self.shape),
+            "sphere": lambda: RoughSphere(self.radius, None, self.sphere.profile),
+            "roughness": self._rough,
+            "solver": lambda: (
+                self.fmax,
+                self.accuracy,
+                self.optimizer,
+                integer("max_steps", self.solver.max_steps, 1),
+            ),
+            "interaction": lambda: self.wall,
+            "path": lambda: self.steps,
+        }
+        for title, part in parts.items():
+            try:
+                part()
+            except ValueError as error:
+                raise ValueError(f"{name}: [{title}] {error}") from error
+        try:  # before anything is made of the roughness
+            check_roughness(points_of(self.surface, self.spacing))
+        except MemoryError as error:
+            raise MemoryError(f"{name}: [roughness] {error}") from error
+
+    @property
+    def control(self) -> str:
+        """What is given along the path: loads, penetrations or heights."""
+        return f"{self.path.control}s"
+
+    @property
+    def steps(self) -> np.ndarray:
+        """The path: loads (eV/Å), penetrations or heights (Å)."""
+        units = {"load": NANONEWTON, "penetration": 1.0, "height": 1.0}
+        return choice(self.path.control, units, "control") * self.path.targets
+
+    @property
+    def fmax(self) -> float | None:
+        """Tolerance of the forces (eV/Å), if it is given."""
+        if self.solver.fmax is None:
+            return None
+        positive(fmax=self.solver.fmax)
+        return self.solver.fmax * self.contact_modulus * self.spacing**2
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """What the accuracy asks for."""
+        return accuracy_of(self.solver.accuracy)
+
+    @property
+    def optimizer(self) -> Any:
+        """What relaxes a step; None if it is chosen for the wall."""
+        name = self.solver.optimizer
+        return None if name is None else choice(name, OPTIMIZERS, "optimizer")
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """Atoms that may touch; None if they are chosen step by step."""
+        shape = self.substrate.shape
+        if not isinstance(shape, str):
+            return grid_shape(shape)
+        if self.substrate.periodic:
+            raise ValueError(
+                'shape = "auto" needs a free half space: give the shape of the '
+                "periodic cell, [n, m]"
+            )
+        return choice(shape, {"auto": None}, "shape")
+
+    @property
+    def window(self) -> str:
+        """Whether all steps have one window, "fixed", or each its own, "auto"."""
+        return "fixed" if self.shape else "auto"
+
+    def atoms(self) -> Atoms:
+        """Build the substrate and the indenter above it, with their calculator."""
+        given = self.substrate
+        if self.shape:
+            check_memory(self.shape, margin=not given.periodic)
+        atoms = substrate(
+            given.symbol,
+            self.shape or _FIRST_SHAPE,
+            self.surface,
+            spacing=self.spacing,
+            periodic=given.periodic,
+            fixed=self.path.control != "load",
+        )
+        atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
+        atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
+        return atoms
+
+    def plan(self) -> Plan:
+        """Tell windows, memory and time of the path before it is calculated."""
+        return plan_path(self.atoms(), self.control, self.steps, self.window)
+
+    def relax(
+        self, steps: ArrayLike | None = None, **options: Any
+    ) -> Iterator[LoadStep]:
+        """Relax step after step.
+
+        Parameters
+        ----------
+        steps : array_like, optional
+            Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
+        **options
+            Of `load_path`: files, and whether to resume from them.
+
+        Returns
+        -------
+        iterator of LoadStep
+        """
+        targets = self.steps if steps is None else steps
+        path: dict[str, Any] = {self.control: targets}
+        return load_path(
+            self.atoms(),
+            optimizer=self.optimizer,
+            fmax=self.fmax,
+            accuracy=self.solver.accuracy,
+            max_steps=self.solver.max_steps,
+            window=self.window,
+            **path,
+            **options,
+        )
+
+    def run(self, folder: str | Path) -> Iterator[LoadStep]:
+        """Relax step after step, writing ``curve.csv`` and ``sweep.traj``.
+
+        Parameters
+        ----------
+        folder : path
+            Where the files go; made if it is not there. If it holds a part of this
+            scene's run, or of that of a shorter path, the run goes on from there.
+
+        Yields
+        ------
+        LoadStep
+
+        Raises
+        ------
+        ValueError
+            If the folder holds the results of another scene: with a ``scene.toml``,
+            the error tells what differs.
+        OSError
+            If the folder can't be written.
+        """
+        self.check()
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        files: dict[str, Any] = {
+            "trajectory": folder / "sweep.traj",
+            "csv": folder / "curve.csv",
+        }
+        try:
+            path = self.relax(resume=True, **files)
+        except ValueError as error:
+            changed = self._changed(folder / "scene.toml")
+            if not changed:
+                raise
+            raise ValueError(
+                f"{folder} holds a run of another scene: {'; '.join(changed)}. Give "
+                "another folder, or delete this one; a path can go on there only if "
+                "steps come after its last one"
+            ) from error
+        yield from path
+
+    def _changed(self, file: Path) -> list[str]:
+        """Tell in what the scene differs from that of a file, if there is one."""
+        if not file.exists():
+            return []
+        titles = [table.name for table in fields(self)]
+        old, new = (
+            {title: getattr(scene, title) for title in titles}
+            for scene in (Scene.read(file), self)
+        )
+        return differences(old, new)
+
+
+def default_text() -> str:
+    """Text of the built-in scene file."""
+    return files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")

@@ -1,0 +1,1 @@
+"""Solvers of the contact problem on arrays, without ASE."""

@@ -1,0 +1,295 @@
+"""Kappa: how hard rough flats must press to be in contact, and when they stick.
+
+Nominally flat surfaces touch at the mean pressure p_rough = h' E*/kappa, with the rms
+slope h' = <|grad h|^2>^(1/2) and E* = E/(1 - nu^2). All functions broadcast over arrays
+and take any consistent system of units.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import hyp2f1
+
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite_array,
+    nonnegative_array,
+    positive_array,
+)
+from ase_roughcontact.theory.roughness import (
+    hurst_exponent,
+    spectral_moment,
+    wavelength_ratios,
+)
+
+#: kappa of hard walls in the continuum limit: S. Hyun et al., Phys. Rev. E 70, 026117
+#: (2004); N. Prodanov, W. B. Dapp, M. H. Müser, Tribol. Lett. 53, 433 (2014).
+KAPPA_HARD = 2.0
+
+#: kappa of the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0: L. Pastewka,
+#: M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+KAPPA_REPULSIVE = 2.9
+
+
+def mean_contact_pressure(
+    rms_slope: ArrayLike, contact_modulus: ArrayLike, kappa: ArrayLike = KAPPA_HARD
+) -> FloatArray:
+    """Mean pressure in the contacts of rough flats, p_rough = h' E*/kappa.
+
+    Parameters
+    ----------
+    rms_slope : array_like
+        h', dimensionless.
+    contact_modulus : array_like
+        E*, force per area.
+    kappa : array_like
+        Dimensionless.
+
+    Returns
+    -------
+    ndarray
+        p_rough, force per area; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), before eq. (2).
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    return slope * modulus / positive_array("kappa", kappa)
+
+
+def compliant_kappa(
+    wall_stiffness: ArrayLike,
+    contact_modulus: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+    long_wavelength: ArrayLike = np.inf,
+    kappa_hard: ArrayLike = KAPPA_HARD,
+    *,
+    longest_wavelength: ArrayLike | None = None,
+) -> FloatArray:
+    """First estimate of kappa for a wall of finite stiffness.
+
+    kappa = kappa_hard [<q^2 C>/<q^2 C/(1 + E* q/2k)^2>]^(1/2), C ~ q^(-2-2H) between
+    lambda_s and lambda_L, and constant from there to lambda_max.
+
+    Parameters
+    ----------
+    wall_stiffness : array_like
+        k = V''(r0), force per volume.
+    contact_modulus : array_like
+        E*, force per area.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength, long_wavelength : array_like
+        Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
+        infinite.
+    kappa_hard : array_like
+        kappa of the hard wall, dimensionless.
+    longest_wavelength : array_like, optional
+        lambda_max of the roll-off, length. Default: no roll-off.
+
+    Returns
+    -------
+    ndarray
+        kappa >= kappa_hard, dimensionless; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range, lambda_L <= lambda_s, or
+        lambda_max < lambda_L.
+
+    Notes
+    -----
+    The wall in series with the half space turns E* q/2 into 1/(2/(E* q) + 1/k), which
+    lowers the rms pressure at full contact. The averages follow, with mu = 2 - 2H,
+    mu = 4 for the roll-off, and b = E*/2k, from
+
+    int q^(mu-1)/(1 + b q)^2 dq = (q^mu/mu) 2F1(2, mu; mu + 1; -b q).
+
+    References
+    ----------
+    An estimate of this package, in place of the expression in the supplement (S-2) of
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
+    """
+    modulus = positive_array("contact_modulus", contact_modulus)
+    hard = positive_array("kappa_hard", kappa_hard)
+    stiffness = positive_array("wall_stiffness", wall_stiffness)
+    short = positive_array("short_wavelength", short_wavelength)
+    band = short_wavelength, long_wavelength, longest_wavelength
+    rho, r = wavelength_ratios(*band)
+    softness = np.pi * modulus / (stiffness * short)
+    mu = 2 - 2 * hurst_exponent(hurst)
+
+    # In units of 2 pi/lambda_s: the self-affine range, and the roll-off.
+    knee, end = softness * rho, softness * rho * r
+    compliant = _compliant(mu, softness) - rho**mu * _compliant(mu, knee)
+    compliant += rho**mu * (_compliant(4.0, knee) - r**4 * _compliant(4.0, end))
+    return hard * np.sqrt(spectral_moment(2, hurst, *band) / compliant)
+
+
+def _compliant(mu: FloatArray | float, softness: FloatArray) -> FloatArray:
+    """Integral of x^(mu-1)/(1 + b x)^2 up to 1."""
+    integral: FloatArray = hyp2f1(2, mu, mu + 1, -softness) / mu
+    return integral
+
+
+def inverse_kappa_attractive(
+    work_of_adhesion: ArrayLike,
+    contact_modulus: ArrayLike,
+    attraction_range: ArrayLike,
+    rms_slope: ArrayLike,
+    rms_curvature: ArrayLike,
+) -> FloatArray:
+    """Attractive part of the inverse of kappa.
+
+    1/kappa_att = pi (3/16)^(2/3) (w/E*)/(h' D) [4 D/(h' d)]^(2/3), d = 4 h'/h''.
+
+    Parameters
+    ----------
+    work_of_adhesion : array_like
+        w, energy per area.
+    contact_modulus : array_like
+        E*, force per area.
+    attraction_range : array_like
+        D, gap over which the attraction decays, length.
+    rms_slope : array_like
+        h', dimensionless.
+    rms_curvature : array_like
+        h'' = <(lap h)^2>^(1/2), inverse length.
+
+    Returns
+    -------
+    ndarray
+        1/kappa_att, dimensionless; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
+    """
+    work = positive_array("work_of_adhesion", work_of_adhesion)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    reach = positive_array("attraction_range", attraction_range)
+    slope = positive_array("rms_slope", rms_slope)
+    width = 4 * slope / positive_array("rms_curvature", rms_curvature)
+    geometry = np.cbrt(3 / 16 * 4 * reach / (slope * width)) ** 2
+    inverse: FloatArray = np.pi * work / (modulus * slope * reach) * geometry
+    return inverse
+
+
+def inverse_kappa_adhesive(
+    kappa_repulsive: ArrayLike, inverse_kappa_attractive: ArrayLike
+) -> FloatArray:
+    """Inverse of kappa with adhesion, 1/kappa_adh = 1/kappa_rep - 1/kappa_att.
+
+    Parameters
+    ----------
+    kappa_repulsive : array_like
+        kappa_rep without the attraction, dimensionless.
+    inverse_kappa_attractive : array_like
+        1/kappa_att >= 0, dimensionless.
+
+    Returns
+    -------
+    ndarray
+        1/kappa_adh, dimensionless, of either sign; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
+    """
+    attractive = nonnegative_array("inverse_kappa_attractive", inverse_kappa_attractive)
+    return 1 / positive_array("kappa_repulsive", kappa_repulsive) - attractive
+
+
+def sticks(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
+    """Whether rough flats adhere macroscopically, 1/kappa_adh <= 0.
+
+    Parameters
+    ----------
+    inverse_kappa_adhesive : array_like
+        1/kappa_adh, dimensionless.
+
+    Returns
+    -------
+    ndarray of bool
+        Shape of the argument.
+
+    Raises
+    ------
+    ValueError
+        If the argument is not finite.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
+    """
+    return finite_array("inverse_kappa_adhesive", inverse_kappa_adhesive) <= 0
+
+
+def flattening_energy(
+    rms_slope: ArrayLike,
+    contact_modulus: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+    long_wavelength: ArrayLike,
+    longest_wavelength: ArrayLike | None = None,
+) -> FloatArray:
+    """Elastic energy per area of rough flats in full contact, (E*/4) <q h^2>.
+
+    Adhesion of more than this work pulls the surfaces flat, and what is left of it acts
+    between them as if they were smooth. With the moments M of `spectral_moment`
+
+    U = (E*/4) h'^2 (lambda_s/2 pi) M_1/M_2.
+
+    Parameters
+    ----------
+    rms_slope : array_like
+        h', dimensionless.
+    contact_modulus : array_like
+        E*, force per area.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength, long_wavelength : array_like
+        Ends lambda_s and lambda_L of the self-affine range, lengths.
+    longest_wavelength : array_like, optional
+        lambda_max of the roll-off, length. Default: no roll-off.
+
+    Returns
+    -------
+    ndarray
+        Energy per area; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range, lambda_L <= lambda_s, or
+        lambda_max < lambda_L.
+
+    References
+    ----------
+    B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001).
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    short = positive_array("short_wavelength", short_wavelength)
+    positive_array("long_wavelength", long_wavelength)
+    band = hurst, short_wavelength, long_wavelength, longest_wavelength
+    ratio = spectral_moment(1, *band) / spectral_moment(2, *band)
+    return modulus * slope**2 / 4 * short / (2 * np.pi) * ratio

@@ -1,0 +1,170 @@
+"""Shapes of the indenter: what a surface is, and the rough sphere.
+
+A surface is any object with a method ``heights(shape, spacing, origin)``, which
+samples its lower side on a grid of atoms, and, where frames are written or a path is
+resumed, a method ``todict()``, which tells it apart from others. Lengths are in any one
+unit.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from ase_roughcontact._util.validation import FloatArray, positive, surface, window
+from ase_roughcontact.topography.base import Surface
+
+
+@dataclass(frozen=True)
+class RoughSphere:
+    r"""A sphere, or its paraboloid, with roughness added.
+
+    .. math:: h_R = r^2 / 2R \quad \text{(paraboloid)}, \qquad
+              h_R = R - \sqrt{R^2 - r^2} \quad \text{(sphere)}
+
+    Parameters
+    ----------
+    radius : float
+        Radius R; infinity for a nominally flat indenter.
+    roughness : Surface, optional
+        Roughness h, its origin on the axis of the sphere. Default: smooth.
+    profile : {"paraboloid", "sphere"}
+        Shape of the smooth indenter.
+
+    Raises
+    ------
+    ValueError
+        If the radius is not positive, or the roughness has no heights.
+    """
+
+    radius: float
+    roughness: Surface | None = None
+    profile: Literal["paraboloid", "sphere"] = "paraboloid"
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        if self.radius != math.inf:
+            positive(radius=self.radius)
+        if self.profile not in ("paraboloid", "sphere"):
+            raise ValueError(
+                f"profile must be 'paraboloid' or 'sphere', got {self.profile!r}"
+            )
+        if self.roughness is not None:
+            surface(roughness=self.roughness)
+
+    def heights(
+        self,
+        shape: tuple[int, int],
+        spacing: float,
+        origin: tuple[float, float] = (0.0, 0.0),
+    ) -> FloatArray:
+        """Sample the lower side of the indenter on a grid.
+
+        Parameters
+        ----------
+        shape : tuple of int
+            Grid points (n, m) along x and y.
+        spacing : float
+            Distance between grid points.
+        origin : tuple of float
+            Position (x, y) of grid point (0, 0) relative to the axis of the sphere.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            Heights h_R + h, with h_R = 0 on the axis.
+
+        Raises
+        ------
+        ValueError
+            If the window reaches beyond a sphere, or the roughness refuses it.
+        """
+        shape, spacing, origin = window(shape, spacing, origin)
+        x, y = (
+            start + spacing * np.arange(n)
+            for start, n in zip(origin, shape, strict=True)
+        )
+        smooth = self._profile(x[:, None] ** 2 + y[None, :] ** 2)
+        if self.roughness is None:
+            return smooth
+        return smooth + self.roughness.heights(shape, spacing, origin)
+
+    def _profile(self, square: FloatArray) -> FloatArray:
+        if self.profile == "paraboloid" or self.radius == math.inf:
+            return square / (2 * self.radius)
+        depth = self.radius**2 - square
+        if depth.min() < 0:
+            raise ValueError(
+                f"the window reaches r = {math.sqrt(square.max()):g} from the axis, "
+                f"beyond the sphere of radius {self.radius:g}; choose a smaller "
+                "window or profile='paraboloid'"
+            )
+        # The same as R - sqrt(R^2 - r^2), without the cancellation.
+        return square / (self.radius + np.sqrt(depth))
+
+    def reach(
+        self, level: float, spacing: float, origin: tuple[float, float] = (0.0, 0.0)
+    ) -> float:
+        """Distance from the axis beyond which no atom is lower than a level.
+
+        Parameters
+        ----------
+        level : float
+            Height.
+        spacing : float
+            Distance between atoms.
+        origin : tuple of float
+            Position (x, y) of one of them relative to the axis of the sphere.
+
+        Returns
+        -------
+        float
+            Where the smooth sphere rises above the level by the depth of the lowest
+            point of the roughness.
+
+        Raises
+        ------
+        ValueError
+            If the indenter is flat, or the roughness does not tell its lowest point.
+        """
+        rough: Any = self.roughness
+        told = rough is None or hasattr(rough, "lowest")
+        if self.radius == math.inf or not told:
+            raise ValueError(
+                "only a sphere of finite radius, smooth or with a roughness that tells "
+                f"its lowest point, rises out of reach; got {self!r}: give a fixed "
+                "window"
+            )
+        lowest = 0.0 if rough is None else rough.lowest(spacing, origin)
+        depth = max(level - lowest, 0.0)
+        if self.profile == "paraboloid":
+            return math.sqrt(2 * self.radius * depth)
+        depth = min(depth, self.radius)
+        return math.sqrt(depth * (2 * self.radius - depth))
+
+    @property
+    def extent(self) -> float:
+        """Distance from the axis, along x and y, up to which heights are known once."""
+        known = getattr(self.roughness, "extent", math.inf)
+        if self.profile == "sphere":
+            return min(known, self.radius / math.sqrt(2))  # a square within the sphere
+        return known
+
+    @property
+    def repeats(self) -> bool:
+        """Whether the roughness goes on, repeating itself, beyond the extent."""
+        rough = getattr(self.roughness, "repeats", False)
+        return rough and self.profile == "paraboloid"
+
+    def todict(self) -> dict[str, Any]:
+        """Return the name and the parameters, those of the roughness among them."""
+        rough: Any = self.roughness
+        return {
+            "name": "RoughSphere",
+            "radius": self.radius,
+            "roughness": rough.todict() if hasattr(rough, "todict") else rough,
+            "profile": self.profile,
+        }

@@ -1,0 +1,1 @@
+"""Which surface atoms a step of a load path needs."""

@@ -1,0 +1,138 @@
+"""Exchange of the window of a free half space for another one, in place."""
+
+from __future__ import annotations
+
+from copy import copy
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact.atoms.grid import Layout, set_displacement
+from ase_roughcontact.elasticity.lattice import Box, Sites
+from ase_roughcontact.solvers.relaxation import without_rounding
+from ase_roughcontact.windows.footprint import rest_of
+
+
+def window_of(layout: Layout) -> Box | Sites:
+    """Atoms of a layout that may touch, counted from the indenter's axis.
+
+    Parameters
+    ----------
+    layout : Layout
+
+    Returns
+    -------
+    Box or Sites
+    """
+    i, j = (round(x / layout.spacing) for x in layout.origin)
+    if layout.sites is None:
+        return Box((i, j), layout.window)
+    return Sites(layout.sites + np.array([i, j]))
+
+
+def rewindow(atoms: Atoms, window: Box | Sites) -> None:
+    """Exchange the window of a free half space for another, in place.
+
+    The atoms that are in both windows keep their pressure, and all are displaced by
+    it. There is no margin then. Constraints on the indenter and the calculator stay.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Of a free half space, with a `RoughContact` calculator.
+    window : Box or Sites
+        The new window; its first corner comes to the origin, as `substrate` has it.
+
+    Raises
+    ------
+    ValueError
+        If the boundary is periodic, or there are constraints on surface atoms.
+    """
+    if atoms.pbc.any():
+        raise ValueError(
+            "the window of a periodic half space is its cell: it must stay"
+        )
+    layout = atoms.calc.layout(atoms)
+    pressure = without_rounding(atoms.calc.elastic_pressure(atoms))
+    carried = carry(pressure, window_of(layout), window)
+    spacing, symbol = layout.spacing, atoms.numbers[0]
+    positions = _positions(window, layout, atoms.positions[-1, 2])
+    shift = positions[-1] - atoms.positions[-1]  # along x and y
+    constraints = [
+        _moved(c, atoms, len(positions) - 1, shift) for c in atoms.constraints
+    ]
+
+    atoms.set_constraint()
+    atoms.arrays = {
+        "numbers": np.append(np.full(len(positions) - 1, symbol), 0),
+        "positions": positions,
+    }
+    n, m = _box(window).shape
+    thickness = 1 if isinstance(window, Sites) else max(n, m)
+    atoms.cell[:] = spacing * np.diag([n, m, thickness])
+    atoms.set_constraint(constraints)
+    if carried.any():
+        halfspace = atoms.calc.contact(atoms).halfspace
+        set_displacement(atoms, halfspace.surroundings(carried))
+        atoms.calc.hold(atoms, carried)
+
+
+def carry(values: np.ndarray, old: Box | Sites, new: Box | Sites) -> np.ndarray:
+    """Values on a window, taken from another one, zero outside of it.
+
+    Parameters
+    ----------
+    values : ndarray, shape of the old window
+    old, new : Box or Sites
+
+    Returns
+    -------
+    ndarray, shape of the new window
+    """
+    carried = np.zeros(new.shape)
+    if isinstance(old, Box) and isinstance(new, Box):  # without a list of all atoms
+        common = old.meet(new)
+        if min(common.shape) > 0:
+            carried[new.index(common)] = values[old.index(common)]
+        return carried
+    inside, index = new.find(old.places(values))
+    carried[index] = values[values != 0.0][inside]
+    return carried
+
+
+def _box(window: Box | Sites) -> Box:
+    return window.box if isinstance(window, Sites) else window
+
+
+def _positions(window: Box | Sites, layout: Layout, height: float) -> np.ndarray:
+    """Places of the atoms of a window, flat, and of the indenter."""
+    spacing, box = layout.spacing, _box(window)
+    positions = np.zeros((window.size + 1, 3))
+    if isinstance(window, Sites):
+        positions[:-1, :2] = spacing * (window.all - np.array(box.start))
+    else:
+        grid = positions[:-1].reshape(*box.shape, 3)
+        grid[..., 0] = spacing * np.arange(box.shape[0])[:, None]
+        grid[..., 1] = spacing * np.arange(box.shape[1])
+    x, y = (
+        -spacing * i - rest_of(x, spacing)
+        for i, x in zip(box.start, layout.origin, strict=True)
+    )
+    positions[-1] = x, y, height
+    return positions
+
+
+def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
+    """Constraint of the indenter with its new index and place."""
+    index = np.arange(len(atoms))[getattr(constraint, "index", [])]
+    if set(np.ravel(index)) != {len(atoms) - 1}:
+        raise ValueError(
+            f"{constraint} acts on atoms other than the indenter, or is not understood "
+            "here: give a fixed window"
+        )
+    moved: Any = copy(constraint)
+    moved.index = last if np.ndim(index) == 0 else np.array([last])
+    if getattr(moved, "_type", None) == "point":
+        moved.origin = moved.origin + shift
+    return moved

@@ -1,0 +1,630 @@
+"""Maps, radial averages, patches, first contacts, distributions and fits."""
+
+import numpy as np
+import pytest
+from ase import Atoms
+from ase.io import read, write
+from ase.units import GPa
+from scipy import stats
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from ase_roughcontact import (
+    HardWall,
+    HardWallCG,
+    HeightMap,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.analysis import (
+    first_contact,
+    fit_kappa,
+    gap_distribution,
+    pressure_distribution,
+    radial_average,
+)
+from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis.contact_patches import patches
+from ase_roughcontact.theory import (
+    contact_fraction,
+    hertz_contact_radius,
+    hertz_pressure,
+    mean_contact_pressure,
+)
+
+A0 = 2.5
+SPHERE = RoughSphere(radius=20.0 * A0)
+MODULUS = 100 * GPa
+
+
+def map_of(pressure, origin=(0.0, 0.0), spacing=A0, periodic=False, gap=None):
+    pressure = np.asarray(pressure, dtype=float)
+    return ContactMap(pressure, pressure > 0.0, spacing, origin, periodic, gap)
+
+
+def drawn(*rows, **options):
+    """Map of a drawing, its rows along x; # is contact."""
+    return map_of([[letter == "#" for letter in row] for row in rows], **options)
+
+
+def relaxed_atoms(shape=(12, 10), **options):
+    """Under an adhesive wall, so that atoms are pushed, pulled and open."""
+    atoms = substrate("Cu", shape, SPHERE, spacing=A0, height=1.0, **options)
+    wall = LennardJones93.adhesive(MODULUS, A0, 0.02)
+    atoms.calc = RoughContact(SPHERE, MODULUS, wall)
+    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    return atoms
+
+
+def scattered(frame, keep):
+    """Frame with some of its atoms, and the indenter, in a flat cell around them."""
+    some = frame[np.append(keep.ravel(), True)]
+    sides = np.ptp(some.positions[:-1, :2], axis=0) + A0
+    some.set_cell([*sides, A0])
+    return some
+
+
+# Maps
+
+
+def test_fields_of_a_contact_are_compared_by_identity():
+    atoms, again = relaxed_atoms(), relaxed_atoms()
+
+    def seen(atoms):
+        made = ContactMap.from_atoms(atoms)
+        layout, state = atoms.calc.layout(atoms), atoms.calc.state(atoms)
+        pressures = pressure_distribution(made)
+        return layout, state, made, patches(made), radial_average(made), pressures
+
+    for one, other in zip(seen(atoms), seen(again), strict=True):
+        assert one == one
+        assert one != other
+
+
+def test_map_of_atoms_is_their_state(periodic):
+    atoms = relaxed_atoms(periodic=periodic)
+    state, made = atoms.calc.state(atoms), ContactMap.from_atoms(atoms)
+    for name in ("pressure", "contact", "gap"):
+        np.testing.assert_array_equal(getattr(made, name), getattr(state, name))
+    assert made.normal_force == pytest.approx(state.normal_force)
+    assert made.contact_area == pytest.approx(state.contact_area)
+    assert made.periodic == periodic
+
+
+def test_map_knows_where_the_axis_is():
+    made = ContactMap.from_atoms(relaxed_atoms(center=(A0, -2 * A0)))
+    np.testing.assert_allclose(made.x, A0 * (np.arange(12) - 5), atol=1e-9)
+    np.testing.assert_allclose(made.y, A0 * (np.arange(10) - 7), atol=1e-9)
+
+
+@pytest.mark.parametrize("file", ["frame.traj", "frame.extxyz"])
+def test_frame_read_back_gives_the_map_of_the_atoms(tmp_path, file, periodic):
+    atoms = relaxed_atoms(periodic=periodic)
+    write(tmp_path / file, snapshot(atoms))
+    made, back = (
+        ContactMap.from_atoms(atoms),
+        ContactMap.from_frame(read(tmp_path / file), indenter=SPHERE),
+    )
+    np.testing.assert_array_equal(back.contact, made.contact)
+    # extxyz keeps eight decimals
+    np.testing.assert_allclose(back.pressure, made.pressure, atol=1e-8 * GPa)
+    np.testing.assert_allclose(back.gap, made.gap, atol=1e-7)
+    np.testing.assert_allclose(back.x, made.x, atol=1e-7)
+    np.testing.assert_allclose(back.y, made.y, atol=1e-7)
+    assert back.spacing == pytest.approx(made.spacing, rel=1e-8)
+    assert back.periodic == periodic
+
+
+def test_scattered_atoms_fill_their_bounding_box_with_open_sites(rng):
+    frame = snapshot(relaxed_atoms(center=(A0, 0.0)))
+    whole = ContactMap.from_frame(frame, indenter=SPHERE)
+    keep = whole.contact | (rng.uniform(size=whole.contact.shape) < 0.1)
+    made = ContactMap.from_frame(scattered(frame, keep), indenter=SPHERE)
+    rows, columns = (np.flatnonzero(keep.any(axis=axis)) for axis in (1, 0))
+    box = np.ix_(
+        np.arange(rows[0], rows[-1] + 1), np.arange(columns[0], columns[-1] + 1)
+    )
+    assert made.spacing == pytest.approx(A0)
+    assert made.origin == pytest.approx((whole.x[rows[0]], whole.y[columns[0]]))
+    np.testing.assert_array_equal(made.contact, whole.contact[box])
+    np.testing.assert_array_equal(
+        made.pressure, np.where(keep, whole.pressure, 0.0)[box]
+    )
+    np.testing.assert_allclose(made.gap, np.where(keep, whole.gap, np.nan)[box])
+
+
+def test_contact_is_told_by_the_tags_where_a_file_has_rounded_the_pressure():
+    frame = snapshot(relaxed_atoms())
+    frame.set_initial_charges((1e-12 * frame.get_initial_charges()).round(8))
+    made = ContactMap.from_frame(frame)
+    assert not made.pressure.any()
+    np.testing.assert_array_equal(made.contact.ravel(), frame.get_tags()[:-1] == 1)
+    assert made.contact.any()
+
+
+def test_gap_of_a_periodic_frame_counts_from_the_mean_plane():
+    frame = snapshot(relaxed_atoms(periodic=True))
+    made = ContactMap.from_frame(frame, indenter=SPHERE)
+    frame.positions[:-1, 2] += 0.7
+    lifted = ContactMap.from_frame(frame, indenter=SPHERE)
+    np.testing.assert_allclose(lifted.gap, made.gap)
+
+
+def test_frames_that_make_no_map_are_refused():
+    frame = snapshot(relaxed_atoms(periodic=True))
+    with pytest.raises(ValueError, match="not made by snapshot"):
+        ContactMap.from_frame(substrate("Cu", (4, 4), SPHERE))
+    with pytest.raises(ValueError, match="must be the indenter"):
+        ContactMap.from_frame(frame[:-1])
+    with pytest.raises(ValueError, match="need a RoughContact"):
+        ContactMap.from_atoms(Atoms("CuX"))
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"pressure": np.full((2, 3), np.nan)},
+        {"pressure": np.zeros(6)},
+        {"contact": np.zeros((2, 3))},
+        {"contact": np.zeros((3, 2), dtype=bool)},
+        {"gap": np.zeros((3, 2))},
+        {"spacing": 0.0},
+        {"origin": (0.0, np.inf)},
+    ],
+    ids=lambda change: next(iter(change)),
+)
+def test_bad_fields_of_a_map_are_refused(change):
+    fields = {
+        "pressure": np.zeros((2, 3)),
+        "contact": np.zeros((2, 3), dtype=bool),
+        "spacing": 1.0,
+        "origin": (0.0, 0.0),
+        "periodic": False,
+    }
+    with pytest.raises(ValueError, match=f"{next(iter(change))}|shape"):
+        ContactMap(**{**fields, **change})
+
+
+# Radial averages
+
+
+def hertz_map(radius=9.3, half=12, **options):
+    x = A0 * np.arange(-half, half + 1)
+    distance = np.hypot(x[:, None], x)
+    pressure = hertz_pressure(distance, radius * A0, 100.0 * A0, MODULUS)
+    return map_of(pressure, origin=(x[0], x[0]), **options)
+
+
+def test_rings_of_one_distance_give_the_pressure_of_hertz_exactly():
+    made = hertz_map()
+    distances = np.unique(made.distance.round(9))
+    edges = np.append(0.0, 0.5 * (distances[1:] + distances[:-1]))
+    average = radial_average(made, edges)
+    exact = hertz_pressure(average.radius, 9.3 * A0, 100.0 * A0, MODULUS)
+    np.testing.assert_allclose(average.pressure, exact, rtol=1e-12, atol=1e-15)
+
+
+def test_rings_one_spacing_wide_follow_hertz():
+    average = radial_average(hertz_map())
+    exact = hertz_pressure(average.radius, 9.3 * A0, 100.0 * A0, MODULUS)
+    inner = average.radius < 8 * A0
+    np.testing.assert_allclose(average.pressure[inner], exact[inner], rtol=0.01)
+
+
+@pytest.mark.parametrize("bins", [None, 7, [0.0, 4.0, 5.0, 100.0]])
+def test_force_of_the_rings_is_the_normal_force(bins, periodic, rng):
+    values = rng.normal(size=(13, 9))
+    made = map_of(values, origin=(-5 * A0, 2 * A0), periodic=periodic)
+    average = radial_average(made, bins)
+    force = np.nansum(average.pressure * average.sites) * made.cell_area
+    assert force == pytest.approx(made.normal_force)
+    assert average.contacts.sum() * made.cell_area == pytest.approx(made.contact_area)
+
+
+def test_mean_over_contacts_leaves_open_atoms_out():
+    made = map_of([[0.0, 3.0, -1.0], [1.0, 4.0, 0.0], [0.0, 0.0, 8.0]], (-A0, -A0))
+    average = radial_average(made, [0.0, 0.5 * A0, 1.2 * A0, 1.5 * A0])
+    np.testing.assert_allclose(average.pressure, [4.0, 4.0 / 4, 7.0 / 4])
+    np.testing.assert_allclose(average.contact_pressure, [4.0, 4.0 / 2, 8.0])
+    np.testing.assert_array_equal(average.sites, [1, 4, 4])
+    np.testing.assert_array_equal(average.contacts, [1, 2, 1])
+    np.testing.assert_allclose(average.radius, A0 * np.sqrt([0.0, 1.0, 2.0]))
+
+
+def test_rings_without_contact_have_no_contact_pressure():
+    average = radial_average(map_of(np.zeros((3, 3))))
+    assert np.isnan(average.contact_pressure).all()
+    np.testing.assert_array_equal(average.pressure, 0.0)
+
+
+def test_small_map_off_the_axis_gives_the_average_of_a_large_one():
+    pressure = np.zeros((41, 41))
+    pressure[30:33, 8:12] = 1.0
+    origin = (-20 * A0, -20 * A0)
+    cut = (origin[0] + 30 * A0, origin[1] + 8 * A0)
+    edges = A0 * (np.arange(20) + 0.5)
+    large = radial_average(map_of(pressure, origin), edges)
+    small = radial_average(map_of(pressure[30:33, 8:12], cut), edges)
+    np.testing.assert_array_equal(small.sites, large.sites)
+    np.testing.assert_allclose(small.pressure, large.pressure)
+
+
+def test_periodic_average_does_not_depend_on_where_the_cell_is_cut(rng):
+    pressure = rng.uniform(size=(8, 6))
+    one = radial_average(map_of(pressure, periodic=True))
+    moved = np.roll(pressure, (3, -2), axis=(0, 1))
+    two = radial_average(map_of(moved, (-3 * A0, 2 * A0), periodic=True))
+    np.testing.assert_allclose(two.pressure, one.pressure)
+    assert one.sites.sum() == pressure.size
+
+
+@pytest.mark.parametrize("bins", [0, 2.5, [1.0], [1.0, 1.0], [-1.0, 1.0], [0, np.nan]])
+def test_bad_rings_are_refused(bins):
+    with pytest.raises(ValueError, match="bins"):
+        radial_average(map_of(np.ones((2, 2))), bins)
+
+
+# Patches
+
+
+def test_patches_have_area_perimeter_and_centroid():
+    found = patches(
+        drawn(
+            "##....",
+            "##..#.",
+            ".#....",
+            origin=(10.0, -20.0),
+        )
+    )
+    np.testing.assert_allclose(found.area / A0**2, [5, 1])
+    np.testing.assert_allclose(found.perimeter / A0, [10, 4])
+    place = (found.centroid - (10.0, -20.0)) / A0
+    np.testing.assert_allclose(place, [[0.8, 0.6], [1.0, 4.0]])
+    np.testing.assert_array_equal(
+        found.labels,
+        [[1, 1, 0, 0, 0, 0], [1, 1, 0, 0, 2, 0], [0, 1, 0, 0, 0, 0]],
+    )
+
+
+def test_patches_come_largest_first(rng):
+    found = patches(map_of(rng.uniform(size=(40, 40)) - 0.5))
+    assert (np.diff(found.area) <= 0.0).all()
+    sizes = np.bincount(found.labels.ravel())[1:]
+    np.testing.assert_allclose(found.area, sizes * A0**2)
+
+
+def test_hole_adds_to_the_perimeter():
+    assert patches(drawn("###", "#.#", "###")).perimeter == pytest.approx([16 * A0])
+
+
+@pytest.mark.parametrize(("diagonal", "count"), [(False, 2), (True, 1)])
+def test_diagonal_neighbours_connect_on_demand(diagonal, count):
+    found = patches(drawn("#.", ".#"), diagonal)
+    assert len(found) == count
+    assert found.perimeter.sum() == pytest.approx(8 * A0)
+
+
+def test_no_contact_has_no_patches(periodic):
+    found = patches(map_of(np.zeros((3, 4)), periodic=periodic))
+    assert len(found) == 0
+    assert found.centroid.shape == (0, 2)
+
+
+CORNERS = ("#...#", ".....", "..#..", "#...#")
+
+
+def test_patch_around_the_corner_is_one_only_if_periodic():
+    whole = patches(drawn(*CORNERS, periodic=True))
+    np.testing.assert_allclose(whole.area / A0**2, [4, 1])
+    np.testing.assert_allclose(whole.perimeter / A0, [8, 4])
+    # sites 3 and 4 along x, 4 and 5 along y: a corner between four sites
+    np.testing.assert_allclose(whole.centroid[0] / A0, [-0.5, -0.5])
+    assert len(patches(drawn(*CORNERS))) == 5
+
+
+def test_diagonal_neighbours_connect_across_the_corners_of_the_cell():
+    one, other = ("#...", "....", "...#"), ("...#", "....", "#...")
+    for rows in (one, other):
+        made = drawn(*rows, periodic=True)
+        assert len(patches(made)) == 2
+        assert len(patches(made, diagonal=True)) == 1
+
+
+def test_patch_longer_than_half_the_cell_has_its_true_centroid():
+    made = drawn("##.#########", "............", periodic=True)
+    found = patches(made)
+    # sites 3 to 13, the middle one being 8, an image of -4
+    np.testing.assert_allclose(found.centroid / A0, [[0.0, -4.0]])
+
+
+def test_stairs_that_pass_themselves_are_unwrapped():
+    # 45 degrees, longer than the cell, and an atom less than going around
+    mask = np.zeros((8, 8))
+    steps = np.arange(7)
+    mask[steps, steps] = mask[steps, steps + 1] = 1.0
+    mask = np.roll(mask, (5, 3), axis=(0, 1))
+    found = patches(map_of(mask, periodic=True))
+    expected = np.array([3.0 + 5, 3.5 + 3]) - 8 * np.array([1, 1])
+    np.testing.assert_allclose(found.centroid / A0, [expected])
+
+
+@pytest.mark.parametrize(
+    ("rows", "around"),
+    [
+        (("....", "####", "...."), (False, True)),
+        ((".#..", ".#..", ".#.."), (True, False)),
+        (("##..", ".##.", "..##", "#..#"), (True, True)),
+        (("###", "###", "###"), (True, True)),
+        (("#",), (True, True)),
+    ],
+)
+def test_patch_around_the_cell_has_no_centroid_along_that_direction(rows, around):
+    found = patches(drawn(*rows, periodic=True))
+    np.testing.assert_array_equal(np.isnan(found.centroid), [around])
+
+
+@pytest.mark.parametrize("diagonal", [False, True])
+def test_periodic_patches_do_not_depend_on_where_the_cell_is_cut(diagonal, rng):
+    mask = rng.uniform(size=(17, 12)) < (0.3 if diagonal else 0.5)
+
+    def facts(shift):
+        moved = np.roll(mask, shift, axis=(0, 1))
+        origin = (-shift[0] * A0, -shift[1] * A0)
+        found = patches(map_of(moved, origin, periodic=True), diagonal)
+        period = A0 * np.array(mask.shape)
+        place = np.nan_to_num((found.centroid + 1e-6) % period, nan=-1.0).round(5)
+        rows = np.column_stack((found.area, found.perimeter, place)).round(5)
+        return rows[np.lexsort(rows.T)]
+
+    expected = facts((0, 0))
+    assert len(expected) > 5
+    for shift in rng.integers(-20, 20, size=(20, 2)):
+        np.testing.assert_allclose(facts(tuple(shift)), expected)
+
+
+def test_periodic_labels_are_those_of_a_graph_of_the_sites(rng):
+    mask = rng.uniform(size=(30, 20)) < 0.5
+    site = np.arange(mask.size).reshape(mask.shape)
+    pairs = [
+        (site[both], np.roll(site, -1, axis)[both])
+        for axis in (0, 1)
+        if (both := mask & np.roll(mask, -1, axis)).any()
+    ]
+    one, two = np.hstack(pairs)
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(mask.size, mask.size))
+    parts = connected_components(graph, directed=False)[1].reshape(mask.shape)
+    labels = patches(map_of(mask, periodic=True)).labels
+    assert len(set(zip(parts[mask], labels[mask], strict=True))) == labels.max()
+    assert len(np.unique(parts[mask])) == labels.max()
+    np.testing.assert_array_equal(labels > 0, mask)
+
+
+def test_areas_of_the_patches_add_up_to_the_contact_area(periodic, rng):
+    made = map_of(rng.normal(size=(31, 23)), periodic=periodic)
+    assert patches(made).area.sum() == pytest.approx(made.contact_area)
+
+
+def test_perimeter_of_a_disc_is_four_over_pi_of_its_circumference():
+    made = map_of(np.maximum(60.2**2 - hertz_map(half=64).distance ** 2 / A0**2, 0.0))
+    circle = 2 * np.pi * 60.2 * A0
+    (perimeter,) = patches(made).perimeter
+    assert perimeter / circle == pytest.approx(4 / np.pi, rel=0.01)
+
+
+# First contact
+
+
+def test_smooth_sphere_touches_on_its_axis():
+    found = first_contact(SPHERE, A0)
+    assert found.position == (0.0, 0.0)
+    assert found.distance == found.height == 0.0
+
+
+def test_axis_between_atoms_touches_one_of_four():
+    found = first_contact(SPHERE, A0, offset=(0.5 * A0, 0.5 * A0))
+    assert found.position == (-0.5 * A0, -0.5 * A0)
+    assert found.height == pytest.approx((0.5 * A0) ** 2 / SPHERE.radius)
+
+
+def test_rough_sphere_touches_at_its_lowest_site():
+    rough = SelfAffine(
+        rms_slope=0.1, hurst=0.8, short_wavelength=4.0, long_wavelength=64.0, seed=3
+    )
+    sphere = RoughSphere(radius=500.0, roughness=rough)
+    heights = sphere.heights((201, 201), 1.0, (-100.0, -100.0))
+    i, j = np.unravel_index(heights.argmin(), heights.shape)
+    found = first_contact(sphere, 1.0)
+    assert found.position == (i - 100, j - 100)
+    assert found.distance == pytest.approx(np.hypot(i - 100, j - 100))
+    assert found.distance > 5.0
+    assert found.height == pytest.approx(heights.min())
+
+
+def test_map_of_heights_too_small_for_the_first_contact_is_refused():
+    heights = np.zeros((9, 9))
+    heights[0, 0] = -5.0
+    sphere = RoughSphere(radius=100.0, roughness=HeightMap(heights, 1.0))
+    # the sphere rises by 5 at a distance of 32
+    with pytest.raises(ValueError, match="known only up to"):
+        first_contact(sphere, 1.0)
+
+
+def test_flat_indenter_has_no_first_contact():
+    flat = SelfAffine(
+        rms_slope=0.1, hurst=0.8, short_wavelength=4.0, long_wavelength=64.0
+    )
+    with pytest.raises(ValueError, match="rises out of reach"):
+        first_contact(flat, 1.0)
+
+
+# Distributions
+
+
+def test_densities_integrate_to_one(rng):
+    pressure, gap = rng.normal(size=(2, 50, 40))
+    gap[0] = np.nan
+    made = map_of(pressure, gap=gap)
+    for found in (pressure_distribution(made, 13), gap_distribution(made)):
+        assert (found.density * np.diff(found.edges)).sum() == pytest.approx(1.0)
+
+
+def test_distribution_of_hertz_pressure_is_a_straight_line():
+    # p^2 = p0^2 (1 - r^2/a^2), so that P(p) = 2 p/p0^2
+    made = hertz_map(radius=100.3, half=102)
+    largest = made.pressure.max()
+    found = pressure_distribution(made, np.linspace(0.0, largest, 9) + 1e-12)
+    np.testing.assert_allclose(
+        found.density, 2 * found.value / largest**2, rtol=0.03, atol=0.02 / largest
+    )
+
+
+def test_bins_that_cover_a_part_hold_that_part():
+    made = map_of([[1.0, 2.0, 3.0, 4.0, 0.0]])
+    found = pressure_distribution(made, [0.5, 1.5, 3.5])
+    np.testing.assert_allclose(found.density, [0.25, 0.25])
+    np.testing.assert_allclose(found.value, [1.0, 2.5])
+
+
+def test_gaps_are_those_of_open_atoms():
+    made = map_of([[1.0, 0.0, -1.0, 0.0]], gap=np.array([[0.1, 1.0, 3.0, np.nan]]))
+    found = gap_distribution(made, [0.0, 2.0, 4.0, 6.0])
+    np.testing.assert_allclose(found.density, [0.25, 0.25, 0.0])
+
+
+def test_distributions_of_nothing_are_refused():
+    with pytest.raises(ValueError, match="no atom is in contact"):
+        pressure_distribution(map_of(np.zeros((2, 2))))
+    with pytest.raises(ValueError, match="no gap"):
+        gap_distribution(map_of(np.zeros((2, 2))))
+    with pytest.raises(ValueError, match="all atoms are in contact"):
+        gap_distribution(map_of(np.ones((2, 2)), gap=np.ones((2, 2))))
+    with pytest.raises(ValueError, match="bins"):
+        pressure_distribution(map_of(np.ones((2, 2))), [2.0, 1.0])
+
+
+# Kappa
+
+SLOPE = 0.1
+
+
+def line(kappa, forces):
+    return kappa * forces / (SLOPE * MODULUS)
+
+
+def test_kappa_of_a_line_is_its_slope():
+    forces = np.geomspace(1e-3, 1.0, 7)
+    fit = fit_kappa(forces, line(2.3, forces), SLOPE, MODULUS)
+    assert fit.kappa == pytest.approx(2.3, rel=1e-12)
+    assert fit.standard_error == pytest.approx(0.0, abs=1e-12)
+    assert fit.points == 7
+
+
+@pytest.mark.parametrize("relative", [False, True])
+def test_error_bar_covers_kappa_as_often_as_it_should(relative, rng):
+    forces = np.linspace(1.0, 5.0, 6)
+    exact = line(2.0, forces)
+    sigma = 0.1 * exact if relative else np.full(6, 0.1 * exact[0])
+    trials = 2000
+    fits = [
+        fit_kappa(forces, areas, SLOPE, MODULUS, area_error=sigma)
+        for areas in exact + sigma * rng.standard_normal((trials, 6))
+    ]
+    t = np.array([(fit.kappa - 2.0) / fit.standard_error for fit in fits])
+    # Student's t with five degrees of freedom, not a normal distribution
+    assert stats.kstest(t, stats.t(df=5).cdf).pvalue > 0.01
+    covered = np.count_nonzero(np.abs(t) < stats.t(df=5).ppf(0.975))
+    assert covered == pytest.approx(0.95 * trials, abs=4 * np.sqrt(trials * 0.0475))
+
+
+def test_error_of_the_area_counts_up_to_a_factor():
+    forces = np.array([1.0, 2.0, 4.0])
+    areas, sigma = np.array([1.0, 2.3, 3.9]), np.array([0.1, 0.3, 0.2])
+    one = fit_kappa(forces, areas, SLOPE, MODULUS, area_error=sigma)
+    two = fit_kappa(forces, areas, SLOPE, MODULUS, area_error=7 * sigma)
+    assert two.kappa == pytest.approx(one.kappa)
+    assert two.standard_error == pytest.approx(one.standard_error)
+
+
+def test_error_in_per_cent_gives_the_mean_ratio():
+    forces, areas = np.array([1.0, 2.0, 4.0]), np.array([1.0, 2.3, 3.9])
+    ratio = areas / line(1.0, forces)
+    fit = fit_kappa(forces, areas, SLOPE, MODULUS, area_error=line(1.0, forces))
+    assert fit.kappa == pytest.approx(ratio.mean())
+    assert fit.standard_error == pytest.approx(ratio.std(ddof=1) / np.sqrt(3))
+
+
+@pytest.mark.parametrize("end", [0.1, 0.2])
+def test_limits_keep_the_saturation_out(end):
+    # erf falls below its tangent by pi/12 x^2, the line fitted up to x by 3/5 of that
+    full = mean_contact_pressure(SLOPE, MODULUS, 2.0)
+    pressures = full * np.linspace(1e-4, 3.0, 30000)
+    areas = 1e4 * contact_fraction(pressures, full)
+    fit = fit_kappa(1e4 * pressures, areas, SLOPE, MODULUS, (0.0, 1e4 * end * full))
+    assert 1.0 - fit.kappa / 2.0 == pytest.approx(np.pi / 20 * end**2, rel=0.01)
+
+
+def test_points_outside_the_limits_do_not_count():
+    forces = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
+    areas = line(2.0, forces)
+    areas[[0, 1, 5]] = 100.0
+    fit = fit_kappa(forces, areas, SLOPE, MODULUS, limits=(2.0, 4.0))
+    assert (fit.points, fit.kappa) == (3, pytest.approx(2.0))
+
+
+def test_two_points_are_too_few():
+    forces = np.array([0.0, 1.0, 2.0])
+    with pytest.raises(ValueError, match=r"3 points or more.*got 2 of 3"):
+        fit_kappa(forces, forces, SLOPE, MODULUS)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"normal_force": [1.0, np.nan, 2.0]}, "normal_force"),
+        ({"contact_area": [1.0, -1.0, 2.0]}, "contact_area"),
+        ({"contact_area": [1.0, 2.0]}, "one length"),
+        ({"rms_slope": 0.0}, "rms_slope"),
+        ({"contact_modulus": -1.0}, "contact_modulus"),
+        ({"limits": (2.0, 1.0)}, "limits"),
+        ({"limits": 3.0}, "limits"),
+        ({"area_error": [1.0, 0.0, 1.0]}, "area_error"),
+        ({"area_error": [1.0, 1.0]}, "area_error"),
+    ],
+)
+def test_bad_arguments_of_the_fit_are_refused(change, message):
+    given = {
+        "normal_force": [1.0, 2.0, 3.0],
+        "contact_area": [1.0, 2.0, 3.0],
+        "rms_slope": SLOPE,
+        "contact_modulus": MODULUS,
+    }
+    with pytest.raises(ValueError, match=message):
+        fit_kappa(**{**given, **change})
+
+
+# A calculation
+
+
+def test_hard_smooth_sphere_has_the_radial_pressure_of_hertz():
+    sphere = RoughSphere(radius=200.0)
+    atoms = substrate("Cu", (48, 48), sphere, spacing=1.0, height=-1.125)
+    atoms.calc = RoughContact(sphere, 1.0, HardWall())
+    assert HardWallCG(atoms, logfile=None).run(fmax=1e-8)
+    made = ContactMap.from_atoms(atoms)
+    radius = float(hertz_contact_radius(made.normal_force, 200.0, 1.0))
+    average = radial_average(made)
+    inner = average.radius < 0.9 * radius
+    exact = hertz_pressure(average.radius, radius, 200.0, 1.0)
+    np.testing.assert_allclose(average.pressure[inner], exact[inner], rtol=0.02)
+    np.testing.assert_allclose(
+        average.pressure[inner], average.contact_pressure[inner], rtol=1e-12
+    )
+    found = patches(made)
+    assert len(found) == 1
+    assert found.area[0] == pytest.approx(np.pi * radius**2, rel=0.05)
+    np.testing.assert_allclose(found.centroid, 0.0, atol=1e-9)

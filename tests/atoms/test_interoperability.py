@@ -1,0 +1,306 @@
+"""With the rest of ASE: files, optimizers, constraints, other calculators, copies."""
+
+import copy
+import pickle
+from functools import partial
+
+import numpy as np
+import pytest
+from ase import optimize
+from ase.calculators.harmonic import SpringCalculator
+from ase.calculators.mixing import SumCalculator
+from ase.constraints import FixAtoms, FixCartesian, FixedLine, Hookean
+from ase.db import connect
+from ase.io import read, write
+from ase.optimize import precon, sciopt
+from ase.parallel import world
+
+from ase_roughcontact import (
+    FourierModes,
+    HeightMap,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    restore,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.scene import RoughnessTable, Scene
+
+SPHERE = RoughSphere(10.0)
+WALL = LennardJones93.adhesive(1.0, 1.0, 0.02)
+
+
+def make_atoms(shape=(4, 3), periodic=False, fixed=True):
+    """Atoms of unit spacing and contact modulus under a sphere."""
+    options = {"spacing": 1.0, "height": 0.6, "periodic": periodic, "fixed": fixed}
+    atoms = substrate("Cu", shape, SPHERE, **options)
+    atoms.calc = RoughContact(SPHERE, 1.0, WALL)
+    return atoms
+
+
+@pytest.fixture(scope="module")
+def energy():
+    """Of the atoms when relaxed."""
+    atoms = make_atoms()
+    NewtonKrylov(atoms, logfile=None).run(fmax=1e-10)
+    return atoms.get_potential_energy()
+
+
+# Files
+
+
+def round_trip(frame, path):
+    if path.suffix == ".db":
+        with connect(path) as database:
+            database.write(frame)
+        return connect(path).get_atoms(id=1)
+    write(path, frame)
+    return read(path)
+
+
+@pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db", "a.json"])
+def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
+    atoms = make_atoms((6, 5), periodic)
+    NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
+    frame = snapshot(atoms)
+    again = round_trip(frame, tmp_path / name)
+    near = {"rtol": 0, "atol": 2e-8}  # text has eight digits after the point
+    assert again.get_potential_energy() == pytest.approx(frame.get_potential_energy())
+    np.testing.assert_allclose(again.get_forces(), frame.get_forces(), **near)
+    np.testing.assert_allclose(again.positions, frame.positions, **near)
+    before, after = ContactMap.from_frame(frame), ContactMap.from_frame(again)
+    np.testing.assert_array_equal(after.contact, before.contact)
+    np.testing.assert_allclose(after.pressure, before.pressure, **near)
+
+
+@pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db"])
+def test_calculation_goes_on_from_a_file(tmp_path, name):
+    atoms = make_atoms((6, 5))
+    NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
+    frame = round_trip(snapshot(atoms), tmp_path / name)
+    for again in (frame, restore(frame, 1.0)):
+        again.calc = atoms.calc
+        assert np.abs(again.get_forces()).max() < 1e-6
+        again.positions[-1, 2] -= 0.1
+        assert NewtonKrylov(again, logfile=None).run(fmax=1e-8)
+
+
+# Optimizers
+
+# GPMin is not among them: it keeps the matrix of all coordinates of all steps.
+OPTIMIZERS = [
+    optimize.BFGS,
+    optimize.BFGSLineSearch,
+    optimize.FIRE,
+    optimize.FIRE2,
+    optimize.GoodOldQuasiNewton,
+    optimize.LBFGS,
+    optimize.LBFGSLineSearch,
+    optimize.MDMin,
+    optimize.ODE12r,
+    precon.PreconFIRE,
+    partial(precon.PreconLBFGS, precon=None),  # its own is off for few atoms
+    sciopt.SciPyFminBFGS,
+    sciopt.SciPyFminCG,
+]
+
+
+@pytest.mark.parametrize("optimizer", OPTIMIZERS)
+def test_any_optimizer_of_ase_relaxes_the_atoms(optimizer, energy):
+    atoms = make_atoms()
+    optimizer(atoms, logfile=None).run(fmax=1e-4, steps=1000)
+    assert np.abs(atoms.get_forces()).max() < 1e-4
+    assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    "optimizer",
+    [
+        optimize.BFGS,
+        optimize.BFGSLineSearch,
+        optimize.FIRE,
+        optimize.FIRE2,
+        optimize.LBFGS,
+        optimize.LBFGSLineSearch,
+        optimize.MDMin,
+        sciopt.SciPyFminBFGS,
+        sciopt.SciPyFminCG,
+    ],
+)
+def test_optimizers_relax_the_modes(optimizer, energy):
+    modes = FourierModes(make_atoms())
+    optimizer(modes, logfile=None).run(fmax=1e-4, steps=1000)
+    modes.write()
+    assert modes.atoms.get_potential_energy() == pytest.approx(energy, rel=1e-5)
+
+
+# Constraints
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    [FixAtoms([13, 20]), FixCartesian([13, 20]), FixCartesian([13, 20], (0, 0, 1))],
+    ids=["atoms", "all directions", "z"],
+)
+def test_surface_atoms_can_be_fixed(constraint):
+    atoms = make_atoms()
+    atoms.set_constraint([*atoms.constraints, constraint])
+    assert optimize.LBFGS(atoms, logfile=None).run(fmax=1e-5, steps=500)
+    assert (atoms.positions[[13, 20], 2] == 0.0).all()
+    left = atoms.get_forces(apply_constraint=False)[:-1, 2]
+    free = np.delete(left, [13, 20])
+    assert np.abs(free).max() < 1e-5 < np.abs(left[[13, 20]]).min()
+
+
+def test_lines_along_z_change_nothing(energy):
+    atoms = make_atoms()
+    lines = FixedLine(range(len(atoms) - 1), [0, 0, 1])
+    atoms.set_constraint([*atoms.constraints, lines])
+    assert optimize.LBFGS(atoms, logfile=None).run(fmax=1e-5, steps=500)
+    assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-6)
+
+
+# Other calculators
+
+
+def test_sum_with_another_calculator_adds_energy_and_forces():
+    atoms = make_atoms()
+    atoms.positions[:-1, 2] += np.linspace(-0.1, 0.1, len(atoms) - 1)
+    spring = SpringCalculator(0.9 * atoms.positions, 0.3)
+    parts = []
+    for calculator in (atoms.calc, spring, SumCalculator([atoms.calc, spring])):
+        atoms.calc = calculator
+        forces = atoms.get_forces(apply_constraint=False)
+        parts.append((atoms.get_potential_energy(), forces))
+    (one, force), (other, push), (both, sum_of_forces) = parts
+    assert both == pytest.approx(one + other)
+    np.testing.assert_allclose(sum_of_forces, force + push, atol=1e-12)
+    assert abs(push).max() > 0.1 and abs(force).max() > 0.1
+
+
+def test_tip_on_a_spring_by_calculator_or_constraint_is_the_same():
+    heights = []
+    for constrained in (False, True):
+        atoms = make_atoms(fixed=False)
+        rest = atoms.positions - np.array([0, 0, 0.2])
+        contact, last = RoughContact(SPHERE, 1.0), len(atoms) - 1
+        if constrained:
+            springs = [Hookean(i, rest[i], k=0.5, rt=0.0) for i in range(last + 1)]
+            atoms.set_constraint(springs)
+            atoms.calc = contact
+        else:
+            atoms.calc = SumCalculator([contact, SpringCalculator(rest, 0.5)])
+        assert optimize.BFGS(atoms, logfile=None).run(fmax=1e-6, steps=500)
+        heights.append(atoms.positions[:, 2])
+    np.testing.assert_allclose(heights[0], heights[1], atol=1e-5)
+    assert np.ptp(heights[0][:-1]) > 0.01
+
+
+# Copies
+
+COPIES = [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
+
+
+@pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
+def test_atoms_are_copied_with_their_calculator(copied, energy):
+    atoms = make_atoms()
+    atoms.get_forces()
+    twin = copied(atoms)
+    assert twin.calc is not atoms.calc
+    NewtonKrylov(twin, logfile=None).run(fmax=1e-8)
+    assert twin.get_potential_energy() == pytest.approx(energy)
+    assert not atoms.positions[:-1, 2].any()
+
+
+@pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
+def test_scenes_are_copied(copied):
+    scene = Scene(roughness=RoughnessTable(seed=7, long_wavelength=16.0))
+    twin = copied(scene)
+    assert twin == scene
+    shape = (8, 8), scene.spacing
+    heights = (each.surface.heights(*shape) for each in (scene, twin))
+    np.testing.assert_array_equal(*heights)
+
+
+@pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
+def test_surfaces_are_copied(copied):
+    rough = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
+    grid = rough.heights((16, 16), 1.0)
+    for surface in (rough, RoughSphere(50.0, rough), HeightMap(grid, 1.0, True)):
+        twin = copied(surface)
+        assert twin == surface
+        np.testing.assert_array_equal(
+            twin.heights((8, 8), 1.0), surface.heights((8, 8), 1.0)
+        )
+
+
+# Height maps
+
+
+def force_of(heights, pixel):
+    """Force on a sphere with a height map for roughness."""
+    sphere = RoughSphere(30.0, HeightMap(heights, pixel))
+    atoms = substrate("Cu", (12, 12), sphere, spacing=1.0, height=0.0)
+    atoms.calc = RoughContact(sphere, 1.0)
+    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
+    return atoms.calc.state(atoms).normal_force
+
+
+@pytest.fixture(scope="module")
+def heights():
+    rough = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
+    return rough.heights((16, 16), 1.0, (-8.0, -8.0))
+
+
+@pytest.mark.parametrize(
+    "form", [np.asfortranarray, np.ndarray.tolist, lambda h: h[::-1][::-1]]
+)
+def test_height_map_is_any_array(heights, form):
+    assert force_of(form(heights), 1.0) == force_of(heights, 1.0)
+
+
+@pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
+def test_height_map_comes_from_surface_topography(heights):
+    from SurfaceTopography import Topography
+
+    topography = Topography(heights, physical_sizes=(16.0, 16.0))
+    pixel = float(topography.pixel_size[0])
+    found = force_of(topography.detrend("center").heights(), pixel)
+    assert found == pytest.approx(force_of(heights - heights.mean(), 1.0), rel=1e-9)
+
+
+# In parallel
+
+
+class SecondOfTwo:
+    """Communicator of ASE as the second of two processes has it."""
+
+    rank, size = 1, 2
+
+    def sum(self, value, root=-1):
+        return value
+
+    def broadcast(self, value, root):
+        return value
+
+    def barrier(self):
+        return None
+
+
+def test_every_process_of_a_parallel_run_gets_its_results(
+    tmp_path, monkeypatch, energy
+):
+    monkeypatch.setattr(world, "comm", SecondOfTwo())
+    assert (world.rank, world.size) == (1, 2)
+    atoms = make_atoms()
+    assert optimize.LBFGS(atoms, logfile=None).run(fmax=1e-5, steps=500)
+    assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-6)
+    movie = tmp_path / "sweep.traj"
+    atoms = make_atoms((12, 12))
+    (step,) = load_path(atoms, heights=[0.6], trajectory=movie)
+    assert read(movie, parallel=False).info["load_step"]["energy"] == step.energy

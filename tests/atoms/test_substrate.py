@@ -1,0 +1,271 @@
+"""The substrate as ASE Atoms: built, checked, written, read back, restored."""
+
+import ase.db
+import numpy as np
+import pytest
+from ase import Atoms
+from ase.constraints import FixAtoms, Hookean
+from ase.io import read
+from ase.optimize import LBFGS
+from ase.units import GPa
+
+from ase_roughcontact import (
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    fcc_spacing,
+    restore,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.atoms.grid import Layout, inside
+
+SPHERE = RoughSphere(radius=20.0)
+MODULUS = 100 * GPa
+
+
+def make_atoms(shape=(8, 6), **options):
+    return substrate("Cu", shape, SPHERE, **options)
+
+
+def relaxed_atoms(**options):
+    """Relaxed under an adhesive wall, so that some atoms are pulled."""
+    atoms = make_atoms(height=2.0, **options)
+    wall = LennardJones93.adhesive(MODULUS, fcc_spacing("Cu"), 0.05)
+    atoms.calc = RoughContact(SPHERE, MODULUS, wall)
+    LBFGS(atoms, logfile=None).run(fmax=1e-5)
+    return atoms
+
+
+# Building
+
+
+def test_spacing_is_that_of_the_100_surface():
+    assert fcc_spacing("Cu") == pytest.approx(3.61 / np.sqrt(2))
+    assert Layout.of(make_atoms()).spacing == pytest.approx(fcc_spacing("Cu"))
+
+
+@pytest.mark.parametrize("shape", [(8, 6), (7, 5), (1, 9), (9, 1), (1, 1)])
+def test_layout_is_read_off_the_atoms(shape, periodic):
+    layout = Layout.of(make_atoms(shape, periodic=periodic))
+    assert layout.window == shape
+    assert layout.periodic == periodic
+    if periodic:
+        assert layout.grid == shape
+    else:
+        assert all(2 * n - 1 <= N for N, n in zip(layout.grid, shape, strict=True))
+
+
+def test_atoms_come_row_by_row_along_y_and_the_indenter_last():
+    atoms = make_atoms((4, 3), spacing=2.0, periodic=True)
+    np.testing.assert_array_equal(atoms.positions[1, :2], (0.0, 2.0))
+    np.testing.assert_array_equal(atoms.positions[3, :2], (2.0, 0.0))
+    assert atoms.get_chemical_symbols() == ["Cu"] * 12 + ["X"]
+
+
+def test_indenter_stands_over_an_atom_one_spacing_above_the_plane():
+    atoms = make_atoms((7, 5), spacing=2.0)
+    np.testing.assert_array_equal(atoms.positions[-1], (6.0, 4.0, 2.0))
+
+
+def test_centre_moves_the_window_against_the_indenter():
+    atoms = make_atoms((8, 6), spacing=2.0, center=(4.0, -2.0))
+    assert Layout.of(atoms).origin == (-4.0, -8.0)
+
+
+def test_indenter_is_fixed_by_default_and_free_on_demand():
+    assert make_atoms().constraints[0].index.tolist() == [len(make_atoms()) - 1]
+    assert not make_atoms(fixed=False).constraints
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"shape": (0, 4)}, "shape must be two whole numbers >= 1"),
+        ({"shape": 4}, "shape must be two whole numbers"),
+        ({"shape": (4.5, 4)}, "shape must be two whole numbers"),
+        ({"spacing": 0.0}, "spacing must be a finite number > 0"),
+        ({"spacing": -1.0}, "spacing must be a finite number > 0"),
+        ({"spacing": np.nan}, "spacing must be a finite number > 0"),
+        ({"height": np.nan}, "height must be a finite number"),
+        ({"center": (np.inf, 0.0)}, "center_x must be a finite number"),
+        ({"center": 3.0}, "center must be two numbers"),
+        ({"symbol": "Fe"}, "Fe is not fcc"),
+        ({"symbol": "Xx"}, "unknown chemical symbol 'Xx'"),
+        ({"symbol": "Xx", "spacing": 1.0}, "unknown chemical symbol 'Xx'"),
+        ({"symbol": "X", "spacing": 1.0}, "unknown chemical symbol 'X'"),
+        ({"indenter": None}, "indenter must be a surface"),
+    ],
+)
+def test_bad_arguments_are_refused(options, message):
+    arguments = {"symbol": "Cu", "shape": (4, 4), "indenter": SPHERE, **options}
+    with pytest.raises(ValueError, match=message):
+        substrate(**arguments)
+
+
+# Checking
+
+
+def break_order(atoms):
+    return atoms[[len(atoms) - 1, *range(len(atoms) - 1)]]
+
+
+def lose_indenter(atoms):
+    return atoms[:-1]
+
+
+def double_indenter(atoms):
+    return atoms + Atoms("X")
+
+
+def lose_an_atom(atoms):
+    del atoms[10]
+    return atoms
+
+
+def move_sideways(atoms):
+    atoms.positions[10, 1] += 0.1
+    return atoms
+
+
+def mix_boundaries(atoms):
+    atoms.pbc = (True, False, False)
+    return atoms
+
+
+def repeat_along_z(atoms):
+    atoms.pbc = True
+    return atoms
+
+
+def lose_the_last_row(atoms):
+    rows, columns = Layout.of(atoms).grid
+    del atoms[(rows - 1) * columns : rows * columns]
+    return atoms
+
+
+def skew_cell(atoms):
+    atoms.cell[0, 1] = 1.0
+    return atoms
+
+
+def stretch_cell(atoms):
+    atoms.cell[0, 0] *= 1.1
+    return atoms
+
+
+@pytest.mark.parametrize(
+    "broken, message",
+    [
+        (break_order, "last atom, and no other, must be the indenter"),
+        (lose_indenter, "must be the indenter.* none have that symbol"),
+        (double_indenter, "last atom, and no other, must be the indenter"),
+        (lose_an_atom, "grid"),
+        (move_sideways, "atom 10 is off the square grid by 0.1"),
+        (mix_boundaries, r"pbc must be .*got \(True, False, False\)"),
+        (repeat_along_z, r"pbc must be .*got \(True, True, True\)"),
+        (lose_the_last_row, "margin"),
+        (skew_cell, "cell must be the rectangular window"),
+        (stretch_cell, "whole numbers of spacings"),
+    ],
+)
+def test_broken_atoms_are_refused(periodic, broken, message):
+    with pytest.raises(ValueError, match=message):
+        Layout.of(broken(make_atoms(periodic=periodic)))
+
+
+# Files
+
+FORMATS = ["atoms.traj", "atoms.extxyz", "atoms.json", "atoms.db"]
+
+
+def round_trip(atoms, path):
+    if path.suffix in (".json", ".db"):
+        with ase.db.connect(path) as database:
+            database.write(atoms)
+        return ase.db.connect(path).get_atoms(id=1)
+    atoms.write(path)
+    return read(path)
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_layout_survives_a_file(tmp_path, periodic, name):
+    atoms = make_atoms(periodic=periodic)
+    atoms.calc = RoughContact(SPHERE, MODULUS)
+    atoms.get_forces()
+    layout = Layout.of(round_trip(atoms, tmp_path / name))
+    expected = Layout.of(atoms)
+    assert (layout.window, layout.grid) == (expected.window, expected.grid)
+    assert layout.spacing == pytest.approx(expected.spacing, abs=1e-7)
+    assert layout.origin == pytest.approx(expected.origin, abs=1e-7)
+
+
+def test_snapshot_shows_contact_in_tags_and_pressure_in_charges():
+    atoms = relaxed_atoms()
+    frame, state = snapshot(atoms), atoms.calc.state(atoms)
+    assert len(frame) == 8 * 6 + 1
+    tags = frame.get_tags()
+    assert tags[-1] == 0
+    np.testing.assert_array_equal(tags[:-1] == 1, state.pressure.ravel() > 0)
+    np.testing.assert_array_equal(tags[:-1] == 2, state.pressure.ravel() < 0)
+    assert set(tags) == {0, 1, 2}
+    pressure = frame.get_initial_charges()[:-1] * GPa
+    np.testing.assert_allclose(pressure, state.pressure.ravel(), rtol=1e-14)
+
+
+def test_snapshot_leaves_the_atoms_alone():
+    atoms = relaxed_atoms()
+    snapshot(atoms, step=1)
+    assert not atoms.get_tags().any() and not atoms.get_initial_charges().any()
+    assert not atoms.info
+
+
+@pytest.mark.parametrize("name", FORMATS[:2])
+def test_snapshot_keeps_results_and_info_in_a_file(tmp_path, name):
+    atoms = relaxed_atoms()
+    state = atoms.calc.state(atoms)
+    frame = round_trip(snapshot(atoms, step=4, control="loads"), tmp_path / name)
+    assert frame.info["normal_force"] == pytest.approx(state.normal_force)
+    assert frame.info["contact_area"] == pytest.approx(state.contact_area)
+    assert (frame.info["step"], frame.info["control"]) == (4, "loads")
+    assert frame.get_potential_energy() == pytest.approx(atoms.get_potential_energy())
+
+
+# Text keeps eight digits after the point, of positions and charges.
+@pytest.mark.parametrize("name, residual", [("a.traj", 2e-5), ("a.extxyz", 1e-4)])
+def test_restored_atoms_are_relaxed_margin_included(tmp_path, periodic, name, residual):
+    atoms = relaxed_atoms(periodic=periodic)
+    frame = round_trip(snapshot(atoms), tmp_path / name)
+    rebuilt = restore(frame, MODULUS)
+    rebuilt.calc = atoms.calc
+    assert len(rebuilt) == len(atoms)
+    assert rebuilt.constraints[0].index.tolist() == [len(atoms) - 1]
+    assert np.abs(rebuilt.get_forces()).max() < residual
+
+
+def test_restored_window_is_that_of_the_frame_also_where_it_is_not_relaxed(rng):
+    atoms = relaxed_atoms()
+    atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)
+    frame = snapshot(atoms)
+    rebuilt = restore(frame, MODULUS)
+    window = rebuilt[np.append(inside(Layout.of(rebuilt)), True)]
+    np.testing.assert_allclose(window.positions, frame.positions, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_restored_indenter_is_as_fixed_as_it_was(fixed):
+    frame = snapshot(relaxed_atoms(fixed=fixed))
+    assert bool(restore(frame, MODULUS).constraints) == fixed
+
+
+def test_restored_cantilever_is_not_clamped():
+    atoms = relaxed_atoms(fixed=False)
+    point = (*atoms.positions[-1, :2], 0.0)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, 1.0, rt=0.0))
+    constraints = restore(snapshot(atoms), MODULUS).constraints
+    assert not any(isinstance(constraint, FixAtoms) for constraint in constraints)
+
+
+def test_snapshot_needs_the_calculator():
+    with pytest.raises(ValueError, match="RoughContact"):
+        snapshot(make_atoms())

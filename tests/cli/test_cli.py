@@ -1,0 +1,351 @@
+"""The command, as a user types it."""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from ase import Atoms
+from ase.io import read
+from small_scene import SMALL
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import Progress
+from ase_roughcontact.scene import Scene, default_text
+
+
+@pytest.fixture
+def scene(tmp_path):
+    file = tmp_path / "small.toml"
+    file.write_text(SMALL)
+    return file
+
+
+def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    with open(out / "curve.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["converged"] for row in rows] == ["True", "True"]
+    assert len(read(out / "sweep.traj", ":")) == 2
+    view = read(out / "view.traj", ":")
+    assert [set(frame.symbols) for frame in view] == 2 * [{"Cu", "X", "C"}]
+    for name in ("curve.png", "force.png", "contact.png"):
+        assert (out / name).read_bytes().startswith(b"\x89PNG")
+    text = capsys.readouterr().out
+    assert "Eq. (4)" in text
+    assert f"ase gui -R=-60x {out / 'view.traj'}" in text
+
+
+def test_verbose_run_tells_how_each_step_was_obtained(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out, "--verbose"]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "pairs" in line]
+    assert len(told) == 2
+    assert all("iterations" in line and "window" in line for line in told)
+
+
+def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(
+    tmp_path, capsys
+):
+    file = tmp_path / "short.toml"
+    file.write_text(SMALL.replace("[solver]", "[solver]\nmax_steps = 1"))
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 1
+    assert capsys.readouterr().out.count("NOT CONVERGED") == 2
+
+
+def test_run_that_goes_on_tells_which_steps_were_kept(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    main(["run", str(scene), "--out", out])
+    assert "kept" not in capsys.readouterr().out
+    assert main(["run", str(scene), "--out", out]) == 0
+    assert capsys.readouterr().out.count("kept") == 2
+
+
+def test_quiet_tells_nothing_and_json_a_record_a_line(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    assert main(["run", str(scene), "--out", out, "--json"]) == 0
+    records = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert [record["step"] for record in records] == [0, 1]
+
+
+def test_lines_of_json_name_the_units_of_their_numbers(scene, tmp_path, capsys):
+    for command in (["run", "--out", str(tmp_path / "out")], ["plan"]):
+        assert main([*command, str(scene), "--json"]) == 0
+        for line in capsys.readouterr().out.splitlines():
+            record = json.loads(line)
+            assert set(record["units"]) <= set(record)
+            assert record["units"]["memory"] == "bytes"
+            assert record["units"].get("normal_force", "eV/Å") == "eV/Å"
+            assert record["units"].get("target", "Å") == "Å"
+
+
+def test_a_path_that_an_error_ends_leaves_pictures_of_its_steps(
+    scene, tmp_path, capsys
+):
+    out = tmp_path / "out"
+    scene.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
+    assert main(["run", str(scene), "--out", str(out)]) == 2
+    told = capsys.readouterr()
+    assert "edge" in told.err and str(out / "contact.png") in told.out
+    assert len(read(out / "view.traj", ":")) == 1
+    for name in ("curve.png", "force.png", "contact.png"):
+        assert (out / name).exists()
+
+
+def test_a_run_that_is_interrupted_tells_how_to_draw_it(
+    scene, tmp_path, capsys, monkeypatch
+):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ase_roughcontact.cli.report.row", interrupted)
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out]) == 130
+    assert f"ase-roughcontact figure {out}" in capsys.readouterr().err
+    assert main(["figure", out]) == 0
+    assert len(read(f"{out}/view.traj", ":")) == 1
+
+
+def test_a_run_without_pictures_tells_how_to_draw_it(
+    scene, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out]) == 0
+    assert f"ase-roughcontact figure {out}" in capsys.readouterr().out
+
+
+def test_a_step_whose_frame_was_torn_is_calculated_and_not_kept(
+    scene, tmp_path, capsys
+):
+    out = tmp_path / "out"
+    scene.write_text(SMALL.replace("steps = 2", "steps = 3"))
+    main(["run", str(scene), "--out", str(out), "--quiet"])
+    os.truncate(out / "sweep.traj", (out / "sweep.traj").stat().st_size - 1)
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    assert capsys.readouterr().out.count("kept") == 2
+
+
+def test_pictures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    main(["run", str(scene), "--out", str(out), "--quiet"])
+    (out / "curve.png").unlink()
+    assert main(["figure", str(out)]) == 0
+    assert str(out / "curve.png") in capsys.readouterr().out
+    assert (out / "curve.png").exists()
+
+
+@pytest.mark.parametrize("info", [{}, {"load_step": {"step": 0}}])
+def test_pictures_are_not_drawn_of_another_programs_trajectory(
+    info, scene, tmp_path, capsys
+):
+    (tmp_path / "scene.toml").write_text(SMALL)
+    frame = Atoms("Cu")
+    frame.info.update(info)
+    frame.write(tmp_path / "sweep.traj")
+    assert main(["figure", str(tmp_path)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "sweep.traj are not those of a load path" in line
+
+
+def test_steps_have_the_numbers_of_their_records(scene, tmp_path, capsys):
+    main(["run", str(scene), "--out", str(tmp_path / "out")])
+    lines = capsys.readouterr().out.splitlines()
+    shown = [line.split()[0] for line in lines if line.strip()[:1].isdigit()]
+    assert shown == ["0/1", "1/1"]
+
+
+def test_plan_tells_of_every_step_and_of_the_memory(scene, capsys):
+    assert main(["plan", str(scene)]) == 0
+    text = capsys.readouterr().out
+    assert text.count("32x30") == 2 and "GB" in text and "Left out" in text
+    assert main(["plan", str(scene), "--json"]) == 0
+    assert len(capsys.readouterr().out.splitlines()) == 2
+
+
+def test_plan_of_a_scene_that_does_not_fit_is_refused_with_the_numbers(
+    tmp_path, capsys
+):
+    file = tmp_path / "large.toml"
+    file.write_text(SMALL.replace("[32, 30]", "[300000, 300000]"))
+    assert main(["plan", str(file)]) == 2
+    assert "GB of memory" in capsys.readouterr().err
+
+
+def test_plan_tells_which_steps_can_not_run_and_plans_the_others(tmp_path, capsys):
+    file = tmp_path / "deep.toml"
+    file.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
+    assert main(["plan", str(file)]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert "32x30" in lines[1] and "CAN'T RUN" not in lines[1]
+    assert "CAN'T RUN: the contact is about" in lines[2]
+
+
+def test_a_folder_of_another_scene_is_one_line_that_tells_what_differs(
+    scene, tmp_path, capsys
+):
+    out = str(tmp_path / "out")
+    main(["run", str(scene), "--out", out, "--quiet"])
+    scene.write_text(SMALL.replace("radius = 60.0", "radius = 61.0"))
+    assert main(["run", str(scene), "--out", out]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "[sphere] radius was 60.0, is 61.0" in line
+    assert "Give another folder" in line
+
+
+def test_a_value_out_of_range_is_told_with_the_file_before_anything_is_made(
+    scene, tmp_path, capsys
+):
+    scene.write_text(SMALL.replace("radius = 60.0", "radius = -1"))
+    for command in ("run", "plan", "tradeoff"):
+        assert main([command, str(scene)]) == 2
+        told = capsys.readouterr().err
+        assert f"{scene}: [sphere] radius must be a finite number > 0, got -1" in told
+
+
+def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):
+    database, table = str(tmp_path / "all.db"), str(tmp_path / "all.csv")
+    options = ["--set", "roughness.seed=1,2", "--set", "interaction.kind=repulsive"]
+    command = ["ensemble", str(scene), *options, "--database", database]
+    assert main([*command, "--table", table, "--workers", "1"]) == 0
+    assert "4/4 steps" in capsys.readouterr().out
+    with open(table, newline="") as file:
+        assert {row["seed"] for row in csv.DictReader(file)} == {"1", "2"}
+
+
+@pytest.mark.parametrize(
+    "option, told",
+    [
+        ("roughness.seed", "TABLE.KEY=VALUE"),
+        ("roughness.seed=", "TABLE.KEY=VALUE"),
+        ("seed=1", "unknown table 'seed'"),
+        ("roughness=1", "unknown key ''"),
+        ("substrate.periodic=False", "periodic must be true or false, got 'False'"),
+        ("path.steps=true", "steps must be a number, got True"),
+    ],
+)
+def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(
+    option, told, scene, capsys
+):
+    assert main(["ensemble", str(scene), "--set", option]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert told in line
+
+
+@pytest.mark.parametrize(
+    "address, shown",
+    [
+        ("postgresql://me:se/cr@et@host:5432/db", "postgresql://me:***@host:5432/db"),
+        ("postgresql://host/db?password=secret&x=1", "//host/db?password=***&x=1"),
+        ("postgresql://me@host/db", "postgresql://me@host/db"),
+        ("/some:where/a@b.db", "/some:where/a@b.db"),
+    ],
+)
+def test_the_password_of_a_database_is_not_shown(
+    address, shown, scene, capsys, monkeypatch
+):
+    done = Progress(2, 2)
+    monkeypatch.setattr("ase_roughcontact.cli.run_ensemble", lambda *_, **__: [done])
+    assert main(["ensemble", str(scene), "--database", address]) == 0
+    text = capsys.readouterr().out
+    assert text.count(shown) == 2 and "secret" not in text and "se/cr" not in text
+
+
+def test_an_address_that_is_refused_is_shown_without_its_password(scene, capsys):
+    assert main(["ensemble", str(scene), "--database", "mysql://me:secret@host"]) == 2
+    told = capsys.readouterr().err
+    assert "mysql://me:***@host" in told and "secret" not in told
+
+
+def test_a_key_of_an_ensemble_is_not_set_twice(scene, capsys):
+    options = ["--set", "roughness.seed=1", "--set", "roughness.seed=2"]
+    assert main(["ensemble", str(scene), *options]) == 2
+    assert "roughness.seed is given twice" in capsys.readouterr().err
+
+
+def test_progress_as_json_has_null_where_the_time_left_is_not_known(
+    scene, tmp_path, capsys
+):
+    database = str(tmp_path / "all.db")
+    command = ["ensemble", str(scene), "--database", database, "--workers", "1"]
+    assert main([*command, "--json"]) == 0
+
+    def refuse(word):
+        raise ValueError(f"{word} is not JSON")
+
+    lines = capsys.readouterr().out.splitlines()
+    first, *_, last = (json.loads(line, parse_constant=refuse) for line in lines)
+    assert (first["steps"], first["left"]) == (0, None)
+    assert (last["steps"], last["left"]) == (2, 0.0)
+
+
+def test_tradeoff_recommends_a_setting_for_an_error(scene, capsys):
+    text = scene.read_text().replace('optimizer = "LBFGS"\nfmax = 1e-4\n', "")
+    scene.write_text(text)
+    assert main(["tradeoff", str(scene), "--error", "1e-2"]) == 0
+    assert "accuracy =" in capsys.readouterr().out
+
+
+def test_tradeoff_tells_a_setting_a_line_of_json_or_nothing(scene, capsys):
+    command = ["tradeoff", str(scene), "--error", "1e-2"]
+    assert main([*command, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+    assert main([*command, "--json"]) == 0
+    trials = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    (best,) = [trial for trial in trials if trial["recommended"]]
+    assert best["force_error"] < best["error_wanted"] == 1e-2
+    assert best["units"]["seconds"] == "s" and "accuracy" in best["choice"]
+
+
+def test_version_is_told(capsys):
+    with pytest.raises(SystemExit):
+        main(["--version"])
+    assert capsys.readouterr().out.startswith("ase-roughcontact 0")
+
+
+def test_scene_prints_a_template_that_can_be_run(capsys):
+    assert main(["scene"]) == 0
+    assert Scene.parse(capsys.readouterr().out) == Scene.default()
+    assert Scene.parse(default_text()) == Scene.default()
+
+
+def test_a_wrong_scene_is_one_line_on_stderr(tmp_path, capsys):
+    file = tmp_path / "wrong.toml"
+    file.write_text("[substrat]\n")
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 2
+    errors = capsys.readouterr().err
+    assert "did you mean 'substrate'" in errors
+    assert len(errors.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_can_not_be_made_is_one_line_on_stderr(scene, tmp_path, capsys):
+    (tmp_path / "file").touch()
+    assert main(["run", str(scene), "--out", str(tmp_path / "file" / "out")]) == 2
+    assert "file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
+def test_help_tells_of_commands_and_files(arguments, capsys):
+    with pytest.raises(SystemExit) as status:
+        main(arguments)
+    assert status.value.code == 0
+    text = capsys.readouterr().out
+    wanted = ("run", "scene") if arguments == ["--help"] else ("curve.csv", "--out")
+    assert all(word in text for word in wanted)
+
+
+def test_command_starts_without_matplotlib_being_loaded():
+    code = (
+        "import sys, ase_roughcontact.cli as cli; cli.main(['scene']); "
+        "sys.exit('matplotlib' in sys.modules)"
+    )
+    assert (
+        subprocess.run([sys.executable, "-c", code], capture_output=True).returncode
+        == 0
+    )

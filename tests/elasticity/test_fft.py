@@ -1,0 +1,216 @@
+"""Transforms of windows against numpy's transforms of whole grids."""
+
+import pickle
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from ase_roughcontact._util.kernels import threads
+from ase_roughcontact.elasticity import fft as fourier
+from ase_roughcontact.elasticity import fft_backends as lines
+from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
+
+every_engine = pytest.mark.parametrize("engine", fourier.ENGINES)
+grids = pytest.mark.parametrize(
+    "window, grid",
+    [
+        ((8, 8), None),
+        ((7, 5), None),
+        ((1, 9), None),
+        ((6, 1), None),
+        ((8, 8), (16, 16)),
+        ((5, 7), (9, 15)),
+        ((3, 4), (3, 11)),
+        ((4, 3), (10, 3)),
+        ((1, 1), (2, 3)),
+    ],
+    ids=str,
+)
+
+
+def transform(window, grid=None, engine="pyfftw", **options):
+    pytest.importorskip(engine)
+    return RealFFT2(window, grid, engine=engine, **options)
+
+
+@pytest.fixture
+def few_lines(monkeypatch):
+    """Cut small grids as large ones are."""
+    small = {"_BUFFER": 20, "_LINE": 1, "_TALL": 10, "_SMALL": 0, "_TINY": 0}
+    for name, value in small.items():
+        monkeypatch.setattr(fourier, name, value)
+    return monkeypatch
+
+
+def random(shape):
+    return np.random.default_rng(7).standard_normal(shape)
+
+
+@every_engine
+@grids
+def test_forward_is_the_transform_of_the_window_padded_with_zeros(window, grid, engine):
+    fft = transform(window, grid, engine)
+    for factor in (1.0, -2.0):  # nothing is left over from the first
+        values = factor * random(window)
+        expected = np.fft.rfft2(values, grid or window)
+        assert_allclose(fft.forward(values), expected, atol=1e-13)
+
+
+@every_engine
+@grids
+def test_inverse_is_the_window_of_the_transform_back_not_normalised(
+    window, grid, engine
+):
+    fft = transform(window, grid, engine)
+    shape = grid or window
+    spectrum = np.fft.rfft2(random(shape))
+    fft.spectrum[:] = spectrum
+    expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
+    assert_allclose(fft.inverse() / np.prod(shape), expected, atol=1e-13)
+
+
+@every_engine
+@grids
+def test_filter_multiplies_the_spectrum(window, grid, engine):
+    fft = transform(window, grid, engine)
+    shape = grid or window
+    # a kernel that is even in both directions, and so is its spectrum
+    i, j = (2 * np.pi * k / n for k, n in zip(np.indices(shape), shape, strict=True))
+    kernel = np.cos(i) * (2.0 + np.cos(j)) + 3.0 * np.cos(2 * i) + (i + j == 0)
+    factor = np.fft.rfft2(kernel).real
+    values = random(window)
+    spectrum = np.fft.rfft2(values, shape) * factor
+    expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
+    multiplier = fft.multiplier(factor)
+    for _ in range(2):  # the first leaves the window's surroundings in the buffer
+        assert_allclose(fft.filter(values, multiplier), expected, atol=1e-12)
+
+
+@every_engine
+def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
+    fft = transform((5, 6), (9, 12), engine)
+    values, multiplier = random((5, 6)), fft.multiplier(np.ones((9, 7)))
+    before = values.copy(), multiplier.copy()
+    first = fft.filter(values, multiplier)
+    kept = first.copy()
+    fft.filter(2 * values, multiplier)
+    assert_array_equal(first, kept)
+    assert_array_equal(values, before[0])
+    assert_array_equal(multiplier, before[1])
+
+
+def test_threads_share_a_small_grid_inside_of_ducc0():
+    fft = transform((256, 300), engine="ducc0", threads=2)
+    (lines,) = fft._lines
+    assert lines._threads == 2
+    assert transform((250, 256), engine="ducc0", threads=2)._lines[0]._threads == 1
+
+
+@pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])
+def test_threads_of_fftw_are_never_used(window, monkeypatch):
+    seen, plan = [], lines.pyfftw.FFTW
+
+    def spied(*arguments, **options):
+        seen.append(options.get("threads", 1))
+        return plan(*arguments, **options)
+
+    monkeypatch.setattr(lines.pyfftw, "FFTW", spied)
+    transform(window, threads=2, measure=False)
+    assert set(seen) == {1}
+
+
+def test_pairs_of_transforms_are_counted():
+    fft = transform((4, 4))
+    one = fft.multiplier(np.ones((4, 3)))
+    for _ in range(3):
+        fft.filter(random((4, 4)), one)
+    assert fft.pairs == 3
+
+
+@every_engine
+def test_single_precision_stays_single(engine):
+    fft = transform((6, 6), (11, 12), engine, dtype=np.float32)
+    values = random((6, 6))
+    same = fft.filter(values, fft.multiplier(np.ones((11, 7))))
+    assert same.dtype == np.float32
+    assert fft.spectrum.dtype == np.complex64
+    assert_allclose(same, values, atol=1e-6)
+
+
+@every_engine
+def test_pickled_transform_works_like_the_first(engine):
+    fft = transform((5, 6), (9, 12), engine, dtype=np.float32, threads=2)
+    copy = pickle.loads(pickle.dumps(fft))
+    for name in ("window", "grid", "dtype", "engine", "threads"):
+        assert getattr(copy, name) == getattr(fft, name)
+    assert_allclose(copy.forward(random((5, 6))), fft.forward(random((5, 6))))
+
+
+@pytest.mark.parametrize("least", [1, 2, 7, 127, 255, 1021, 4095])
+def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
+    length = rest = fast_length(least)
+    assert least <= length < 1.3 * least + 1
+    for prime in (2, 3, 5, 7, 11):
+        while rest % prime == 0:
+            rest //= prime
+    assert rest == 1
+
+
+def test_a_transform_takes_the_threads_that_are_chosen():
+    with threads(2):
+        assert transform((16, 16)).threads == 2
+    assert transform((16, 16), threads=3).threads == 3
+
+
+def test_there_are_no_buffers_for_threads_that_have_nothing_to_do(few_lines):
+    assert len(transform((4, 3), threads=64)._lines) == 1
+    few_lines.setattr(fourier, "_BUFFER", 64)
+    few_lines.setattr(fourier, "_TALL", 10000)
+    assert len(transform((16, 16), threads=64)._lines) == 4
+
+
+@every_engine
+@grids
+def test_a_few_lines_at_a_time_by_several_threads_give_the_same(
+    window, grid, engine, few_lines
+):
+    fft = transform(window, grid, engine, threads=3)
+    values, shape = random(window), grid or window
+    assert_allclose(fft.forward(values), np.fft.rfft2(values, shape), atol=1e-13)
+    assert_allclose(fft.inverse() / np.prod(shape), values, atol=1e-13)
+    one = fft.multiplier(np.ones(fft.spectrum.shape))
+    for _ in range(2):
+        assert_allclose(fft.filter(values, one), values, atol=1e-13)
+    assert fft.filter(values, one, values) is values
+
+
+@pytest.mark.parametrize(
+    "out", [np.zeros((5, 5)), np.zeros((5, 6), int), np.zeros((5, 6), np.float32)]
+)
+def test_place_for_a_result_that_does_not_fit_is_refused(out):
+    fft = transform((5, 6))
+    with pytest.raises(ValueError, match=r"out must be of the shape \(5, 6\) and"):
+        fft.filter(random((5, 6)), fft.multiplier(np.ones((5, 4))), out)
+
+
+def test_window_larger_than_the_grid_is_refused():
+    with pytest.raises(ValueError, match=r"window \(4, 4\) does not fit .* \(8, 3\)"):
+        RealFFT2((4, 4), (8, 3))
+
+
+def test_unknown_engine_is_refused_with_the_known_ones():
+    with pytest.raises(ValueError, match=r"one of .*pyfftw.*ducc0.* got 'fftpack'"):
+        RealFFT2((4, 4), engine="fftpack")
+
+
+@pytest.mark.parametrize("dtype", ["foo", "int32", np.float16, 3.5])
+def test_unknown_precision_is_refused_with_the_known_ones(dtype):
+    with pytest.raises(ValueError, match="dtype must be float32 or float64, got "):
+        RealFFT2((4, 4), dtype=dtype)
+
+
+def test_engine_that_is_not_installed_says_how_to_install_it(monkeypatch):
+    monkeypatch.setattr(lines, "ducc0", None)
+    with pytest.raises(ImportError, match="pip install ducc0"):
+        RealFFT2((4, 4), engine="ducc0")

@@ -1,0 +1,302 @@
+"""The half space against closed forms, direct sums and multi-precision numbers."""
+
+import math
+import pickle
+
+import mpmath as mp
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+
+from ase_roughcontact.elasticity import fft as fourier
+from ase_roughcontact.elasticity.halfspace import (
+    FreeHalfSpace,
+    PeriodicHalfSpace,
+    love_kernel,
+)
+
+E, A0 = 2.0, 3.0
+SHAPES = [(8, 8), (7, 7), (6, 9), (13, 4), (1, 11), (10, 1), (2, 1), (1, 1), (17, 30)]
+both = pytest.mark.parametrize("kind", [PeriodicHalfSpace, FreeHalfSpace])
+shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda n: f"{n[0]}x{n[1]}")
+
+
+def random_pressure(shape, seed=1):
+    return np.random.default_rng(seed).standard_normal(shape)
+
+
+# Love's kernel
+
+
+def love_exactly(i, j):
+    """Corner sum of Johnson's Eq. (3.25) for a unit cell, in 40 digits."""
+    total = mp.mpf(0)
+    with mp.workdps(40):
+        for s in (1, -1):
+            for t in (1, -1):
+                x, y = i + mp.mpf(s) / 2, j + mp.mpf(t) / 2
+                r = mp.sqrt(x * x + y * y)
+                total += s * t * (x * mp.log(y + r) + y * mp.log(x + r))
+        return float(total / mp.pi)
+
+
+def test_kernel_at_the_origin_is_4_ln_1_plus_root_2_over_pi():
+    origin = love_kernel(np.array(0), np.array(0), A0, E)
+    assert_allclose(origin, 4 * math.log(1 + math.sqrt(2)) * A0 / (math.pi * E))
+
+
+def test_kernel_far_away_is_that_of_a_point_force_and_its_next_term():
+    # Integral of 1/r over a unit square at r: 1/r + (1/24) lap(1/r), lap = 1/r^3.
+    x, y = np.array([100, 300, 0, 20_000]), np.array([0, 400, 700, 19_999])
+    r = np.hypot(x, y)
+    expected = A0 / (math.pi * E) * (1 / r + 1 / (24 * r**3))
+    assert_allclose(love_kernel(x, y, A0, E), expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        [(i, j) for i in range(20) for j in range(i + 1)],
+        [(i, i - k) for i in range(20, 70) for k in (0, 1)],
+        [(d, 0) for d in (25, 33, 100, 999, 4096, 8192, 20_000)],
+        [(0, d) for d in (25, 33, 100, 999, 4096, 8192, 20_000)],
+        [(d, d) for d in (25, 33, 100, 999, 4096, 8192, 20_000)],
+        [(20_000, 1), (7, 19_999), (1234, 15_000), (15, 16), (15, 20_000)],
+    ],
+    ids=[
+        "near and at the switch",
+        "beyond the switch",
+        "along x",
+        "along y",
+        "diagonal",
+        "oblique",
+    ],
+)
+def test_kernel_has_twelve_digits(points):
+    i, j = np.array(points).T
+    exact = [love_exactly(*point) for point in points]
+    assert_allclose(love_kernel(i, j, 1.0, 1.0), exact, rtol=1e-12)
+
+
+def test_kernel_is_even_symmetric_and_falls_with_distance():
+    i = np.arange(-40, 41)
+    kernel = love_kernel(i[:, None], i[None, :], A0, E)
+    assert_array_equal(kernel, kernel[::-1])
+    assert_allclose(kernel, kernel.T, rtol=1e-13)
+    assert (np.diff(kernel[40:], axis=0) < 0).all()
+
+
+# Displacement by a pressure
+
+
+def direct_free(pressure):
+    """Sum over all pairs of cells."""
+    i, j = (index.ravel() for index in np.indices(pressure.shape))
+    kernel = love_kernel(i[:, None] - i, j[:, None] - j, A0, E)
+    return -(kernel @ pressure.ravel()).reshape(pressure.shape)
+
+
+def direct_periodic(pressure):
+    """Sum over all modes, one cosine for each."""
+    n, m = pressure.shape
+    i, j = np.indices(pressure.shape)
+    response = np.zeros(pressure.shape)
+    for k in range(-((n - 1) // 2), n // 2 + 1):
+        for ell in range(-((m - 1) // 2), m // 2 + 1):
+            q = 2 * np.pi / A0 * math.hypot(k / n, ell / m)
+            if q > 0:
+                wave = np.cos(2 * np.pi * (k * i / n + ell * j / m))
+                response += 2 / (E * q) * wave / (n * m)
+    shifted = [
+        np.roll(response, (a, b), (0, 1)) * pressure[a, b] for a, b in np.ndindex(n, m)
+    ]
+    return -np.sum(shifted, axis=0)
+
+
+@shapes
+def test_free_displacement_is_the_sum_over_all_pairs_of_cells(shape):
+    pressure = random_pressure(shape)
+    expected = direct_free(pressure)
+    u = FreeHalfSpace(shape, A0, E).displacement(pressure)
+    assert_allclose(u, expected, atol=1e-13 * abs(expected).max())
+
+
+@shapes
+def test_periodic_displacement_is_the_sum_over_all_modes(shape):
+    pressure = random_pressure(shape)
+    expected = direct_periodic(pressure)
+    u = PeriodicHalfSpace(shape, A0, E).displacement(pressure)
+    assert_allclose(u, expected, atol=1e-13 * abs(expected).max())
+
+
+def test_uniform_pressure_on_a_rectangle_gives_johnsons_closed_form():
+    n, m = 40, 25
+    x, y = (np.arange(n)[:, None] + 0.5) * A0, (np.arange(m)[None, :] + 0.5) * A0
+    depth = 0.0
+    for a in (x, n * A0 - x):  # distances from the four sides
+        for b in (y, m * A0 - y):
+            r = np.hypot(a, b)
+            depth = depth + a * np.log((b + r) / a) + b * np.log((a + r) / b)
+    depth *= 0.7 / (math.pi * E)
+    u = FreeHalfSpace((n, m), A0, E).displacement(np.full((n, m), 0.7))
+    assert_allclose(u, -depth, rtol=1e-12)
+
+
+@pytest.mark.parametrize("k, ell", [(1, 0), (0, 3), (2, 5), (-4, 1)])
+def test_periodic_wave_of_pressure_gives_a_wave_of_depth_2_over_modulus_and_q(k, ell):
+    n, m = 16, 30
+    i, j = np.indices((n, m))
+    wave = np.sin(2 * np.pi * (k * i / n + ell * j / m) + 0.4)
+    q = 2 * np.pi / A0 * math.hypot(k / n, ell / m)
+    u = PeriodicHalfSpace((n, m), A0, E).displacement(0.3 + wave)
+    assert_allclose(u, -2 / (E * q) * wave, atol=1e-13 * A0)
+
+
+@shapes
+def test_mean_pressure_displaces_nothing_in_a_periodic_cell(shape):
+    u = PeriodicHalfSpace(shape, A0, E).displacement(np.full(shape, 1e9 / 3))
+    assert_allclose(u, 0.0, atol=1e-12)
+
+
+def test_westergaards_pressure_leaves_no_gap_in_the_contact_and_one_outside():
+    # Johnson, Sec. 13.2: wave of height D cos(k x), contact where |x| < half_width.
+    wavelength, height, half_width = 1.0, 0.01, 0.17
+    k, edge = 2 * math.pi / wavelength, math.sin(math.pi * half_width / wavelength)
+    mean = math.pi * E * height / wavelength * edge**2
+    errors = []
+    for n in (105, 405, 1575):
+        x = (np.arange(n) - n // 2) * wavelength / n
+        root = np.sqrt(np.maximum(edge**2 - np.sin(k * x / 2) ** 2, 0.0))
+        pressure = 2 * mean * np.cos(k * x / 2) / edge**2 * root
+        solid = PeriodicHalfSpace((n, 1), wavelength / n, E)
+        gap = -height * np.cos(k * x) - solid.displacement(pressure[:, None])[:, 0]
+        touching = abs(x) < half_width
+        gap -= gap[touching].mean()
+        errors.append(abs(gap[touching]).max() / height)
+        assert gap[abs(x) > 1.1 * half_width].min() > 0
+    assert errors[0] > 4 * errors[1] > 16 * errors[2]
+    assert errors[2] < 1e-3
+
+
+# Structure
+
+
+@both
+@pytest.mark.parametrize("shape", [(9, 12), (8, 5), (1, 7)])
+def test_elastic_pressure_inverts_the_displacement_of_the_whole_grid(kind, shape):
+    solid = kind(shape, A0, E)
+    pressure = random_pressure(shape)
+    if solid.periodic:
+        pressure -= pressure.mean()
+    everywhere = solid.surroundings(pressure)
+    expected = np.zeros(solid.grid)
+    expected[: shape[0], : shape[1]] = pressure
+    assert_allclose(solid.elastic_pressure(everywhere), expected, atol=1e-13)
+    window = everywhere[: shape[0], : shape[1]]
+    assert_allclose(solid.displacement(pressure), window, atol=1e-13 * A0)
+
+
+@both
+@shapes
+def test_every_mode_resists_but_the_mean_of_a_periodic_cell(kind, shape):
+    solid = kind(shape, A0, E)
+    free = np.zeros(solid.stiffness.shape, dtype=bool)
+    free[0, 0] = solid.periodic
+    assert_array_equal(solid.compliance > 0, ~free)
+    assert_array_equal(solid.stiffness > 0, ~free)
+    assert np.isfinite(solid.stiffness).all()
+
+
+@both
+def test_work_of_one_pressure_on_the_displacement_of_another_is_mutual(kind):
+    solid = kind((9, 14), A0, E)
+    one, two = random_pressure((9, 14), 1), random_pressure((9, 14), 2)
+    here, there = solid.displacement(one), solid.displacement(two)
+    assert_allclose((here * two).sum(), (there * one).sum(), rtol=1e-12)
+    assert (here * one).sum() < 0
+
+
+@both
+def test_displacement_scales_with_spacing_over_modulus(kind):
+    pressure = random_pressure((6, 10))
+    u = kind((6, 10), A0, E).displacement(pressure)
+    scaled = kind((6, 10), 1e-9 * A0, 1e11 * E).displacement(pressure)
+    assert_allclose(1e20 * scaled, u, rtol=1e-12)
+
+
+@both
+def test_swapping_x_and_y_swaps_the_displacement(kind):
+    pressure = random_pressure((7, 12))
+    u = kind((7, 12), A0, E).displacement(pressure)
+    swapped = kind((12, 7), A0, E).displacement(pressure.T)
+    assert_allclose(swapped.T, u, atol=1e-13 * abs(u).max())
+
+
+@shapes
+def test_free_grid_is_padded_so_that_no_image_reaches_the_window(shape):
+    grid = FreeHalfSpace(shape, A0, E).grid
+    assert all(big >= 2 * n - 1 for big, n in zip(grid, shape, strict=True))
+    assert PeriodicHalfSpace(shape, A0, E).grid == shape
+
+
+# Options of the transforms
+
+
+@both
+def test_pickled_half_space_gives_the_same_answers(kind):
+    solid = kind((9, 12), A0, E, dtype=np.float32)
+    copy = pickle.loads(pickle.dumps(solid))
+    pressure = random_pressure((9, 12))
+    assert type(copy) is kind
+    assert copy.displacement(pressure).dtype == np.float32
+    assert_allclose(
+        copy.displacement(pressure), solid.displacement(pressure), atol=1e-5
+    )
+    assert_array_equal(copy.compliance, solid.compliance)
+
+
+@both
+def test_single_precision_keeps_six_digits(kind):
+    pressure = random_pressure((60, 41))
+    exact = kind((60, 41), A0, E).displacement(pressure)
+    u = kind((60, 41), A0, E, dtype=np.float32).displacement(pressure)
+    assert u.dtype == np.float32
+    assert_allclose(u, exact, atol=1e-6 * abs(exact).max())
+
+
+@both
+@pytest.mark.parametrize("engine, threads", [("pyfftw", 2), ("ducc0", 1), ("ducc0", 2)])
+def test_engine_and_threads_do_not_change_the_answer(
+    kind, engine, threads, monkeypatch
+):
+    pytest.importorskip(engine)
+    monkeypatch.setattr(fourier, "_BUFFER", 500)  # several parts for each thread
+    monkeypatch.setattr(fourier, "_TALL", 100)
+    monkeypatch.setattr(fourier, "_SMALL", 0)
+    monkeypatch.setattr(fourier, "_TINY", 0)
+    shape = (60, 41)
+    pressure = random_pressure(shape)
+    expected = kind(shape, A0, E, threads=1).displacement(pressure)
+    solid = kind(shape, A0, E, engine=engine, threads=threads)
+    for _ in range(2):  # buffers are used again
+        u = solid.displacement(pressure)
+        assert_allclose(u, expected, atol=1e-14 * abs(expected).max())
+
+
+# Errors
+
+
+@both
+@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf, "1", None])
+def test_spacing_and_modulus_must_be_positive_numbers(kind, bad):
+    with pytest.raises(ValueError, match="spacing must be a finite number > 0, got"):
+        kind((4, 4), bad, E)
+    with pytest.raises(ValueError, match="contact_modulus must be a finite number > 0"):
+        kind((4, 4), A0, bad)
+
+
+@both
+@pytest.mark.parametrize("bad", [(0, 4), (4, -1), (2.5, 4), (4,), (4, 4, 4), 4, None])
+def test_shape_must_be_two_whole_numbers(kind, bad):
+    with pytest.raises(ValueError, match="shape must be two whole numbers >= 1, got"):
+        kind(bad, A0, E)

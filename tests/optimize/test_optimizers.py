@@ -1,0 +1,356 @@
+"""NewtonKrylov and HardWallCG as ASE optimizers: on atoms, in and out."""
+
+import numpy as np
+import pytest
+from ase.calculators.emt import EMT
+from ase.constraints import FixAtoms, Hookean
+from ase.io import read
+from ase.optimize import LBFGS
+
+from ase_roughcontact import (
+    FourierModes,
+    HardWall,
+    HardWallCG,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.solvers.hard_wall import certificate
+
+SMOOTH = RoughSphere(radius=40.0)
+ROUGH = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+SOFT = LennardJones93.repulsive(1.0, 1.0)
+WALLS = {NewtonKrylov: SOFT, HardWallCG: HardWall()}
+
+
+@pytest.fixture(params=WALLS, ids=lambda solver: solver.__name__)
+def solver(request):
+    return request.param
+
+
+def make_atoms(wall=SOFT, *, sphere=ROUGH, depth=0.5, load=0.0, n=14, **options):
+    """Atoms of unit spacing and contact modulus, pressed in or about to be."""
+    atoms = substrate("Cu", (n, n), sphere, spacing=1.0, **options)
+    atoms.calc = RoughContact(sphere, 1.0, wall, load=load)
+    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact - depth
+    return atoms
+
+
+def largest_force(atoms):
+    """Evaluated anew, by a calculator that has seen nothing; the margin included."""
+    fresh = atoms.copy()
+    fresh.calc = RoughContact(**atoms.calc.parameters)
+    return np.linalg.norm(fresh.get_forces(), axis=1).max()
+
+
+# The interface of ASE
+
+
+@pytest.mark.parametrize("load", [None, 2.0], ids=["height", "load"])
+def test_no_atom_feels_a_force_at_the_end(solver, load, periodic):
+    control = {} if load is None else {"fixed": False, "load": load}
+    atoms = make_atoms(WALLS[solver], periodic=periodic, **control)
+    dynamics = solver(atoms)
+    assert dynamics.run(fmax=1e-8)
+    assert dynamics.converged() and dynamics.message == ""
+    assert dynamics.pairs > 0.0
+    # forces of a hard wall are reactions: exact in contact, and zero outside
+    assert largest_force(atoms) < 1.1e-8
+    if load is not None:
+        force = atoms.calc.state(atoms).normal_force
+        assert force == pytest.approx(load, abs=1e-7)
+
+
+def test_generator_yields_whether_it_has_converged(solver):
+    dynamics = solver(make_atoms(WALLS[solver]))
+    *before, last = dynamics.irun(fmax=1e-8)
+    assert last and not any(before)
+    assert len(before) == dynamics.nsteps > 0
+
+
+def test_log_and_observers_see_every_step(solver, tmp_path):
+    log, seen = tmp_path / "relax.log", []
+    with solver(make_atoms(WALLS[solver]), logfile=log) as dynamics:
+        dynamics.attach(lambda: seen.append(dynamics.nsteps))
+        dynamics.run(fmax=1e-8)
+    assert seen == list(range(dynamics.nsteps + 1))
+    header, *lines = log.read_text().splitlines()
+    assert header.split() == ["Step", "Time", "Energy", "fmax"]
+    assert len(lines) == len(seen)
+    assert all(line.startswith(f"{solver.__name__}:") for line in lines)
+    assert float(lines[-1].split()[-1]) == 0.0
+
+
+def test_trajectory_shows_the_atoms_where_they_were(solver, tmp_path):
+    atoms, movie = make_atoms(WALLS[solver]), tmp_path / "relax.traj"
+    with solver(atoms, trajectory=movie) as dynamics:
+        dynamics.run(fmax=1e-8)
+    frames = read(movie, ":")
+    assert len(frames) == dynamics.nsteps + 1
+    assert not frames[0].positions[:-1, 2].any()
+    np.testing.assert_array_equal(frames[-1].positions, atoms.positions)
+    assert np.abs(frames[-1].positions - frames[1].positions).max() > 0.0
+
+
+def test_steps_that_run_out_are_told_and_the_state_is_kept(solver):
+    atoms = make_atoms(WALLS[solver])
+    dynamics = solver(atoms)
+    assert not dynamics.run(fmax=1e-10, steps=2)
+    assert dynamics.message == "not converged after 2 steps"
+    assert dynamics.nsteps == 2 and not dynamics.converged()
+    assert dynamics.run(fmax=1e-8)
+    assert dynamics.message == ""
+
+
+def test_state_after_too_few_steps_is_better_than_the_start():
+    atoms = make_atoms()
+    before = atoms.get_potential_energy()
+    assert not NewtonKrylov(atoms).run(fmax=1e-10, steps=4)
+    assert atoms.get_potential_energy() < before
+    assert atoms.positions[:-1, 2].any()
+
+
+def test_stalled_solver_stops_and_says_why():
+    dynamics = NewtonKrylov(make_atoms())
+    assert not list(dynamics.irun(fmax=1e-40, steps=1000))[-1]
+    assert dynamics.nsteps < 100
+    assert "stalled" in dynamics.message
+
+
+def test_relaxed_atoms_take_hardly_a_step(solver, periodic):
+    atoms = make_atoms(WALLS[solver], periodic=periodic)
+    cold, warm = solver(atoms), solver(atoms)
+    assert cold.run(fmax=1e-8)
+    assert warm.run(fmax=2e-8)
+    assert warm.nsteps <= 2 < cold.nsteps
+
+
+def test_second_run_goes_on_from_the_first(solver):
+    dynamics = solver(make_atoms(WALLS[solver]))
+    assert dynamics.run(fmax=1e-2)
+    assert dynamics.run(fmax=1e-9)
+    assert largest_force(dynamics.atoms.atoms) < 1.1e-9
+
+
+def test_second_run_sees_a_new_height_and_a_new_load(solver):
+    atoms = make_atoms(WALLS[solver], fixed=False, load=1.0)
+    dynamics = solver(atoms)
+    dynamics.run(fmax=1e-8)
+    atoms.calc.set(load=2.0)
+    assert dynamics.run(fmax=1e-8)
+    assert atoms.calc.state(atoms).normal_force == pytest.approx(2.0, abs=1e-7)
+
+
+# Against others, and against itself
+
+
+@pytest.mark.parametrize("sphere", [SMOOTH, ROUGH], ids=["smooth", "rough"])
+def test_newton_and_lbfgs_agree(sphere, periodic):
+    one, other = (make_atoms(sphere=sphere, periodic=periodic) for _ in range(2))
+    assert NewtonKrylov(one).run(fmax=1e-9)
+    modes = FourierModes(other)
+    assert LBFGS(modes, alpha=1.0, memory=20, logfile=None).run(fmax=1e-7)
+    energy = other.get_potential_energy()
+    assert one.get_potential_energy() == pytest.approx(energy, rel=1e-8)
+
+
+def test_height_and_load_are_two_ways_to_one_state(solver, periodic):
+    one = make_atoms(WALLS[solver], periodic=periodic)
+    assert solver(one).run(fmax=1e-10)
+    load = one.calc.state(one).normal_force
+    other = make_atoms(WALLS[solver], periodic=periodic, fixed=False, load=load)
+    other.positions[-1, 2] += 0.3
+    assert solver(other).run(fmax=1e-10)
+    np.testing.assert_allclose(other.positions, one.positions, atol=1e-7)
+
+
+def test_spring_is_in_balance_with_the_wall():
+    atoms = make_atoms(fixed=False, depth=-0.2)
+    stiffness, base = 0.7, atoms.positions[-1, 2] - 2.0
+    point = (*atoms.positions[-1, :2], base)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
+    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    spring = stiffness * (atoms.positions[-1, 2] - base)
+    assert spring > 0.5
+    assert atoms.calc.state(atoms).normal_force == pytest.approx(spring, abs=1e-8)
+    assert largest_force(atoms) < 1.1e-8
+
+
+def test_path_is_the_same_whatever_it_is_started_from(solver, periodic):
+    depths = [0.2, 0.4, 0.6]
+    sphere = RoughSphere(20.0)
+    atoms = make_atoms(WALLS[solver], sphere=sphere, periodic=periodic)
+    path = list(load_path(atoms, depths, solver, fmax=1e-8))
+    assert all(step.converged for step in path)
+    cold = make_atoms(WALLS[solver], sphere=sphere, periodic=periodic, depth=0.6)
+    assert solver(cold).run(fmax=1e-8)
+    force = cold.calc.state(cold).normal_force
+    assert path[-1].normal_force == pytest.approx(force, rel=1e-6)
+    assert path[0].normal_force < path[1].normal_force < path[2].normal_force
+
+
+def test_ever_stiffer_walls_come_to_the_hard_one():
+    hard = make_atoms(HardWall())
+    assert HardWallCG(hard).run(fmax=1e-10)
+    force = hard.calc.state(hard).normal_force
+    errors = []
+    for stiffness in (1e1, 1e2, 1e3, 1e4):
+        atoms = make_atoms(LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness))
+        assert NewtonKrylov(atoms).run(fmax=1e-8)
+        errors.append(1.0 - atoms.calc.state(atoms).normal_force / force)
+    errors = np.array(errors)
+    assert (errors > 0.0).all()
+    assert (errors[1:] < 0.2 * errors[:-1]).all()
+    assert errors[-1] < 1e-3
+
+
+def test_hard_atoms_keep_the_conditions_of_contact():
+    atoms = make_atoms(HardWall())
+    dynamics = HardWallCG(atoms)
+    assert dynamics.run(fmax=1e-10)
+    state = dynamics.optimizable.state
+    proof = certificate(atoms.calc.contact(atoms), state.pressure, state.height)
+    assert max(proof.gap_in_contact, proof.penetration) < 1e-9
+    assert proof.tension == 0.0
+
+
+# What is refused
+
+
+def test_wall_of_the_other_kind_is_refused(solver):
+    (wall,) = (wall for kind, wall in WALLS.items() if kind is not solver)
+    with pytest.raises(ValueError, match="hard wall"):
+        solver(make_atoms(wall))
+
+
+def test_restart_file_is_refused(solver, tmp_path):
+    with pytest.raises(ValueError, match="restart must be None"):
+        solver(make_atoms(WALLS[solver]), restart=tmp_path / "restart.json")
+
+
+@pytest.mark.parametrize("calculator", [None, EMT()], ids=["none", "EMT"])
+def test_other_calculators_are_refused(solver, calculator):
+    atoms = make_atoms(WALLS[solver])
+    atoms.calc = calculator
+    with pytest.raises(ValueError, match="RoughContact"):
+        solver(atoms)
+
+
+@pytest.mark.parametrize(
+    "constraint", [FixAtoms([3]), Hookean(0, 1, 1.0, rt=1.0)], ids=["fixed", "bond"]
+)
+def test_constraints_on_the_surface_are_refused(solver, constraint):
+    atoms = make_atoms(WALLS[solver])
+    atoms.set_constraint(constraint)
+    with pytest.raises(ValueError, match="one of ASE's optimizers on the atoms"):
+        solver(atoms)
+
+
+def test_hard_wall_refuses_a_spring():
+    atoms = make_atoms(HardWall(), fixed=False)
+    point = (*atoms.positions[-1, :2], -2.0)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, 0.7, rt=0.0))
+    with pytest.raises(ValueError, match="spring"):
+        HardWallCG(atoms).run(fmax=1e-6)
+
+
+def test_state_can_not_be_set_from_outside(solver):
+    window = solver(make_atoms(WALLS[solver])).optimizable
+    with pytest.raises(ValueError, match="from outside"):
+        window.set_x(window.get_x())
+
+
+# What observers, records and the calculator see of a solver
+
+
+def rough_atoms(wall, shape=(14, 14), periodic=False, fixed=True):
+    sphere = RoughSphere(20.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=2))
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, periodic=periodic, fixed=fixed)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
+    return atoms
+
+
+@pytest.mark.parametrize("wall", [None, HardWall()], ids=["soft", "hard"])
+def test_observers_see_the_atoms_where_the_solver_is(wall):
+    atoms = rough_atoms(wall)
+    atoms.positions[-1, 2] -= 0.5
+    optimizer = (HardWallCG if wall else NewtonKrylov)(atoms)
+    seen = []
+    optimizer.attach(lambda: seen.append(atoms.positions[:-1, 2].min()))
+    optimizer.run(fmax=1e-9)
+    assert seen[0] == 0.0
+    assert seen[-1] == pytest.approx(atoms.positions[:-1, 2].min(), abs=1e-6)
+    assert seen[-1] < 0.0
+
+
+@pytest.mark.parametrize("steps", [1, 2, 3])
+def test_an_unconverged_step_of_a_hard_wall_is_recorded_and_marked(steps):
+    atoms = rough_atoms(HardWall(), fixed=False)
+    path = load_path(
+        atoms, loads=[2.0], optimizer=HardWallCG, fmax=1e-9, max_steps=steps
+    )
+    record = next(path)
+    assert not record.converged
+    assert record.normal_force == pytest.approx(2.0)
+    assert record.repulsive_atoms > 0
+
+
+def test_full_contact_of_a_periodic_hard_wall_carries_its_load():
+    rough = SelfAffine(0.02, 0.8, 4.0, 16.0, seed=2, domain=16.0)
+    atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True, fixed=False)
+    atoms.calc = RoughContact(rough, 1.0, HardWall())
+    loads = [1.0, 10.0, 30.0, 100.0]
+    records = list(load_path(atoms, loads=loads, optimizer=HardWallCG, fmax=1e-9))
+    assert [record.normal_force for record in records] == pytest.approx(loads)
+    assert records[-1].repulsive_atoms == 256
+    assert max(record.max_force for record in records) < 1e-9
+
+
+def test_a_hard_answer_carries_a_certificate():
+    atoms = rough_atoms(HardWall(), fixed=False)
+    atoms.calc.set(load=2.0)
+    optimizer = HardWallCG(atoms)
+    with pytest.raises(RuntimeError, match="before the first step"):
+        _ = optimizer.certificate
+    optimizer.run(fmax=1e-9)
+    found = optimizer.certificate
+    assert max(found.gap_in_contact, found.penetration, found.tension) <= 1e-6
+    assert found.load_error < 1e-12
+
+
+def test_a_wall_that_gives_nan_ends_the_run_with_a_message():
+    class Broken(LennardJones93):
+        def evaluate(self, gap):
+            energy, pressure, stiffness = super().evaluate(gap)
+            return energy, np.where(gap < 0.9, np.nan, pressure), stiffness
+
+    whole = LennardJones93.repulsive(1.0, 1.0)
+    atoms = rough_atoms(Broken(**vars(whole)))
+    atoms.positions[-1, 2] -= 1.0
+    optimizer = NewtonKrylov(atoms)
+    assert not optimizer.run(fmax=1e-6, steps=200)
+    assert "not finite" in optimizer.message
+
+
+@pytest.mark.parametrize("index", [-1, 14 * 14])
+def test_the_indenter_may_be_named_from_the_end(index):
+    atoms = rough_atoms(None, periodic=True, fixed=False)
+    atoms.set_constraint(FixAtoms([index]))
+    atoms.positions[-1, 2] -= 0.5
+    height = atoms.positions[-1, 2]
+    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    assert atoms.positions[-1, 2] == height
+
+
+def test_a_spring_beside_the_indenter_is_refused():
+    sphere = RoughSphere(20.0)
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0)
+    atoms.set_constraint(Hookean(a1=len(atoms) - 1, a2=(0.0, 0.0, -1.0), k=1.0, rt=0.0))
+    with pytest.raises(ValueError, match="beside the indenter"):
+        NewtonKrylov(atoms)

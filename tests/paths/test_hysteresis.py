@@ -1,0 +1,562 @@
+"""Adhesion loops: jumps, energy balance, and the smooth sphere against theory.
+
+In units of the contact modulus and the spacing.
+"""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import asdict, fields
+from functools import cache
+from itertools import count
+
+import ase.io.ulm as ulm
+import numpy as np
+import pytest
+from ase.io import read
+from scipy.optimize import brentq
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+from ase_roughcontact.paths.hysteresis import adhesion_loop
+from ase_roughcontact.paths.instabilities import (
+    AdhesionLoop,
+    Jump,
+    low_load_area,
+    zero_load_area,
+)
+from ase_roughcontact.paths.loading import load_path
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.trajectory import count_steps
+from ase_roughcontact.theory import (
+    maugis_dugdale,
+    maugis_dugdale_contact_radius,
+    maugis_dugdale_pull_off_force,
+    maugis_parameter,
+)
+
+ROUGH = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=32.0, seed=3)
+
+
+def sphere_above(radius, work, shape, stiffness=1.0, roughness=None, **options):
+    """Atoms below a sphere of E* = a0 = 1 with a wall of some work of adhesion."""
+    sphere = RoughSphere(radius=radius, roughness=roughness)
+    atoms = substrate("Cu", (shape, shape), sphere, spacing=1.0, **options)
+    wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
+    atoms.calc = RoughContact(sphere, contact_modulus=1.0, interaction=wall)
+    return atoms
+
+
+@cache
+def repulsive():
+    return adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1)
+
+
+@cache
+def sticky(**options):
+    """Loop with a jump on either way: Maugis parameter 0.7."""
+    options = {"step": 0.25, "tolerance": 3e-3, **options}
+    return adhesion_loop(sphere_above(50.0, 0.05, 40), 1.2, **options)
+
+
+@cache
+def stiff():
+    """Loop of a solid that hardly gives way: Maugis parameter 0.16."""
+    return adhesion_loop(sphere_above(50.0, 0.005, 30, stiffness=0.1), 0.4, 0.1)
+
+
+@cache
+def rough():
+    atoms = sphere_above(50.0, 0.05, 36, roughness=ROUGH)
+    return adhesion_loop(atoms, 1.2, 0.25, tolerance=3e-3)
+
+
+def both_ways(loop):
+    return (*loop.approach, *loop.retraction)
+
+
+def jumps(loop):
+    return (*loop.approach_jumps, *loop.retraction_jumps)
+
+
+def forces_at(heights, records):
+    """Normal forces between the states of one way."""
+    records = sorted(records, key=lambda record: record.height)
+    known = [record.height for record in records]
+    return np.interp(heights, known, [record.normal_force for record in records])
+
+
+def record(height, force, area=0.0):
+    """A state of which nothing else counts."""
+    values = {field.name: 0 for field in fields(LoadStep)}
+    return LoadStep(
+        **{**values, "height": height, "normal_force": force, "contact_area": area}
+    )
+
+
+# Without adhesion
+
+
+def test_a_wall_that_only_repels_makes_no_jumps():
+    assert jumps(repulsive()) == ()
+    assert repulsive().jump_in is None
+    assert repulsive().jump_out is None
+
+
+def test_a_wall_that_only_repels_gives_back_all_work():
+    loop = repulsive()
+    stored = loop.approach[-1].energy
+    assert stored > 0.1
+    assert abs(loop.dissipated_energy) < 2e-3 * stored
+
+
+def test_a_wall_that_only_repels_takes_one_way_down_and_up():
+    loop = repulsive()
+    down = forces_at([r.height for r in loop.retraction], loop.approach)
+    up = [r.normal_force for r in loop.retraction]
+    np.testing.assert_allclose(down, up, atol=3e-3 * max(up))
+
+
+def test_a_wall_that_only_repels_needs_no_force_to_part():
+    loop = repulsive()
+    assert loop.pull_off_force == 0.0
+    assert zero_load_area(loop.approach) == zero_load_area(loop.retraction) == 0.0
+
+
+def test_a_hard_wall_is_followed_too():
+    atoms = sphere_above(20.0, 0.0, 8)
+    atoms.calc.set(interaction=HardWall())
+    loop = adhesion_loop(atoms, 0.2, 0.1, tolerance=0.02)
+    assert jumps(loop) == ()
+    assert loop.approach[-1].normal_force > 0.0
+
+
+# Jumps
+
+
+def test_a_soft_sticky_sphere_jumps_in_and_out():
+    loop = sticky()
+    assert len(loop.approach_jumps) == len(loop.retraction_jumps) == 1
+    assert loop.jump_in < loop.jump_out
+
+
+def test_jump_in_raises_the_pull_and_jump_out_ends_it():
+    jump_in, jump_out = jumps(sticky())
+    assert jump_in.after.normal_force < 10.0 * jump_in.before.normal_force < 0.0
+    assert jump_out.before.normal_force < 0.0 == jump_out.after.normal_force
+
+
+def test_of_many_jumps_the_first_down_and_the_last_up_are_jump_in_and_jump_out():
+    down = [Jump(record(h, -1.0), record(h - 0.5, -2.0)) for h in (5.0, 4.0, 3.0)]
+    up = [Jump(record(h, -2.0), record(h + 0.5, -1.0)) for h in (3.0, 4.0, 6.0)]
+    loop = AdhesionLoop((), (), tuple(down), tuple(up))
+    assert loop.jump_in == pytest.approx(4.75)
+    assert loop.jump_out == pytest.approx(6.25)
+
+
+def test_a_jump_is_bracketed_by_a_smallest_step():
+    for jump in jumps(sticky()):
+        assert abs(jump.after.height - jump.before.height) <= 0.25 / 256
+
+
+def test_a_smaller_smallest_step_brackets_the_same_jumps():
+    for wide, fine in zip(
+        jumps(sticky(smallest_step=0.02)), jumps(sticky()), strict=True
+    ):
+        ends = sorted([wide.before.height, wide.after.height])
+        assert ends[0] - 1e-3 <= fine.height <= ends[1] + 1e-3
+        assert ends[1] - ends[0] <= 0.02
+
+
+def test_the_path_begins_out_of_reach_and_ends_out_of_contact():
+    loop = sticky()
+    for end in (loop.approach[0], loop.retraction[-1]):
+        assert end.normal_force == end.repulsive_atoms == end.attractive_atoms == 0
+    assert loop.approach[-1] is loop.retraction[0]
+    assert loop.approach[-1].penetration == pytest.approx(1.2)
+
+
+def test_heights_fall_and_rise_by_no_more_than_a_step():
+    loop = sticky()
+    down = np.diff([r.height for r in loop.approach])
+    up = np.diff([r.height for r in loop.retraction])
+    assert down.max() < 0.0 < up.min()
+    assert max(-down.min(), up.max()) <= 0.25 * (1 + 1e-12)
+
+
+def test_every_state_is_relaxed():
+    assert all(record.converged for record in both_ways(sticky()))
+
+
+def test_states_are_numbered_in_order():
+    loop = sticky()
+    numbers = [r.step for r in (*loop.approach, *loop.retraction[1:])]
+    assert numbers == list(range(len(numbers)))
+
+
+# Energy
+
+
+def test_along_a_way_without_jumps_the_force_is_the_slope_of_the_energy():
+    loop = stiff()
+    for way in (loop.approach, loop.retraction):
+        heights, energies, forces = np.transpose(
+            [(r.height, r.energy, r.normal_force) for r in way]
+        )
+        slopes = -np.diff(energies) / np.diff(heights)
+        middle = 0.5 * (forces[1:] + forces[:-1])
+        np.testing.assert_allclose(slopes, middle, atol=2e-3 * abs(forces).max())
+
+
+@pytest.mark.parametrize("loop", [sticky, rough])
+def test_the_area_of_the_loop_is_the_energy_lost_in_jumps(loop):
+    assert loop().dissipated_energy > 0.1
+    lost = loop().energy_lost_in_jumps
+    assert loop().dissipated_energy == pytest.approx(lost, rel=0.02)
+
+
+@pytest.mark.parametrize("loop", [sticky, rough])
+def test_every_jump_loses_energy(loop):
+    assert jumps(loop())
+    assert all(jump.dissipated_energy > 0.0 for jump in jumps(loop()))
+
+
+def test_a_solid_that_hardly_gives_way_shows_no_hysteresis():
+    loop = stiff()
+    assert jumps(loop) == ()
+    deepest_well = -min(record.energy for record in loop.approach)
+    assert abs(loop.dissipated_energy) < 5e-3 * deepest_well
+
+
+# How far the result depends on how it is obtained
+
+
+@pytest.mark.parametrize(
+    "options", [{"step": 0.125}, {"tolerance": 1e-3}, {"accuracy": "fast"}]
+)
+def test_the_result_does_not_depend_on_how_the_path_is_followed(options):
+    loop, other = sticky(), sticky(**options)
+    assert other.pull_off_force == pytest.approx(loop.pull_off_force, rel=5e-3)
+    assert other.jump_in == pytest.approx(loop.jump_in, abs=2e-3)
+    assert other.jump_out == pytest.approx(loop.jump_out, abs=2e-3)
+    assert len(jumps(other)) == 2
+
+
+def test_windows_that_follow_the_contact_lead_to_the_same_loop():
+    automatic = sticky(window="auto")
+    assert automatic.pull_off_force == pytest.approx(sticky().pull_off_force, rel=1e-3)
+    assert automatic.jump_out == pytest.approx(sticky().jump_out, abs=1e-3)
+
+
+def test_a_step_that_does_not_converge_is_halved():
+    options = {"fmax": 1e-7, "tolerance": 10.0, "smallest_step": 1e-3}
+    whole = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.25, 0.25, **options)
+    limited = adhesion_loop(
+        sphere_above(20.0, 0.0, 12), 0.25, 0.25, max_steps=6, **options
+    )
+    assert max(r.iterations for r in whole.approach) > 6
+    assert max(r.iterations for r in limited.approach) <= 6
+    assert all(r.converged for r in both_ways(limited))
+
+
+def test_a_state_that_does_not_converge_is_marked():
+    atoms = sphere_above(20.0, 0.0, 12)
+    loop = adhesion_loop(
+        atoms, 0.2, 0.1, smallest_step=0.1, fmax=1e-9, max_steps=1, accuracy=1e-6
+    )
+    assert not loop.approach[-1].converged
+
+
+# The smooth sphere against theory
+
+
+def dugdale_parameter(radius, work, stiffness):
+    """Maugis parameter of the Dugdale wall of the same work and the same range."""
+    reach = np.sqrt(12.0 * work / stiffness)
+    return float(maugis_parameter(radius, 1.0, work, work / reach))
+
+
+def reduced_pull_off(loop, radius, work):
+    return loop.pull_off_force / (np.pi * work * radius)
+
+
+def pushed_area(radius, work, stress):
+    """Area under pressure of a Maugis-Dugdale contact at zero force.
+
+    Within the contact, Hertz's pressure less Dugdale's tension, which is known from
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992):
+    p = (2 E*/pi R) sqrt(a^2 - r^2) - (2 s/pi) arctan sqrt((c^2 - a^2)/(a^2 - r^2)).
+    """
+    parameter = float(maugis_parameter(radius, 1.0, work, stress))
+    ratio = brentq(lambda m: maugis_dugdale(m, parameter)[1], 1.0 + 1e-9, 50.0)
+    a = float(maugis_dugdale_contact_radius(0.0, radius, 1.0, work, stress))
+
+    def pressure(r):
+        root = np.sqrt(a**2 - r**2)
+        tension = stress * np.arctan(a * np.sqrt(ratio**2 - 1.0) / root)
+        return 2.0 / np.pi * (root / radius - tension)
+
+    return np.pi * brentq(pressure, 0.0, a * (1.0 - 1e-12)) ** 2
+
+
+@pytest.mark.parametrize(
+    "loop, radius, work, stiffness",
+    [(sticky, 50.0, 0.05, 1.0), (stiff, 50.0, 0.005, 0.1)],
+)
+def test_pull_off_follows_maugis_and_dugdale(loop, radius, work, stiffness):
+    expected = -maugis_dugdale_pull_off_force(
+        dugdale_parameter(radius, work, stiffness)
+    )
+    pull_off = reduced_pull_off(loop(), radius, work)
+    assert pull_off == pytest.approx(expected, rel=0.02)
+
+
+def test_dmt_and_jkr_bound_the_pull_off():
+    assert 1.5 < reduced_pull_off(sticky(), 50.0, 0.05) < 1.65
+    assert 1.88 < reduced_pull_off(stiff(), 50.0, 0.005) < 2.0
+
+
+@pytest.mark.slow  # three loops on up to 110 x 110 atoms
+@pytest.mark.parametrize(
+    "radius, work, stiffness, error",
+    [(100.0, 0.1, 0.5, 0.035), (100.0, 0.2, 1.0, 0.02), (400.0, 0.05, 1.0, 0.02)],
+)
+def test_pull_off_and_area_follow_maugis_and_dugdale(radius, work, stiffness, error):
+    length = np.cbrt(work**2 * radius)
+    atoms = sphere_above(radius, work, 16, stiffness)
+    loop = adhesion_loop(atoms, 3.0 * length, 0.5 * length, window="auto")
+    parameter = dugdale_parameter(radius, work, stiffness)
+    expected = -maugis_dugdale_pull_off_force(parameter)
+    assert reduced_pull_off(loop, radius, work) == pytest.approx(expected, rel=0.02)
+    stress = work / np.sqrt(12.0 * work / stiffness)
+    # atoms count as in contact while they are pushed; a soft wall adds a rim to them
+    expected = pushed_area(radius, work, stress)
+    assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=error)
+    assert zero_load_area(loop.approach) == pytest.approx(expected, rel=error)
+
+
+@pytest.mark.slow  # two hundred states of 56 x 56 atoms
+def test_the_limit_of_dmt_is_reached_from_below():
+    atoms = sphere_above(100.0, 0.005, 56, stiffness=0.01)
+    loop = adhesion_loop(atoms, 1.0, 0.25)
+    assert 1.96 < reduced_pull_off(loop, 100.0, 0.005) < 2.0
+    assert jumps(loop) == ()
+
+
+@pytest.mark.slow  # the contact of JKR is some 200 atoms wide
+def test_the_limit_of_jkr_is_reached_from_above():
+    atoms = sphere_above(1000.0, 0.05, 16)
+    loop = adhesion_loop(
+        atoms, 4.0, 1.0, tolerance=3e-3, accuracy="fast", window="auto"
+    )
+    assert 1.5 < reduced_pull_off(loop, 1000.0, 0.05) < 1.54
+
+
+def same_sphere(spacings):
+    """Pull-off of one continuum problem with so many spacings to the length E*/k."""
+    radius, work = 50.0 * spacings, 0.05 * spacings
+    atoms = sphere_above(radius, work, 16, stiffness=1.0 / spacings)
+    loop = adhesion_loop(atoms, 1.2 * spacings, 0.25 * spacings, window="auto")
+    return reduced_pull_off(loop, radius, work), len(loop.retraction_jumps)
+
+
+@pytest.mark.slow  # the finest of three grids has 70 x 70 atoms
+def test_a_spacing_of_the_modulus_over_the_walls_stiffness_resolves_the_wall():
+    coarse, bulk_matched, fine = map(same_sphere, (0.5, 1.0, 2.0))
+    assert bulk_matched[0] == pytest.approx(fine[0], rel=2e-3)
+    assert bulk_matched[1] == fine[1] == 1
+    assert coarse[0] > 1.05 * fine[0]
+    assert coarse[1] > 1
+
+
+# Areas at low load
+
+
+def test_area_at_zero_load_is_interpolated_where_the_force_vanishes():
+    way = [record(3.0, -1.0, 2.0), record(2.0, -1.0, 10.0), record(1.0, 3.0, 30.0)]
+    assert zero_load_area(way) == zero_load_area(way[::-1]) == pytest.approx(15.0)
+
+
+def test_area_at_zero_load_is_that_of_the_contact_and_not_of_an_earlier_touch():
+    way = [record(h, n, a) for h, n, a in [(4, 1, 9), (3, -1, 5), (2, 0, 7), (1, 2, 8)]]
+    assert zero_load_area(way) == pytest.approx(7.0)
+
+
+@pytest.mark.parametrize("way", [[], [record(1.0, 2.0)], [record(1.0, -2.0)]])
+def test_area_at_zero_load_needs_both_signs_of_the_force(way):
+    with pytest.raises(ValueError, match="states on both sides"):
+        zero_load_area(way)
+
+
+def test_areas_of_adhesive_contacts_at_zero_load_hardly_differ_on_both_ways():
+    down, up = zero_load_area(sticky().approach), zero_load_area(sticky().retraction)
+    assert down > 100.0
+    assert up == pytest.approx(down, rel=0.02)
+
+
+def test_low_load_area_is_the_constant_nearest_on_a_logarithmic_scale():
+    way = [record(0, n, a) for n, a in [(-1, 1), (0.1, 2), (1, 8), (2, 99), (0.5, 0)]]
+    assert low_load_area(way, 1.0) == pytest.approx(4.0)
+
+
+def test_low_load_area_of_a_contact_that_sticks_is_near_that_without_load():
+    way = rough().approach
+    assert low_load_area(way, 1.0) == pytest.approx(zero_load_area(way), rel=0.1)
+
+
+@pytest.mark.parametrize("largest", [0.5, 0.0, -1.0, np.nan])
+def test_low_load_area_needs_states_at_low_loads(largest):
+    with pytest.raises(ValueError, match=r"no state|largest_load"):
+        low_load_area([record(0.0, 1.0, 1.0)], largest)
+
+
+# Files
+
+
+def test_all_states_are_written(tmp_path):
+    table, movie = tmp_path / "loop.csv", tmp_path / "loop.traj"
+    atoms = sphere_above(20.0, 0.0, 8)
+    loop = adhesion_loop(atoms, 0.1, 0.1, csv=table, trajectory=movie)
+    records = [*loop.approach, *loop.retraction[1:]]
+    with open(table, newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert rows == [{k: str(v) for k, v in asdict(r).items()} for r in records]
+    frames = read(movie, ":")
+    assert [frame.info["load_step"] for frame in frames] == list(map(asdict, records))
+    assert [frame.positions[-1, 2] for frame in frames] == [r.height for r in records]
+
+
+# What is left of a loop that is stopped
+
+KILLED = """
+import os, signal, sys
+import ase.io.ulm as ulm
+from ase_roughcontact import LennardJones93, RoughContact, RoughSphere
+from ase_roughcontact import adhesion_loop, substrate
+
+file, part, last = sys.argv[1:]
+left, write = int(last), getattr(ulm.Writer, part)
+
+def counted(*args, **kwargs):
+    global left
+    left -= 1
+    if not left:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return write(*args, **kwargs)
+
+setattr(ulm.Writer, part, counted)
+sphere = RoughSphere(20.0)
+atoms = substrate("Cu", (12, 12), sphere, spacing=1.0)
+atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
+adhesion_loop(atoms, 0.5, 0.1, trajectory=file)
+"""
+
+
+def kept(movie):
+    """Numbers of the states that ASE finds."""
+    return [frame.info["load_step"]["step"] for frame in read(movie, ":")]
+
+
+@pytest.mark.parametrize("part, call", [("fill", 20), ("sync", 5)])
+def test_a_loop_killed_while_it_writes_keeps_the_states_before(tmp_path, part, call):
+    movie = tmp_path / "loop.traj"
+    command = [sys.executable, "-c", KILLED, str(movie), part, str(call)]
+    assert subprocess.run(command).returncode == -signal.SIGKILL
+    steps = kept(movie)
+    assert 3 <= len(steps) == count_steps(movie)
+    assert steps == list(range(len(steps)))
+
+
+@pytest.mark.parametrize("part", ["fill", "write"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
+def test_a_state_whose_writing_is_interrupted_is_as_if_never_begun(
+    tmp_path, monkeypatch, part, error
+):
+    movie, table = tmp_path / "loop.traj", tmp_path / "loop.csv"
+    whole, calls = getattr(ulm.Writer, part), count(1)
+
+    def torn(self, *args, **kwargs):
+        if next(calls) == 24:
+            self.nmissing = 0
+            raise error
+        return whole(self, *args, **kwargs)
+
+    monkeypatch.setattr(ulm.Writer, part, torn)
+    with pytest.raises(error):
+        adhesion_loop(
+            sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie, csv=table
+        )
+    with open(table, newline="") as file:
+        rows = [int(row["step"]) for row in csv.DictReader(file)]
+    assert rows == kept(movie) == list(range(count_steps(movie))) != []
+
+
+def test_a_loop_cut_off_in_its_last_frame_has_the_others(tmp_path):
+    movie = tmp_path / "loop.traj"
+    loop = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
+    os.truncate(movie, movie.stat().st_size - 1)
+    assert count_steps(movie) == len(loop.approach) + len(loop.retraction) - 2
+
+
+def test_a_loop_does_not_write_where_another_run_does(tmp_path):
+    movie = tmp_path / "loop.traj"
+    path = load_path(sphere_above(20.0, 0.0, 12), [0.1, 0.2], trajectory=movie)
+    next(path)
+    with pytest.raises(RuntimeError, match=r"another run is writing .*loop\.traj"):
+        adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
+    assert len(list(path)) == 1 and kept(movie) == [0, 1]
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({"step": 0.0}, "step must be a finite number > 0"),
+        ({"step": np.nan}, "step must be a finite number > 0"),
+        ({"tolerance": -1.0}, "tolerance must be a finite number > 0"),
+        ({"smallest_step": 0.0}, "smallest_step must be a finite number > 0"),
+        ({"smallest_step": 0.2}, "smallest_step must not be larger than step"),
+        ({"deepest": np.inf}, "deepest must be a finite penetration"),
+        ({"deepest": -1.0}, "deepest must be a finite penetration above -0.77"),
+        ({"window": "large"}, "window must be"),
+    ],
+)
+def test_bad_loops_are_refused_before_anything_moves(arguments, message):
+    atoms = sphere_above(50.0, 0.05, 8)
+    positions = atoms.positions.copy()
+    with pytest.raises(ValueError, match=message):
+        adhesion_loop(atoms, **{"deepest": 0.5, "step": 0.1, **arguments})
+    np.testing.assert_array_equal(atoms.positions, positions)
+
+
+def test_an_indenter_that_is_free_or_loaded_is_refused():
+    with pytest.raises(ValueError, match="it is free"):
+        adhesion_loop(sphere_above(50.0, 0.05, 8, fixed=False), 0.5, 0.1)
+    atoms = sphere_above(50.0, 0.05, 8)
+    atoms.calc.set(load=1.0)
+    with pytest.raises(ValueError, match="must have load=0"):
+        adhesion_loop(atoms, 0.5, 0.1)
+
+
+def test_a_wall_without_an_end_is_refused():
+    atoms = sphere_above(50.0, 0.05, 8)
+    wall = LennardJones93.full(1.0, 0.05, cutoff=3.0)
+    object.__setattr__(wall, "cutoff", np.inf)
+    atoms.calc.set(interaction=wall)
+    with pytest.raises(ValueError, match="wall must have a finite cutoff, got inf"):
+        adhesion_loop(atoms, 0.5, 0.1)
+
+
+def test_a_window_that_is_too_small_is_an_error():
+    with pytest.raises(RuntimeError, match="edge of the window"):
+        adhesion_loop(sphere_above(50.0, 0.05, 10), 0.5, 0.2)

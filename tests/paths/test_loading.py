@@ -1,0 +1,571 @@
+"""Load paths: what is recorded, written, marked and resumed."""
+
+import csv
+import os
+import tracemalloc
+from dataclasses import asdict, fields
+from functools import partial
+
+import numpy as np
+import pytest
+from ase.constraints import Hookean
+from ase.io import Trajectory, read
+from ase.optimize import FIRE, LBFGS
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    LoadStep,
+    RoughContact,
+    RoughSphere,
+    substrate,
+)
+from ase_roughcontact.paths.loading import load_path
+from ase_roughcontact.paths.trajectory import count_steps
+
+SPHERE = RoughSphere(radius=10.0)
+DEPTHS = [0.2, 0.4, 0.6]
+FMAX = 1e-5
+
+
+def make_atoms(modulus=1.0, **options):
+    options = {"shape": (12, 10), "height": 1.0, "spacing": 1.0, **options}
+    atoms = substrate("Cu", indenter=SPHERE, **options)
+    atoms.calc = RoughContact(SPHERE, modulus)
+    return atoms
+
+
+def rows_of(path):
+    with open(path, newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def same(records, others, tolerance):
+    """Whether records agree, but for time and effort."""
+    names = ("step", "height", "normal_force", "contact_area", "energy", "converged")
+    return len(records) == len(others) and all(
+        getattr(a, name) == pytest.approx(getattr(b, name), abs=tolerance)
+        for a, b in zip(records, others, strict=True)
+        for name in names
+    )
+
+
+# Paths
+
+
+def test_penetrations_count_from_the_first_contact(periodic):
+    records = list(load_path(make_atoms(periodic=periodic), DEPTHS, fmax=FMAX))
+    assert [record.penetration for record in records] == pytest.approx(DEPTHS)
+    assert [1.0 - record.height for record in records] == pytest.approx(DEPTHS)
+    forces = [record.normal_force for record in records]
+    assert 0.0 < forces[0] < forces[1] < forces[2]
+
+
+def test_heights_are_the_indenters():
+    heights = [0.9, 0.5]
+    records = load_path(make_atoms(), heights=heights, fmax=FMAX)
+    assert [record.height for record in records] == heights
+
+
+def test_loads_are_carried_by_the_wall(periodic):
+    loads = [0.1, 0.5, 1.0]
+    atoms = make_atoms(fixed=False, periodic=periodic, height=0.9)
+    records = list(load_path(atoms, loads=loads, fmax=FMAX))
+    assert [record.normal_force for record in records] == pytest.approx(loads, abs=FMAX)
+
+
+def test_loads_may_start_out_of_contact():
+    atoms = make_atoms(fixed=False, height=1.5)
+    record = next(load_path(atoms, loads=[0.5], fmax=FMAX, max_steps=500))
+    assert record.converged
+    assert record.normal_force == pytest.approx(0.5, abs=FMAX)
+
+
+def test_heights_and_loads_are_two_ways_to_one_state():
+    first = list(load_path(make_atoms(), DEPTHS, fmax=FMAX))[-1]
+    atoms = make_atoms(fixed=False, height=0.9)
+    last = next(load_path(atoms, loads=[first.normal_force], fmax=FMAX))
+    assert last.height == pytest.approx(first.height, abs=1e-4)
+    assert last.contact_area == first.contact_area
+
+
+def test_record_describes_the_atoms():
+    atoms = make_atoms()
+    record = next(load_path(atoms, [0.4], fmax=FMAX))
+    state = atoms.calc.state(atoms)
+    assert record.energy == atoms.get_potential_energy()
+    assert record.normal_force == state.normal_force
+    assert record.contact_area == record.repulsive_atoms == state.repulsive_atoms > 0
+    assert record.attractive_atoms == 0
+    assert record.max_force == np.abs(atoms.get_forces()).max() < FMAX
+    assert record.converged and record.iterations > 0 and record.seconds > 0.0
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, LBFGS, partial(LBFGS, memory=5)])
+def test_any_optimizer_takes_the_same_path(optimizer):
+    records = list(load_path(make_atoms(), DEPTHS, optimizer, fmax=FMAX))
+    assert all(record.converged for record in records)
+    assert same(records, list(load_path(make_atoms(), DEPTHS, fmax=FMAX)), 1e-3)
+
+
+def test_every_step_starts_from_the_last_one():
+    atoms = make_atoms()
+    again = list(load_path(atoms, [0.4, 0.4], fmax=FMAX))[1]
+    assert again.iterations == 0
+
+
+# Files
+
+
+def test_records_are_on_disk_as_they_come(tmp_path):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    path = load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie, csv=table)
+    for count, record in enumerate(path, start=1):
+        rows = rows_of(table)
+        assert len(rows) == len(read(movie, ":")) == count
+        assert rows[-1] == {key: str(value) for key, value in asdict(record).items()}
+    assert list(rows[0]) == [field.name for field in fields(LoadStep)]
+
+
+def test_trajectory_shows_contact_and_tells_the_step(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    records = list(load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie))
+    for frame, record, depth in zip(read(movie, ":"), records, DEPTHS, strict=True):
+        assert np.count_nonzero(frame.get_tags() == 1) == record.repulsive_atoms
+        assert frame.positions[-1, 2] == record.height
+        assert frame.info["load_step"] == asdict(record)
+        assert frame.info["path"]["control"] == "penetrations"
+        assert frame.info["path"]["target"] == depth
+
+
+def test_step_that_does_not_converge_is_marked_and_written(tmp_path):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    path = load_path(
+        make_atoms(), DEPTHS, fmax=1e-9, max_steps=2, trajectory=movie, csv=table
+    )
+    records = list(path)
+    assert [record.converged for record in records] == [False] * 3
+    assert all(record.max_force > 1e-9 for record in records)
+    assert [row["converged"] for row in rows_of(table)] == ["False"] * 3
+    assert not read(movie, -1).info["load_step"]["converged"]
+
+
+# Resuming
+
+
+@pytest.mark.parametrize("done", [0, 1, 2, 3])
+def test_interrupted_path_goes_on_as_if_nothing_had_happened(tmp_path, periodic, done):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    options = {"fmax": FMAX, "trajectory": movie, "csv": table}
+    whole = list(load_path(make_atoms(periodic=periodic), DEPTHS, fmax=FMAX))
+    path = load_path(make_atoms(periodic=periodic), DEPTHS, **options)
+    before = [next(path) for _ in range(done)]
+    path.close()
+
+    resumed = list(
+        load_path(make_atoms(periodic=periodic), DEPTHS, resume=True, **options)
+    )
+    assert resumed[:done] == before
+    assert same(resumed, whole, 3e-4)
+    assert len(read(movie, ":")) == len(rows_of(table)) == 3
+
+
+def test_loads_resume_too(tmp_path):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
+    loads = [0.2, 0.5]
+    path = load_path(make_atoms(fixed=False, height=0.9), loads=loads, **options)
+    next(path)
+    path.close()
+    atoms = make_atoms(fixed=False, height=0.9)
+    records = list(load_path(atoms, loads=loads, resume=True, **options))
+    assert records[1].normal_force == pytest.approx(0.5, abs=FMAX)
+
+
+@pytest.mark.parametrize("size", [0, 10, 32, 56])
+def test_a_file_cut_off_before_a_step_was_finished_is_begun_again(tmp_path, size):
+    movie = tmp_path / "sweep.traj"
+    with Trajectory(movie, "w"):
+        pass
+    os.truncate(movie, size)
+    assert count_steps(movie) == 0
+    path = load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
+    assert len(list(path)) == len(read(movie, ":")) == 3
+
+
+@pytest.mark.parametrize(
+    "other, told",
+    [
+        (
+            {"penetrations": [0.2, 0.5, 0.6]},
+            r"penetrations\[1\] was 0\.4, is 0\.5 \(eV, Å\): .*delete the file",
+        ),
+        ({"penetrations": [0.2]}, "had 2 steps or more, has 1"),
+        ({"heights": [0.8, 0.6]}, "one of penetrations, is of heights"),
+        ({"atoms": make_atoms(modulus=2.0)}, r"contact_modulus was 1\.0, is 2\.0"),
+        (
+            {"atoms": make_atoms(shape=(9, 6))},
+            r"lattice\.window was \[12, 10\], is \[9",
+        ),
+        ({"atoms": make_atoms(periodic=True)}, r"lattice\.periodic was False, is True"),
+        ({"fmax": 1e-6}, "fmax was 1e-05, is 1e-06"),
+        ({"fmax": None}, "fmax was 1e-05, is None; accuracy was None, is 0.0001"),
+    ],
+)
+def test_another_path_is_not_resumed_but_told_what_differs(tmp_path, other, told):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:2], fmax=FMAX, trajectory=movie))
+    written = movie.read_bytes()
+    path = {"atoms": make_atoms(), "fmax": FMAX, **other}
+    if "heights" not in path:
+        path.setdefault("penetrations", DEPTHS)
+    with pytest.raises(ValueError, match=f"can't resume: .*sweep.traj .*: .*{told}"):
+        next(load_path(**path, trajectory=movie, resume=True))
+    assert movie.read_bytes() == written
+
+
+def test_what_differs_deep_in_the_system_is_told_by_name(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
+    atoms = make_atoms()
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
+    atoms.calc = RoughContact(RoughSphere(radius=11.0), 1.0, wall)
+    with pytest.raises(ValueError, match="another path") as refused:
+        load_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
+    for told in (
+        "indenter.radius was 10.0, is 11.0",
+        "interaction.work_of_adhesion was 0.0, is 0.02",
+    ):
+        assert told in str(refused.value)
+
+
+@pytest.mark.parametrize("keep", ["all", "last"])
+def test_a_finished_path_that_got_longer_goes_on_from_its_last_frame(tmp_path, keep):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj", "keep": keep}
+    before = list(load_path(make_atoms(), DEPTHS, **options))
+    longer = [*DEPTHS, 0.8, 1.0]
+    records = list(load_path(make_atoms(), longer, resume=True, **options))
+    kept = before if keep == "all" else before[-1:]
+    assert records[: len(kept)] == kept
+    assert [record.penetration for record in records[-2:]] == pytest.approx([0.8, 1.0])
+    whole = list(load_path(make_atoms(), longer, fmax=FMAX))
+    assert same(records, whole[-len(records) :], 3e-4)
+    assert len(read(tmp_path / "sweep.traj", ":")) == (5 if keep == "all" else 1)
+
+
+def test_a_path_is_the_same_but_for_the_rounding_of_its_targets(tmp_path):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
+    short, long = np.geomspace(0.1, 0.4, 3), np.geomspace(0.1, 1.6, 5)[:4]
+    long[:3] *= 1.0 + 2e-16
+    assert (long[:3] != short).any()
+    before = list(load_path(make_atoms(), short, **options))
+    assert list(load_path(make_atoms(), long, resume=True, **options))[:3] == before
+
+
+def test_a_target_near_zero_is_the_same_but_for_rounding(tmp_path):
+    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
+    short, long = np.linspace(-0.5, 0.5, 11), np.linspace(-0.5, 0.7, 13)
+    assert short[5] == 0.0 != long[5]
+    before = list(load_path(make_atoms(), short, **options))
+    assert list(load_path(make_atoms(), long, resume=True, **options))[:11] == before
+
+
+def test_another_light_load_on_a_path_to_heavy_ones_is_another_path(tmp_path):
+    options = {"trajectory": tmp_path / "sweep.traj", "max_steps": 1}
+    list(load_path(make_atoms(fixed=False), loads=[1e-14, 1e-12, 1e3], **options))
+    with pytest.raises(ValueError, match=r"loads\[0\] was 1e-14, is 2e-14"):
+        atoms = make_atoms(fixed=False)
+        load_path(atoms, loads=[2e-14, 1e-12, 1e3], resume=True, **options)
+
+
+def test_memory_of_going_on_does_not_grow_with_the_frames(tmp_path):
+    movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
+    frames, peaks = (10, 110), []
+    heights = np.full(max(frames), 3.0)  # out of reach: nothing to relax
+    for count in frames:
+        atoms = partial(make_atoms, shape=(32, 32))
+        options = {"trajectory": movie, "csv": table, "resume": True}
+        list(load_path(atoms(), heights=heights[:count], **options))
+        again = load_path(atoms(), heights=heights[:count], **options)
+        tracemalloc.start()
+        assert sum(1 for _ in again) == count
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    frame = movie.stat().st_size / max(frames)
+    assert (peaks[1] - peaks[0]) / (frames[1] - frames[0]) < 0.1 * frame
+
+
+@pytest.mark.parametrize("lost", [1, 20, 300])
+def test_the_end_of_the_table_of_frames_may_be_cut_off(tmp_path, lost):
+    options = {"trajectory": tmp_path / "sweep.traj", "resume": True}
+    heights = np.linspace(3.0, 2.0, 50)  # out of reach: the atoms lie flat
+    list(load_path(make_atoms(), heights=heights[:2], **options))
+    size = options["trajectory"].stat().st_size
+    os.truncate(options["trajectory"], size - lost)
+    list(load_path(make_atoms(), heights=heights, **options))
+    first, *others = read(options["trajectory"], ":")
+    assert len(others) == 49
+    for frame, height in zip(others, heights[1:], strict=True):
+        assert frame.positions[-1, 2] == height
+        frame.positions[-1] = first.positions[-1]
+        for name, values in first.arrays.items():
+            np.testing.assert_array_equal(frame.arrays[name], values)
+
+
+def test_steps_are_counted_without_a_torn_one(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    assert count_steps(movie) == 0
+    list(load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie))
+    assert count_steps(movie) == 3
+    os.truncate(movie, movie.stat().st_size - 1)
+    assert count_steps(movie) == 2
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({}, "exactly one of .* got none"),
+        ({"penetrations": [0.2], "loads": [0.1]}, "exactly one of .*penetrations, lo"),
+        ({"penetrations": []}, "penetrations must be a sequence of finite numbers"),
+        ({"heights": [0.9, np.nan]}, "heights must be a sequence of finite numbers"),
+        ({"heights": [[0.9]]}, "heights must be a sequence of finite numbers"),
+        ({"heights": [10**400]}, "heights must be a sequence of finite numbers"),
+        ({"heights": ["high"]}, "heights must be a sequence of finite numbers"),
+        ({"loads": [0.1]}, "free to move.*fixed=False"),
+        ({"penetrations": [0.2], "fmax": 0.0}, "fmax must be a finite number > 0"),
+        ({"penetrations": [0.2], "max_steps": 0}, "max_steps"),
+        ({"penetrations": [0.2], "max_steps": 2.5}, "max_steps"),
+    ],
+)
+def test_bad_paths_are_refused_before_anything_happens(tmp_path, arguments, message):
+    atoms, movie = make_atoms(), tmp_path / "sweep.traj"
+    positions = atoms.positions.copy()
+    with pytest.raises(ValueError, match=message):
+        load_path(atoms, trajectory=movie, **arguments)
+    np.testing.assert_array_equal(atoms.positions, positions)
+    assert not movie.exists()
+
+
+@pytest.mark.parametrize("control", ["penetrations", "heights"])
+def test_free_indenter_is_refused_where_it_must_be_fixed(control):
+    with pytest.raises(ValueError, match=r"it is free.*FixAtoms"):
+        load_path(make_atoms(fixed=False), **{control: [0.2]})
+
+
+def test_atoms_without_the_calculator_are_refused():
+    atoms = make_atoms()
+    atoms.calc = None
+    with pytest.raises(ValueError, match="RoughContact"):
+        load_path(atoms, DEPTHS)
+
+
+def test_file_that_cannot_be_written_costs_no_older_one(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
+    table = tmp_path / "nowhere" / "curve.csv"
+    with pytest.raises(OSError, match="nowhere"):
+        next(load_path(make_atoms(), DEPTHS, trajectory=movie, csv=table))
+    assert len(read(movie, ":")) == 1
+
+
+# The edge of the window
+
+
+def test_contact_at_the_edge_of_a_free_window_is_an_error_with_advice(tmp_path):
+    table = tmp_path / "curve.csv"
+    path = load_path(make_atoms(shape=(6, 6)), [0.1, 1.5], fmax=FMAX, csv=table)
+    with pytest.raises(
+        RuntimeError, match=r"edge of the window of \(6, 6\).* larger shape"
+    ):
+        list(path)
+    assert len(rows_of(table)) == 1
+
+
+def test_contact_at_the_edge_can_be_meant():
+    path = load_path(make_atoms(shape=(6, 6)), [1.5], fmax=FMAX, edge="ignore")
+    assert next(path).converged
+
+
+def test_a_periodic_window_has_no_edge():
+    atoms = make_atoms(shape=(6, 6), periodic=True)
+    assert next(load_path(atoms, [1.5], fmax=FMAX)).converged
+
+
+# What a path can't be resumed with
+
+
+class Dome:
+    """A surface that does not tell what it is."""
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        return (x[:, None] ** 2 + y**2) / 20.0
+
+
+def below_a_dome():
+    atoms = make_atoms()
+    atoms.calc.set(indenter=Dome())
+    return atoms
+
+
+def test_a_surface_that_can_not_be_told_needs_no_trajectory(tmp_path):
+    records = list(load_path(below_a_dome(), DEPTHS, csv=tmp_path / "curve.csv"))
+    assert same(records, list(load_path(make_atoms(), DEPTHS)), 1e-9)
+
+
+def test_a_surface_that_can_not_be_told_is_refused_a_trajectory_at_once(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    with pytest.raises(ValueError, match=r"Dome can't be told: give it .* todict"):
+        load_path(below_a_dome(), DEPTHS, trajectory=movie)
+    assert not movie.exists()
+
+
+def test_another_spring_is_not_resumed(tmp_path):
+    def on_spring(stiffness):
+        atoms = make_atoms(fixed=False)
+        x, y, z = atoms.positions[-1]
+        spring = Hookean(len(atoms) - 1, (x, y, z - 1.0), k=stiffness, rt=0.0)
+        atoms.set_constraint(spring)
+        return atoms
+
+    options = {"loads": [0.1, 0.2], "fmax": FMAX, "trajectory": tmp_path / "tip.traj"}
+    next(load_path(on_spring(1.0), **options))
+    assert next(load_path(on_spring(1.0), resume=True, **options)).step == 0
+    with pytest.raises(ValueError, match=r"springs was .*'k': 1\.0.*is .*'k': 2\.0"):
+        load_path(on_spring(2.0), resume=True, **options)
+
+
+def test_threads_do_not_keep_a_path_from_being_resumed(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
+    atoms = make_atoms()
+    atoms.calc.set(fft={"threads": 2})
+    path = load_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
+    assert len(list(path)) == len(DEPTHS)
+
+
+def test_table_of_a_resumed_path_is_whole_from_the_first_record_on(tmp_path):
+    movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
+    files = {"trajectory": movie, "csv": table}
+    list(load_path(make_atoms(), DEPTHS, fmax=FMAX, **files))
+    next(load_path(make_atoms(), DEPTHS, fmax=FMAX, resume=True, **files))
+    assert len(rows_of(table)) == len(DEPTHS)
+
+
+def test_keeping_the_last_frame_is_enough_to_go_on(tmp_path):
+    movie = tmp_path / "last.traj"
+    options = {"fmax": 1e-9, "trajectory": movie, "keep": "last"}
+    whole = list(load_path(make_atoms(), DEPTHS, fmax=1e-9))
+    path = load_path(make_atoms(), DEPTHS, **options)
+    next(path), next(path)
+    path.close()
+    rest = list(load_path(make_atoms(), DEPTHS, resume=True, **options))
+    assert [record.step for record in rest] == list(range(1, len(DEPTHS)))
+    assert same(rest, whole[1:], 1e-6)
+    with Trajectory(movie) as frames:
+        assert len(frames) == 1
+
+
+@pytest.mark.parametrize("keep", ["all", "last"])
+def test_a_second_writer_is_sent_away_and_the_first_one_goes_on(tmp_path, keep):
+    options = {"trajectory": tmp_path / "sweep.traj", "keep": keep}
+    first = load_path(make_atoms(), DEPTHS, **options)
+    record = next(first)
+    for resume in (False, True):
+        with pytest.raises(RuntimeError, match=r"another run is writing .*sweep\.traj"):
+            next(load_path(make_atoms(), DEPTHS, resume=resume, **options))
+    assert read(options["trajectory"]).info["load_step"] == asdict(record)
+    assert len(list(first)) == 2
+    assert read(options["trajectory"]).info["load_step"]["step"] == 2
+
+
+def test_nothing_stays_beside_the_last_frame(tmp_path):
+    list(load_path(make_atoms(), DEPTHS, trajectory=tmp_path / "a.traj", keep="last"))
+    assert [path.name for path in tmp_path.iterdir()] == ["a.traj"]
+
+
+def test_a_lock_that_its_owner_has_removed_is_none(tmp_path, monkeypatch):
+    fcntl = pytest.importorskip("fcntl")
+    options = {"trajectory": tmp_path / "a.traj", "keep": "last"}
+    lock, held = fcntl.flock, tmp_path / "a.traj.lock"
+
+    def late(*arguments):
+        held.unlink()  # after it was opened
+        lock(*arguments)
+
+    monkeypatch.setattr(fcntl, "flock", late)
+    with pytest.raises(RuntimeError, match="another run is writing"):
+        next(load_path(make_atoms(), DEPTHS, **options))
+
+
+def test_a_last_frame_that_another_run_has_replaced_is_not_gone_on_from(tmp_path):
+    options = {"trajectory": tmp_path / "a.traj", "keep": "last", "resume": True}
+    next(load_path(make_atoms(), DEPTHS, **options))
+    late = load_path(make_atoms(), DEPTHS, **options)  # has read it
+    assert len(list(load_path(make_atoms(), DEPTHS, **options))) == len(DEPTHS)
+    with pytest.raises(RuntimeError, match="another run has written"):
+        next(late)
+
+
+@pytest.mark.parametrize("lost", [0, 1, 500], ids=["whole", "torn", "no row"])
+def test_table_keeps_the_steps_whose_frames_are_not_kept(tmp_path, lost):
+    table = tmp_path / "curve.csv"
+    options = {"trajectory": tmp_path / "last.traj", "csv": table, "keep": "last"}
+    before = list(load_path(make_atoms(), DEPTHS, **options))
+    rows = rows_of(table)
+    last = len(table.read_bytes().splitlines(True)[-1])
+    os.truncate(table, table.stat().st_size - min(lost, last))
+    longer = [*DEPTHS, 0.8]
+    records = list(load_path(make_atoms(), longer, resume=True, **options))
+    assert records[0] == before[-1]
+    assert rows_of(table)[:3] == rows
+    assert [int(row["step"]) for row in rows_of(table)] == [0, 1, 2, 3]
+
+
+def test_a_table_that_is_not_there_is_begun_with_its_head(tmp_path):
+    options = {"trajectory": tmp_path / "last.traj", "keep": "last"}
+    list(load_path(make_atoms(), DEPTHS, **options))
+    table = tmp_path / "curve.csv"
+    list(load_path(make_atoms(), DEPTHS, csv=table, resume=True, **options))
+    assert [row["step"] for row in rows_of(table)] == ["2"]
+
+
+def test_the_optimizer_is_chosen_by_the_wall():
+    atoms = make_atoms()
+    atoms.calc.set(interaction=HardWall())
+    record = next(load_path(atoms, DEPTHS[-1:]))
+    assert record.converged
+    assert 0.0 < record.gap_error < 1e-6 * atoms.calc.layout(atoms).spacing
+
+
+@pytest.mark.parametrize("load", [1e-9, 1e-3, 1.0])
+def test_an_accuracy_is_relative_to_the_force_on_an_atom_in_contact(load):
+    atoms = make_atoms(fixed=False)
+    record = next(load_path(atoms, loads=[load], accuracy=1e-3))
+    mean = record.normal_force / record.repulsive_atoms
+    assert record.max_force <= record.tolerance <= 1e-3 * mean
+
+
+def test_a_record_tells_how_it_was_obtained():
+    atoms = make_atoms()
+    record = next(load_path(atoms, DEPTHS[:1], fmax=FMAX))
+    shapes = atoms.calc.contact(atoms).halfspace
+    assert record.window == "x".join(map(str, shapes.shape))
+    assert record.grid == "x".join(map(str, shapes.grid))
+    assert (record.precision, record.tolerance) == ("float64", FMAX)
+    assert record.pairs >= record.iterations > 0
+
+
+def test_a_step_that_did_not_converge_says_why():
+    record = next(load_path(make_atoms(), DEPTHS[-1:], LBFGS, fmax=FMAX, max_steps=2))
+    assert not record.converged
+    assert record.message == "not converged after 2 steps"
+
+
+def test_no_load_on_a_sticky_indenter_is_carried():
+    atoms = make_atoms(fixed=False)
+    atoms.calc.set(interaction=LennardJones93.adhesive(1.0, 1.0, 0.02))
+    (record,) = load_path(atoms, loads=[0.0], window="auto")
+    assert record.converged and record.repulsive_atoms > 0

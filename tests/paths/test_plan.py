@@ -1,0 +1,175 @@
+"""Plans: what a path will take, told before anything is calculated."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.windows.memory import available_memory, check_memory, memory_of
+
+ROUGH = RoughSphere(300.0, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1, domain=512.0))
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
+}
+
+
+def make_atoms(sphere=ROUGH, wall="hard", shape=(8, 8), **options):
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, **options)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+    return atoms
+
+
+def points(text):
+    return int(np.prod([int(n) for n in text.split("x")]))
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_planned_windows_are_about_those_of_the_run(wall):
+    loads = [1e-3, 1.0, 100.0]
+    atoms = make_atoms(wall=wall, fixed=False)
+    plan = plan_path(atoms, "loads", loads, "auto")
+    records = list(load_path(atoms, loads=loads, window="auto"))
+    # adhesion alone makes a contact under the lighter loads
+    first = 2 if wall == "adhesive" else 1
+    for step, record in zip(plan.steps[first:], records[first:], strict=True):
+        assert 0.4 < points(step.window) / points(record.window) < 2.5
+    assert plan.fits and plan.seconds > 0.0
+
+
+@pytest.mark.parametrize("control", ["penetrations", "heights"])
+def test_windows_at_given_heights_are_planned_exactly(control):
+    atoms = make_atoms()
+    first = plan_path(atoms, "penetrations", [0.0], "auto")
+    assert points(first.steps[0].window) <= 64
+    record = next(load_path(atoms, [2.0], window="auto"))
+    target = 2.0 if control == "penetrations" else record.height
+    (step,) = plan_path(make_atoms(), control, [target], "auto").steps
+    assert (step.window, step.grid) == (record.window, record.grid)
+
+
+def test_planning_leaves_the_atoms_as_they_are():
+    atoms = make_atoms(fixed=False)
+    before = atoms.copy()
+    plan_path(atoms, "loads", [1.0], "auto")
+    assert atoms == before
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_fixed_window_is_planned_as_it_is(periodic):
+    atoms = make_atoms(shape=(20, 30), periodic=periodic)
+    (step,) = plan_path(atoms, "penetrations", [0.3], "fixed").steps
+    record = next(load_path(atoms, [0.3], edge="ignore"))
+    assert (step.window, step.grid) == (record.window, record.grid)
+
+
+def test_larger_windows_take_more_time_and_memory():
+    atoms = make_atoms(RoughSphere(1e4), fixed=False)
+    plan = plan_path(atoms, "loads", [1e2, 1e4, 1e6], "auto")
+    for name in ("memory", "seconds"):
+        values = [getattr(step, name) for step in plan.steps]
+        assert values == sorted(values) and values[-1] > 10 * values[0]
+    assert plan.memory == plan.steps[-1].memory
+
+
+def test_plan_tells_what_is_left_out_and_why():
+    hard = plan_path(make_atoms(), "heights", [0.0], "auto").left_out
+    assert any("can't touch" in text for text in hard)
+    sticky = plan_path(make_atoms(wall="adhesive"), "heights", [1.0], "auto").left_out
+    assert any("grown until none is missed" in text for text in sticky)
+    assert any("beyond a gap of 1.346" in text for text in sticky)
+    periodic = make_atoms(shape=(16, 16), periodic=True)
+    told = plan_path(periodic, "heights", [0.0], "fixed").left_out
+    assert any("repeats along x and y" in text for text in told)
+
+
+def test_a_step_beyond_the_roughness_tells_so_and_the_others_are_planned():
+    plan = plan_path(make_atoms(), "heights", [0.0, -300.0], "auto")
+    assert [bool(step.window) for step in plan.steps] == [True, False]
+    assert "surface is known only up to" in plan.steps[1].problem
+    assert plan.fits and not plan.runs
+    text = plan.table("height (Å)", 1.0)
+    assert "CAN'T RUN: atoms up to" in text
+    assert "stops at the first of them, after 1." in text
+
+
+@pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])
+def test_a_fixed_window_that_the_contact_outgrows_is_told(control):
+    sphere = RoughSphere(300.0)  # contact radius 30 at a depth of 3
+    loads = control == "loads"
+    targets = {
+        "penetrations": [0.1, 3.0],
+        "heights": [-0.1, -3.0],
+        "loads": [1.0, 4.0 / 3.0 * 30.0**3 / 300.0],
+    }[control]
+    atoms = make_atoms(sphere, shape=(40, 44), fixed=not loads)
+    plan = plan_path(atoms, control, targets, "fixed")
+    assert plan.steps[0].problem == ""
+    assert "60 atoms wide, the window has 40x44" in plan.steps[1].problem
+    path = load_path(atoms, **{control: targets})
+    assert next(path).converged
+    with pytest.raises(RuntimeError, match="edge of the window"):
+        next(path)
+
+
+def test_a_fixed_window_beside_the_first_contact_is_told():
+    plan = plan_path(make_atoms(shape=(8, 8)), "penetrations", [0.1], "fixed")
+    assert "lowest outside of the window of 8x8 atoms" in plan.left_out[-1]
+
+
+def test_a_periodic_window_is_never_too_small():
+    atoms = make_atoms(RoughSphere(300.0), shape=(8, 8), periodic=True)
+    assert plan_path(atoms, "heights", [-3.0], "fixed").runs
+
+
+@pytest.mark.parametrize("words", [("load", "auto"), ("loads", "automatic")])
+def test_words_that_are_not_known_are_refused(words):
+    control, window = words
+    with pytest.raises(ValueError, match=r"must be .* got '(load|automatic)'"):
+        plan_path(make_atoms(fixed=False), control, [1.0], window)
+
+
+def test_plan_as_text_has_a_line_for_every_step():
+    scene = Scene.default()
+    text = scene.plan().table("load (nN)", 1.0)
+    assert len(text.splitlines()) > len(scene.steps) + 3
+    assert "In all about" in text and "Left out:" in text
+
+
+# Memory
+
+
+def test_memory_grows_with_the_window_and_its_margin():
+    small, large = memory_of((100, 100)), memory_of((1000, 1000))
+    assert small < large < memory_of((1000, 1000), margin=True)
+    assert memory_of((2000, 1)) < memory_of((1000, 1000))
+
+
+def test_machine_tells_its_memory():
+    assert 1e8 < available_memory() < 1e14
+
+
+def test_window_that_does_not_fit_is_refused_with_the_numbers():
+    with pytest.raises(MemoryError, match=r"1000000 x 1000000 atoms .* 4e\+05 GB"):
+        check_memory((10**6, 10**6))
+
+
+def test_path_that_outgrows_the_memory_stops_before_it_does(monkeypatch):
+    monkeypatch.setattr(
+        "ase_roughcontact.windows.memory.available_memory", lambda: 138e6
+    )
+    atoms = make_atoms(fixed=False)
+    path = load_path(atoms, loads=[1e-3, 1e3], window="auto")
+    assert next(path).converged
+    with pytest.raises(MemoryError, match=r"only 0\.138 GB are free"):
+        next(path)

@@ -1,0 +1,271 @@
+"""Figures: what is drawn, in which units, into the axes that are given."""
+
+import numpy as np
+import pytest
+from ase.units import GPa, J, m
+
+mpl = pytest.importorskip("matplotlib")
+mpl.use("Agg")
+
+from matplotlib.colors import to_rgb  # noqa: E402
+from matplotlib.figure import Figure  # noqa: E402
+from scipy.integrate import trapezoid  # noqa: E402
+
+from ase_roughcontact import (  # noqa: E402
+    HardWall,
+    HardWallCG,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    adhesion_loop,
+    plot,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.analysis.contact_map import ContactMap  # noqa: E402
+from ase_roughcontact.theory import (  # noqa: E402
+    hertz_contact_radius,
+    hertz_pressure,
+    jkr_pull_off_force,
+)
+
+NANONEWTON = 1e-9 * J / m
+RADIUS, MODULUS, SPACING = 400.0, 0.9, 2.5
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=4)
+
+
+@pytest.fixture
+def axes():
+    return Figure().subplots()
+
+
+@pytest.fixture(scope="module")
+def sphere_contact():
+    """Smooth sphere on a hard wall."""
+    sphere = RoughSphere(RADIUS)
+    atoms = substrate("Cu", (24, 24), sphere, spacing=SPACING, height=-1.0)
+    atoms.calc = RoughContact(sphere, MODULUS, HardWall())
+    HardWallCG(atoms, logfile=None).run(fmax=1e-7)
+    return atoms
+
+
+@pytest.fixture(scope="module")
+def loop():
+    sphere = RoughSphere(30.0)
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    return adhesion_loop(atoms, 0.5, 0.2, window="auto", tolerance=0.01)
+
+
+def line(axes, label):
+    """Coordinates of a line by its label."""
+    (found,) = [each for each in axes.lines if each.get_label() == label]
+    return found.get_data()
+
+
+def everything(figure, sphere_contact, loop):
+    """All kinds of axes, drawn."""
+    axes = iter(figure.add_subplot(2, 4, i) for i in range(1, 8))
+    load = np.geomspace(1, 10, 4)
+    plot.plot_curve(next(axes), load, load, 2 * load, 1.1 * load)
+    plot.plot_contact(next(axes), snapshot(sphere_contact), 20.0)
+    plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
+    plot.plot_loop(next(axes), loop, {"JKR": 1.0})
+    plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=-2.0)
+    plot.plot_spectrum(next(axes), ROUGH.heights((64, 64), 2.0), 2.0, ROUGH)
+    plot.plot_convergence(next(axes), {"one": ([1, 2], [1.0, 0.1])})
+
+
+def test_all_axes_tell_quantity_and_unit(sphere_contact, loop):
+    figure = Figure()
+    everything(figure, sphere_contact, loop)
+    assert len(figure.axes) == 7
+    for axes in figure.axes:
+        for text in (axes.get_xlabel(), axes.get_ylabel()):
+            assert text.endswith(")") or text in (
+                r"contact area $A/A_\mathrm{Hertz}$",
+                "steps of the optimizer",
+            )
+
+
+def test_curve_is_the_area_relative_to_hertz(axes):
+    load, area = np.array([1.0, 10.0]), np.array([2.0, 6.0])
+    assert plot.plot_curve(axes, load, area, 2 * area, area) is axes
+    x, y = line(axes, "simulation")
+    np.testing.assert_array_equal(x, load)
+    np.testing.assert_array_equal(y, 0.5)
+
+
+def test_curve_shows_other_laws_and_leaves_out_a_prediction_that_is_none(axes):
+    load = np.array([1.0, 10.0])
+    plot.plot_curve(axes, load, load, load, laws={"JKR": (load, [3.0, 2.0])})
+    np.testing.assert_array_equal(line(axes, "JKR")[1], [3.0, 2.0])
+    labels = [each.get_label() for each in axes.lines]
+    assert "Eq. (4)" not in labels
+
+
+def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
+    force = np.array([0.0, -2.0, 3.0]) * NANONEWTON
+    laws = {"JKR": ([0.0, 1.0], [-NANONEWTON, 500.0 * NANONEWTON])}
+    assert (
+        plot.plot_force(axes, [-1.0, 0.0, 1.0], force, laws, -4.0 * NANONEWTON) is axes
+    )
+    np.testing.assert_allclose(line(axes, "simulation")[1], [0.0, -2.0, 3.0])
+    np.testing.assert_allclose(line(axes, "JKR")[1], [-1.0, 500.0])
+    np.testing.assert_allclose(line(axes, "pull-off, theory")[1], -4.0)
+    assert axes.get_yscale() == "linear"
+    low, high = axes.get_ylim()
+    assert -5.0 < low < -4.0 and 3.0 < high < 4.0
+
+
+def test_steps_that_did_not_converge_are_crossed_and_no_line_leads_to_them(axes):
+    force = np.array([5.0, 9.0, -1.0, -2.0]) * NANONEWTON
+    ok = [True, False, True, True]
+    plot.plot_force(axes, [2.0, -9.0, 1.0, 0.0], force, converged=ok)
+    np.testing.assert_allclose(line(axes, "not converged"), [[-9.0], [9.0]])
+    np.testing.assert_allclose(line(axes, "simulation")[1], [5.0, np.nan, -1.0, -2.0])
+
+
+def test_an_area_that_did_not_converge_is_crossed(axes):
+    load = np.array([1.0, 2.0, 3.0])
+    plot.plot_curve(axes, load, load, load, converged=[True, False, True])
+    assert list(line(axes, "simulation")[0]) == [1.0, 3.0]
+    assert list(line(axes, "not converged")[0]) == [2.0]
+    assert line(axes, "not converged")[1] == [1.0]
+
+
+def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes, loop):
+    sphere = RoughSphere(30.0)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    plot.plot_contact(axes, snapshot(atoms))
+    state = atoms.calc.state(atoms)
+    grey = axes.images[1].get_array()
+    assert grey.count() == state.attractive_atoms > 0
+
+
+def test_a_path_in_and_out_is_drawn_as_two(axes):
+    plot.plot_force(axes, [0.0, 1.0, 0.0, -1.0], [0.0, 5.0, -1.0, 0.0])
+    assert list(line(axes, "approach")[0]) == [0.0, 1.0]
+    assert list(line(axes, "retraction")[0]) == [1.0, 0.0, -1.0]
+
+
+def test_contact_map_shows_pressures_of_contacts_in_place(axes, sphere_contact):
+    frame, state = snapshot(sphere_contact), sphere_contact.calc.state(sphere_contact)
+    image = plot.plot_contact(axes, frame, 20.0, first_contact_radius=15.0)
+    assert image.axes is axes
+    shown = np.asarray(image.get_array().filled(np.nan)).T
+    np.testing.assert_array_equal(~np.isnan(shown), state.contact)
+    inside = state.contact
+    np.testing.assert_allclose(shown[inside], state.pressure[inside] / GPa)
+    left, right, bottom, top = image.get_extent()
+    # the axis is in the middle of atom 12, of 24 atoms 2.5 Å apart
+    assert (left, right) == pytest.approx((-3.125, 2.875))
+    assert (bottom, top) == pytest.approx((-3.125, 2.875))
+
+
+def test_circles_of_hertz_and_of_first_contact_have_their_radii(axes, sphere_contact):
+    frame = snapshot(sphere_contact)
+    plot.plot_contact(axes, frame, 20.0, first_contact_radius=50.0)
+    hertz, first = (np.hypot(*each.get_data()) for each in axes.lines)
+    np.testing.assert_allclose(hertz, 2.0)  # nm
+    np.testing.assert_allclose(first, 5.0)
+    assert axes.get_xlim()[1] > 5.0
+    assert axes.lines[0].get_linestyle() != axes.lines[1].get_linestyle()
+    _, labels = axes.get_legend_handles_labels()
+    assert labels == ["smooth sphere (Hertz)", "first contact $a'$"]
+
+
+def test_pressure_of_a_smooth_sphere_lies_on_hertz_s(axes, sphere_contact):
+    seen = ContactMap.from_atoms(sphere_contact)
+    a = float(hertz_contact_radius(seen.normal_force, RADIUS, MODULUS))
+    assert plot.plot_pressure(axes, seen, a) is axes
+    r, hertz = line(axes, "smooth sphere (Hertz)")
+    expected = hertz_pressure(10 * r[:-1], a, RADIUS, MODULUS)
+    np.testing.assert_allclose(hertz[:-1] * GPa, expected, rtol=1e-6)
+    r, found = line(axes, "atoms in contact")
+    within = r < 0.8 * a / 10
+    assert within.sum() > 4
+    np.testing.assert_allclose(
+        found[within], np.interp(r[within], *line(axes, "smooth sphere (Hertz)")),
+        rtol=0.02,
+    )  # fmt: skip
+
+
+def test_loop_shows_both_ways_jumps_and_theory(axes, loop):
+    theory = float(jkr_pull_off_force(30.0, 0.05))
+    assert plot.plot_loop(axes, loop, {"JKR": theory}) is axes
+    _, force = line(axes, "retraction")
+    assert -force.min() * NANONEWTON == pytest.approx(loop.pull_off_force)
+    assert line(axes, "JKR")[1][0] * NANONEWTON == pytest.approx(theory)
+    assert force.min() * NANONEWTON == pytest.approx(theory, rel=0.35)  # towards DMT
+    jumps = len(loop.approach_jumps) + len(loop.retraction_jumps)
+    assert len(axes.texts) == jumps == 2
+
+
+def test_spectrum_lies_on_the_law_of_the_surface(axes):
+    heights = ROUGH.heights((128, 128), 1.0)
+    assert plot.plot_spectrum(axes, heights, 1.0, ROUGH) is axes
+    q, density = line(axes, "measured")
+    ends, law = line(axes, "$q^{-2(1+H)}$")
+    assert ends[[0, -1]] == pytest.approx([20 * np.pi / 32, 20 * np.pi / 4])
+    inside = (q > 1.5 * ends[0]) & (q < 0.9 * ends[-1])
+    expected = np.exp(np.interp(np.log(q[inside]), np.log(ends), np.log(law)))
+    # phases are random, amplitudes are not: what is left is that q is on a lattice
+    np.testing.assert_allclose(density[inside], expected, rtol=0.05)
+
+
+def test_law_with_roll_off_has_the_rms_slope_of_the_surface(axes):
+    rough = SelfAffine(0.1, 0.7, 4.0, 16.0, longest_wavelength=64.0)
+    plot.plot_spectrum(axes, rough.heights((64, 64), 2.0), 2.0, rough)
+    ends, law = line(axes, "$q^{-2(1+H)}$")
+    assert law[0] == law[1]
+    q = np.geomspace(ends[0], ends[-1], 20001)
+    density = np.exp(np.interp(np.log(q), np.log(ends), np.log(law)))
+    square = trapezoid(q**3 * density, q) / (2 * np.pi)
+    assert np.sqrt(square) == pytest.approx(0.1, rel=1e-3)
+
+
+def test_convergence_leaves_errors_of_zero_out(axes):
+    curves = {"a": ([1, 2, 3], [1.0, -0.1, 0.0]), "b": ([1, 5], [1.0, 1e-3])}
+    assert plot.plot_convergence(axes, curves, "atoms", "error (%)") is axes
+    assert [each.tolist() for each in line(axes, "a")] == [[1, 2], [1.0, 0.1]]
+    assert axes.get_yscale() == "log"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("atoms", "error (%)")
+
+
+def test_convergence_refuses_lists_of_different_lengths(axes):
+    with pytest.raises(ValueError, match=r"b: .*one length"):
+        plot.plot_convergence(axes, {"b": ([1, 2], [1.0])})
+
+
+def test_style_holds_within_its_context_only(sphere_contact, loop, tmp_path):
+    before = mpl.rcParams["font.size"]
+    with plot.style():
+        figure = Figure()
+        assert figure.get_size_inches()[0] == pytest.approx(86 / 25.4, abs=0.02)
+        assert mpl.rcParams["font.size"] == 8
+        figure = Figure(figsize=(6.8, 5.2))
+        everything(figure, sphere_contact, loop)
+        figure.savefig(tmp_path / "figure.pdf")
+        figure.savefig(tmp_path / "figure.png")
+    assert mpl.rcParams["font.size"] == before
+    assert (tmp_path / "figure.pdf").stat().st_size > 10_000
+
+
+# Maps of linear sRGB, after Viénot, Brettel and Mollon (1999).
+DICHROMACY = {
+    "protanopia": [[0.112, 0.888, 0], [0.112, 0.888, 0], [0.004, -0.004, 1]],
+    "deuteranopia": [[0.293, 0.707, 0], [0.293, 0.707, 0], [-0.022, 0.022, 1]],
+}
+
+
+@pytest.mark.parametrize("kind", DICHROMACY)
+def test_colours_are_told_apart_without_red_or_green(kind):
+    linear = np.array([to_rgb(colour) for colour in plot.COLOURS]) ** 2.2
+    seen = np.clip(linear @ np.transpose(DICHROMACY[kind]), 0, 1) ** (1 / 2.2)
+    apart = np.linalg.norm(seen[:, None] - seen, axis=-1)
+    assert apart[np.triu_indices(len(seen), 1)].min() > 0.1

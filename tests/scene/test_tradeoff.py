@@ -1,0 +1,176 @@
+"""The study of a user's own scene, and what it recommends."""
+
+import re
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from ase_roughcontact._util.kernels import threads
+from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.tradeoff import study as study_module
+from ase_roughcontact.scene.tradeoff import tradeoff
+
+TEXT = """
+[substrate]
+contact_modulus = 100.0
+shape = [36, 36]
+[sphere]
+radius = 60.0
+[roughness]
+long_wavelength = 16.0
+domain = 128.0
+[path]
+control = "penetration"
+values = [0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1]
+[solver]
+optimizer = "FIRE2"
+fmax = 1e-3
+"""
+AUTO = TEXT.replace("shape = [36, 36]", "").partition("[solver]")[0]
+FULL = AUTO + '[interaction]\nkind = "full"\nwork_of_adhesion = 0.1\n'
+
+
+@cache
+def studied(text=TEXT, error=1e-2, **options):
+    with threads(1):
+        return tradeoff(Scene.parse(text), error, **options)
+
+
+def test_the_scene_as_it_is_comes_first():
+    assert studied().trials[0].choice.optimizer == "FIRE2"
+    assert studied().trials[0].choice.fmax == 1e-3
+
+
+def test_the_first_step_the_middle_one_and_the_last_are_tried_each_after_another():
+    assert studied().steps == ("0.3 Å", "0.9 Å", "1.2 Å", "1.8 Å", "2.1 Å")
+
+
+def test_a_single_step_is_enough_to_try():
+    assert studied(steps=1).steps == ("0.3 Å",)
+
+
+def test_steps_that_would_take_too_long_are_left_out():
+    study = studied(seconds=1e-9)
+    assert study.steps == ("0.3 Å",)
+    assert study.left_out == 6
+    assert "6 slow steps not tried" in str(study)
+
+
+def test_the_recommended_setting_keeps_to_the_error_and_is_the_cheapest_that_does():
+    study = studied()
+    assert study.best.error + study.reference_error < study.wanted
+    better = [t for t in study.trials if t.error <= study.best.error]
+    assert study.best.work == min(t.work for t in better)
+    assert study.best.work < study.trials[0].work
+
+
+def test_the_recommendation_is_a_piece_of_a_scene_that_does_what_was_promised():
+    study = studied()
+    advice = str(study).partition("write:")[2]
+    scene = Scene.parse(TEXT.partition("[solver]")[0] + advice)
+    wanted = replace(scene, solver=replace(scene.solver, accuracy=1e-9))
+    with threads(1):
+        for record, truth in zip(scene.relax(), wanted.relax(), strict=True):
+            assert record.normal_force == pytest.approx(truth.normal_force, rel=1e-2)
+
+
+def test_the_reference_is_far_better_than_what_is_judged_by_it():
+    study = studied()
+    assert study.reference_error < 1e-3 * study.wanted
+    errors = [t.error for t in study.trials if t.choice.accuracy == 1e-6]
+    assert study.reference_error < min(errors) < 1e-6
+
+
+def stuck(monkeypatch, left):
+    """Let references get stuck at some part of their tolerance."""
+    relaxed = study_module._relaxed
+
+    def relax(scene, choice, targets):
+        records = relaxed(scene, choice, targets)
+        if choice.accuracy != study_module._REFERENCE:
+            return records
+        force = left * records[0].tolerance
+        lost = {"converged": False, "max_force": force, "message": "stalled"}
+        return [replace(records[0], **lost), *records[1:]]
+
+    monkeypatch.setattr(study_module, "_relaxed", relax)
+
+
+def test_a_reference_that_rounding_stops_is_good_for_errors_far_above_its_own(
+    monkeypatch,
+):
+    stuck(monkeypatch, left=1e3)
+    with threads(1):
+        study = tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
+    assert study.reference_error == pytest.approx(1e3 * study_module._REFERENCE)
+    assert study.best is not None
+
+
+def test_a_reference_that_is_hardly_better_than_the_error_is_refused(monkeypatch):
+    stuck(monkeypatch, left=1e8)
+    with pytest.raises(
+        RuntimeError, match=r"no reference .* stops at 1\.0e-02.*stalled"
+    ):
+        tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
+
+
+def test_an_error_that_no_setting_keeps_to_is_told_with_the_least_one():
+    study = replace(studied(), wanted=1e-30)
+    assert study.best is None
+    last = str(study).splitlines()[-1]
+    assert last.startswith("No setting that was tried is safe for an error of 1e-30")
+    assert "write:" not in str(study)
+
+
+def test_nothing_is_recommended_that_is_not_known_to_keep_to_the_error():
+    study = studied()
+    assert replace(study, reference_error=study.wanted).best is None
+
+
+def test_nothing_is_recommended_that_promises_less_than_is_asked_for():
+    study = studied()
+    best = study.best
+    assert accuracy_of(best.choice.accuracy).error <= study.wanted
+    choice = replace(best.choice, accuracy=2.0 * study.wanted)
+    lucky = replace(best, choice=choice, work=0.5 * best.work)
+    assert replace(study, trials=(*study.trials, lucky)).best is best
+
+
+def test_an_atom_too_many_is_an_error_of_the_area():
+    study = studied()
+    worst = max(study.trials, key=lambda trial: trial.atoms)
+    assert worst.atoms > 0 and worst.area_error > 0.0
+    assert all(t.area_error == 0.0 for t in study.trials if t.atoms == 0)
+
+
+def test_the_columns_are_explained_below_the_table():
+    head, _, told = str(studied()).partition("\n\n")
+    for column in ("error", "atoms", "pairs"):
+        assert column in head.splitlines()[0]
+        assert column in told.splitlines()[0].lower()
+
+
+def test_the_cutoff_of_a_full_wall_is_tried_and_recommended():
+    study = studied(FULL, 1e-1, steps=1)
+    errors = {
+        t.choice.cutoff: t.force_error
+        for t in study.trials
+        if t.choice.accuracy == 1e-6
+    }
+    assert min(errors[3.0], errors[5.0]) > errors[10.0] > errors[20.0]
+    cutoff = re.search(r"\[interaction\]\ncutoff = (.*)", str(study))
+    assert float(cutoff[1]) == study.best.choice.cutoff
+
+
+def test_under_given_loads_the_penetration_is_compared():
+    study = studied(AUTO.replace('"penetration"', '"load"'), steps=1)
+    assert 0.0 < study.best.force_error < 1e-2
+
+
+@pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"seconds": -1.0}])
+def test_numbers_that_make_no_sense_are_refused(given):
+    (name,) = given
+    with pytest.raises(ValueError, match=name):
+        tradeoff(Scene.parse(TEXT), **given)

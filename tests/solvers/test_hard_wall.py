@@ -1,0 +1,613 @@
+"""Hard wall against closed forms, dense solutions and its own conditions."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.optimize import nnls
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.circulant import Circulant
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.solvers import hard_wall as hardwall
+from ase_roughcontact.solvers.hard_wall import certificate, iterate
+from ase_roughcontact.topography import RoughSphere, SelfAffine
+
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3)
+
+
+def contact_of(heights, *, periodic=False, spacing=1.0, contact_modulus=1.0):
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    halfspace = kind(heights.shape, spacing, contact_modulus)
+    return Contact(halfspace, heights, HardWall())
+
+
+def centred(shape, spacing=1.0):
+    return tuple(-spacing * (n // 2) for n in shape)
+
+
+def sphere(n, radius, spacing=1.0):
+    shape = (n, n)
+    return RoughSphere(radius).heights(shape, spacing, centred(shape, spacing))
+
+
+def rough_sphere(shape, radius=200.0, roughness=ROUGH):
+    return RoughSphere(radius, roughness).heights(shape, 1.0, centred(shape))
+
+
+def weight(load):
+    return lambda height: (load * height, -load)
+
+
+def steps(contact, load=None, height=0.0, start=None, tolerance=1e-6):
+    external = None if load is None else weight(load)
+    return list(
+        iterate(
+            contact, height=height, external=external, start=start, tolerance=tolerance
+        )
+    )
+
+
+def solve(contact, load=None, height=0.0, start=None, tolerance=1e-6):
+    last = steps(contact, load, height, start, tolerance)[-1]
+    assert last.converged, last.message
+    return last
+
+
+def force(contact, state):
+    return contact.halfspace.cell_area * state.pressure.sum()
+
+
+def assert_holds(contact, state, load=None, gap=1e-6):
+    proof = certificate(contact, state.pressure, state.height, load)
+    assert proof.gap_in_contact <= gap * contact.halfspace.spacing
+    assert proof.penetration <= gap * contact.halfspace.spacing
+    assert proof.tension == 0.0
+    if load is not None:
+        assert proof.load_error <= 1e-12 * load
+
+
+# Hertz
+
+
+@pytest.fixture(scope="module")
+def hertz():
+    """A sphere whose contact radius is 38.4 atoms."""
+    n, radius = 128, 512.0
+    a = 0.3 * n
+    contact = contact_of(sphere(n, radius))
+    return contact, solve(contact, 4 * a**3 / (3 * radius)), a, radius
+
+
+def test_hertz_depth(hertz):
+    _, state, a, radius = hertz
+    assert_allclose(-state.height, a**2 / radius, rtol=2e-4)
+
+
+def test_hertz_force(hertz):
+    contact, _, a, radius = hertz
+    again = solve(contact, height=-(a**2) / radius)
+    assert_allclose(force(contact, again), 4 * a**3 / (3 * radius), rtol=3e-4)
+
+
+def test_hertz_pressure(hertz):
+    contact, state, a, radius = hertz
+    r = np.sqrt(2 * radius * contact.heights)
+    inside = r < 0.9 * a
+    hemisphere = 2 * a / (np.pi * radius) * np.sqrt(1 - (r[inside] / a) ** 2)
+    assert_allclose(state.pressure[inside], hemisphere, rtol=0.01)
+
+
+def test_hertz_area(hertz):
+    _, state, a, _ = hertz
+    assert_allclose((state.pressure > 0).sum(), np.pi * a**2, rtol=0.02)
+
+
+def test_hertz_energy(hertz):
+    contact, state, a, radius = hertz
+    elastic = 8 * a**5 / (15 * radius**2)
+    load = force(contact, state)
+    assert_allclose(state.energy - load * state.height, elastic, rtol=1e-3)
+
+
+def test_error_of_the_force_falls_with_the_spacing():
+    radius, a = 8.0, 0.6
+    errors = []
+    for n in (8, 32, 128):
+        contact = contact_of(sphere(n, radius, 2.0 / n), spacing=2.0 / n)
+        state = solve(contact, height=-(a**2) / radius)
+        errors.append(abs(force(contact, state) * 3 * radius / (4 * a**3) - 1))
+    assert errors[2] < errors[1] / 10 < errors[0] / 100
+
+
+# Dense solutions
+
+
+def dense_compliance(halfspace):
+    n, m = halfspace.shape
+    units = np.eye(n * m).reshape(n * m, n, m)
+    return -np.array([halfspace.displacement(unit).ravel() for unit in units])
+
+
+@pytest.fixture(scope="module")
+def dense():
+    """A small rough contact, and its solution by non-negative least squares."""
+    heights = 2 * rough_sphere((14, 12), 40.0)
+    height = -heights.min() - 0.8
+    contact = contact_of(heights)
+    factor = np.linalg.cholesky(dense_compliance(contact.halfspace))
+    target = np.linalg.solve(factor, -(heights + height).ravel())
+    pressure, _ = nnls(factor.T, target)
+    return contact, height, pressure.reshape(heights.shape)
+
+
+def test_pressure_at_a_height_is_that_of_non_negative_least_squares(dense):
+    contact, height, pressure = dense
+    state = solve(contact, height=height, tolerance=1e-10)
+    assert 5 < np.count_nonzero(pressure) < pressure.size
+    assert_allclose(state.pressure, pressure, atol=1e-9)
+
+
+def test_pressure_under_a_load_is_that_of_non_negative_least_squares(dense):
+    contact, _, pressure = dense
+    state = solve(contact, pressure.sum(), tolerance=1e-10)
+    assert_allclose(state.pressure, pressure, atol=1e-9)
+
+
+def test_height_under_a_load_is_the_one_that_gives_it(dense):
+    contact, height, pressure = dense
+    state = solve(contact, pressure.sum(), tolerance=1e-10)
+    assert_allclose(state.height, height, atol=1e-9)
+
+
+def test_periodic_solution_is_that_of_non_negative_least_squares():
+    heights = ROUGH.heights((12, 10), 1.0)
+    contact = contact_of(heights, periodic=True)
+    state = solve(contact, 3.0, tolerance=1e-10)
+    # at the height found, a small mean compliance only shifts the height
+    matrix = dense_compliance(contact.halfspace) + 1.0
+    factor = np.linalg.cholesky(matrix)
+    shifted = -(heights + state.height).ravel() + 3.0
+    pressure, _ = nnls(factor.T, np.linalg.solve(factor, shifted))
+    assert 5 < np.count_nonzero(pressure) < pressure.size
+    assert_allclose(state.pressure.ravel(), pressure, atol=1e-9)
+
+
+# Westergaard: a wavy surface, z = amplitude (1 + cos(2 pi x/wavelength))
+
+
+@pytest.mark.parametrize("share", [0.25, 0.5, 0.75])
+def test_westergaard_load_of_a_contact_width(share):
+    n, amplitude = 512, 1.0
+    wave = amplitude * np.cos(2 * np.pi * np.arange(n) / n)
+    full = np.pi * amplitude / n
+    contact = contact_of(wave[:, None] * np.ones(4), periodic=True)
+    state = solve(contact, full * np.sin(np.pi * share / 2) ** 2 * 4 * n)
+    assert_allclose((state.pressure > 0).mean(), share, atol=1.5 / n)
+
+
+def test_westergaard_pressure():
+    n, amplitude, share = 512, 1.0, 0.5
+    psi = 2 * np.pi * np.arange(n) / n
+    full = np.pi * amplitude / n
+    mean = full * np.sin(np.pi * share / 2) ** 2
+    contact = contact_of(amplitude * np.cos(psi)[:, None] * np.ones(4), periodic=True)
+    state = solve(contact, mean * 4 * n)
+    half = (psi - np.pi) / 2
+    inside = np.abs(half) < 0.9 * np.pi * share / 2
+    root = np.sqrt(np.sin(np.pi * share / 2) ** 2 - np.sin(half[inside]) ** 2)
+    assert_allclose(
+        state.pressure[inside, 0], 2 * full * np.cos(half[inside]) * root, rtol=0.01
+    )
+
+
+def test_full_contact_of_a_wave_carries_the_wave_on_the_mean():
+    n, amplitude = 32, 0.5
+    wave = amplitude * np.cos(2 * np.pi * np.arange(n) / n)[:, None] * np.ones(n)
+    full = np.pi * amplitude / n
+    contact = contact_of(wave, periodic=True)
+    state = solve(contact, 1.5 * full * n * n, tolerance=1e-10)
+    assert_allclose(state.pressure, 1.5 * full - full * wave / amplitude, atol=1e-9)
+
+
+# Control and starts
+
+
+@pytest.fixture(scope="module")
+def rough():
+    """A rough sphere that is solved on two coarser grids first."""
+    contact = contact_of(rough_sphere((128, 128)))
+    return contact, 60.0, solve(contact, 60.0, tolerance=1e-8)
+
+
+def assert_same(state, other, atol=1e-6):
+    assert_allclose(state.pressure, other.pressure, atol=atol)
+    assert_allclose(state.height, other.height, atol=atol)
+
+
+def test_result_fulfils_the_conditions_of_contact(rough):
+    contact, load, _ = rough
+    assert_holds(contact, solve(contact, load), load)
+
+
+def test_height_and_load_control_agree(rough):
+    contact, load, state = rough
+    again = solve(contact, height=state.height, tolerance=1e-8)
+    assert_same(again, state)
+    assert_allclose(force(contact, again), load, rtol=1e-6)
+
+
+def test_cold_start_without_coarser_grids_agrees(rough, monkeypatch):
+    contact, load, state = rough
+    monkeypatch.setattr(hardwall, "can_coarsen", lambda _: False)
+    assert_same(solve(contact, load, tolerance=1e-8), state)
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.05, 3.0])
+def test_warm_start_from_another_load_agrees(rough, factor):
+    contact, load, state = rough
+    other = solve(contact, factor * load)
+    again = solve(contact, load, other.height, other.pressure, 1e-8)
+    assert_same(again, state)
+
+
+def test_start_from_the_solution_has_nothing_to_do(rough):
+    contact, load, state = rough
+    assert len(steps(contact, load, state.height, state.pressure, 1e-6)) == 1
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+def test_start_from_the_displacement_has_nothing_to_do(periodic):
+    contact = contact_of(rough_sphere((40, 32)), periodic=periodic)
+    state = solve(contact, 5.0, tolerance=1e-8)
+    moved = contact.halfspace.surroundings(state.pressure)
+    start = contact.halfspace.elastic_pressure(moved)[:40, :32]
+    again = steps(contact, 5.0, state.height, start, 1e-6)
+    assert len(again) == 1
+    assert again[0].converged
+
+
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("shape", [(1, 1), (33, 4), (40, 40)])
+def test_start_that_is_much_too_large_is_allowed(shape, periodic, rng):
+    contact = contact_of(rng.standard_normal(shape), periodic=periodic)
+    height = -contact.heights.mean() + 0.02
+    start = 1e3 * (1.0 + rng.random(shape))
+    assert_holds(contact, solve(contact, height=height, start=start))
+
+
+def test_start_with_tension_is_allowed(rough, rng):
+    contact, load, state = rough
+    start = rng.standard_normal(state.pressure.shape)
+    assert_same(solve(contact, load, start=start, tolerance=1e-8), state)
+
+
+def test_height_to_start_from_does_not_matter(rough):
+    contact, load, state = rough
+    for height in (-1e3, 1e3):
+        again = solve(contact, load, height, state.pressure * 0.9, 1e-8)
+        assert_same(again, state)
+
+
+def test_cropped_window_gives_what_the_whole_one_does(rough, monkeypatch):
+    contact, _, _ = rough
+    cropped = solve(contact, 1.0, tolerance=1e-8)
+    monkeypatch.setattr(hardwall, "_WORTH", 0.0)
+    entire = solve(contact, 1.0, tolerance=1e-8)
+    assert_same(cropped, entire)
+
+
+def test_cropped_window_is_cheaper(rough, monkeypatch):
+    contact, _, _ = rough
+    cropped = sum(step.pairs for step in steps(contact, 0.01))
+    monkeypatch.setattr(hardwall, "_WORTH", 0.0)
+    entire = sum(step.pairs for step in steps(contact, 0.01))
+    assert cropped < entire / 3
+
+
+def test_window_that_was_cut_too_small_grows(rough):
+    contact, load, state = rough
+    start = np.zeros(state.pressure.shape)
+    start[60:68, 60:68] = 1.0
+    again = solve(contact, load, contact.first_contact, start, 1e-8)
+    assert_same(again, state)
+
+
+def test_complementary_energy_falls_with_every_step(rough):
+    contact, load, _ = rough
+    sunk = contact.halfspace.displacement
+    energies = [
+        (step.pressure * (contact.heights - sunk(step.pressure) / 2)).sum()
+        for step in steps(contact, load, tolerance=1e-8)
+    ]
+    assert len(energies) > 3
+    assert np.all(np.diff(energies) <= 1e-12 * abs(energies[0]))
+
+
+def test_every_step_carries_the_load(rough):
+    contact, load, _ = rough
+    forces = [force(contact, step) for step in steps(contact, load)]
+    assert_allclose(forces, load, rtol=1e-12)
+
+
+def test_only_the_last_step_is_converged(rough):
+    contact, load, _ = rough
+    assert [step.converged for step in steps(contact, load)][:-1].count(True) == 0
+
+
+def test_error_is_the_force_that_closes_the_gap_of_an_atom():
+    contact = contact_of(np.zeros((1, 1)), spacing=2.0, contact_modulus=3.0)
+    first, *_ = steps(contact, height=-0.1)
+    last = solve(contact, height=-0.1)
+    assert_allclose(first.error, force(contact, last), rtol=1e-6)
+
+
+def test_tolerance_is_a_force(rough):
+    contact, load, _ = rough
+    state = solve(contact, load, tolerance=1e-10)
+    assert_holds(contact, state, load, gap=1.2e-10)
+
+
+def test_solver_says_when_rounding_stops_it(rough):
+    contact, load, _ = rough
+    last = steps(contact, load, tolerance=1e-30)[-1]
+    assert not last.converged
+    assert "is left, not" in last.message
+    assert_holds(contact, last, load, gap=1e-12)
+
+
+# Special contacts
+
+
+def test_one_atom_in_contact_carries_the_depth_over_its_compliance():
+    contact = contact_of(sphere(9, 0.1))
+    state = solve(contact, height=-1e-3, tolerance=1e-12)
+    assert np.count_nonzero(state.pressure) == 1
+    depth_per_pressure = 4 * math.log(1 + math.sqrt(2)) / np.pi
+    assert_allclose(state.pressure[4, 4], 1e-3 / depth_per_pressure, rtol=1e-8)
+
+
+def test_no_contact_above_the_highest_peak():
+    contact = contact_of(rough_sphere((20, 20)))
+    state = solve(contact, height=contact.first_contact + 0.1)
+    assert not state.pressure.any()
+    assert state.energy == state.error == 0.0
+
+
+def test_no_load_is_carried_at_first_touch():
+    contact = contact_of(rough_sphere((20, 20)))
+    state = solve(contact, 0.0)
+    assert state.height == contact.first_contact
+    assert not state.pressure.any()
+
+
+def test_flat_punch_sinks_in_alike_everywhere():
+    contact = contact_of(np.zeros((16, 16)))
+    state = solve(contact, 10.0, tolerance=1e-9)
+    sunk = contact.halfspace.displacement(state.pressure)
+    assert_allclose(sunk, state.height, atol=1e-8)
+    assert state.pressure.argmax() in (0, 15, 240, 255)
+
+
+def test_stiffness_of_a_square_punch():
+    # 2 E* a 1.1523, a half of the side; within half an atom of the edge
+    n = 64
+    state = solve(contact_of(np.zeros((n, n))), 1.0)
+    assert_allclose(-1 / state.height, 2 * 1.1523 * n / 2, rtol=0.01)
+
+
+SHAPES = [(1, 1), (1, 40), (40, 1), (2, 2), (13, 29), (30, 17), (5, 64), (97, 97)]
+shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[0]}x{s[1]}")
+
+
+@shapes
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+def test_window_of_any_shape(shape, periodic, rng):
+    contact = contact_of(rng.standard_normal(shape), periodic=periodic)
+    load = 0.1 * contact.heights.size
+    assert_holds(contact, solve(contact, load), load)
+
+
+@pytest.mark.parametrize("load", [1e-30, 1e-12, 1e-3, 1.0, 1e3, 1e6])
+def test_load_of_any_size(rough, load):
+    contact, _, _ = rough
+    assert_holds(contact, solve(contact, load), load)
+
+
+def test_roughness_of_single_atoms():
+    heights = np.random.default_rng(0).standard_normal((64, 64))
+    contact = contact_of(heights)
+    assert_holds(contact, solve(contact, 100.0), 100.0)
+
+
+@pytest.mark.parametrize("pressure", [1e-5, 1e-2, 0.5])
+def test_periodic_rough_surface(pressure):
+    contact = contact_of(ROUGH.heights((128, 128), 1.0), periodic=True)
+    load = pressure * contact.heights.size
+    assert_holds(contact, solve(contact, load), load)
+
+
+def test_periodic_height_and_load_control_agree():
+    contact = contact_of(ROUGH.heights((64, 64), 1.0), periodic=True)
+    state = solve(contact, 40.0, tolerance=1e-8)
+    again = solve(contact, height=state.height, tolerance=1e-8)
+    assert 0.05 < (state.pressure > 0).mean() < 0.5
+    assert_same(again, state, atol=1e-5)
+
+
+def test_periodic_surface_that_is_pulled_off_lets_go_of_full_contact():
+    contact = contact_of(ROUGH.heights((24, 24), 1.0), periodic=True)
+    full = solve(contact, 4000.0)
+    assert full.pressure.min() > 0.0
+    height = -contact.heights.mean() + 0.1
+    state = solve(contact, height=height, start=full.pressure + 1.0)
+    assert 0 < np.count_nonzero(state.pressure) < state.pressure.size
+    assert_holds(contact, state)
+
+
+def test_hard_wall_is_the_limit_of_stiff_soft_walls(relax):
+    heights = sphere(9, 10.0)
+    hard = solve(contact_of(heights), height=-0.5)
+    errors = []
+    for stiffness in (10.0, 100.0):
+        wall = LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness)
+        soft = Contact(FreeHalfSpace(heights.shape, 1.0, 1.0), heights, wall)
+        height = wall.contact_distance - 0.5
+        found = soft.evaluate(relax(soft, height), height)
+        errors.append(found.normal_force / hard.pressure.sum() - 1)
+    assert abs(errors[1]) < 0.2 * abs(errors[0])
+    assert abs(errors[1]) < 0.02
+
+
+# Cost and units
+
+
+def test_units_change_neither_the_steps_nor_the_result():
+    heights = rough_sphere((80, 80))
+    atoms = contact_of(heights)
+    spacing, modulus = 2.5e-10, 1.1e11
+    metres = contact_of(heights * spacing, spacing=spacing, contact_modulus=modulus)
+    unit = modulus * spacing**2
+    one, other = steps(atoms, 30.0), steps(metres, 30.0 * unit, tolerance=1e-6 * unit)
+    assert len(one) == len(other)
+    assert_allclose(one[-1].pressure, other[-1].pressure / modulus, atol=1e-5)
+    assert_allclose(one[-1].height, other[-1].height / spacing, atol=1e-5)
+
+
+def test_cost_of_a_rough_sphere():
+    n = 256
+    surface = RoughSphere(10.0 * n, SelfAffine(0.1, 0.8, 4.0, 256.0, seed=0))
+    contact = contact_of(surface.heights((n, n), 1.0, centred((n, n))))
+    done = steps(contact, 4 * (0.3 * n) ** 3 / (30 * n))
+    assert len(done) <= 9  # exact convolutions
+    assert sum(step.pairs for step in done) < 27
+
+
+def test_an_exact_model_in_single_precision_is_not_asked_for_more_than_it_tells():
+    rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=0)
+    heights = rough_sphere((60, 60), 1000.0, rough)
+    done = steps(contact_of(heights, periodic=True), 100.0, tolerance=1e-7)
+    assert done[-1].converged
+    assert sum(step.pairs for step in done) < 120  # all of a budget is 600
+
+
+def test_a_gap_that_is_no_number_is_told():
+    contact = contact_of(rough_sphere((40, 40)))
+    displacement = contact.halfspace.displacement
+    contact.halfspace.displacement = lambda pressure: displacement(pressure) * np.nan
+    last = steps(contact, 20.0)[-1]
+    assert not last.converged
+    assert "the gap is not finite" in last.message
+
+
+def test_model_is_the_half_space_but_for_long_waves(rng):
+    halfspace = FreeHalfSpace((32, 32), 1.0, 1.0)
+    noise = rng.standard_normal((32, 32))
+    model = Circulant(halfspace, Box((0, 0), (32, 32)))
+    exact = -halfspace.displacement(noise) / model.local
+    assert np.std(model.compliance(noise) - exact) < 0.1 * np.std(exact)
+
+
+def test_model_of_a_periodic_cell_is_exact(rng):
+    halfspace = PeriodicHalfSpace((12, 15), 2.0, 5.0)
+    noise = rng.standard_normal((12, 15))
+    model = Circulant(halfspace, Box((3, 3), (2, 2)))  # it takes all atoms
+    exact = -halfspace.displacement(noise) / model.local
+    assert_allclose(model.compliance(noise), exact, atol=1e-5)
+
+
+def test_model_stiffness_is_about_the_inverse_on_a_box(rng):
+    model = Circulant(FreeHalfSpace((20, 20), 1.0, 1.0), Box((3, 4), (15, 13)))
+    noise = rng.standard_normal((15, 13))
+    there_and_back = model.stiffness(model.compliance(noise))
+    assert np.corrcoef(there_and_back.ravel(), noise.ravel())[0, 1] > 0.9
+
+
+def test_compliance_of_an_atom_is_that_of_the_half_space():
+    halfspace = FreeHalfSpace((3, 3), 2.0, 5.0)
+    unit = np.zeros((3, 3))
+    unit[1, 1] = 1.0
+    depth = -halfspace.displacement(unit)[1, 1]
+    assert_allclose(halfspace.atom_compliance, depth, rtol=1e-12)
+
+
+def test_compliance_of_an_atom_is_that_of_a_large_periodic_cell():
+    halfspace = PeriodicHalfSpace((512, 512), 2.0, 5.0)
+    unit = np.zeros((512, 512))
+    unit[0, 0] = 1.0
+    depth = -halfspace.displacement(unit)[0, 0]
+    assert_allclose(halfspace.atom_compliance, depth, rtol=0.01)
+
+
+# What is refused
+
+
+@pytest.fixture
+def small():
+    return contact_of(rough_sphere((8, 8)))
+
+
+def first(contact, **changes):
+    args = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-6}
+    return next(iterate(contact, **{**args, **changes}))
+
+
+def test_soft_wall_is_refused(small):
+    soft = Contact(small.halfspace, small.heights, LennardJones93.repulsive(1.0, 1.0))
+    with pytest.raises(ValueError, match="HardWallCG is for the hard wall, got Lenn"):
+        first(soft)
+
+
+def test_load_that_pulls_is_refused(small):
+    with pytest.raises(ValueError, match=r"load must be finite and >= 0, got -2"):
+        first(small, external=weight(-2.0))
+
+
+def test_spring_on_the_indenter_is_refused(small):
+    def spring(height):
+        return 0.5 * height**2, -height
+
+    with pytest.raises(ValueError, match="can't honour a spring on the indenter"):
+        first(small, external=spring)
+
+
+def test_height_that_no_load_reaches_is_refused():
+    contact = contact_of(ROUGH.heights((16, 16), 1.0), periodic=True)
+    with pytest.raises(
+        ValueError, match=r"height must be above .* give a load instead"
+    ):
+        first(contact, height=-contact.heights.mean() - 0.1)
+
+
+@pytest.mark.parametrize(
+    "changes, message",
+    [
+        ({"height": math.nan}, "height must be a finite number, got nan"),
+        ({"tolerance": 0.0}, "tolerance must be a finite number > 0, got 0.0"),
+        ({"start": np.zeros((2, 2))}, r"start must have the shape \(8, 8\)"),
+        ({"start": np.full((8, 8), np.nan)}, "start must be finite"),
+    ],
+)
+def test_bad_input_is_refused(small, changes, message):
+    with pytest.raises(ValueError, match=message):
+        first(small, **changes)
+
+
+def test_certificate_sees_gap_penetration_tension_and_load(small):
+    pressure = np.zeros((8, 8))
+    proof = certificate(small, pressure, small.first_contact - 0.25, load=3.0)
+    assert_allclose([proof.penetration, proof.load_error], [0.25, 3.0])
+    pressure[0, 0], pressure[7, 7] = 1e-3, -2e-3
+    proof = certificate(small, pressure, 10.0)
+    assert proof.tension == 2e-3
+    assert proof.gap_in_contact > 9.0
+
+
+def test_cutting_an_iteration_short_leaves_a_valid_state(rough):
+    contact, load, _ = rough
+    state = steps(contact, load)[1]
+    assert_array_equal(state.pressure >= 0, True)
+    assert_allclose(force(contact, state), load, rtol=1e-12)

@@ -1,0 +1,481 @@
+"""Newton's method for soft walls, against dense linear algebra and scipy."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from ase_roughcontact import RoughSphere, SelfAffine
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.circulant import model_of
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.solvers import newton
+from ase_roughcontact.solvers.coarsening import coarsen
+from ase_roughcontact.solvers.energy import Landscape, Step
+from ase_roughcontact.solvers.gcr import System
+from ase_roughcontact.solvers.newton import iterate
+
+REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
+ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
+TIGHT = 1e-10
+# Flat but for one atom.
+HILL = np.where(np.arange(576) == 300, 0.0, 0.8).reshape(24, 24)
+
+
+def rough_sphere(n, seed=1, slope=0.1):
+    """Heights of a sphere of radius 10 n with random short waves on it."""
+    x = np.arange(n) - n / 2.0 + 0.5
+    q = np.hypot(np.fft.fftfreq(n)[:, None], np.fft.rfftfreq(n)[None, :])
+    power = np.divide(1.0, q, where=q > 0.0, out=np.zeros_like(q)) ** 1.8
+    power[(q > 0.25) | (q < 1.5 / n)] = 0.0
+    phase = np.exp(2j * np.pi * np.random.default_rng(seed).random(q.shape))
+    waves = np.fft.irfft2(power * phase, s=(n, n))
+    gradient = np.hypot(*np.gradient(waves))
+    sphere = (x[:, None] ** 2 + x[None, :] ** 2) / (20.0 * n)
+    return sphere + slope * waves / np.sqrt(np.mean(gradient**2))
+
+
+def scene(n=16, wall=REPULSIVE, *, periodic=False, spacing=1.0, heights=None):
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    modulus = 1.0
+    heights = rough_sphere(n) if heights is None else heights
+    return Contact(kind(heights.shape, spacing, modulus), heights, wall)
+
+
+def constant(load):
+    return lambda height: (load * height, -load)
+
+
+def spring(stiffness, rest):
+    """Spring that holds the indenter at a height, from both sides."""
+    return lambda height: (
+        0.5 * stiffness * (height - rest) ** 2,
+        -stiffness * (height - rest),
+    )
+
+
+def relax(contact, height=0.0, external=None, start=None, tolerance=TIGHT):
+    """All states on the way; the last one must have converged."""
+    states = list(
+        iterate(
+            contact,
+            height=height,
+            external=external,
+            start=start,
+            tolerance=tolerance,
+        )
+    )
+    assert states[-1].converged, states[-1].message
+    return states
+
+
+def wall_pressure(contact, state):
+    gap = state.height + contact.heights
+    gap -= contact.halfspace.displacement(state.pressure)
+    return contact.interaction.evaluate(gap)[1]
+
+
+def normal_force(contact, state):
+    return contact.halfspace.cell_area * wall_pressure(contact, state).sum()
+
+
+def green(contact):
+    """Dense Green's function of the window."""
+    shape = contact.heights.shape
+    units = np.eye(contact.heights.size)
+    columns = [-contact.halfspace.displacement(e.reshape(shape)).ravel() for e in units]
+    return np.array(columns).T
+
+
+def minimum(contact, height):
+    """Energy by scipy in variables that make the elastic part the identity."""
+    G = green(contact)
+    values, modes = np.linalg.eigh((G + G.T) / 2.0)
+    root = modes * np.sqrt(np.maximum(values, 0.0))
+
+    def energy(x):
+        gap = height + contact.heights.ravel() + root @ x
+        energies, pressure, _ = contact.interaction.evaluate(gap)
+        return 0.5 * x @ x + energies.sum(), x - root.T @ pressure
+
+    options = {"ftol": 1e-16, "gtol": 1e-10, "maxiter": 10000, "maxfun": 10000}
+    start = np.zeros(len(G))
+    return minimize(energy, start, jac=True, method="L-BFGS-B", options=options).fun
+
+
+def test_a_dense_newton_step_from_the_solution_goes_nowhere(periodic, wall):
+    contact, load = scene(12, wall, periodic=periodic), 5.0
+    state = relax(contact, 0.0, constant(load))[-1]
+    q, G = state.pressure.ravel(), green(contact)
+    gap = state.height + contact.heights.ravel() + G @ q
+    _, p, D = contact.interaction.evaluate(gap)
+    row = np.append(np.ones(q.size), 0.0)
+    matrix = np.vstack([np.c_[np.eye(q.size) + D[:, None] * G, D], row])
+    step = np.linalg.solve(matrix, -np.append(q - p, q.sum() - load))
+    assert abs(step).max() < 1e-8
+
+
+def test_energy_is_that_of_a_minimiser_that_knows_nothing(periodic, wall):
+    contact = scene(12, wall, periodic=periodic)
+    height = contact.first_contact - 0.7
+    state = relax(contact, height)[-1]
+    assert state.energy == pytest.approx(minimum(contact, height), rel=1e-9)
+
+
+def test_energy_agrees_with_that_of_the_contact(wall):
+    contact = scene(16, wall)
+    state = relax(contact, 0.0)[-1]
+    whole = contact.halfspace.surroundings(state.pressure)
+    reference = contact.evaluate(whole, state.height)
+    assert state.energy == pytest.approx(reference.energy, rel=1e-12)
+    assert abs(reference.forces).max() < 1e-8
+
+
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+def test_load_and_displacement_control_meet(periodic, wall):
+    contact, load = scene(32, wall, periodic=periodic), 30.0
+    loaded = relax(contact, 0.0, constant(load))[-1]
+    held = relax(contact, loaded.height)[-1]
+    assert normal_force(contact, loaded) == pytest.approx(load, rel=1e-10)
+    assert normal_force(contact, held) == pytest.approx(load, rel=1e-7)
+    assert loaded.energy == pytest.approx(held.energy + load * held.height, rel=1e-10)
+
+
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+@pytest.mark.parametrize("height", [0.0, 40.0])
+def test_a_spring_carries_the_normal_force(wall, height):
+    contact = scene(32, wall)
+    start = np.zeros(contact.heights.shape)
+    state = relax(contact, height, spring(0.7, -9.0), start)[-1]
+    force = normal_force(contact, state)
+    assert force == pytest.approx(0.7 * (state.height + 9.0), rel=1e-9)
+    assert force > 1.0
+
+
+def test_a_slack_spring_does_not_pull():
+    def hook(height):  # pulls down only above a height of 5
+        stretch = max(height - 5.0, 0.0)
+        return 0.5 * stretch**2 + 2.0 * height, -stretch - 2.0
+
+    contact = scene(32)
+    state = relax(contact, 20.0, hook)[-1]
+    assert state.height < 5.0
+    assert normal_force(contact, state) == pytest.approx(2.0, rel=1e-9)
+
+
+def test_nested_plain_and_warm_starts_end_alike():
+    contact = scene(64)
+    zero = np.zeros((64, 64))
+    nested = relax(contact, 0.0, constant(100.0))[-1]
+    plain = relax(contact, 30.0, constant(100.0), zero)[-1]
+    other = relax(contact, 0.0, constant(80.0))[-1]
+    warm = relax(contact, other.height, constant(100.0), other.pressure)[-1]
+    for state in (plain, warm):
+        assert abs(state.pressure - nested.pressure).max() < 1e-9
+        assert state.height == pytest.approx(nested.height, abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_cold_start_finds_the_state_of_a_slow_approach(seed):
+    contact, load = scene(heights=rough_sphere(64, seed), wall=ADHESIVE), 10.0
+    height = contact.interaction.cutoff - contact.heights.min()
+    state = relax(contact, height, start=np.zeros((64, 64)), tolerance=1e-3)[-1]
+    while normal_force(contact, state) < load:
+        height -= 0.05
+        state = relax(contact, height, start=state.pressure, tolerance=1e-3)[-1]
+    slow = relax(contact, height, constant(load), state.pressure)[-1]
+    cold = relax(contact, height, constant(load))[-1]
+    assert cold.energy == pytest.approx(slow.energy, rel=1e-11)
+
+
+@pytest.mark.parametrize("periodic", [True, False], ids=["periodic", "free"])
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+@pytest.mark.parametrize("control", ["load", "height"])
+def test_energy_falls_in_every_step(periodic, wall, control, rng):
+    contact = scene(24, wall, periodic=periodic)
+    external = constant(15.0) if control == "load" else None
+    start = rng.normal(size=(24, 24))
+    energies = [s.energy for s in relax(contact, 1.0, external, start, 1e-6)]
+    assert np.diff(energies).max() <= 1e-12 * max(map(abs, energies))
+    assert energies[-1] < energies[0]
+
+
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+def test_forces_fall_to_rounding_in_a_few_more_steps(wall):
+    contact = scene(48, wall)
+    rough = relax(contact, 0.0, constant(50.0), tolerance=1e-4)[-1]
+    fine = relax(contact, rough.height, constant(50.0), rough.pressure, 1e-12)
+    assert fine[-1].error < 1e-12
+    assert len(fine) <= 11
+
+
+def test_a_tolerance_below_rounding_says_so_and_keeps_the_best_state():
+    contact = scene(24)
+    states = list(
+        iterate(
+            contact, height=0.0, external=constant(9.0), start=None, tolerance=1e-18
+        )
+    )
+    assert not states[-1].converged
+    assert "rounding" in states[-1].message
+    assert states[-1].error < 1e-12
+
+
+def test_an_indenter_that_nothing_holds_says_so():
+    contact = scene(16)
+    states = list(
+        iterate(
+            contact, height=9.0, external=constant(-1.0), start=None, tolerance=1e-6
+        )
+    )
+    assert not states[-1].converged
+    assert "nothing holds the indenter" in states[-1].message
+
+
+def test_far_away_nothing_happens(periodic, wall):
+    (state,) = relax(scene(16, wall, periodic=periodic), 50.0)
+    assert state.energy == 0.0
+    assert not state.pressure.any()
+
+
+@pytest.mark.parametrize("height", [60.0, -15.0])
+def test_a_load_is_carried_from_any_height(height, wall):
+    contact = scene(24, wall)
+    start = np.zeros((24, 24))
+    state = relax(contact, height, constant(10.0), start)[-1]
+    assert normal_force(contact, state) == pytest.approx(10.0, rel=1e-10)
+
+
+def test_deep_overlap_relaxes(periodic, wall):
+    contact = scene(24, wall, periodic=periodic)
+    state = relax(contact, -8.0, tolerance=1e-6)[-1]
+    assert abs(wall_pressure(contact, state) - state.pressure).max() < 1e-6
+
+
+def test_a_flat_indenter_presses_a_periodic_surface_evenly(wall):
+    contact = scene(16, wall, periodic=True, heights=np.zeros((16, 16)))
+    state = relax(contact, 0.0, constant(0.02 * 256))[-1]
+    assert state.pressure == pytest.approx(np.full((16, 16), 0.02), rel=1e-9)
+
+
+def test_one_atom_is_a_wall_and_its_own_compliance_in_series():
+    heights = np.full((33, 33), 9.0)
+    heights[16, 16] = 0.0
+    contact = scene(heights=heights)
+    state = relax(contact, 0.0, constant(0.05))[-1]
+    depth = 0.05 * contact.halfspace.atom_compliance
+    gap = np.array([state.height + depth])
+    assert REPULSIVE.evaluate(gap)[1] == pytest.approx(0.05, rel=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [1e-3, 1e-1, 1e1, 1e3])
+def test_soft_and_stiff_walls_relax(stiffness, periodic):
+    wall = LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness)
+    contact = scene(32, wall, periodic=periodic)
+    states = relax(contact, 0.0, constant(20.0), tolerance=1e-6)
+    assert normal_force(contact, states[-1]) == pytest.approx(20.0, rel=1e-6)
+    assert len(states) < 80
+
+
+@pytest.mark.parametrize("stiffness, most", [(1e3, 80), (1e4, 200)])
+def test_stiff_walls_take_few_steps_on_larger_windows(stiffness, most):
+    wall = LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness)
+    states = relax(scene(96, wall), 0.0, constant(540.0), tolerance=1e-6)
+    assert len(states) < most
+
+
+@pytest.mark.parametrize("held", [constant(20.0), spring(3.0, -8.0)])
+def test_an_indenter_out_of_balance_moves_alone_and_without_a_transform(held):
+    contact = scene(32)
+    landscape = Landscape(contact, held)
+    last = relax(contact, 0.0, held)[-1]
+    lift = landscape.lift(last.pressure)
+    state = landscape.state(last.pressure, lift, last.height - 1e-8)
+    pairs = contact.halfspace.pairs
+    assert state.surface_error < 1e-7 < 1e-6 < abs(state.load_residual)
+    balanced = landscape.balanced(state, 1e-7)
+    assert balanced.error < 1e-7
+    assert balanced.height == pytest.approx(last.height, abs=1e-10)
+    assert balanced.pressure is state.pressure
+    assert contact.halfspace.pairs == pairs
+    assert landscape.balanced(balanced, 1e-7) is balanced
+    assert landscape.balanced(state, 1e-9) is state  # the surface is not relaxed to it
+
+
+def out_of_balance(wall, down=1e-8):
+    """A landscape, and its relaxed state with the indenter a little too low."""
+    contact, held = scene(32, wall), constant(20.0)
+    landscape, last = Landscape(contact, held), relax(contact, 0.0, constant(20.0))[-1]
+    lift = landscape.lift(last.pressure)
+    return landscape, landscape.state(last.pressure, lift, last.height - down)
+
+
+def test_under_attraction_no_indenter_moves_alone():
+    landscape, state = out_of_balance(ADHESIVE)
+    assert landscape.balanced(state, 0.9 * abs(state.load_residual)) is state
+
+
+def test_an_indenter_alone_takes_no_step_that_makes_it_worse():
+    landscape, state = out_of_balance(REPULSIVE)
+    soft = replace(state, stiffness=1e-3 * state.stiffness)  # it would go far
+    assert landscape.balanced(soft, 1e-7) is soft
+    open_wall = replace(state, stiffness=0.0 * state.stiffness)
+    assert landscape.balanced(open_wall, 1e-7) is open_wall
+
+
+def test_a_large_contact_does_not_wait_for_its_load(monkeypatch):
+    contact, load = scene(200), constant(2000.0)
+    states = relax(contact, 0.0, load, tolerance=1e-6)
+    assert normal_force(contact, states[-1]) == pytest.approx(2000.0, abs=1e-6)
+    monkeypatch.setattr(Landscape, "balanced", lambda self, state, tolerance: state)
+    waiting = relax(contact, 0.0, load, tolerance=1e-6)
+    assert len(states) <= len(waiting) - 2
+    assert states[-1].height == pytest.approx(waiting[-1].height, rel=1e-8)
+
+
+class Exponential(Interaction):
+    """A wall of a user: repulsive, without contact distance, cut at three decays."""
+
+    contact_distance = 0.0
+    cutoff = 3.0
+    attractive = False
+
+    def evaluate(self, gap):
+        near = gap < self.cutoff
+        e = np.exp(-np.maximum(gap, -2.0)) * near - np.exp(-3.0) * near
+        slope = np.exp(-np.maximum(gap, -2.0)) * near
+        deep = np.minimum(gap + 2.0, 0.0)
+        core = np.exp(2.0)
+        energy = e + np.exp(-3.0) * (gap - 3.0) * near + core * (0.5 * deep**2 - deep)
+        return energy, slope - np.exp(-3.0) * near - core * deep, slope
+
+    def todict(self):
+        return {}
+
+
+def test_any_wall_of_a_user_will_do(periodic):
+    contact = scene(12, Exponential(), periodic=periodic)
+    state = relax(contact, 0.5)[-1]
+    assert state.energy == pytest.approx(minimum(contact, 0.5), rel=1e-9)
+
+
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+def test_the_unit_system_does_not_matter(wall):
+    length, pressure = 2.5e-10, 1e11
+    force = pressure * length**2
+    si = LennardJones93.adhesive(
+        pressure, length, wall.work_of_adhesion * pressure * length
+    )
+    contact = scene(48, wall)
+    halfspace = FreeHalfSpace((48, 48), length, pressure)
+    scaled = Contact(halfspace, contact.heights * length, si)
+    one = relax(contact, 0.0, constant(40.0), tolerance=1e-6)
+    other = relax(
+        scaled, 0.0, lambda z: (40.0 * force * z, -40.0 * force), None, 1e-6 * force
+    )
+    assert len(one) == len(other)
+    assert other[-1].energy == pytest.approx(one[-1].energy * force * length, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("wall", "most"), [(REPULSIVE, 40.0), (ADHESIVE, 150.0)], ids=["rep", "adh"]
+)
+def test_a_cold_start_costs_few_transforms(wall, most):
+    contact = scene(128, wall)
+    states = relax(contact, 0.0, constant(60.0), tolerance=1e-6)
+    assert sum(state.pairs for state in states) < most
+    assert contact.halfspace.window_transform.pairs <= most / 4.0
+
+
+def test_a_warm_start_after_two_percent_more_load_costs_less_than_a_cold_one():
+    contact = scene(128)
+    cold = relax(contact, 0.0, constant(60.0), tolerance=1e-6)
+    last = cold[-1]
+    warm = relax(contact, last.height, constant(61.2), last.pressure, 1e-6)
+    assert sum(s.pairs for s in warm) < sum(s.pairs for s in cold)
+
+
+def test_the_coarse_contact_is_the_same_wall_on_every_other_atom():
+    contact = scene(65)
+    coarse = coarsen(contact)
+    assert coarse.interaction is contact.interaction
+    assert coarse.halfspace.spacing == 2.0
+    assert np.array_equal(coarse.heights, contact.heights[::2, ::2])
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"height": np.nan}, "height must be"),
+        ({"tolerance": 0.0}, "tolerance must be"),
+        ({"start": np.full((8, 8), np.inf)}, "start must be finite"),
+        ({"start": np.zeros((8, 9))}, "shape"),
+    ],
+)
+def test_bad_input_is_refused(change, message):
+    given = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-6}
+    with pytest.raises(ValueError, match=message):
+        next(iterate(scene(8), **{**given, **change}))
+
+
+def test_a_hard_wall_is_refused():
+    contact = scene(8, HardWall())
+    with pytest.raises(ValueError, match="HardWallCG"):
+        next(iterate(contact, height=0.0, external=None, start=None, tolerance=1e-6))
+
+
+def test_a_start_far_from_the_load_costs_no_more_than_none():
+    contact = scene(96)
+    light = relax(contact, 0.0, constant(20.0))[-1]
+    heavy = relax(contact, light.height, constant(60.0), light.pressure)
+    cold = relax(contact, 0.0, constant(60.0))
+    assert sum(state.pairs for state in heavy) <= sum(s.pairs for s in cold) + 1
+    assert heavy[-1].energy == pytest.approx(cold[-1].energy, rel=1e-12)
+
+
+def test_a_threefold_load_converges_from_a_warm_start(monkeypatch):
+    monkeypatch.setattr(newton, "_FAR", np.inf)
+    rough = SelfAffine(0.1, 0.8, 4.0, 512.0, seed=1)
+    heights = RoughSphere(1000.0, rough).heights((480, 480), 1.0, (-240.0, -240.0))
+    contact = scene(480, heights=heights)
+    light = relax(contact, 0.0, constant(1067.0))[-1]
+    heavy = relax(contact, light.height, constant(3373.0), light.pressure)
+    cold = relax(contact, 0.0, constant(3373.0))[-1]
+    assert heavy[-1].energy == pytest.approx(cold.energy, rel=1e-12)
+    assert len(heavy) < 40
+
+
+@pytest.mark.parametrize("work", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_atoms_deep_in_the_core_do_not_stall_those_that_are_attracted(seed, work):
+    rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=seed, domain=512.0)
+    heights = RoughSphere(1000.0, rough).heights((64, 64), 1.0, (-32.0, -32.0))
+    wall = LennardJones93.adhesive(1.0, 1.0, work)
+    contact = scene(heights=heights, wall=wall)
+    states = relax(contact, contact.first_contact - 0.5, tolerance=1e-6)
+    assert abs(wall_pressure(contact, states[-1]) - states[-1].pressure).max() < 1e-6
+    assert len(states) < 50
+
+
+def test_a_loose_solution_leads_downhill_although_one_atom_overlaps_deeply():
+    contact = scene(wall=LennardJones93.adhesive(1.0, 1.0, 0.05), heights=HILL)
+    landscape = Landscape(contact, None)
+    flat = np.zeros(contact.heights.shape)
+    state = landscape.state(flat, flat, 0.6)
+    assert state.stiffness.max() > 300.0 > 1.0 > np.median(abs(state.stiffness))
+    model = model_of(contact.halfspace, Box((0, 0), contact.heights.shape))
+    stiffness = np.maximum(state.stiffness, 0.0)
+    box = state.box.slices
+    system = System(model, state.box, stiffness[box])
+    change = system.solve(system.rows(state.residual[box]), None, 0.1, 40)
+    pressure = np.zeros(contact.heights.shape)
+    pressure[box] = change[:-1].reshape(state.box.shape)
+    slope = landscape.slope(state, Step(pressure, landscape.lift(pressure), 0.0))
+    near = np.flatnonzero(contact.gap(flat, 0.6) < contact.interaction.cutoff)
+    G = green(contact)[np.ix_(near, near)]
+    residual, stiffness = state.residual.flat[near], stiffness.flat[near]
+    best = np.linalg.solve(np.eye(len(G)) + stiffness[:, None] * G, residual)
+    assert slope == pytest.approx(-residual @ G @ best, rel=0.2)

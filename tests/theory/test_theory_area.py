@@ -1,0 +1,207 @@
+"""Contact area over all loads, the energy of flattening, and the flat reference."""
+
+import csv
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ase_roughcontact import SelfAffine, theory
+
+ROOT = Path(__file__).resolve().parents[2]
+E, SLOPE, HURST, SHORT, LONG = 1.0, 0.1, 0.8, 4.0, 512.0
+R = 1e5
+
+
+def hard(load, **options):
+    rough = theory.mean_contact_pressure(SLOPE, E)
+    return theory.predicted_area(load, R, E, rough, **options)
+
+
+def test_area_at_small_load_is_that_of_a_sphere_as_sharp_as_the_first_asperity():
+    rho = theory.asperity_radius(SLOPE, HURST, SHORT)
+    loads = theory.crossover_load(rho, E, SLOPE) * np.array([1e-9, 1e-3, 0.5])
+    first = theory.hertz_contact_area(loads, rho, E)
+    assert_allclose(hard(loads, asperity_radius=rho), first, rtol=1e-12)
+
+
+def test_area_between_asperity_and_sphere_is_load_over_rough_pressure():
+    rho = theory.asperity_radius(SLOPE, HURST, SHORT)
+    ends = theory.crossover_load(np.array([rho, R]), E, SLOPE)
+    middle = np.sqrt(ends.prod())
+    area = hard(middle, asperity_radius=rho)
+    assert_allclose(area, middle / (SLOPE * E / 2), rtol=1e-2)
+
+
+def test_area_at_large_load_is_that_of_hertz():
+    load = 1e3 * theory.crossover_load(R, E, SLOPE)
+    area = hard(load, asperity_radius=20.0)
+    assert_allclose(area, theory.hertz_contact_area(load, R, E), rtol=1e-12)
+
+
+def test_curves_of_asperity_and_flats_meet_at_the_crossover_load_of_the_asperity():
+    rho = 20.0
+    load = theory.crossover_load(rho, E, SLOPE)
+    first = theory.hertz_contact_area(load, rho, E)
+    assert_allclose(hard(load), first, rtol=1e-5)  # f is bent by 3e-6 there
+
+
+def test_area_never_falls_with_the_load():
+    loads = np.geomspace(1e-6, 1e12, 2000)
+    assert np.all(np.diff(hard(loads, asperity_radius=22.0)) > 0)
+
+
+def test_first_asperity_blunter_than_the_sphere_leaves_hertz():
+    area = hard(3.0, asperity_radius=5 * R)
+    assert_allclose(area, theory.hertz_contact_area(3.0, R, E), rtol=1e-12)
+
+
+def test_adhesive_first_asperity_has_its_area_at_any_small_load():
+    loads = np.array([0.0, 1e-9, 1e-3])
+    assert_allclose(hard(loads, asperity_area=7.0), 7.0)
+
+
+def test_area_from_a_tabulated_curve_of_the_error_function_is_that_of_the_formula():
+    rough = float(theory.mean_contact_pressure(SLOPE, E))
+    pressures = np.linspace(0, 10 * rough, 2001)
+    flat = theory.FlatReference(pressures, theory.contact_fraction(pressures, rough))
+    loads = theory.crossover_load(R, E, SLOPE) * np.geomspace(1e-3, 1e3, 13)
+    area = theory.predicted_area(loads, R, E, flat.fraction)
+    assert_allclose(area, hard(loads), rtol=1e-5)
+
+
+def test_energy_of_flattening_is_that_of_the_waves_of_a_surface():
+    rough = SelfAffine(SLOPE, HURST, 8.0, 128.0, domain=1024.0, seed=3)
+    heights = rough.heights((256, 256), 4.0)
+    waves = np.abs(np.fft.fft2(heights) / heights.size) ** 2
+    q = 2 * np.pi * np.fft.fftfreq(256, 4.0)
+    energy = E / 4 * (np.hypot(q[:, None], q) * waves).sum()
+    closed = theory.flattening_energy(SLOPE, E, HURST, 8.0, 128.0)
+    assert_allclose(closed, energy, rtol=0.03)  # sums over discrete waves
+
+
+def test_energy_of_flattening_counts_the_waves_of_the_roll_off():
+    rough = SelfAffine(SLOPE, HURST, 4.0, 64.0, longest_wavelength=512.0)
+    heights = rough.heights((1024, 1024), 2.0)  # one period
+    q = 2 * np.pi * np.fft.fftfreq(1024, 2.0)
+    waves = np.abs(np.fft.fft2(heights) / heights.size) ** 2
+    energy = E / 4 * (np.hypot(q[:, None], q) * waves).sum()
+    closed = theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 512.0)
+    assert_allclose(closed, energy, rtol=1e-3)
+    without = theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0)
+    assert_allclose(closed / without, 1.19, rtol=0.01)
+
+
+def test_roll_off_of_no_width_changes_no_energy():
+    without = theory.flattening_energy(SLOPE, E, HURST, SHORT, LONG)
+    closed = theory.flattening_energy(SLOPE, E, HURST, SHORT, LONG, LONG)
+    assert_allclose(closed, without, rtol=1e-14)
+
+
+def test_roll_off_must_be_at_longer_waves():
+    with pytest.raises(ValueError, match=r"at least long_wavelength 64\.0, got 32\.0"):
+        theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 32.0)
+
+
+def test_energy_of_flattening_has_no_gap_at_half():
+    near = theory.flattening_energy(SLOPE, E, [0.5 - 1e-9, 0.5, 0.5 + 1e-9], 4.0, 512.0)
+    assert_allclose(near, near[1], rtol=1e-7)
+    # H = 1/2: (E*/4) h'^2 ln(qs/qL)/(qs - qL)
+    high, low = 2 * np.pi / SHORT, 2 * np.pi / LONG
+    assert_allclose(near[1], SLOPE**2 / 4 * np.log(high / low) / (high - low))
+
+
+def test_energy_of_flattening_needs_a_range_of_wavelengths():
+    with pytest.raises(ValueError, match=r"exceed short_wavelength 4\.0, got 4\.0"):
+        theory.flattening_energy(SLOPE, E, HURST, 4.0, 4.0)
+
+
+@pytest.fixture(scope="module")
+def curves():
+    return {
+        work: theory.FlatReference.read(work_of_adhesion=work)
+        for work in (0.0, 0.0005, 0.005)
+    }
+
+
+def test_flat_reference_without_adhesion_has_the_kappa_of_the_paper(curves):
+    pressure = np.array([5e-4, 1e-3, 2e-3, 4e-3])
+    kappa = curves[0.0].fraction(pressure) * SLOPE / pressure
+    assert_allclose(kappa, theory.KAPPA_REPULSIVE, rtol=0.15)
+
+
+def test_flat_reference_with_weak_adhesion_follows_the_renormalised_kappa(curves):
+    # Before f bends: 1/kappa_adh = 1/2.9 - 0.04 by the paper.
+    pressure = np.array([1e-3, 2e-3, 4e-3])
+    kappa = curves[0.0005].fraction(pressure) * SLOPE / pressure
+    assert_allclose(kappa, 1 / (1 / 2.9 - 0.04), rtol=0.15)
+
+
+def test_flat_reference_rises_with_pressure_and_adhesion_up_to_full_contact(curves):
+    pressure = np.linspace(0, 0.3, 1000)
+    fractions = np.array([curve.fraction(pressure) for curve in curves.values()])
+    assert np.all(np.diff(fractions, axis=1) >= 0)
+    assert np.all(np.diff(fractions[:, pressure < 0.05], axis=0) >= 0)
+    assert_allclose(fractions[:, -1], 1.0)
+
+
+def test_flat_reference_takes_the_unit_of_the_modulus(curves):
+    scaled = theory.FlatReference.read(work_of_adhesion=0.005, contact_modulus=7.0)
+    assert_allclose(scaled.fraction(7e-3), curves[0.005].fraction(1e-3), rtol=1e-12)
+
+
+def test_flat_reference_goes_through_its_points_and_is_constant_beyond_them():
+    flat = theory.FlatReference([0.0, 1.0, 3.0], [0.1, 0.2, 0.9])
+    assert_allclose(flat.fraction([0.0, 1.0, 3.0, 50.0]), [0.1, 0.2, 0.9, 0.9])
+
+
+@pytest.mark.parametrize(
+    ("pressures", "fractions", "message"),
+    [
+        ([0.0, 1.0], [0.0, 1.1], "must not exceed 1"),
+        ([0.1, 1.0], [0.0, 1.0], "rise from zero"),
+        ([0.0, 1.0, 1.0], [0.0, 0.5, 1.0], "rise from zero"),
+        ([0.0, 1.0], [0.0, 0.5, 1.0], "of one length"),
+        ([0.0, np.nan], [0.0, 0.5], "must be finite"),
+    ],
+)
+def test_flat_reference_refuses_what_is_no_curve(pressures, fractions, message):
+    with pytest.raises(ValueError, match=message):
+        theory.FlatReference(pressures, fractions)
+
+
+def test_flat_reference_tells_which_curves_it_has():
+    with pytest.raises(ValueError, match=r"only for 0\.0, 0\.0005, 0\.005; calculate"):
+        theory.FlatReference.read(work_of_adhesion=0.01)
+
+
+def test_flat_reference_refuses_another_kind_of_table(tmp_path):
+    (tmp_path / "other.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(ValueError, match="is not a table with the columns"):
+        theory.FlatReference.read(0.005, file=tmp_path / "other.csv")
+
+
+def test_script_makes_a_table_that_is_read(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    import flat_reference
+
+    file = tmp_path / "flat.csv"
+    numbers = {"work": 0.001, "size": 32, "long": 32, "seeds": 4, "points": 4}
+    options = [word for key, value in numbers.items() for word in (f"--{key}", value)]
+    flat_reference.main([*map(str, options), "--out", str(file)])
+    assert "flat_reference.py --work 0.001 --size 32" in file.read_text()
+    flat = theory.FlatReference.read(0.001, file=file)
+    assert flat.pressures.size == 5
+    assert_allclose(flat.fraction(0.3), 1.0)
+    del sys.modules["flat_reference"]
+
+
+def test_tables_say_how_they_were_made():
+    with open(theory.flat.TABLE) as file:
+        head = [line for line in file if line.startswith("#")]
+    assert any("python examples/flat_reference.py --work" in line for line in head)
+    with open(theory.flat.TABLE) as file:
+        rows = list(csv.reader(line for line in file if line[0] != "#"))
+    assert rows[0] == ["work_of_adhesion", "pressure", "contact_fraction", "spread"]

@@ -1,0 +1,463 @@
+"""Windows that follow the contact: exact, grown when they must, never cut silently."""
+
+from functools import partial
+
+import numpy as np
+import pytest
+from ase.constraints import FixCartesian, Hookean
+from ase.io import read
+from ase.optimize import LBFGS
+
+from ase_roughcontact import (
+    FourierModes,
+    HardWall,
+    HardWallCG,
+    HeightMap,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    restore,
+    substrate,
+)
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.windows.exchange import rewindow
+from ase_roughcontact.windows.exchange import window_of as window_of_layout
+from ase_roughcontact.windows.footprint import Silhouette
+
+HARD = HardWall(), HardWallCG
+SOFT = LennardJones93.repulsive(1.0, 1.0), NewtonKrylov
+ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.05), NewtonKrylov
+REPULSIVE = pytest.mark.parametrize("wall", [HARD, SOFT], ids=["hard", "soft"])
+
+
+def rough_sphere(seed=1, radius=60.0, domain=64.0, slope=0.3):
+    rough = SelfAffine(slope, 0.8, 4.0, 16.0, seed=seed, domain=domain)
+    return RoughSphere(radius, rough)
+
+
+def make_atoms(sphere, wall, shape=(8, 8), **options):
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, **options)
+    atoms.calc = RoughContact(sphere, 1.0, wall[0])
+    return atoms
+
+
+def run(atoms, wall, **options):
+    options = {"fmax": 1e-11, "window": "auto", **options}
+    return list(load_path(atoms, optimizer=wall[1], **options))
+
+
+def window_of(atoms):
+    return window_of_layout(atoms.calc.layout(atoms))
+
+
+def contact_of(atoms):
+    """Atoms in contact, in spacings from the axis."""
+    places = window_of(atoms).places(atoms.calc.state(atoms).contact)
+    return set(map(tuple, places.tolist()))
+
+
+def same_state(atoms, others):
+    state, other = atoms.calc.state(atoms), others.calc.state(others)
+    assert state.normal_force == pytest.approx(other.normal_force, rel=1e-10, abs=2e-11)
+    assert atoms.positions[-1, 2] == pytest.approx(others.positions[-1, 2], abs=1e-10)
+    assert contact_of(atoms) == contact_of(others)
+    assert len(contact_of(atoms)) > 0
+
+
+# What is below a level
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("depth", [0.0, 0.05, 0.5, 3.0])
+def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
+    sphere = rough_sphere(seed)
+    heights = sphere.heights((64, 64), 1.0, (-32.0, -32.0))
+    found = Silhouette(sphere, 1.0)
+    assert found.lowest == heights.min()
+    low = heights <= heights.min() + depth
+    assert found.below(heights.min() + depth + 1e-12) == Box.around(low, (-32, -32))
+
+
+def test_window_of_a_deep_level_is_found_after_those_of_shallow_ones():
+    sphere = rough_sphere(radius=400.0, domain=128.0)
+    grown = Silhouette(sphere, 1.0)
+    levels = grown.lowest + np.array([0.1, 1.0, 2.0, 4.0])
+    boxes = [grown.below(level) for level in levels]
+    assert boxes == [Silhouette(sphere, 1.0).below(level) for level in levels]
+    assert boxes[-1].size > boxes[0].size
+
+
+def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
+    sphere, origin = RoughSphere(50.0), (-0.25, 7.5)
+    box = Silhouette(sphere, 1.0, origin).below(0.5)
+    heights = sphere.heights((40, 40), 1.0, (-20.25, -20.5))
+    assert box.shape == Box.around(heights < 0.5, (0, 0)).shape
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [rough_sphere().roughness, RoughSphere(np.inf), HeightMap(np.eye(4), 1.0)],
+    ids=["self-affine", "flat", "map"],
+)
+def test_surface_that_stays_in_reach_needs_a_fixed_window(surface):
+    with pytest.raises(ValueError, match=r"out of reach.*fixed\s+window"):
+        Silhouette(surface, 1.0).below(1.0)
+
+
+# Exactness
+
+
+@REPULSIVE
+@pytest.mark.parametrize("seed", range(3))
+def test_windowed_run_equals_the_run_on_a_full_grid(wall, seed):
+    sphere = rough_sphere(seed)
+    loads = [1e-3, 1.0, 30.0]
+    atoms = make_atoms(sphere, wall, fixed=False)
+    full = make_atoms(sphere, wall, (63, 63), fixed=False)
+    paths = (
+        load_path(which, loads=loads, optimizer=wall[1], fmax=1e-11, window=window)
+        for which, window in ((atoms, "auto"), (full, "fixed"))
+    )
+    for one, other in zip(*paths, strict=True):
+        assert one.converged and other.converged
+        same_state(atoms, full)
+        assert window_of(full).size > window_of(atoms).size
+
+
+@pytest.fixture
+def large_windows(monkeypatch):
+    """Windows that count as large whatever they are."""
+    monkeypatch.setattr("ase_roughcontact.windows.policy._LARGE", 0)
+    monkeypatch.setattr("ase_roughcontact.windows.policy._PRICE", 0.0)
+
+
+@pytest.mark.parametrize("wall", [HARD, SOFT, ADHESIVE], ids=["hard", "soft", "sticky"])
+@pytest.mark.parametrize("part", [0.5, 1.0])
+def test_window_made_for_the_contact_alone_misses_nothing(
+    wall, part, large_windows, monkeypatch
+):
+    monkeypatch.setattr("ase_roughcontact.windows.policy._LONGER", part)
+    sphere = rough_sphere(2, radius=200.0, slope=0.05, domain=128.0)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    full = make_atoms(sphere, wall, (95, 95), fixed=False)
+    for window, which in (("auto", atoms), ("fixed", full)):
+        list(load_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
+    same_state(atoms, full)
+
+
+@REPULSIVE
+def test_large_window_is_smaller_than_what_the_rigid_indenter_overlaps(
+    wall, large_windows
+):
+    sphere = rough_sphere(2, radius=400.0, slope=0.02, domain=256.0)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    run(atoms, wall, loads=[200.0])
+    level = wall[0].cutoff - atoms.positions[-1, 2]
+    overlapped = Silhouette(sphere, 1.0).below(level)
+    assert window_of(atoms).size < 0.8 * overlapped.size
+
+
+@REPULSIVE
+def test_first_contact_far_from_the_apex_is_found(wall):
+    sphere = rough_sphere(seed=6, radius=2000.0, domain=256.0)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    (record,) = run(atoms, wall, loads=[1e-6])
+    heights = sphere.heights((255, 255), 1.0, (-127.0, -127.0))
+    lowest = np.array(np.unravel_index(heights.argmin(), heights.shape)) - 127
+    assert contact_of(atoms) == {tuple(lowest)}
+    assert np.abs(lowest).max() > 16
+    assert record.repulsive_atoms == window_of(atoms).size == 1
+
+
+@REPULSIVE
+def test_heights_and_loads_lead_to_the_same_state(wall):
+    sphere = rough_sphere()
+    loaded = make_atoms(sphere, wall, fixed=False)
+    (record,) = run(loaded, wall, loads=[5.0])
+    lowered = make_atoms(sphere, wall)
+    run(lowered, wall, heights=[record.height])
+    same_state(lowered, loaded)
+
+
+@REPULSIVE
+def test_penetrations_count_from_the_first_contact_of_the_whole_indenter(wall):
+    sphere = rough_sphere(seed=3, radius=500.0, domain=128.0)
+    lowest = sphere.heights((127, 127), 1.0, (-63.0, -63.0)).min()
+    atoms = make_atoms(sphere, wall)
+    (record,) = run(atoms, wall, penetrations=[0.2])
+    first = wall[0].contact_distance - lowest
+    assert record.height == pytest.approx(first - 0.2, abs=1e-12)
+    assert record.normal_force > 0.0
+
+
+@REPULSIVE
+@pytest.mark.parametrize(
+    "shape", [(16, 16), (21, 21), (23, 23), (30, 22), (19, 26)], ids=str
+)
+def test_any_window_that_holds_the_contact_gives_the_same(wall, shape):
+    sphere = rough_sphere(seed=2, radius=20.0)
+    outline = Silhouette(sphere, 1.0)
+    touching = outline.below(outline.lowest + 1.2)
+    height = wall[0].cutoff - outline.lowest - 1.2
+    atoms = make_atoms(sphere, wall)
+    run(atoms, wall, heights=[height])
+    other = make_atoms(sphere, wall, (24, 24))
+    rewindow(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
+    assert window_of(other).holds(touching)
+    run(other, wall, heights=[height], window="fixed", edge="ignore")
+    same_state(other, atoms)
+
+
+@REPULSIVE
+def test_contact_may_fill_the_window_to_its_edge(wall):
+    sphere, height = RoughSphere(20.0), -0.5
+    atoms = make_atoms(sphere, wall, height=height)
+    touching = Silhouette(sphere, 1.0).below(wall[0].cutoff - height)
+    run(atoms, wall, heights=[height])
+    tight = make_atoms(sphere, wall, height=height)
+    rewindow(tight, touching)
+    run(tight, wall, heights=[height], window="fixed", edge="ignore")
+    same_state(tight, atoms)
+
+
+# Following the path
+
+
+@REPULSIVE
+def test_ten_decades_of_load_in_one_call(wall):
+    sphere = rough_sphere(radius=100.0, domain=128.0)
+    loads = np.geomspace(1e-8, 1e2, 11)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    sizes = []
+    for record, load in zip(
+        load_path(atoms, loads=loads, optimizer=wall[1], fmax=1e-11, window="auto"),
+        loads,
+        strict=True,
+    ):
+        assert record.converged
+        assert record.normal_force == pytest.approx(load, abs=1e-10)
+        sizes.append(window_of(atoms).size)
+    assert sizes[0] == 1 < 1000 < sizes[-1]
+    assert record.repulsive_atoms > 300
+
+
+@REPULSIVE
+def test_guess_that_is_too_small_grows_until_it_holds(wall, monkeypatch):
+    sphere = rough_sphere()
+    expected = make_atoms(sphere, wall, fixed=False)
+    run(expected, wall, loads=[20.0])
+    monkeypatch.setattr(
+        "ase_roughcontact.windows.policy.AutoWindow._expected", lambda self, *_: 5.0
+    )
+    atoms = make_atoms(sphere, wall, fixed=False)
+    run(atoms, wall, loads=[20.0])
+    same_state(atoms, expected)
+    assert window_of(atoms).size <= 2 * window_of(expected).size
+
+
+@REPULSIVE
+def test_window_shrinks_when_the_indenter_goes_up(wall):
+    atoms = make_atoms(rough_sphere(), wall, fixed=False)
+    sizes = []
+    for _ in load_path(
+        atoms, loads=[20.0, 1.0, 0.1], optimizer=wall[1], fmax=1e-11, window="auto"
+    ):
+        sizes.append(window_of(atoms).size)
+    assert sizes[0] > sizes[1] >= sizes[2]
+    fresh = make_atoms(rough_sphere(), wall, fixed=False)
+    run(fresh, wall, loads=[0.1])
+    same_state(atoms, fresh)
+
+
+def test_pressure_is_carried_over_to_the_new_window():
+    atoms = make_atoms(rough_sphere(), SOFT, (40, 40), height=2.0)
+    run(atoms, SOFT, heights=[2.0], window="fixed")
+    energy, touching = atoms.get_potential_energy(), contact_of(atoms)
+    for box in (Box((-25, -22), (47, 50)), Box((-20, -20), (40, 40))):
+        rewindow(atoms, box)
+        assert window_of(atoms) == box
+        assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-12)
+        assert np.abs(atoms.get_forces()).max() < 1e-10
+        assert contact_of(atoms) == touching
+
+
+@pytest.mark.parametrize("boundary", ["periodic", "free"])
+def test_window_of_a_periodic_half_space_stays(boundary):
+    periodic = boundary == "periodic"
+    sphere = RoughSphere(60.0)
+    atoms = make_atoms(sphere, SOFT, (24, 24), periodic=periodic)
+    run(atoms, SOFT, penetrations=[0.3])
+    assert (atoms.calc.layout(atoms).window == (24, 24)) == periodic
+
+
+# Constraints
+
+
+def test_constraints_stay_with_the_indenter():
+    atoms = make_atoms(RoughSphere(60.0), SOFT, fixed=False)
+    axis = atoms.positions[-1].copy()
+    last = len(atoms) - 1
+    spring = Hookean(a1=last, a2=axis - np.array([0.0, 0.0, 3.0]), k=0.5, rt=0.0)
+    atoms.set_constraint([FixCartesian([last], (True, True, False)), spring])
+    pull = [c.adjust_potential_energy(atoms) for c in atoms.constraints[1:]]
+    rewindow(atoms, Box((-9, -7), (20, 17)))
+    fixed, spring = atoms.constraints
+    assert list(fixed.index) == [spring.index] == [len(atoms) - 1]
+    assert [spring.adjust_potential_energy(atoms)] == pytest.approx(pull)
+
+
+def test_constraints_of_surface_atoms_are_refused():
+    atoms = make_atoms(RoughSphere(60.0), SOFT)
+    atoms.set_constraint(FixCartesian([0, len(atoms) - 1]))
+    with pytest.raises(ValueError, match="atoms other than the indenter"):
+        rewindow(atoms, Box((-9, -7), (20, 17)))
+
+
+# Adhesion
+
+
+def test_window_grows_where_the_surface_bulges_into_the_range_of_the_wall():
+    sphere, wall = RoughSphere(40.0), (LennardJones93.adhesive(1.0, 1.0, 0.5), SOFT[1])
+    height = 1.5
+    atoms, full = (make_atoms(sphere, wall, (n, n), height=height) for n in (8, 65))
+    run(atoms, wall, heights=[height])
+    run(full, wall, heights=[height], window="fixed")
+    touching = Silhouette(sphere, 1.0).below(wall[0].cutoff - height)
+    assert not touching.holds(
+        Box.around(full.calc.state(full).pressure != 0.0, window_of(full).start)
+    )
+    same_state(atoms, full)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_adhesive_approach_and_retreat_equal_those_on_a_full_grid(seed):
+    sphere = rough_sphere(seed)
+    heights = [5.0, 3.0, 1.0, 3.0, 4.0]
+    atoms, full = (make_atoms(sphere, ADHESIVE, (n, n)) for n in (8, 63))
+    paths = (
+        partial(load_path, heights=heights, optimizer=NewtonKrylov, fmax=1e-11)(
+            which, window=window
+        )
+        for which, window in ((atoms, "auto"), (full, "fixed"))
+    )
+    for _ in zip(*paths, strict=True):
+        force = full.calc.state(full).normal_force
+        assert atoms.calc.state(atoms).normal_force == pytest.approx(force, abs=1e-9)
+        assert contact_of(atoms) == contact_of(full)
+
+
+# What the roughness covers
+
+
+@REPULSIVE
+@pytest.mark.parametrize("control", ["loads", "heights"])
+def test_contact_beyond_the_domain_of_the_roughness_is_an_error(wall, control):
+    sphere = rough_sphere(radius=2000.0, domain=32.0)
+    atoms = make_atoms(sphere, wall, fixed=control == "heights")
+    steps = {"loads": [1e3], "heights": [-3.0]}[control]
+    with pytest.raises(ValueError, match=r"only up to 16 spacings: .* domain of"):
+        run(atoms, wall, **{control: steps})
+
+
+@REPULSIVE
+def test_contact_may_fill_the_domain(wall):
+    sphere = rough_sphere(radius=40.0, domain=32.0)
+    atoms = make_atoms(sphere, wall, fixed=False)
+    records = run(atoms, wall, loads=np.geomspace(1.0, 25.0, 8))
+    assert all(record.converged for record in records)
+    assert max(window_of(atoms).shape) >= 30
+    assert Silhouette(sphere, 1.0).domain.holds(window_of(atoms))
+
+
+def test_map_must_reach_as_far_as_the_contact_can():
+    values = np.random.default_rng(1).uniform(-0.5, 0.5, (21, 21))
+    small, large = (HeightMap(np.pad(values, n), 1.0) for n in (0, 10))
+    height = 0.2
+    atoms = make_atoms(RoughSphere(50.0, large), SOFT)
+    (record,) = run(atoms, SOFT, heights=[height])
+    assert record.converged
+    atoms = make_atoms(RoughSphere(50.0, small), SOFT)
+    with pytest.raises(ValueError, match=r"only up to 10 spacings: .* larger map"):
+        run(atoms, SOFT, heights=[height])
+
+
+# Files
+
+
+@pytest.mark.parametrize("done", [1, 3])
+def test_path_with_windows_of_different_size_is_resumed(tmp_path, done):
+    movie, loads = tmp_path / "sweep.traj", np.geomspace(1e-4, 20.0, 4)
+    options = {"loads": loads, "optimizer": NewtonKrylov, "fmax": 1e-11}
+    options |= {"window": "auto", "trajectory": movie}
+    atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
+    path = load_path(atoms, **options)
+    before = [next(path) for _ in range(done)]
+    path.close()
+    again = make_atoms(rough_sphere(), SOFT, (12, 10), fixed=False)
+    records = list(load_path(again, **options, resume=True))
+    assert records[:done] == before
+    whole = make_atoms(rough_sphere(), SOFT, fixed=False)
+    run(whole, SOFT, loads=loads)
+    same_state(again, whole)
+    assert len(read(movie, ":")) == 4
+
+
+def test_frames_of_different_size_can_be_read_and_restored(tmp_path):
+    movie = tmp_path / "sweep.traj"
+    atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
+    records = run(atoms, SOFT, loads=[1e-4, 20.0], trajectory=movie)
+    frames = read(movie, ":")
+    assert len(frames[0]) < len(frames[1])
+    for frame, record in zip(frames, records, strict=True):
+        assert np.count_nonzero(frame.get_tags() == 1) == record.repulsive_atoms
+        restored = restore(frame, 1.0)
+        restored.calc = RoughContact(rough_sphere(), 1.0, SOFT[0], load=0.0)
+        state = restored.calc.state(restored)
+        assert state.normal_force == pytest.approx(record.normal_force, rel=1e-9)
+
+
+def test_frames_of_different_size_can_be_drawn(tmp_path):
+    pyplot = pytest.importorskip("matplotlib.pyplot")
+    from ase_roughcontact.plot import plot_contact
+
+    movie = tmp_path / "sweep.traj"
+    atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
+    records = run(atoms, SOFT, loads=[1e-4, 20.0], trajectory=movie)
+    figure, panels = pyplot.subplots(1, 2)
+    for axes, frame, record in zip(panels, read(movie, ":"), records, strict=True):
+        image = plot_contact(axes, frame)
+        assert image.get_array().count() == record.repulsive_atoms
+    pyplot.close(figure)
+
+
+def test_unknown_window_is_refused():
+    with pytest.raises(ValueError, match="window must be 'fixed' or 'auto'"):
+        load_path(make_atoms(RoughSphere(60.0), SOFT), [0.1], window="moving")
+
+
+def test_modes_get_a_box_where_atoms_could_be_scattered():
+    sphere = RoughSphere(2000.0, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1))
+    atoms = make_atoms(sphere, SOFT, fixed=False)
+
+    def relax(atoms, **options):
+        modes = FourierModes(atoms)
+        return LBFGS(modes, alpha=1.0, **options)
+
+    for record in load_path(atoms, loads=[0.01, 0.3], optimizer=relax, window="auto"):
+        assert record.converged
+    assert isinstance(window_of(atoms), Box)
+
+
+def test_load_that_moves_a_sticky_indenter_far_is_carried_without_a_stall():
+    sphere = RoughSphere(200.0)
+    atoms = make_atoms(sphere, ADHESIVE, fixed=False)
+    path = load_path(atoms, loads=[20.0, 4000.0], window="auto")
+    first, last = path
+    assert last.penetration - first.penetration > 20.0
+    assert last.converged and last.pairs < 150
+    cold = make_atoms(sphere, ADHESIVE, fixed=False)
+    (alone,) = load_path(cold, loads=[4000.0], window="auto")
+    assert last.energy == pytest.approx(alone.energy, rel=1e-8)
