@@ -4,9 +4,9 @@ from ase_roughcontact.atoms.build import fcc_spacing, restore, snapshot, substra
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.optimize import (
+    ActiveSet,
     FourierModes,
     HalfSpacePrecon,
-    HardWallCG,
     NewtonKrylov,
 )
 from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
@@ -16,11 +16,11 @@ from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
 __all__ = [
+    "ActiveSet",
     "AdhesionLoop",
     "FourierModes",
     "HalfSpacePrecon",
     "HardWall",
-    "HardWallCG",
     "HeightMap",
     "Interaction",
     "LennardJones93",

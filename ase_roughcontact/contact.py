@@ -282,7 +282,7 @@ class Contact:
             raise ValueError(
                 f"the hard wall overlaps with {np.count_nonzero(gap < -touching)} "
                 f"atoms by up to {-gap.min():.3g}, and exerts no force that would "
-                "push them out: relax it with HardWallCG, or take "
+                "push them out: relax it with ActiveSet, or take "
                 "LennardJones93.repulsive with any other optimizer"
             )
         window = elastic[: gap.shape[0], : gap.shape[1]]

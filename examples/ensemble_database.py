@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.plot import plot_curve, style
-from ase_roughcontact.scene import NANONEWTON, PathTable, Scene
+from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene
 
 
 def main(arguments: list[str] | None = None) -> float:
@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> float:
     parser.add_argument("--out", default="spheres.db")
     parser.add_argument("--picture", default="ensemble_database.png")
     options = parser.parse_args(arguments)
-    path = PathTable(values=tuple(options.loads))  # in nN
+    path = PathConfig(values=tuple(options.loads))  # in nN
     scene = replace(Scene.default(), path=path)
     scenes = product(scene, {"roughness.seed": range(options.seeds)})
     for progress in run_ensemble(scenes, options.out, workers=options.workers):

@@ -10,7 +10,7 @@ import argparse
 from ase.units import GPa
 from matplotlib.figure import Figure
 
-from ase_roughcontact import HardWall, HardWallCG, RoughContact, RoughSphere, substrate
+from ase_roughcontact import ActiveSet, HardWall, RoughContact, RoughSphere, substrate
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.plot import plot_pressure, style
 from ase_roughcontact.theory import hertz_contact_radius_from_penetration, hertz_force
@@ -27,7 +27,7 @@ def main(arguments: list[str] | None = None) -> float:
     sphere = RoughSphere(radius)
     atoms = substrate("Cu", (options.size, options.size), sphere, height=-depth)
     atoms.calc = RoughContact(sphere, modulus, HardWall())
-    if not HardWallCG(atoms).run(fmax=1e-6):
+    if not ActiveSet(atoms).run(fmax=1e-6):
         raise RuntimeError("the contact did not converge")
     force = atoms.calc.state(atoms).normal_force
     error = force / hertz_force(depth, radius, modulus) - 1

@@ -14,12 +14,12 @@ from ase.units import GPa, J, m
 from ase_roughcontact import LennardJones93
 from ase_roughcontact.scene import (
     NANONEWTON,
-    InteractionTable,
-    PathTable,
-    RoughnessTable,
+    InteractionConfig,
+    PathConfig,
+    RoughnessConfig,
     Scene,
-    SphereTable,
-    SubstrateTable,
+    SphereConfig,
+    SubstrateConfig,
 )
 from ase_roughcontact.theory import (
     ASPERITY_FACTOR_REPULSIVE,
@@ -93,11 +93,11 @@ def scene(
     loads = 4.0 * radii**3 / (3.0 * radius)
     joule = None if work is None else work / (J / m**2)
     return Scene(
-        substrate=SubstrateTable(spacing=1.0, contact_modulus=1.0 / GPa),
-        sphere=SphereTable(radius=radius),
-        roughness=RoughnessTable(rms_slope=slope, seed=seed, domain=DOMAIN),
-        interaction=InteractionTable(kind=kind, work_of_adhesion=joule),
-        path=PathTable(values=tuple(loads / NANONEWTON)),
+        substrate=SubstrateConfig(spacing=1.0, contact_modulus=1.0 / GPa),
+        sphere=SphereConfig(radius=radius),
+        roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
+        interaction=InteractionConfig(kind=kind, work_of_adhesion=joule),
+        path=PathConfig(values=tuple(loads / NANONEWTON)),
     )
 
 
@@ -110,7 +110,7 @@ def theory(
     return RoughSphereTheory(
         radius,
         1.0,
-        RoughnessTable(rms_slope=slope),
+        RoughnessConfig(rms_slope=slope),
         work,
         reach,
         KAPPA_HARD if hard else KAPPA_REPULSIVE,

@@ -76,7 +76,9 @@ def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
     u = relax(scene, 0.3, gtol=1e-9)
     pressure = scene.evaluate(u, 0.3).pressure
     u -= u.mean() if scene.halfspace.periodic else 0.0
-    np.testing.assert_allclose(u, scene.halfspace.surroundings(pressure), atol=1e-7)
+    np.testing.assert_allclose(
+        u, scene.halfspace.padded_displacement(pressure), atol=1e-7
+    )
 
 
 # Symmetries
@@ -156,7 +158,7 @@ def test_first_contact_is_the_height_at_which_one_atom_begins_to_touch(scene):
 def test_hard_wall_carries_the_pressure_that_holds_its_atoms(periodic, rng):
     half = half_space(periodic)
     pressure = np.maximum(rng.normal(size=half.shape), 0.0)
-    u = half.surroundings(pressure)
+    u = half.padded_displacement(pressure)
     window = u[: half.shape[0], : half.shape[1]]
     heights = np.where(pressure > 0.0, window, window + 1.0)
     state = Contact(half, heights, HardWall()).evaluate(u, 0.0)

@@ -111,11 +111,11 @@ def left(contact, state, load):
     area = halfspace.cell_area
     wanted = (load or 0.0) * halfspace.contact_modulus * area
     if isinstance(contact.interaction, HardWall):
-        told = hardwall.certificate(contact, pressure, state.height, wanted)
+        told = hardwall.optimality_residuals(contact, pressure, state.height, wanted)
         gap = max(told.gap_in_contact, told.penetration)
         assert gap <= 1e-6 * halfspace.spacing and told.tension == 0.0
         missing = 0.0 if load is None else told.load_error
-        return max(gap * area / halfspace.atom_compliance, missing)
+        return max(gap * area / halfspace.self_compliance, missing)
     gap = state.height + contact.heights - halfspace.displacement(pressure)
     repulsion = contact.wall(gap)[1]
     missing = 0.0 if load is None else abs(area * repulsion.sum() - wanted)

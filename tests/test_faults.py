@@ -379,7 +379,7 @@ def test_a_database_that_is_cut_off_is_not_taken_for_an_empty_one(tmp_path, size
 
 CODE = "__import__('os').system('touch evil')"
 PATHS = ("../evil", "/tmp/evil", "~/evil", "$(touch evil)", "evil\x00", "; touch evil")
-TABLES = {
+SECTIONS = {
     "substrate": ("symbol", "shape"),
     "sphere": ("profile",),
     "roughness": ("normalise",),
@@ -387,7 +387,7 @@ TABLES = {
     "path": ("control", "scale"),
     "solver": ("optimizer", "accuracy"),
 }
-WORDS = [f"{table}.{key}" for table, keys in TABLES.items() for key in keys]
+WORDS = [f"{table}.{key}" for table, keys in SECTIONS.items() for key in keys]
 
 
 @pytest.mark.parametrize("word", (CODE, *PATHS))

@@ -93,7 +93,7 @@ def test_ensemble_is_in_the_database(run, tmp_path):
 @pytest.mark.parametrize(
     "name, optimizer",
     [
-        ("first_contact", "HardWallCG"),
+        ("first_contact", "ActiveSet"),
         ("measured_topography", "NewtonKrylov"),
         ("mixed_calculator", "LBFGS"),
     ],

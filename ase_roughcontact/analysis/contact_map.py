@@ -10,7 +10,7 @@ from ase.units import GPa
 
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
 from ase_roughcontact.atoms.build import TAG_CONTACT
-from ase_roughcontact.atoms.grid import Layout, surface_above
+from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
 from ase_roughcontact.topography import Surface
 
 
@@ -85,7 +85,7 @@ class ContactMap:
             raise ValueError(
                 "the frame has no pressures: it was not made by snapshot()"
             )
-        layout, gap = Layout.of(frame), None
+        layout, gap = SurfaceGrid.of(frame), None
         if indenter is not None:
             gap = surface_above(frame, layout, indenter) - frame.positions[:-1, 2]
         pressure = frame.get_initial_charges()[:-1] * GPa
@@ -150,7 +150,10 @@ class ContactMap:
 
 
 def _map(
-    layout: Layout, pressure: np.ndarray, contact: np.ndarray, gap: np.ndarray | None
+    layout: SurfaceGrid,
+    pressure: np.ndarray,
+    contact: np.ndarray,
+    gap: np.ndarray | None,
 ) -> ContactMap:
     """Map of values of the atoms that may touch."""
     return ContactMap(
@@ -163,7 +166,7 @@ def _map(
     )
 
 
-def _filled(layout: Layout, values: np.ndarray, elsewhere: float) -> np.ndarray:
+def _filled(layout: SurfaceGrid, values: np.ndarray, elsewhere: float) -> np.ndarray:
     """Values of the atoms on the window, something else at sites without one."""
     if layout.sites is None:
         return values.reshape(layout.window)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import window
 from ase_roughcontact.topography import BoundedSurface, Surface
-from ase_roughcontact.windows.footprint import Silhouette
+from ase_roughcontact.windows.footprint import Footprint
 
 
 @dataclass(frozen=True)
@@ -63,13 +63,13 @@ def first_contact(
             f"RoughSphere, got {indenter!r}"
         )
     _, spacing, offset = window((1, 1), spacing, offset)
-    silhouette = Silhouette(indenter, spacing, offset)
-    silhouette.check(silhouette.lowest)
-    lowest = silhouette.below(silhouette.lowest)
-    heights = silhouette.heights(lowest)
+    footprint = Footprint(indenter, spacing, offset)
+    footprint.check(footprint.lowest)
+    lowest = footprint.below(footprint.lowest)
+    heights = footprint.heights(lowest)
     site = np.unravel_index(heights.argmin(), heights.shape)
     x, y = (
         (start + step) * spacing + rest
-        for start, step, rest in zip(lowest.start, site, silhouette.offset, strict=True)
+        for start, step, rest in zip(lowest.start, site, footprint.offset, strict=True)
     )
     return FirstContact((float(x), float(y)), float(heights.min()))

@@ -22,7 +22,7 @@ from ase.data import atomic_numbers, chemical_symbols, reference_states
 from ase.units import GPa
 
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
-from ase_roughcontact.atoms.grid import Layout, displacement, inside
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, inside
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.topography import Surface
 
@@ -94,7 +94,7 @@ def substrate(
     if np.shape(center) != (2,):
         raise ValueError(f"center must be two numbers (x, y), got {center!r}")
     finite(center_x=center[0], center_y=center[1])
-    grid = Layout.grid_for((n, m), periodic)
+    grid = SurfaceGrid.grid_for((n, m), periodic)
     axis = a0 * np.array(
         [n // 2 - round(center[0] / a0), m // 2 - round(center[1] / a0)]
     )
@@ -215,14 +215,16 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
     """
     if not frame.has("initial_charges"):
         raise ValueError("the frame has no pressures: it was not made by snapshot()")
-    layout = Layout.of(frame)
+    layout = SurfaceGrid.of(frame)
     if layout.sites is not None or layout.periodic:
         atoms = Atoms(frame.numbers, frame.positions, cell=frame.cell, pbc=frame.pbc)
         _fix_like(frame, atoms)
         return atoms
     window, spacing = layout.window, layout.spacing
     pressure = frame.get_initial_charges()[:-1].reshape(window) * GPa
-    values = FreeHalfSpace(window, spacing, contact_modulus).surroundings(pressure)
+    values = FreeHalfSpace(window, spacing, contact_modulus).padded_displacement(
+        pressure
+    )
     values[: window[0], : window[1]] = displacement(frame, layout)
     grid = values.shape
 

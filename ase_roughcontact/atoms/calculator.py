@@ -10,7 +10,7 @@ from ase.calculators.calculator import Calculator, all_changes
 
 from ase_roughcontact._util.kernels import same
 from ase_roughcontact._util.validation import finite, positive, surface, unknown
-from ase_roughcontact.atoms.grid import Layout, displacement
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.interactions import Interaction, LennardJones93
@@ -121,7 +121,7 @@ class RoughContact(Calculator):
         interaction: Interaction | None = None,
         **kwargs: Any,
     ) -> None:
-        self._kept: tuple[tuple, tuple[Layout, Contact]] | None = None
+        self._kept: tuple[tuple, tuple[SurfaceGrid, Contact]] | None = None
         self._held: tuple[np.ndarray, np.ndarray] | None = None
         super().__init__(
             indenter=indenter,
@@ -317,19 +317,19 @@ class RoughContact(Calculator):
         """
         return self._scene(atoms)[1]
 
-    def layout(self, atoms: Atoms) -> Layout:
+    def layout(self, atoms: Atoms) -> SurfaceGrid:
         """Shapes of window and grid of the atoms, checked; see `contact`."""
         return self._scene(atoms)[0]
 
-    def _scene(self, atoms: Atoms) -> tuple[Layout, Contact]:
+    def _scene(self, atoms: Atoms) -> tuple[SurfaceGrid, Contact]:
         setting = _setting(atoms)
         if self._kept is None or not all(map(same, setting, self._kept[0])):
-            layout = Layout.of(atoms)
+            layout = SurfaceGrid.of(atoms)
             copies = tuple(part.copy() for part in setting)
             self._kept = copies, (layout, self._build(layout))
         return self._kept[1]
 
-    def _build(self, layout: Layout) -> Contact:
+    def _build(self, layout: SurfaceGrid) -> Contact:
         given = self.parameters
         modulus, spacing = given["contact_modulus"], layout.spacing
         indenter, interaction = given["indenter"], given["interaction"]

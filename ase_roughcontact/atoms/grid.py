@@ -15,7 +15,7 @@ from ase_roughcontact.elasticity.halfspace import (
     HalfSpace,
     PeriodicHalfSpace,
 )
-from ase_roughcontact.elasticity.reduced import CondensedHalfSpace, ScatteredHalfSpace
+from ase_roughcontact.elasticity.reduced import ReducedHalfSpace, ScatteredHalfSpace
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.base import heights_at
 
@@ -25,7 +25,7 @@ _OFF_GRID = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class SurfaceGrid:
     """How the atoms of a substrate make a grid.
 
     Attributes
@@ -60,7 +60,7 @@ class Layout:
         if self.periodic:
             return PeriodicHalfSpace(self.window, *given, **fft)
         margin = self.grid == FreeHalfSpace.padded(self.window)
-        return (FreeHalfSpace if margin else CondensedHalfSpace)(
+        return (FreeHalfSpace if margin else ReducedHalfSpace)(
             self.window, *given, **fft
         )
 
@@ -71,7 +71,7 @@ class Layout:
         return heights_at(indenter, self.sites, self.spacing, self.origin)[:, None]
 
     @classmethod
-    def of(cls, atoms: Atoms) -> Layout:
+    def of(cls, atoms: Atoms) -> SurfaceGrid:
         """Read the layout off the atoms.
 
         Parameters
@@ -81,7 +81,7 @@ class Layout:
 
         Returns
         -------
-        Layout
+        SurfaceGrid
 
         Raises
         ------
@@ -104,7 +104,7 @@ class Layout:
         grid, spacing = _grid_of(xy, atoms.cell)
         _check_on_grid(xy, grid, spacing)
         window = _window_of(atoms.cell, spacing)
-        expected = Layout.grid_for(window, periodic)
+        expected = SurfaceGrid.grid_for(window, periodic)
         if grid not in (expected, window):
             raise ValueError(
                 f"a cell of {window} atoms needs a grid of {expected} atoms, margin "
@@ -120,7 +120,7 @@ class Layout:
         return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded(window)
 
 
-def displacement(atoms: Atoms, layout: Layout) -> np.ndarray:
+def displacement(atoms: Atoms, layout: SurfaceGrid) -> np.ndarray:
     """Displacement of the surface atoms, shape of the layout's grid (Å)."""
     return atoms.positions[:-1, 2].reshape(layout.grid)
 
@@ -130,14 +130,14 @@ def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
     atoms.positions[:-1, 2] = values.ravel()
 
 
-def surface_above(atoms: Atoms, layout: Layout, indenter: Surface) -> np.ndarray:
+def surface_above(atoms: Atoms, layout: SurfaceGrid, indenter: Surface) -> np.ndarray:
     """Z of an indenter's surface above the atoms that may touch, shape (k,) (Å)."""
     surface(indenter=indenter)
     mean = atoms.positions[:-1, 2].mean() if layout.periodic else 0.0
     return atoms.positions[-1, 2] + mean + layout.heights(indenter).ravel()
 
 
-def inside(layout: Layout) -> np.ndarray:
+def inside(layout: SurfaceGrid) -> np.ndarray:
     """Tell which surface atoms are in the window, shape (number of atoms,)."""
     if layout.sites is not None:
         return np.ones(len(layout.sites), dtype=bool)

@@ -12,7 +12,7 @@ from ase.data import atomic_numbers
 
 from ase_roughcontact._util.validation import integer
 from ase_roughcontact.atoms.build import TAG_CONTACT, snapshot
-from ase_roughcontact.atoms.grid import Layout, surface_above
+from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
 from ase_roughcontact.topography import Surface
 
 #: Tag of the atoms that show the indenter's surface.
@@ -60,7 +60,7 @@ def with_indenter(
     if indenter is None:
         raise ValueError("the atoms don't tell their indenter: give indenter=")
     frame = _frame(atoms)
-    layout = Layout.of(frame)
+    layout = SurfaceGrid.of(frame)
     places = frame.positions[:-1].copy()
     places[:, 2] = surface_above(frame, layout, indenter)
     places = places[_kept(layout, every)] / every
@@ -97,7 +97,7 @@ def thinned(atoms: Atoms, every: int) -> Atoms:
         If `every` is less than one.
     """
     frame = _frame(atoms)
-    shown = frame[np.append(_kept(Layout.of(frame), every), True)]
+    shown = frame[np.append(_kept(SurfaceGrid.of(frame), every), True)]
     shown.positions /= every
     shown.cell /= every
     return _with_energy_of(frame, shown)
@@ -151,7 +151,10 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     told.set_array("pressure", frame.get_initial_charges())
     told.set_array("contact", (frame.get_tags() == TAG_CONTACT).astype(int))
     if indenter is not None:
-        gap = surface_above(frame, Layout.of(frame), indenter) - frame.positions[:-1, 2]
+        gap = (
+            surface_above(frame, SurfaceGrid.of(frame), indenter)
+            - frame.positions[:-1, 2]
+        )
         told.set_array("gap", np.append(gap, 0.0))
     return told
 
@@ -166,7 +169,7 @@ def _indenter_of(atoms: Atoms) -> Surface | None:
     return atoms.calc.parameters["indenter"] if hasattr(atoms.calc, "state") else None
 
 
-def _kept(layout: Layout, every: int) -> np.ndarray:
+def _kept(layout: SurfaceGrid, every: int) -> np.ndarray:
     """Which surface atoms are shown."""
     every = integer("every", every, 1)
     if layout.sites is not None:

@@ -26,7 +26,7 @@ from ase_roughcontact.ensemble.progress import costs_of
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import Frames, count_steps
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
-from ase_roughcontact.scene.config import TABLES, table_of, tomllib
+from ase_roughcontact.scene.config import SECTIONS, table_of, tomllib
 from ase_roughcontact.scene.reference import laws_of
 from ase_roughcontact.scene.tradeoff import tradeoff
 
@@ -208,8 +208,8 @@ def _choice(text: str) -> tuple[str, list[Any]]:
     if not equals or not values:
         raise ValueError(f"--set must be TABLE.KEY=VALUE,VALUE,..., got {text!r}")
     title, _, name = key.strip().partition(".")
-    for value in listed if title in TABLES else ():
-        table_of(TABLES[title], {name: value}, f"--set [{title}]")
+    for value in listed if title in SECTIONS else ():
+        table_of(SECTIONS[title], {name: value}, f"--set [{title}]")
     return key.strip(), listed
 
 

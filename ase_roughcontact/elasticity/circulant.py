@@ -16,7 +16,7 @@ from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
 _MARGIN = 32
 
 
-class Circulant:
+class CirculantModel:
     """Compliance of a box of a half space and its inverse, nearly right.
 
     The Green's function is wrapped around the box, at the shortest distance: without
@@ -62,7 +62,7 @@ class Circulant:
                 fast_length(min(2 * m, m + _MARGIN)),
             )
         self.points = grid[0] * grid[1]
-        self.local = halfspace.atom_compliance
+        self.local = halfspace.self_compliance
         fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
         self._transform = RealFFT2(self.box.shape, grid, **fft)
         self._symbol = halfspace.symbol(grid) / self.local
@@ -141,7 +141,7 @@ class Circulant:
 class Matrix:
     """Compliance of scattered atoms, exactly, and its inverse, roughly.
 
-    Like `Circulant`, see there.
+    Like `CirculantModel`, see there.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ class Matrix:
     def __init__(self, halfspace: ScatteredHalfSpace) -> None:
         self.box = Box((0, 0), halfspace.shape)
         self.points = halfspace.shape[0]
-        self.local = halfspace.atom_compliance
+        self.local = halfspace.self_compliance
         self.transforms = 0
         self._matrix = halfspace.matrix
 
@@ -197,8 +197,8 @@ class Matrix:
         return np.positive(pressure, out=out)
 
 
-def model_of(halfspace: HalfSpace, box: Box) -> Circulant | Matrix:
+def model_of(halfspace: HalfSpace, box: Box) -> CirculantModel | Matrix:
     """Model of a half space for a box of atoms."""
     if isinstance(halfspace, ScatteredHalfSpace):
         return Matrix(halfspace)
-    return Circulant(halfspace, box)
+    return CirculantModel(halfspace, box)

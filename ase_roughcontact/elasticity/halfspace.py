@@ -126,7 +126,7 @@ class HalfSpace(ABC):
         return True
 
     @property
-    def atom_compliance(self) -> float:
+    def self_compliance(self) -> float:
         """Depth of an atom under unit pressure on it alone (length per pressure).
 
         That of a free half space, and of a periodic cell that is large.
@@ -217,7 +217,7 @@ class HalfSpace(ABC):
         """
         return self.grid_transform.filter(displacement, self._stiffness_filter)
 
-    def surroundings(self, pressure: np.ndarray) -> np.ndarray:
+    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement of all atoms, those of the padding included, by a pressure.
 
         Parameters
@@ -234,7 +234,7 @@ class HalfSpace(ABC):
         return self.on_grid(pressure)
 
     def on_grid(self, pressure: np.ndarray) -> np.ndarray:
-        """Displacement of the whole grid, shape (N, M); see `surroundings`."""
+        """Displacement of the whole grid, shape (N, M); see `padded_displacement`."""
         if pressure.shape != self.shape:
             raise ValueError(f"expected the shape {self.shape}, got {pressure.shape}")
         # once in a while: not worth a plan

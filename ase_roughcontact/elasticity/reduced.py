@@ -27,7 +27,7 @@ _STEPS = 200
 _ROWS = 256
 
 
-class CondensedHalfSpace(FreeHalfSpace):
+class ReducedHalfSpace(FreeHalfSpace):
     """Free half space below a window without a margin.
 
     See `HalfSpace` for the parameters.
@@ -92,8 +92,8 @@ class CondensedHalfSpace(FreeHalfSpace):
             f"{abs(rest).max():.2g} of {abs(displacement).max():.2g} are left"
         )
 
-    def surroundings(self, pressure: np.ndarray) -> np.ndarray:
-        """Displacement of the window by a pressure; see `HalfSpace.surroundings`."""
+    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement of the window by a pressure; see `HalfSpace`."""
         return self.displacement(pressure)
 
 
@@ -140,10 +140,10 @@ class ScatteredHalfSpace(HalfSpace):
         args = (self.sites, self.spacing, self.contact_modulus)
         return partial(ScatteredHalfSpace, **self.fft), args
 
-    def like(self, shape: tuple[int, int], spacing: float) -> CondensedHalfSpace:
+    def like(self, shape: tuple[int, int], spacing: float) -> ReducedHalfSpace:
         """Half space of the same solid under a grid; see `HalfSpace.like`."""
         fft = {**self.fft, "measure": False}
-        return CondensedHalfSpace(shape, spacing, self.contact_modulus, **fft)
+        return ReducedHalfSpace(shape, spacing, self.contact_modulus, **fft)
 
     @property
     def lattice(self) -> bool:
@@ -164,7 +164,7 @@ class ScatteredHalfSpace(HalfSpace):
         """Refuse: scattered atoms have no waves."""
         raise ValueError(
             "scattered atoms are no grid, and have no Fourier modes: relax them with "
-            "NewtonKrylov, HardWallCG, or one of ASE's optimizers on the atoms"
+            "NewtonKrylov, ActiveSet, or one of ASE's optimizers on the atoms"
         )
 
     @cached_property
@@ -194,6 +194,6 @@ class ScatteredHalfSpace(HalfSpace):
         self._products += 1
         return -cho_solve(self._factor, displacement)
 
-    def surroundings(self, pressure: np.ndarray) -> np.ndarray:
-        """Displacement by a pressure; see `HalfSpace.surroundings`."""
+    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Displacement by a pressure; see `HalfSpace.padded_displacement`."""
         return self.displacement(pressure)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.validation import unknown
-from ase_roughcontact.scene import RoughnessTable, Scene
+from ase_roughcontact.scene import RoughnessConfig, Scene
 
 
 def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
@@ -26,7 +26,7 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
     choices : mapping
         Values by key, in the units of the scene file: ``"sphere.radius"``,
         ``"roughness.seed"``; or whole tables by title, where keys go together:
-        ``"interaction": [InteractionTable("hard"), InteractionTable("full", 0.05)]``.
+        ``"interaction": [InteractionConfig("hard"), InteractionConfig("full", 0.05)]``.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def case_of(scene: Scene) -> str:
     -------
     str
     """
-    usual = tables(Scene(roughness=RoughnessTable()))
+    usual = tables(Scene(roughness=RoughnessConfig()))
     told = {
         title: {
             key: _rounded(value)

@@ -38,9 +38,9 @@ def contact_of(atoms: Atoms, *, hard: bool = False) -> Contact:
     contact = atoms.calc.contact(atoms)
     if isinstance(contact.interaction, HardWall) != hard:
         raise ValueError(
-            f"HardWallCG is for the hard wall, got {contact.interaction}"
+            f"ActiveSet is for the hard wall, got {contact.interaction}"
             if hard
-            else "a hard wall has no gradient: relax it with HardWallCG"
+            else "a hard wall has no gradient: relax it with ActiveSet"
         )
     return contact
 

@@ -92,7 +92,7 @@ class Window(Optimizable):
         """Move the atoms to where the solver is, the margin included."""
         if self.state is None or self.state is self._written:
             return
-        values = self.contact.halfspace.surroundings(self.state.pressure)
+        values = self.contact.halfspace.padded_displacement(self.state.pressure)
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self.state.height
         self.atoms.calc.hold(self.atoms, self.state.pressure)
@@ -279,14 +279,14 @@ class NewtonKrylov(WindowOptimizer):
     _iterate = staticmethod(newton.iterate)
 
 
-class HardWallCG(WindowOptimizer):
+class ActiveSet(WindowOptimizer):
     """Solver for the hard wall: ``g >= 0, p >= 0, g p = 0``.
 
     Active-set iteration with preconditioned conjugate gradients for the pressure in
     the contact. The force that `fmax` bounds is the one that closes the gap of an atom:
     ``E* a0/1.122`` times the largest gap in contact or overlap outside of it, which is
     never allowed to be larger than 1e-6 spacings. It honours a fixed indenter and a
-    load. After a run, `certificate` tells how well the conditions hold.
+    load. After a run, `optimality_residuals` holds how well the conditions hold.
 
     Parameters
     ----------
@@ -304,15 +304,15 @@ class HardWallCG(WindowOptimizer):
 
     Examples
     --------
-    >>> from ase_roughcontact import HardWall, HardWallCG, RoughContact, RoughSphere
+    >>> from ase_roughcontact import HardWall, ActiveSet, RoughContact, RoughSphere
     >>> from ase_roughcontact import substrate
     >>> sphere = RoughSphere(radius=200.0)
     >>> atoms = substrate('Cu', (16, 16), sphere, fixed=False)
     >>> atoms.calc = RoughContact(sphere, 0.5, HardWall(), load=5.0)
-    >>> optimizer = HardWallCG(atoms)
+    >>> optimizer = ActiveSet(atoms)
     >>> optimizer.run(fmax=1e-9)
     True
-    >>> optimizer.certificate.gap_in_contact < 1e-6
+    >>> optimizer.optimality_residuals.gap_in_contact < 1e-6
     True
     >>> round(atoms.calc.state(atoms).normal_force, 6)
     5.0
@@ -322,7 +322,7 @@ class HardWallCG(WindowOptimizer):
     _iterate = staticmethod(hardwall.iterate)
 
     @property
-    def certificate(self) -> hardwall.Certificate:
+    def optimality_residuals(self) -> hardwall.OptimalityResiduals:
         """Gap in contact, overlap, tension and load error, calculated afresh.
 
         From the pressure where the solver has come to, by one convolution.
@@ -334,8 +334,8 @@ class HardWallCG(WindowOptimizer):
         """
         window = self.optimizable
         if window.state is None:
-            raise RuntimeError("there is no certificate before the first step")
+            raise RuntimeError("no optimality residuals before the first step")
         load = None if window.indenter.fixed else window.atoms.calc.parameters["load"]
-        return hardwall.certificate(
+        return hardwall.optimality_residuals(
             window.contact, window.state.pressure, window.state.height, load
         )

@@ -53,7 +53,7 @@ def load_path(
     optimizer : callable, optional
         Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
         or a `functools.partial` of one with its options. By default `NewtonKrylov`,
-        or `HardWallCG` where the wall is hard.
+        or `ActiveSet` where the wall is hard.
     fmax : float, optional
         Tolerance of the force on every atom (eV/Å), instead of `accuracy`.
     trajectory : path, optional

@@ -219,7 +219,7 @@ def _fixed(
 def _misses(atoms: Atoms) -> bool:
     """Whether a window leaves out the atom that the indenter touches first."""
     try:
-        lowest = AutoWindow(atoms).silhouette.lowest
+        lowest = AutoWindow(atoms).footprint.lowest
     except ValueError:  # of an indenter that does not rise out of reach
         return False
     return bool(lowest < atoms.calc.contact(atoms).heights.min())

@@ -84,7 +84,7 @@ class LoadStep:
 
 
 @dataclass
-class Effort:
+class SolverStatistics:
     """How a step was relaxed; grows while it is.
 
     Attributes
@@ -105,7 +105,11 @@ class Effort:
 
 
 def record_of(
-    atoms: Atoms, step: int, first_contact: float, effort: Effort, seconds: float
+    atoms: Atoms,
+    step: int,
+    first_contact: float,
+    effort: SolverStatistics,
+    seconds: float,
 ) -> LoadStep:
     """Read a record off relaxed atoms.
 
@@ -117,7 +121,7 @@ def record_of(
         Number of the step.
     first_contact : float
         Height at which the flat substrate begins to repel the indenter (Å).
-    effort : Effort
+    effort : SolverStatistics
         How they were relaxed.
     seconds : float
         Time that it took.

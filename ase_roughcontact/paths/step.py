@@ -15,12 +15,12 @@ from ase.constraints import Hookean
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.build import indenter_fixed, restore
 from ase_roughcontact.atoms.calculator import RoughContact
-from ase_roughcontact.atoms.grid import Layout
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.interactions import HardWall
-from ase_roughcontact.optimize import HardWallCG, NewtonKrylov
+from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.paths.accuracy import accuracy_of
-from ase_roughcontact.paths.record import Effort, LoadStep, record_of
-from ase_roughcontact.windows.exchange import rewindow, window_of
+from ase_roughcontact.paths.record import LoadStep, SolverStatistics, record_of
+from ase_roughcontact.windows.exchange import exchange_window, window_of
 from ase_roughcontact.windows.policy import AutoWindow, FixedWindow
 
 CONTROLS = ("penetrations", "heights", "loads")
@@ -77,9 +77,9 @@ class Stepper:
         self._max_steps = integer("max_steps", max_steps, 1)
         contact = atoms.calc.contact(atoms)
         hard = isinstance(contact.interaction, HardWall)
-        self._optimizer = optimizer or (HardWallCG if hard else NewtonKrylov)
+        self._optimizer = optimizer or (ActiveSet if hard else NewtonKrylov)
         auto = window == "auto" and not atoms.pbc.any()
-        scatter = self._optimizer in (HardWallCG, NewtonKrylov)
+        scatter = self._optimizer in (ActiveSet, NewtonKrylov)
         self.windows = (
             AutoWindow(atoms, scatter=scatter) if auto else FixedWindow(atoms, edge)
         )
@@ -104,7 +104,7 @@ class Stepper:
         start = time.perf_counter()
         self._apply(target)
         self.windows.place(self.atoms, self.control)
-        effort = Effort()
+        effort = SolverStatistics()
         self._relax(effort)
         while self.windows.grow(self.atoms):
             self._relax(effort)
@@ -123,7 +123,7 @@ class Stepper:
         """
         atoms = self.atoms
         if not atoms.pbc.any() and isinstance(self.windows, AutoWindow):
-            rewindow(atoms, window_of(Layout.of(frame)))
+            exchange_window(atoms, window_of(SurfaceGrid.of(frame)))
             atoms.positions = frame.positions
         else:
             restored = restore(frame, atoms.calc.parameters["contact_modulus"])
@@ -166,7 +166,7 @@ class Stepper:
             height = target if self.control == "heights" else first_contact - target
             atoms.positions[-1, 2] = height
 
-    def _relax(self, effort: Effort) -> None:
+    def _relax(self, effort: SolverStatistics) -> None:
         """Relax the atoms to the tolerance that their state turns out to need."""
         tolerance = self._fmax or self._wanted(self._least_force())
         while True:
@@ -178,7 +178,7 @@ class Stepper:
                 return
             tolerance = max(_MARGIN * needed, self._least)
 
-    def _weigh(self, load: float, effort: Effort) -> None:
+    def _weigh(self, load: float, effort: SolverStatistics) -> None:
         """Mark a step whose load rounding has left uncarried."""
         if self.control != "loads" or self._fmax or not effort.converged:
             return
@@ -208,7 +208,7 @@ class Stepper:
             self._force = float(push) / count
         return count > 0
 
-    def _run(self, effort: Effort, tolerance: float) -> None:
+    def _run(self, effort: SolverStatistics, tolerance: float) -> None:
         """Run the optimizer once, and add what it took to the effort."""
         halfspace = self.atoms.calc.contact(self.atoms).halfspace
         before = halfspace.pairs

@@ -4,12 +4,12 @@ See ``ase_roughcontact/default.toml`` for the format, key by key.
 """
 
 from ase_roughcontact.scene.config import (
-    InteractionTable,
-    PathTable,
-    RoughnessTable,
-    SolverTable,
-    SphereTable,
-    SubstrateTable,
+    InteractionConfig,
+    PathConfig,
+    RoughnessConfig,
+    SolverConfig,
+    SphereConfig,
+    SubstrateConfig,
 )
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
@@ -17,12 +17,12 @@ from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
 __all__ = [
     "NANONEWTON",
     "OPTIMIZERS",
-    "InteractionTable",
-    "PathTable",
-    "RoughnessTable",
+    "InteractionConfig",
+    "PathConfig",
+    "RoughnessConfig",
     "Scene",
-    "SolverTable",
-    "SphereTable",
-    "SubstrateTable",
+    "SolverConfig",
+    "SphereConfig",
+    "SubstrateConfig",
     "default_text",
 ]

@@ -27,7 +27,7 @@ _MOST_STEPS = 1_000_000
 
 
 @dataclass(frozen=True)
-class SubstrateTable:
+class SubstrateConfig:
     """``[substrate]``: moduli in GPa, spacing in Å."""
 
     symbol: str = "Cu"
@@ -39,7 +39,7 @@ class SubstrateTable:
 
 
 @dataclass(frozen=True)
-class SphereTable:
+class SphereConfig:
     """``[sphere]``: radius in units of the spacing."""
 
     radius: float = 1000.0
@@ -47,7 +47,7 @@ class SphereTable:
 
 
 @dataclass(frozen=True)
-class RoughnessTable:
+class RoughnessConfig:
     """``[roughness]``: wavelengths in units of the spacing."""
 
     rms_slope: float = 0.1
@@ -62,7 +62,7 @@ class RoughnessTable:
 
 
 @dataclass(frozen=True)
-class InteractionTable:
+class InteractionConfig:
     """``[interaction]``: work of adhesion in J/m^2, cutoff in units of the spacing."""
 
     kind: str = "repulsive"
@@ -71,7 +71,7 @@ class InteractionTable:
 
 
 @dataclass(frozen=True)
-class PathTable:
+class PathConfig:
     """``[path]``: loads in nN, penetrations and heights in Å."""
 
     control: str = "load"
@@ -123,7 +123,7 @@ class PathTable:
 
 
 @dataclass(frozen=True)
-class SolverTable:
+class SolverConfig:
     """``[solver]``: fmax in units of E* a0^2."""
 
     optimizer: str | None = None
@@ -132,17 +132,17 @@ class SolverTable:
     max_steps: int = 10_000
 
 
-TABLES: dict[str, type] = {
-    "substrate": SubstrateTable,
-    "sphere": SphereTable,
-    "roughness": RoughnessTable,
-    "interaction": InteractionTable,
-    "path": PathTable,
-    "solver": SolverTable,
+SECTIONS: dict[str, type] = {
+    "substrate": SubstrateConfig,
+    "sphere": SphereConfig,
+    "roughness": RoughnessConfig,
+    "interaction": InteractionConfig,
+    "path": PathConfig,
+    "solver": SolverConfig,
 }
 
 
-def read_tables(text: str, name: str) -> dict[str, Any]:
+def read_config(text: str, name: str) -> dict[str, Any]:
     """Read the tables of a scene file.
 
     Parameters
@@ -169,11 +169,11 @@ def read_tables(text: str, name: str) -> dict[str, Any]:
         raise ValueError(f"{name} is not a TOML file: {error}") from error
     tables = {}
     for title, table in given.items():
-        if title not in TABLES:
-            raise ValueError(f"{name}: {unknown(title, list(TABLES), 'table')}")
+        if title not in SECTIONS:
+            raise ValueError(f"{name}: {unknown(title, list(SECTIONS), 'table')}")
         if not isinstance(table, dict):
             raise ValueError(f"{name}: [{title}] must be a table, got {table!r}")
-        tables[title] = table_of(TABLES[title], table, f"{name}: [{title}]")
+        tables[title] = table_of(SECTIONS[title], table, f"{name}: [{title}]")
     return tables
 
 
@@ -191,7 +191,7 @@ def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
         Table, key, old value and new value.
     """
     told = []
-    for title in TABLES:
+    for title in SECTIONS:
         was, now = old.get(title), new.get(title)
         if was is None or now is None:
             if was is not now:

@@ -17,12 +17,12 @@ from ase_roughcontact.atoms.build import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.scene.config import (
-    InteractionTable,
-    PathTable,
-    RoughnessTable,
-    SolverTable,
-    SphereTable,
-    SubstrateTable,
+    InteractionConfig,
+    PathConfig,
+    RoughnessConfig,
+    SolverConfig,
+    SphereConfig,
+    SubstrateConfig,
     choice,
 )
 from ase_roughcontact.topography import RoughSphere, SelfAffine
@@ -39,12 +39,12 @@ _LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 class Model:
     """Sphere, material and wall of a scene; see `Scene`."""
 
-    substrate: SubstrateTable = field(default_factory=SubstrateTable)
-    sphere: SphereTable = field(default_factory=SphereTable)
-    roughness: RoughnessTable | None = None
-    interaction: InteractionTable = field(default_factory=InteractionTable)
-    path: PathTable = field(default_factory=PathTable)
-    solver: SolverTable = field(default_factory=SolverTable)
+    substrate: SubstrateConfig = field(default_factory=SubstrateConfig)
+    sphere: SphereConfig = field(default_factory=SphereConfig)
+    roughness: RoughnessConfig | None = None
+    interaction: InteractionConfig = field(default_factory=InteractionConfig)
+    path: PathConfig = field(default_factory=PathConfig)
+    solver: SolverConfig = field(default_factory=SolverConfig)
 
     @property
     def spacing(self) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 from ase import Atoms
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 
-from ase_roughcontact.optimize import FourierModes, HardWallCG, NewtonKrylov
+from ase_roughcontact.optimize import ActiveSet, FourierModes, NewtonKrylov
 
 
 def _on_modes(cls: type, atoms: Atoms, **options: Any) -> Any:
@@ -23,7 +23,7 @@ def _on_modes(cls: type, atoms: Atoms, **options: Any) -> Any:
 
 OPTIMIZERS: dict[str, Any] = {
     "NewtonKrylov": NewtonKrylov,
-    "HardWallCG": HardWallCG,
+    "ActiveSet": ActiveSet,
     **{
         cls.__name__: partial(_on_modes, cls)
         for cls in (LBFGS, FIRE, FIRE2, BFGSLineSearch)

@@ -20,7 +20,7 @@ from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.config import choice, differences, read_tables
+from ase_roughcontact.scene.config import choice, differences, read_config
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.topography import RoughSphere
@@ -116,7 +116,7 @@ class Scene(Model):
             If the text is not TOML, there is a table or a key that is not known, or a
             value of the wrong kind.
         """
-        return cls(**read_tables(text, name))
+        return cls(**read_config(text, name))
 
     @classmethod
     def default(cls) -> Scene:

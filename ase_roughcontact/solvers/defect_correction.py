@@ -19,9 +19,9 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import by_rows, combined, dot, dots
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import Circulant, Matrix, model_of
+from ase_roughcontact.elasticity.circulant import CirculantModel, Matrix, model_of
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.active_set import ActiveSet
+from ase_roughcontact.solvers.active_set import ActiveSetSolver
 from ase_roughcontact.solvers.relaxation import precision_advice
 
 # Part of a violation that the model's solution may leave.
@@ -137,7 +137,7 @@ class _Descent:
             share = _share(self.pressure, self.displacement, undeformed)
             self.pressure = combined([(share, self.pressure)])
             self.displacement = combined([(share, self.displacement)])
-        self.model: Circulant | Matrix | None = None
+        self.model: CirculantModel | Matrix | None = None
         self.violations: list[float] = []
         self.moves: list[Move] = []
         self.part = 1.0
@@ -196,12 +196,12 @@ class _Descent:
         contraction = rounding if model.exact else _CONTRACTION
         target = max(0.3 * self.tolerance / violation, contraction)
         loaded = self.load is not None
-        correction = ActiveSet(model, self.pressure, self.gap, violation, loaded)
+        correction = ActiveSetSolver(model, self.pressure, self.gap, violation, loaded)
         trial = correction.solve(target)
         self.work = model.points * (model.transforms - before)
         return trial
 
-    def _covering(self, violation: float) -> Circulant | Matrix:
+    def _covering(self, violation: float) -> CirculantModel | Matrix:
         """Model whose box holds all atoms that may touch, the last one if it does."""
         if self.model is None or _overlaps_beyond(self.model.box, self.gap):
             near = (self.pressure > 0.0) | (self.gap < violation)
@@ -231,7 +231,7 @@ def _first(
     halfspace = contact.halfspace
     total = load / halfspace.cell_area
     if start is None or not start.any():
-        start = _springs(contact.heights, total, 1.0 / halfspace.atom_compliance)
+        start = _springs(contact.heights, total, 1.0 / halfspace.self_compliance)
     return start * (total / start.sum())
 
 

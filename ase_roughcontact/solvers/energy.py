@@ -46,7 +46,7 @@ _SLOPE_LEFT = 0.3
 
 @dataclass(frozen=True)
 class State:
-    """A point of the landscape.
+    """A point of the contact_energy.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class Step:
         )
 
 
-class Landscape:
+class ContactEnergy:
     """Energy and its derivatives, at states and along steps.
 
     Parameters

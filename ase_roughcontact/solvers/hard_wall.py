@@ -44,7 +44,7 @@ _WORTH = 0.5
 
 
 @dataclass(frozen=True)
-class Certificate:
+class OptimalityResiduals:
     """How well the conditions of a hard contact hold.
 
     Attributes
@@ -65,9 +65,9 @@ class Certificate:
     load_error: float
 
 
-def certificate(
+def optimality_residuals(
     contact: Contact, pressure: np.ndarray, height: float, load: float | None = None
-) -> Certificate:
+) -> OptimalityResiduals:
     """Check a solution afresh, by one convolution on the whole window.
 
     Parameters
@@ -83,13 +83,13 @@ def certificate(
 
     Returns
     -------
-    Certificate
+    OptimalityResiduals
     """
     halfspace = contact.halfspace
     gap = height + contact.heights - halfspace.displacement(pressure)
     touching = pressure > 0.0
     force = float(pressure.sum()) * halfspace.cell_area
-    return Certificate(
+    return OptimalityResiduals(
         gap_in_contact=float(abs(gap[touching]).max(initial=0.0)),
         penetration=abs(float(gap.min(where=~touching, initial=0.0))),
         tension=abs(float(pressure.min(initial=0.0))),
@@ -140,7 +140,7 @@ def iterate(
     halfspace = contact.halfspace
     start = None if start is None else _clean(contact, start)
     load = None if external is None else -external(height)[1]
-    force_per_gap = halfspace.cell_area / halfspace.atom_compliance
+    force_per_gap = halfspace.cell_area / halfspace.self_compliance
     if load is not None and load <= force_per_gap * _GAP * halfspace.spacing:
         # a touch of the lowest point, of which coarser grids know nothing
         height, start = contact.first_contact, np.zeros(halfspace.shape)
@@ -167,7 +167,7 @@ def _check(
 ) -> None:
     """Raise `ValueError` if there is no solution, or none that is found here."""
     if not isinstance(contact.interaction, HardWall):
-        raise ValueError(f"HardWallCG is for the hard wall, got {contact.interaction}")
+        raise ValueError(f"ActiveSet is for the hard wall, got {contact.interaction}")
     finite(height=height)
     positive(tolerance=tolerance)
     if external is not None:
@@ -191,7 +191,7 @@ def _check_load(external: External, heights: tuple[float, ...]) -> None:
             for load, height in zip(loads, heights, strict=True)
         )
         raise ValueError(
-            f"HardWallCG can't honour a spring on the indenter: the load is {told}; "
+            f"ActiveSet can't honour a spring on the indenter: the load is {told}; "
             "give a constant load, or fix the height"
         )
     if not 0.0 <= loads[0] < math.inf:

@@ -1,7 +1,7 @@
 """Relaxation of a soft wall by Newton's method with a cheap model of the half space.
 
 The unknowns are the elastic pressure on the window and the indenter's height; the
-`landscape` is their energy.
+`contact_energy` is their energy.
 
 *Direction.* Newton's equations are solved loosely with a cheap model in place of the
 Green's function (see `krylov`); the one exact convolution of a step gives its lift.
@@ -36,11 +36,11 @@ from ase_roughcontact._util.kernels import combined
 from ase_roughcontact._util.recycling import empty, zeros
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import Circulant, Matrix, model_of
+from ase_roughcontact.elasticity.circulant import CirculantModel, Matrix, model_of
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
-from ase_roughcontact.solvers.energy import Landscape, State, Step
+from ase_roughcontact.solvers.energy import ContactEnergy, State, Step
 from ase_roughcontact.solvers.gcr import System, norm, residuals
 from ase_roughcontact.solvers.relaxation import (
     External,
@@ -134,7 +134,7 @@ def _check(
     contact: Contact, height: float, start: np.ndarray | None, tolerance: float
 ) -> None:
     if isinstance(contact.interaction, HardWall):
-        raise ValueError("a hard wall has no gradient: relax it with HardWallCG")
+        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     finite(height=height)
     positive(tolerance=tolerance)
     if start is not None:
@@ -167,7 +167,7 @@ def _cold_start(
     """Pressure and height to start from, and the pairs that they cost."""
     if not can_coarsen(contact):
         if external is not None:
-            carried = Landscape(contact, external).carrying_height()
+            carried = ContactEnergy(contact, external).carrying_height()
             height = height if carried is None else carried
         return np.zeros(contact.heights.shape), height, 0.0
     coarse = coarsen(contact)
@@ -184,33 +184,36 @@ def _cold_start(
 class _Newton:
     """Steps downhill, and what they remember of each other."""
 
-    def __init__(self, landscape: Landscape) -> None:
-        halfspace = landscape.contact.halfspace
-        self.landscape, self.halfspace = landscape, halfspace
+    def __init__(self, contact_energy: ContactEnergy) -> None:
+        halfspace = contact_energy.contact.halfspace
+        self.contact_energy, self.halfspace = contact_energy, halfspace
         self.convex = True
         self.near = _NEAR * halfspace.contact_modulus * halfspace.cell_area
         self.history: list[Step] = []
-        self.model: Circulant | Matrix | None = None
+        self.model: CirculantModel | Matrix | None = None
         self.points = 0
         self.reported = self._pairs()
 
     def advance(self, state: State, wanted: float) -> State | None:
         """Return a state of lower energy, None if there is none to be found."""
-        if self.landscape.loaded and not self.landscape.resists(state):
+        if self.contact_energy.loaded and not self.contact_energy.resists(state):
             return self._approached(state)
         step = self._correction(state, max(_REDUCTION, 0.3 * wanted / state.error))
         if step is None or not (self.convex or self._downhill(state, step)):
             return None if self.convex else self._advance_convex(state, wanted)
-        if abs(self.landscape.slope(state, step)) <= state.noise:
+        if abs(self.contact_energy.slope(state, step)) <= state.noise:
             self.convex = False  # only the quadratic end is left
-            return self.landscape.moved(state, step, 1.0)
+            return self.contact_energy.moved(state, step, 1.0)
         steps = [step, *self.history]
-        step, self.history = self.landscape.combination(state, steps), steps[:_MEMORY]
-        length = self.landscape.line_search(state, step)
+        step, self.history = (
+            self.contact_energy.combination(state, steps),
+            steps[:_MEMORY],
+        )
+        length = self.contact_energy.line_search(state, step)
         if length == 0.0:
             return None if self.convex else self._advance_convex(state, wanted)
         self._choose(state, length)
-        return self.landscape.moved(state, step, length)
+        return self.contact_energy.moved(state, step, length)
 
     def report(
         self, state: State, *, converged: bool = False, message: str = ""
@@ -250,10 +253,10 @@ class _Newton:
 
     def _approached(self, state: State) -> State | None:
         """Bring the indenter down to where the frozen surface carries the load."""
-        height = self.landscape.carrying_height(state.lift, state.height)
+        height = self.contact_energy.carrying_height(state.lift, state.height)
         if height is None or height == state.height:
             return None
-        return self.landscape.state(state.pressure, state.lift, height)
+        return self.contact_energy.state(state.pressure, state.lift, height)
 
     def _correction(self, state: State, reduction: float) -> Step | None:
         """Newton's step by the model, and its exact lift."""
@@ -262,17 +265,17 @@ class _Newton:
             stiffness = np.maximum(stiffness, 0.0, out=empty(stiffness.shape))
         model = self._model(state.box)
         row = None
-        if self.landscape.loaded:
+        if self.contact_energy.loaded:
             area = self.halfspace.cell_area
             missing = float(state.residual.sum()) - state.load_residual / area
-            row = self.landscape.spring(state.height) / area, missing
+            row = self.contact_energy.spring(state.height) / area, missing
         before = model.transforms
         system = System(model, state.box, stiffness)
         step = self._solved(system, state, row, reduction)
         self.points += (model.transforms - before) * model.points
         return step
 
-    def _model(self, needed: Box) -> Circulant | Matrix:
+    def _model(self, needed: Box) -> CirculantModel | Matrix:
         """Model of the half space for some atoms, the last one if it has them all."""
         if self.model is None or not self.model.box.holds(needed):
             self.model = model_of(self.halfspace, needed)
@@ -319,11 +322,11 @@ class _Newton:
         """Return a change of pressure and height with its exact lift."""
         pressure = zeros(state.pressure.shape)
         pressure[state.box.slices] = change[:-1].reshape(state.box.shape)
-        return Step(pressure, self.landscape.lift(pressure), float(change[-1]))
+        return Step(pressure, self.contact_energy.lift(pressure), float(change[-1]))
 
     def _downhill(self, state: State, step: Step) -> bool:
-        falls = self.landscape.slope(state, step) < 0.0
-        return falls and self.landscape.curvatures(state, [step])[0, 0] > 0.0
+        falls = self.contact_energy.slope(state, step) < 0.0
+        return falls and self.contact_energy.curvatures(state, [step])[0, 0] > 0.0
 
 
 class _Progress:
@@ -360,14 +363,14 @@ def _relax(
     tolerance: float,
 ) -> Iterator[Relaxation]:
     """Relax on one grid."""
-    landscape = Landscape(contact, external)
-    newton = _Newton(landscape)
-    state = landscape.state(start, landscape.lift(start), height)
+    contact_energy = ContactEnergy(contact, external)
+    newton = _Newton(contact_energy)
+    state = contact_energy.state(start, contact_energy.lift(start), height)
     progress = _Progress(state)
     fresh, refreshed = True, False
     while True:
         if state.error <= tolerance and not fresh:
-            state = landscape.balanced(landscape.afresh(state), tolerance)
+            state = contact_energy.balanced(contact_energy.afresh(state), tolerance)
             progress.best, fresh = state, True
         if state.error <= tolerance:
             yield newton.report(state, converged=True)
@@ -375,21 +378,21 @@ def _relax(
         yield newton.report(state)
         new = newton.advance(state, tolerance)
         if new is None:
-            held = not landscape.loaded or landscape.resists(state)
+            held = not contact_energy.loaded or contact_energy.resists(state)
             progress.obstacle = (
                 "no step lowers the energy" if held else "nothing holds the indenter"
             )
         else:
-            new = landscape.balanced(new, tolerance)
+            new = contact_energy.balanced(new, tolerance)
             progress.note(state, new)
             state, fresh = new, False
         if progress.obstacle:
-            state = landscape.afresh(progress.best)
+            state = contact_energy.afresh(progress.best)
             if refreshed and not state.error <= tolerance:
                 break
             newton.forget()
             progress, fresh, refreshed = _Progress(state), True, True
-    obstacle = progress.obstacle + precision_advice(landscape.contact.halfspace)
+    obstacle = progress.obstacle + precision_advice(contact_energy.contact.halfspace)
     if not math.isfinite(state.error):
         obstacle = "energy or pressure of the wall are not finite"
     message = f"stalled at a force of {state.error:.2g}: {obstacle}"

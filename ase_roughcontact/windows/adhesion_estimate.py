@@ -38,7 +38,7 @@ from ase_roughcontact.windows.memory import available_memory, memory_of
 _PIECE = 1024
 
 
-class Spreading:
+class AdhesionEstimate:
     """Radius over which attraction spreads a contact, refused beyond the memory.
 
     Parameters

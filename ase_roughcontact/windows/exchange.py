@@ -8,18 +8,18 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.grid import Layout, set_displacement
+from ase_roughcontact.atoms.grid import SurfaceGrid, set_displacement
 from ase_roughcontact.elasticity.lattice import Box, Sites
 from ase_roughcontact.solvers.relaxation import without_rounding
 from ase_roughcontact.windows.footprint import rest_of
 
 
-def window_of(layout: Layout) -> Box | Sites:
+def window_of(layout: SurfaceGrid) -> Box | Sites:
     """Atoms of a layout that may touch, counted from the indenter's axis.
 
     Parameters
     ----------
-    layout : Layout
+    layout : SurfaceGrid
 
     Returns
     -------
@@ -31,7 +31,7 @@ def window_of(layout: Layout) -> Box | Sites:
     return Sites(layout.sites + np.array([i, j]))
 
 
-def rewindow(atoms: Atoms, window: Box | Sites) -> None:
+def exchange_window(atoms: Atoms, window: Box | Sites) -> None:
     """Exchange the window of a free half space for another, in place.
 
     The atoms that are in both windows keep their pressure, and all are displaced by
@@ -74,7 +74,7 @@ def rewindow(atoms: Atoms, window: Box | Sites) -> None:
     atoms.set_constraint(constraints)
     if carried.any():
         halfspace = atoms.calc.contact(atoms).halfspace
-        set_displacement(atoms, halfspace.surroundings(carried))
+        set_displacement(atoms, halfspace.padded_displacement(carried))
         atoms.calc.hold(atoms, carried)
 
 
@@ -105,7 +105,7 @@ def _box(window: Box | Sites) -> Box:
     return window.box if isinstance(window, Sites) else window
 
 
-def _positions(window: Box | Sites, layout: Layout, height: float) -> np.ndarray:
+def _positions(window: Box | Sites, layout: SurfaceGrid, height: float) -> np.ndarray:
     """Places of the atoms of a window, flat, and of the indenter."""
     spacing, box = layout.spacing, _box(window)
     positions = np.zeros((window.size + 1, 3))

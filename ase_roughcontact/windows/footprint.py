@@ -1,4 +1,4 @@
-"""Silhouette of the indenter: which atoms are below a level of it.
+"""Footprint of the indenter: which atoms are below a level of it.
 
 Lengths are in any one unit.
 """
@@ -32,7 +32,7 @@ _ROOM = 1.3
 _ROUNDING = 1e-9
 
 
-class Silhouette:
+class Footprint:
     """Outline of an indenter seen along x and y, which tells what is below a level.
 
     It keeps the lowest height in every row and every column of atoms. From these

@@ -26,9 +26,9 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.elasticity.lattice import Box, Sites
 from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
 from ase_roughcontact.topography import RoughSphere
-from ase_roughcontact.windows.adhesion_estimate import Spreading
-from ase_roughcontact.windows.exchange import carry, rewindow, window_of
-from ase_roughcontact.windows.footprint import FEW, Silhouette
+from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
+from ase_roughcontact.windows.exchange import carry, exchange_window, window_of
+from ase_roughcontact.windows.footprint import FEW, Footprint
 from ase_roughcontact.windows.memory import check_memory
 
 # A window is kept as long as it has at most this many times the atoms that it needs.
@@ -128,14 +128,16 @@ class AutoWindow:
         self._few = FEW if scatter else 0
         layout, contact = atoms.calc.layout(atoms), atoms.calc.contact(atoms)
         indenter = atoms.calc.parameters["indenter"]
-        self.silhouette = Silhouette(indenter, layout.spacing, layout.origin)
+        self.footprint = Footprint(indenter, layout.spacing, layout.origin)
         self.wall = contact.interaction
         self.modulus = contact.halfspace.contact_modulus
-        self.first_contact = self.wall.contact_distance - self.silhouette.lowest
-        self._spreading: Spreading | None = None
+        self.first_contact = self.wall.contact_distance - self.footprint.lowest
+        self._spreading: AdhesionEstimate | None = None
         if self.wall.attractive and isinstance(indenter, RoughSphere):
             spacing = layout.spacing
-            self._spreading = Spreading(indenter, self.wall, self.modulus, spacing)
+            self._spreading = AdhesionEstimate(
+                indenter, self.wall, self.modulus, spacing
+            )
         self._filled = _HERTZ
         self._level = -np.inf
         self._acting: Box | None = None
@@ -166,8 +168,8 @@ class AutoWindow:
             height = self._expected(load, height)
         self._level = self.wall.cutoff - height
         if control != "loads":
-            self.silhouette.check(self._level)
-        box = self.silhouette.known(self.silhouette.below(self._level))
+            self.footprint.check(self._level)
+        box = self.footprint.known(self.footprint.below(self._level))
         window = window_of(atoms.calc.layout(atoms))
         if not self.wall.attractive and box.size > _AFRESH * self._settled:
             self._flatten(atoms)
@@ -202,7 +204,7 @@ class AutoWindow:
         elif control == "penetrations":
             height = self.first_contact - target
         level = self.wall.cutoff - height
-        self.silhouette.check(level)
+        self.footprint.check(level)
         return self._roomy(self._window(level, None))
 
     def grow(self, atoms: Atoms) -> bool:
@@ -224,8 +226,8 @@ class AutoWindow:
             If an atom could touch at which the surface is not known.
         """
         level = self.wall.cutoff - float(atoms.positions[-1, 2])
-        window, lowest = window_of(atoms.calc.layout(atoms)), self.silhouette.lowest
-        depth = max(self._level - lowest, 1e-3 * self.silhouette.spacing)
+        window, lowest = window_of(atoms.calc.layout(atoms)), self.footprint.lowest
+        depth = max(self._level - lowest, 1e-3 * self.footprint.spacing)
         if level - lowest > _DEEPER * depth and not self._all_below(level, window):
             # under load, an indenter comes out too deep in too small a window
             self._level = lowest + _DEEPER * depth
@@ -246,7 +248,7 @@ class AutoWindow:
         """Remember a relaxed state, from which the next step is guessed."""
         layout, height = atoms.calc.layout(atoms), float(atoms.positions[-1, 2])
         window = window_of(layout)
-        box = self.silhouette.below(self.wall.cutoff - height)
+        box = self.footprint.below(self.wall.cutoff - height)
         self._settled = box.size
         load, depth = atoms.calc.parameters["load"], self.first_contact - height
         if load > 0.0 and depth > 0.0 and not self.wall.attractive:
@@ -257,15 +259,15 @@ class AutoWindow:
 
     def system(self) -> dict:
         """Return what tells the lattice apart from others, whatever the window."""
-        spacing = self.silhouette.spacing
-        offset = [round(x / spacing, 9) for x in self.silhouette.offset]
+        spacing = self.footprint.spacing
+        offset = [round(x / spacing, 9) for x in self.footprint.offset]
         return {"window": "auto", "spacing": spacing, "offset": offset}
 
     def _exchange(self, atoms: Atoms, needed: Box | Sites) -> None:
         """Exchange the window, if there is memory for it."""
         window = self._roomy(needed)
         check_memory(window.shape)
-        rewindow(atoms, window)
+        exchange_window(atoms, window)
 
     def _spread(self, atoms: Atoms, load: float | None) -> Box | None:
         """Atoms over which a contact of flat atoms spreads by itself, if it does.
@@ -281,8 +283,8 @@ class AutoWindow:
         radius = self._spreading.checked(self.wall.contact_distance - height, load)
         if not radius:
             return None
-        half = math.ceil(radius / self.silhouette.spacing)
-        return self.silhouette.known(Box((-half, -half), (2 * half + 1,) * 2))
+        half = math.ceil(radius / self.footprint.spacing)
+        return self.footprint.known(Box((-half, -half), (2 * half + 1,) * 2))
 
     def _kept_acting(self, atoms: Atoms, window: Box | Sites) -> Box | None:
         """Atoms that the wall acts on before the step, which attraction may keep."""
@@ -296,18 +298,18 @@ class AutoWindow:
 
         Of a large box only the part that is expected to touch.
         """
-        silhouette = self.silhouette
-        box = silhouette.known(silhouette.below(level)).join(also)
-        count = silhouette.count(level)
+        footprint = self.footprint
+        box = footprint.known(footprint.below(level)).join(also)
+        count = footprint.count(level)
         if also is not None and count <= self._few:
-            low = silhouette.lowest_sites(FEW).all
+            low = footprint.lowest_sites(FEW).all
             held = np.flatnonzero(also.find(low)[0])
             count = max(count, int(held[-1]) + 1 if held.size else 1)
         if count <= self._few and count**2 < _PRICE * box.size:
-            return silhouette.lowest_sites(count)
+            return footprint.lowest_sites(count)
         if box.size > _LARGE:
-            part = silhouette.below(self._touched(level))
-            box = silhouette.known(part).join(also)
+            part = footprint.below(self._touched(level))
+            box = footprint.known(part).join(also)
         return box
 
     def _touched(self, level: float) -> float:
@@ -317,7 +319,7 @@ class AutoWindow:
         atoms touch where this is less than the roughness is deep, and the wall reaches.
         In a paraboloid's box the side goes with the root of the depth.
         """
-        lowest, wall = self.silhouette.lowest, self.wall
+        lowest, wall = self.footprint.lowest, self.wall
         rough = max(-lowest, 0.0) + wall.cutoff - wall.contact_distance
         depth = level - lowest
         smooth = depth - rough
@@ -330,36 +332,36 @@ class AutoWindow:
     def _roomy(self, window: Box | Sites) -> Box | Sites:
         """Window of one of few sizes around another."""
         if isinstance(window, Box):
-            return self.silhouette.roomy(window)
+            return self.footprint.roomy(window)
         rungs = math.ceil(math.log(window.size, _RUNG))
-        return self.silhouette.lowest_sites(min(math.ceil(_RUNG**rungs), FEW))
+        return self.footprint.lowest_sites(min(math.ceil(_RUNG**rungs), FEW))
 
     def _all_below(self, level: float, window: Box | Sites) -> bool:
         """Whether a window holds all atoms lower than a level."""
         if isinstance(window, Sites):
-            return self.silhouette.count(level) <= window.size
-        return window.holds(self.silhouette.known(self.silhouette.below(level)))
+            return self.footprint.count(level) <= window.size
+        return window.holds(self.footprint.known(self.footprint.below(level)))
 
     def _missing(self, atoms: Atoms, window: Box | Sites) -> Box | Sites | None:
         """Window that holds the atoms outside that the wall reaches; None if none."""
         level = self._level
-        self.silhouette.check(level)
+        self.footprint.check(level)
         if self.wall.attractive:
             lift = float(displacement(atoms, atoms.calc.layout(atoms)).max())
             level += max(lift, 0.0)
         if self._all_below(level, window):
             return None
-        self.silhouette.check(level)
-        count = self.silhouette.count(level)
+        self.footprint.check(level)
+        count = self.footprint.count(level)
         if isinstance(window, Sites) and count <= FEW:
-            wide: Box | Sites = self.silhouette.lowest_sites(count)
+            wide: Box | Sites = self.footprint.lowest_sites(count)
         else:
-            below = self.silhouette.known(self.silhouette.below(level))
+            below = self.footprint.known(self.footprint.below(level))
             wide = below.join(_box(window))
         near = self._gap(atoms, window, wide) < self.wall.cutoff
         if isinstance(wide, Sites):
             last = int(np.flatnonzero(near)[-1]) + 1 if near.any() else 0
-            return None if last <= window.size else self.silhouette.lowest_sites(last)
+            return None if last <= window.size else self.footprint.lowest_sites(last)
         reached = wide.around_those(near)
         if isinstance(window, Sites):
             inside = window.find(wide.places(near))[0].all()
@@ -377,21 +379,21 @@ class AutoWindow:
         """Height at which the overlap is as large as the load needs, or as before."""
         if load <= 0.0:
             return height
-        depth = 1e-3 * self.silhouette.spacing
+        depth = 1e-3 * self.footprint.spacing
         most = load / self._carried(1.0, 0.5)
         while depth < most:
             level = self.wall.cutoff - self.first_contact + depth
-            box = self.silhouette.below(level)
+            box = self.footprint.below(level)
             if self._carried(depth, _half_side(box)) > load:
                 break
-            if self.silhouette.known(box) != box:
+            if self.footprint.known(box) != box:
                 break
             depth *= 1.2
         return self.first_contact - min(depth, most)
 
     def _carried(self, depth: float, half: float) -> float:
         """Load at a depth with a box of a half side in spacings, as last time."""
-        return self._filled * self.modulus * depth * half * self.silhouette.spacing
+        return self._filled * self.modulus * depth * half * self.footprint.spacing
 
     def _gap(self, atoms: Atoms, window: Box | Sites, wide: Box | Sites) -> np.ndarray:
         """Gap of the atoms of a wider window."""
@@ -400,7 +402,7 @@ class AutoWindow:
         if wide is window:
             return contact.gap(displacement(atoms, atoms.calc.layout(atoms)), height)
         pressure = carry(atoms.calc.elastic_pressure(atoms), window, wide)
-        spacing, given = self.silhouette.spacing, contact.halfspace
+        spacing, given = self.footprint.spacing, contact.halfspace
         fft = {**given.fft, "measure": False}
         if isinstance(wide, Sites):
             halfspace: HalfSpace = ScatteredHalfSpace(
@@ -408,7 +410,7 @@ class AutoWindow:
             )
         else:
             halfspace = FreeHalfSpace(wide.shape, spacing, self.modulus, **fft)
-        undeformed = height + self.silhouette.heights(wide)
+        undeformed = height + self.footprint.heights(wide)
         return undeformed - halfspace.displacement(pressure)
 
 

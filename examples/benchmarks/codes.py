@@ -58,10 +58,10 @@ def solve_ours(problem: Problem, press: bool = False) -> Answer:
 
 def solve_ours_ase(problem: Problem) -> Answer:
     """Ours as ASE optimizers: atoms in, relaxed atoms out."""
-    from ase_roughcontact import HardWallCG, NewtonKrylov
+    from ase_roughcontact import ActiveSet, NewtonKrylov
 
     def solve() -> Any:
-        optimizer = (HardWallCG if problem.hard else NewtonKrylov)(atoms)
+        optimizer = (ActiveSet if problem.hard else NewtonKrylov)(atoms)
         optimizer.run(fmax=TOLERANCE / 1.122 if problem.hard else TOLERANCE)
         return optimizer
 

@@ -24,8 +24,8 @@ convolutions
 x ours
     seconds over those of our array-level solver;
 area, height, load error, gap, overlap, tension, residual
-    atoms in contact and height, relative error of the load, and from one certificate
-    (`problems.certificate`) largest gap in contact, deepest overlap outside, most
+    atoms in contact and height, relative error of the load, and from one judge
+    (`problems.optimality_residuals`): largest gap in contact, deepest overlap, most
     negative pressure; for soft walls the largest force left on an atom. Adhesion may
     find different minima: compare area and load before times.
 """
@@ -40,7 +40,7 @@ from pathlib import Path
 
 import numpy as np
 from codes import HARD, SOFT, Solver, timed
-from problems import WALLS, Answer, Problem, certificate
+from problems import WALLS, Answer, Problem, optimality_residuals
 
 COLUMNS = {
     "setup": "9.3f",
@@ -124,7 +124,7 @@ def measure(problem: Problem, options: argparse.Namespace) -> None:
 def measured(
     problem: Problem, solve: Solver, options: argparse.Namespace
 ) -> dict[str, float | None]:
-    """Row of one code: least times, and the certificate of the last answer."""
+    """Row of one code: least times, and the optimality_residuals of the last answer."""
     pair = pair_seconds(problem)
     answers: list[Answer] = []
     spent = 0.0
@@ -141,7 +141,7 @@ def measured(
         "pairs of time": seconds / pair,
         "iterations": last.iterations,
         "convolutions": last.convolutions,
-    } | certificate(problem, last)
+    } | optimality_residuals(problem, last)
 
 
 def pair_seconds(problem: Problem, repeat: int = 10) -> float:

@@ -1,4 +1,4 @@
-"""The problems that all codes solve, and one certificate for all their answers.
+"""The problems that all codes solve, and one judge of all their answers.
 
 Units are reduced: contact modulus E* = 1 and spacing a0 = 1. The indenter is a
 paraboloid of radius 10 n a0 with self-affine roughness, pressed on n x n atoms of a
@@ -151,14 +151,14 @@ class Answer:
     displacement: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
-def certificate(problem: Problem, answer: Answer) -> dict[str, float]:
+def optimality_residuals(problem: Problem, answer: Answer) -> dict[str, float]:
     """How good an answer is, by our half space: the same measure for every code."""
     contact = problem.contact()
     if problem.hard:
         return _hard(problem, contact, answer.pressure)
     values = answer.displacement
     if values.size == 0:
-        values = contact.halfspace.surroundings(answer.pressure)
+        values = contact.halfspace.padded_displacement(answer.pressure)
     state = contact.evaluate(values, problem.height)
     return {
         "area": state.contact_area,

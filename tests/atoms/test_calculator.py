@@ -166,7 +166,7 @@ def test_hard_wall_and_an_unconstrained_optimizer_is_an_error_with_advice(
     periodic, optimizer
 ):
     atoms = make_atoms(HardWall(), periodic=periodic, fixed=False, load=1.0, height=0.1)
-    with pytest.raises(ValueError, match=r"HardWallCG.*LennardJones93\.repulsive"):
+    with pytest.raises(ValueError, match=r"ActiveSet.*LennardJones93\.repulsive"):
         optimizer(atoms, logfile=None).run(fmax=1e-4, steps=100)
 
 

@@ -29,7 +29,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis.contact_map import ContactMap
-from ase_roughcontact.scene import RoughnessTable, Scene
+from ase_roughcontact.scene import RoughnessConfig, Scene
 
 SPHERE = RoughSphere(10.0)
 WALL = LennardJones93.adhesive(1.0, 1.0, 0.02)
@@ -219,7 +219,7 @@ def test_atoms_are_copied_with_their_calculator(copied, energy):
 
 @pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
 def test_scenes_are_copied(copied):
-    scene = Scene(roughness=RoughnessTable(seed=7, long_wavelength=16.0))
+    scene = Scene(roughness=RoughnessConfig(seed=7, long_wavelength=16.0))
     twin = copied(scene)
     assert twin == scene
     shape = (8, 8), scene.spacing

@@ -18,7 +18,7 @@ from ase_roughcontact import (
     snapshot,
     substrate,
 )
-from ase_roughcontact.atoms.grid import Layout, inside
+from ase_roughcontact.atoms.grid import SurfaceGrid, inside
 
 SPHERE = RoughSphere(radius=20.0)
 MODULUS = 100 * GPa
@@ -42,12 +42,12 @@ def relaxed_atoms(**options):
 
 def test_spacing_is_that_of_the_100_surface():
     assert fcc_spacing("Cu") == pytest.approx(3.61 / np.sqrt(2))
-    assert Layout.of(make_atoms()).spacing == pytest.approx(fcc_spacing("Cu"))
+    assert SurfaceGrid.of(make_atoms()).spacing == pytest.approx(fcc_spacing("Cu"))
 
 
 @pytest.mark.parametrize("shape", [(8, 6), (7, 5), (1, 9), (9, 1), (1, 1)])
 def test_layout_is_read_off_the_atoms(shape, periodic):
-    layout = Layout.of(make_atoms(shape, periodic=periodic))
+    layout = SurfaceGrid.of(make_atoms(shape, periodic=periodic))
     assert layout.window == shape
     assert layout.periodic == periodic
     if periodic:
@@ -70,7 +70,7 @@ def test_indenter_stands_over_an_atom_one_spacing_above_the_plane():
 
 def test_centre_moves_the_window_against_the_indenter():
     atoms = make_atoms((8, 6), spacing=2.0, center=(4.0, -2.0))
-    assert Layout.of(atoms).origin == (-4.0, -8.0)
+    assert SurfaceGrid.of(atoms).origin == (-4.0, -8.0)
 
 
 def test_indenter_is_fixed_by_default_and_free_on_demand():
@@ -139,7 +139,7 @@ def repeat_along_z(atoms):
 
 
 def lose_the_last_row(atoms):
-    rows, columns = Layout.of(atoms).grid
+    rows, columns = SurfaceGrid.of(atoms).grid
     del atoms[(rows - 1) * columns : rows * columns]
     return atoms
 
@@ -171,7 +171,7 @@ def stretch_cell(atoms):
 )
 def test_broken_atoms_are_refused(periodic, broken, message):
     with pytest.raises(ValueError, match=message):
-        Layout.of(broken(make_atoms(periodic=periodic)))
+        SurfaceGrid.of(broken(make_atoms(periodic=periodic)))
 
 
 # Files
@@ -193,8 +193,8 @@ def test_layout_survives_a_file(tmp_path, periodic, name):
     atoms = make_atoms(periodic=periodic)
     atoms.calc = RoughContact(SPHERE, MODULUS)
     atoms.get_forces()
-    layout = Layout.of(round_trip(atoms, tmp_path / name))
-    expected = Layout.of(atoms)
+    layout = SurfaceGrid.of(round_trip(atoms, tmp_path / name))
+    expected = SurfaceGrid.of(atoms)
     assert (layout.window, layout.grid) == (expected.window, expected.grid)
     assert layout.spacing == pytest.approx(expected.spacing, abs=1e-7)
     assert layout.origin == pytest.approx(expected.origin, abs=1e-7)
@@ -248,7 +248,7 @@ def test_restored_window_is_that_of_the_frame_also_where_it_is_not_relaxed(rng):
     atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)
     frame = snapshot(atoms)
     rebuilt = restore(frame, MODULUS)
-    window = rebuilt[np.append(inside(Layout.of(rebuilt)), True)]
+    window = rebuilt[np.append(inside(SurfaceGrid.of(rebuilt)), True)]
     np.testing.assert_allclose(window.positions, frame.positions, rtol=0, atol=1e-12)
 
 

@@ -83,7 +83,9 @@ def test_filter_multiplies_the_spectrum(window, grid, engine):
     spectrum = np.fft.rfft2(values, shape) * factor
     expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
     multiplier = fft.multiplier(factor)
-    for _ in range(2):  # the first leaves the window's surroundings in the buffer
+    for _ in range(
+        2
+    ):  # the first leaves the window's padded_displacement in the buffer
         assert_allclose(fft.filter(values, multiplier), expected, atol=1e-12)
 
 

@@ -188,7 +188,7 @@ def test_elastic_pressure_inverts_the_displacement_of_the_whole_grid(kind, shape
     pressure = random_pressure(shape)
     if solid.periodic:
         pressure -= pressure.mean()
-    everywhere = solid.surroundings(pressure)
+    everywhere = solid.padded_displacement(pressure)
     expected = np.zeros(solid.grid)
     expected[: shape[0], : shape[1]] = pressure
     assert_allclose(solid.elastic_pressure(everywhere), expected, atol=1e-13)

@@ -6,10 +6,10 @@ from ase.io import read, write
 from ase.optimize import FIRE2, LBFGS
 
 from ase_roughcontact import (
+    ActiveSet,
     FourierModes,
     HalfSpacePrecon,
     HardWall,
-    HardWallCG,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
@@ -21,9 +21,9 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, Sites
-from ase_roughcontact.elasticity.reduced import CondensedHalfSpace, ScatteredHalfSpace
-from ase_roughcontact.windows.exchange import rewindow
-from ase_roughcontact.windows.footprint import Silhouette
+from ase_roughcontact.elasticity.reduced import ReducedHalfSpace, ScatteredHalfSpace
+from ase_roughcontact.windows.exchange import exchange_window
+from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.policy import window_of
 
 SHAPE = 9, 7
@@ -42,12 +42,12 @@ def make_atoms(window=None, wall=SOFT, shape=(24, 24), **options):
     atoms.calc = RoughContact(SPHERE, 1.0, wall)
     atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact - 0.3
     if window is not None:
-        rewindow(atoms, window)
+        exchange_window(atoms, window)
     return atoms
 
 
 def low_sites(count=40):
-    return Silhouette(SPHERE, 1.0).lowest_sites(count)
+    return Footprint(SPHERE, 1.0).lowest_sites(count)
 
 
 def fields(atoms):
@@ -63,7 +63,7 @@ def fields(atoms):
 @pytest.mark.parametrize(
     "halfspace",
     [
-        CondensedHalfSpace(SHAPE, 0.7, 3.0),
+        ReducedHalfSpace(SHAPE, 0.7, 3.0),
         ScatteredHalfSpace(lattice(), 0.7, 3.0),
     ],
     ids=["condensed", "scattered"],
@@ -78,14 +78,14 @@ def test_displacement_is_that_of_a_window_in_its_margin(halfspace, rng):
 @pytest.mark.parametrize(
     "halfspace",
     [
-        CondensedHalfSpace((31, 20), 0.7, 3.0),
+        ReducedHalfSpace((31, 20), 0.7, 3.0),
         ScatteredHalfSpace(lattice((31, 20))[::7] * 5, 0.7, 3.0),
     ],
     ids=["condensed", "scattered"],
 )
 def test_pressure_and_displacement_are_inverse(halfspace, rng):
     pressure = rng.normal(size=halfspace.shape)
-    displacement = halfspace.surroundings(pressure)
+    displacement = halfspace.padded_displacement(pressure)
     back = halfspace.elastic_pressure(displacement)
     np.testing.assert_allclose(back, pressure, atol=1e-10)
 
@@ -94,12 +94,12 @@ def test_pressure_of_a_condensed_window_is_that_of_the_dense_matrix(rng):
     displacement = rng.normal(size=SHAPE)
     dense = ScatteredHalfSpace(lattice(), 1.0, 1.0).matrix
     expected = -np.linalg.solve(dense, displacement.ravel())
-    found = CondensedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(displacement)
+    found = ReducedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(displacement)
     np.testing.assert_allclose(found.ravel(), expected, rtol=1e-9, atol=1e-11)
 
 
 def test_condensed_pressure_takes_few_transforms(rng):
-    halfspace = CondensedHalfSpace((64, 64), 1.0, 1.0)
+    halfspace = ReducedHalfSpace((64, 64), 1.0, 1.0)
     halfspace.elastic_pressure(halfspace.displacement(rng.random((64, 64))))
     assert halfspace.pairs < 40
 
@@ -108,20 +108,20 @@ def test_scattered_atoms_tell_of_a_window_of_the_same_solid(rng):
     sites = ScatteredHalfSpace(lattice((2, 2)), 0.7, 3.0, threads=1)
     pressure = rng.uniform(size=(5, 4))
     got = sites.like((5, 4), 0.9).displacement(pressure)
-    expected = CondensedHalfSpace((5, 4), 0.9, 3.0).displacement(pressure)
+    expected = ReducedHalfSpace((5, 4), 0.9, 3.0).displacement(pressure)
     np.testing.assert_allclose(got, expected, rtol=1e-13)
 
 
 def test_pressure_that_can_t_be_found_is_an_error(monkeypatch):
     monkeypatch.setattr("ase_roughcontact.elasticity.reduced._STEPS", 1)
     with pytest.raises(RuntimeError, match="no pressure was found"):
-        CondensedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(np.eye(*SHAPE))
+        ReducedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(np.eye(*SHAPE))
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_displacement_that_is_not_finite_has_no_pressure(bad):
     with pytest.raises(ValueError, match="displacement must be finite"):
-        CondensedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(np.full(SHAPE, bad))
+        ReducedHalfSpace(SHAPE, 1.0, 1.0).elastic_pressure(np.full(SHAPE, bad))
 
 
 def test_far_apart_atoms_barely_feel_each_other():
@@ -157,9 +157,9 @@ def test_forces_are_the_slope_of_the_energy(kind, wall, rng):
 
 @pytest.mark.parametrize("wall", [SOFT, ADHESIVE, HardWall()])
 def test_relaxed_contact_is_the_same_with_and_without_the_margin(wall):
-    optimizer = HardWallCG if isinstance(wall, HardWall) else NewtonKrylov
+    optimizer = ActiveSet if isinstance(wall, HardWall) else NewtonKrylov
     whole = make_atoms(wall=wall, shape=(64, 64))
-    reach = Silhouette(SPHERE, 1.0).below(wall.cutoff - whole.positions[-1, 2] + 0.5)
+    reach = Footprint(SPHERE, 1.0).below(wall.cutoff - whole.positions[-1, 2] + 0.5)
     states = []
     for atoms in (whole, make_atoms(reach, wall)):
         assert optimizer(atoms).run(fmax=1e-12)
@@ -174,8 +174,8 @@ def test_relaxed_contact_is_the_same_with_and_without_the_margin(wall):
 @pytest.mark.parametrize("seed", range(3))
 def test_scattered_box_and_margin_agree(wall, seed):
     sphere = RoughSphere(2000.0, SelfAffine(0.2, 0.8, 4.0, 64.0, seed=seed))
-    low = Silhouette(sphere, 1.0)
-    optimizer = HardWallCG if isinstance(wall, HardWall) else NewtonKrylov
+    low = Footprint(sphere, 1.0)
+    optimizer = ActiveSet if isinstance(wall, HardWall) else NewtonKrylov
     level = low.lowest + 0.4
     count = low.count(level)
     states = []
@@ -184,7 +184,7 @@ def test_scattered_box_and_margin_agree(wall, seed):
         atoms.calc = RoughContact(sphere, 1.0, wall)
         atoms.positions[-1, 2] = wall.cutoff - level
         if window is not None:
-            rewindow(atoms, window)
+            exchange_window(atoms, window)
         assert optimizer(atoms).run(fmax=1e-12)
         states.append(fields(atoms))
     assert count > 30

@@ -28,7 +28,7 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.ensemble import ledger as ledgers
 from ase_roughcontact.ensemble.ledger import Ledger, Standing
 from ase_roughcontact.ensemble.progress import Meter, costs_of
-from ase_roughcontact.scene import InteractionTable, PathTable, Scene
+from ase_roughcontact.scene import InteractionConfig, PathConfig, Scene
 
 SMALL = """
 [sphere]
@@ -42,7 +42,7 @@ last = 0.6
 steps = 3
 scale = "linear"
 """
-WALLS = [InteractionTable("repulsive"), InteractionTable("adhesive", 0.05)]
+WALLS = [InteractionConfig("repulsive"), InteractionConfig("adhesive", 0.05)]
 SCENE = Scene.parse(SMALL)
 LONG = replace(SCENE, path=replace(SCENE.path, first=0.02, last=0.8, steps=20))
 SCENES = [
@@ -424,7 +424,7 @@ def test_time_left_is_that_of_the_expected_cost_of_what_is_left():
 
 
 def test_large_loads_are_expected_to_cost_more():
-    path = PathTable("load", values=(1.0, 1e6))
+    path = PathConfig("load", values=(1.0, 1e6))
     start, light, both = costs_of(replace(SCENE, path=path))
     assert start == 0.0
     assert both - light > 2 * light

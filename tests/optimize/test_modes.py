@@ -205,7 +205,7 @@ def test_fixed_indenter_stays(optimizer):
 
 
 def test_hard_wall_is_refused():
-    with pytest.raises(ValueError, match="HardWallCG"):
+    with pytest.raises(ValueError, match="ActiveSet"):
         FourierModes(make_atoms(HardWall()))
 
 

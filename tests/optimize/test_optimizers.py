@@ -1,4 +1,4 @@
-"""NewtonKrylov and HardWallCG as ASE optimizers: on atoms, in and out."""
+"""NewtonKrylov and ActiveSet as ASE optimizers: on atoms, in and out."""
 
 import numpy as np
 import pytest
@@ -8,9 +8,9 @@ from ase.io import read
 from ase.optimize import LBFGS
 
 from ase_roughcontact import (
+    ActiveSet,
     FourierModes,
     HardWall,
-    HardWallCG,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
@@ -19,12 +19,12 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.solvers.hard_wall import certificate
+from ase_roughcontact.solvers.hard_wall import optimality_residuals
 
 SMOOTH = RoughSphere(radius=40.0)
 ROUGH = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
 SOFT = LennardJones93.repulsive(1.0, 1.0)
-WALLS = {NewtonKrylov: SOFT, HardWallCG: HardWall()}
+WALLS = {NewtonKrylov: SOFT, ActiveSet: HardWall()}
 
 
 @pytest.fixture(params=WALLS, ids=lambda solver: solver.__name__)
@@ -195,7 +195,7 @@ def test_path_is_the_same_whatever_it_is_started_from(solver, periodic):
 
 def test_ever_stiffer_walls_come_to_the_hard_one():
     hard = make_atoms(HardWall())
-    assert HardWallCG(hard).run(fmax=1e-10)
+    assert ActiveSet(hard).run(fmax=1e-10)
     force = hard.calc.state(hard).normal_force
     errors = []
     for stiffness in (1e1, 1e2, 1e3, 1e4):
@@ -210,10 +210,12 @@ def test_ever_stiffer_walls_come_to_the_hard_one():
 
 def test_hard_atoms_keep_the_conditions_of_contact():
     atoms = make_atoms(HardWall())
-    dynamics = HardWallCG(atoms)
+    dynamics = ActiveSet(atoms)
     assert dynamics.run(fmax=1e-10)
     state = dynamics.optimizable.state
-    proof = certificate(atoms.calc.contact(atoms), state.pressure, state.height)
+    proof = optimality_residuals(
+        atoms.calc.contact(atoms), state.pressure, state.height
+    )
     assert max(proof.gap_in_contact, proof.penetration) < 1e-9
     assert proof.tension == 0.0
 
@@ -255,7 +257,7 @@ def test_hard_wall_refuses_a_spring():
     point = (*atoms.positions[-1, :2], -2.0)
     atoms.set_constraint(Hookean(len(atoms) - 1, point, 0.7, rt=0.0))
     with pytest.raises(ValueError, match="spring"):
-        HardWallCG(atoms).run(fmax=1e-6)
+        ActiveSet(atoms).run(fmax=1e-6)
 
 
 def test_state_can_not_be_set_from_outside(solver):
@@ -279,7 +281,7 @@ def rough_atoms(wall, shape=(14, 14), periodic=False, fixed=True):
 def test_observers_see_the_atoms_where_the_solver_is(wall):
     atoms = rough_atoms(wall)
     atoms.positions[-1, 2] -= 0.5
-    optimizer = (HardWallCG if wall else NewtonKrylov)(atoms)
+    optimizer = (ActiveSet if wall else NewtonKrylov)(atoms)
     seen = []
     optimizer.attach(lambda: seen.append(atoms.positions[:-1, 2].min()))
     optimizer.run(fmax=1e-9)
@@ -292,7 +294,7 @@ def test_observers_see_the_atoms_where_the_solver_is(wall):
 def test_an_unconverged_step_of_a_hard_wall_is_recorded_and_marked(steps):
     atoms = rough_atoms(HardWall(), fixed=False)
     path = load_path(
-        atoms, loads=[2.0], optimizer=HardWallCG, fmax=1e-9, max_steps=steps
+        atoms, loads=[2.0], optimizer=ActiveSet, fmax=1e-9, max_steps=steps
     )
     record = next(path)
     assert not record.converged
@@ -305,7 +307,7 @@ def test_full_contact_of_a_periodic_hard_wall_carries_its_load():
     atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True, fixed=False)
     atoms.calc = RoughContact(rough, 1.0, HardWall())
     loads = [1.0, 10.0, 30.0, 100.0]
-    records = list(load_path(atoms, loads=loads, optimizer=HardWallCG, fmax=1e-9))
+    records = list(load_path(atoms, loads=loads, optimizer=ActiveSet, fmax=1e-9))
     assert [record.normal_force for record in records] == pytest.approx(loads)
     assert records[-1].repulsive_atoms == 256
     assert max(record.max_force for record in records) < 1e-9
@@ -314,11 +316,11 @@ def test_full_contact_of_a_periodic_hard_wall_carries_its_load():
 def test_a_hard_answer_carries_a_certificate():
     atoms = rough_atoms(HardWall(), fixed=False)
     atoms.calc.set(load=2.0)
-    optimizer = HardWallCG(atoms)
+    optimizer = ActiveSet(atoms)
     with pytest.raises(RuntimeError, match="before the first step"):
-        _ = optimizer.certificate
+        _ = optimizer.optimality_residuals
     optimizer.run(fmax=1e-9)
-    found = optimizer.certificate
+    found = optimizer.optimality_residuals
     assert max(found.gap_in_contact, found.penetration, found.tension) <= 1e-6
     assert found.load_error < 1e-12
 

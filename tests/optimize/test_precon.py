@@ -78,7 +78,7 @@ def test_optimizers_reach_the_same_energy_in_fewer_steps(
 
 
 def test_hard_wall_is_refused():
-    with pytest.raises(ValueError, match="HardWallCG"):
+    with pytest.raises(ValueError, match="ActiveSet"):
         HalfSpacePrecon(make_atoms(wall=HardWall()))
 
 

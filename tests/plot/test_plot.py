@@ -12,8 +12,8 @@ from matplotlib.figure import Figure  # noqa: E402
 from scipy.integrate import trapezoid  # noqa: E402
 
 from ase_roughcontact import (  # noqa: E402
+    ActiveSet,
     HardWall,
-    HardWallCG,
     LennardJones93,
     RoughContact,
     RoughSphere,
@@ -46,7 +46,7 @@ def sphere_contact():
     sphere = RoughSphere(RADIUS)
     atoms = substrate("Cu", (24, 24), sphere, spacing=SPACING, height=-1.0)
     atoms.calc = RoughContact(sphere, MODULUS, HardWall())
-    HardWallCG(atoms, logfile=None).run(fmax=1e-7)
+    ActiveSet(atoms, logfile=None).run(fmax=1e-7)
     return atoms
 
 

@@ -8,7 +8,7 @@ from small_scene import SMALL
 from ase_roughcontact.atoms.build import fcc_spacing
 from ase_roughcontact.interactions import HardWall, LennardJones93
 from ase_roughcontact.paths.accuracy import LEVELS
-from ase_roughcontact.scene import NANONEWTON, PathTable, Scene, default_text
+from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene, default_text
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 
@@ -334,7 +334,7 @@ def test_a_whole_number_beyond_all_floats_is_told_by_name(key):
 @pytest.mark.parametrize("values", [("1",), (True,)])
 def test_values_given_in_python_are_numbers_too(values):
     with pytest.raises(ValueError, match="values must be a number or an array of them"):
-        _ = PathTable(values=values).targets
+        _ = PathConfig(values=values).targets
 
 
 def test_the_default_domain_is_a_whole_number_of_spacings_that_transforms_like():

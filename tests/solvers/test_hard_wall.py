@@ -8,12 +8,12 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import nnls
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import Circulant
+from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import HardWall, LennardJones93
 from ase_roughcontact.solvers import hard_wall as hardwall
-from ase_roughcontact.solvers.hard_wall import certificate, iterate
+from ase_roughcontact.solvers.hard_wall import iterate, optimality_residuals
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3)
@@ -62,7 +62,7 @@ def force(contact, state):
 
 
 def assert_holds(contact, state, load=None, gap=1e-6):
-    proof = certificate(contact, state.pressure, state.height, load)
+    proof = optimality_residuals(contact, state.pressure, state.height, load)
     assert proof.gap_in_contact <= gap * contact.halfspace.spacing
     assert proof.penetration <= gap * contact.halfspace.spacing
     assert proof.tension == 0.0
@@ -263,7 +263,7 @@ def test_start_from_the_solution_has_nothing_to_do(rough):
 def test_start_from_the_displacement_has_nothing_to_do(periodic):
     contact = contact_of(rough_sphere((40, 32)), periodic=periodic)
     state = solve(contact, 5.0, tolerance=1e-8)
-    moved = contact.halfspace.surroundings(state.pressure)
+    moved = contact.halfspace.padded_displacement(state.pressure)
     start = contact.halfspace.elastic_pressure(moved)[:40, :32]
     again = steps(contact, 5.0, state.height, start, 1e-6)
     assert len(again) == 1
@@ -506,7 +506,7 @@ def test_a_gap_that_is_no_number_is_told():
 def test_model_is_the_half_space_but_for_long_waves(rng):
     halfspace = FreeHalfSpace((32, 32), 1.0, 1.0)
     noise = rng.standard_normal((32, 32))
-    model = Circulant(halfspace, Box((0, 0), (32, 32)))
+    model = CirculantModel(halfspace, Box((0, 0), (32, 32)))
     exact = -halfspace.displacement(noise) / model.local
     assert np.std(model.compliance(noise) - exact) < 0.1 * np.std(exact)
 
@@ -514,13 +514,13 @@ def test_model_is_the_half_space_but_for_long_waves(rng):
 def test_model_of_a_periodic_cell_is_exact(rng):
     halfspace = PeriodicHalfSpace((12, 15), 2.0, 5.0)
     noise = rng.standard_normal((12, 15))
-    model = Circulant(halfspace, Box((3, 3), (2, 2)))  # it takes all atoms
+    model = CirculantModel(halfspace, Box((3, 3), (2, 2)))  # it takes all atoms
     exact = -halfspace.displacement(noise) / model.local
     assert_allclose(model.compliance(noise), exact, atol=1e-5)
 
 
 def test_model_stiffness_is_about_the_inverse_on_a_box(rng):
-    model = Circulant(FreeHalfSpace((20, 20), 1.0, 1.0), Box((3, 4), (15, 13)))
+    model = CirculantModel(FreeHalfSpace((20, 20), 1.0, 1.0), Box((3, 4), (15, 13)))
     noise = rng.standard_normal((15, 13))
     there_and_back = model.stiffness(model.compliance(noise))
     assert np.corrcoef(there_and_back.ravel(), noise.ravel())[0, 1] > 0.9
@@ -531,7 +531,7 @@ def test_compliance_of_an_atom_is_that_of_the_half_space():
     unit = np.zeros((3, 3))
     unit[1, 1] = 1.0
     depth = -halfspace.displacement(unit)[1, 1]
-    assert_allclose(halfspace.atom_compliance, depth, rtol=1e-12)
+    assert_allclose(halfspace.self_compliance, depth, rtol=1e-12)
 
 
 def test_compliance_of_an_atom_is_that_of_a_large_periodic_cell():
@@ -539,7 +539,7 @@ def test_compliance_of_an_atom_is_that_of_a_large_periodic_cell():
     unit = np.zeros((512, 512))
     unit[0, 0] = 1.0
     depth = -halfspace.displacement(unit)[0, 0]
-    assert_allclose(halfspace.atom_compliance, depth, rtol=0.01)
+    assert_allclose(halfspace.self_compliance, depth, rtol=0.01)
 
 
 # What is refused
@@ -557,7 +557,7 @@ def first(contact, **changes):
 
 def test_soft_wall_is_refused(small):
     soft = Contact(small.halfspace, small.heights, LennardJones93.repulsive(1.0, 1.0))
-    with pytest.raises(ValueError, match="HardWallCG is for the hard wall, got Lenn"):
+    with pytest.raises(ValueError, match="ActiveSet is for the hard wall, got Lenn"):
         first(soft)
 
 
@@ -598,10 +598,10 @@ def test_bad_input_is_refused(small, changes, message):
 
 def test_certificate_sees_gap_penetration_tension_and_load(small):
     pressure = np.zeros((8, 8))
-    proof = certificate(small, pressure, small.first_contact - 0.25, load=3.0)
+    proof = optimality_residuals(small, pressure, small.first_contact - 0.25, load=3.0)
     assert_allclose([proof.penetration, proof.load_error], [0.25, 3.0])
     pressure[0, 0], pressure[7, 7] = 1e-3, -2e-3
-    proof = certificate(small, pressure, 10.0)
+    proof = optimality_residuals(small, pressure, 10.0)
     assert proof.tension == 2e-3
     assert proof.gap_in_contact > 9.0
 

@@ -13,7 +13,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.theory import jkr_contact_radius, jkr_penetration
-from ase_roughcontact.windows.adhesion_estimate import Spreading
+from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 
 SHORT, LONG = 4.0, 64.0
 
@@ -28,7 +28,7 @@ def sphere(radius):
 
 
 def spreading(indenter, work):
-    return Spreading(indenter, wall(work), 1.0, 1.0)
+    return AdhesionEstimate(indenter, wall(work), 1.0, 1.0)
 
 
 def first_step(indenter, work, **path):

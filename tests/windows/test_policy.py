@@ -9,9 +9,9 @@ from ase.io import read
 from ase.optimize import LBFGS
 
 from ase_roughcontact import (
+    ActiveSet,
     FourierModes,
     HardWall,
-    HardWallCG,
     HeightMap,
     LennardJones93,
     NewtonKrylov,
@@ -23,11 +23,11 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.windows.exchange import rewindow
+from ase_roughcontact.windows.exchange import exchange_window
 from ase_roughcontact.windows.exchange import window_of as window_of_layout
-from ase_roughcontact.windows.footprint import Silhouette
+from ase_roughcontact.windows.footprint import Footprint
 
-HARD = HardWall(), HardWallCG
+HARD = HardWall(), ActiveSet
 SOFT = LennardJones93.repulsive(1.0, 1.0), NewtonKrylov
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.05), NewtonKrylov
 REPULSIVE = pytest.mark.parametrize("wall", [HARD, SOFT], ids=["hard", "soft"])
@@ -75,7 +75,7 @@ def same_state(atoms, others):
 def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
     sphere = rough_sphere(seed)
     heights = sphere.heights((64, 64), 1.0, (-32.0, -32.0))
-    found = Silhouette(sphere, 1.0)
+    found = Footprint(sphere, 1.0)
     assert found.lowest == heights.min()
     low = heights <= heights.min() + depth
     assert found.below(heights.min() + depth + 1e-12) == Box.around(low, (-32, -32))
@@ -83,16 +83,16 @@ def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
 
 def test_window_of_a_deep_level_is_found_after_those_of_shallow_ones():
     sphere = rough_sphere(radius=400.0, domain=128.0)
-    grown = Silhouette(sphere, 1.0)
+    grown = Footprint(sphere, 1.0)
     levels = grown.lowest + np.array([0.1, 1.0, 2.0, 4.0])
     boxes = [grown.below(level) for level in levels]
-    assert boxes == [Silhouette(sphere, 1.0).below(level) for level in levels]
+    assert boxes == [Footprint(sphere, 1.0).below(level) for level in levels]
     assert boxes[-1].size > boxes[0].size
 
 
 def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
     sphere, origin = RoughSphere(50.0), (-0.25, 7.5)
-    box = Silhouette(sphere, 1.0, origin).below(0.5)
+    box = Footprint(sphere, 1.0, origin).below(0.5)
     heights = sphere.heights((40, 40), 1.0, (-20.25, -20.5))
     assert box.shape == Box.around(heights < 0.5, (0, 0)).shape
 
@@ -104,7 +104,7 @@ def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
 )
 def test_surface_that_stays_in_reach_needs_a_fixed_window(surface):
     with pytest.raises(ValueError, match=r"out of reach.*fixed\s+window"):
-        Silhouette(surface, 1.0).below(1.0)
+        Footprint(surface, 1.0).below(1.0)
 
 
 # Exactness
@@ -156,7 +156,7 @@ def test_large_window_is_smaller_than_what_the_rigid_indenter_overlaps(
     atoms = make_atoms(sphere, wall, fixed=False)
     run(atoms, wall, loads=[200.0])
     level = wall[0].cutoff - atoms.positions[-1, 2]
-    overlapped = Silhouette(sphere, 1.0).below(level)
+    overlapped = Footprint(sphere, 1.0).below(level)
     assert window_of(atoms).size < 0.8 * overlapped.size
 
 
@@ -199,13 +199,13 @@ def test_penetrations_count_from_the_first_contact_of_the_whole_indenter(wall):
 )
 def test_any_window_that_holds_the_contact_gives_the_same(wall, shape):
     sphere = rough_sphere(seed=2, radius=20.0)
-    outline = Silhouette(sphere, 1.0)
+    outline = Footprint(sphere, 1.0)
     touching = outline.below(outline.lowest + 1.2)
     height = wall[0].cutoff - outline.lowest - 1.2
     atoms = make_atoms(sphere, wall)
     run(atoms, wall, heights=[height])
     other = make_atoms(sphere, wall, (24, 24))
-    rewindow(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
+    exchange_window(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
     assert window_of(other).holds(touching)
     run(other, wall, heights=[height], window="fixed", edge="ignore")
     same_state(other, atoms)
@@ -215,10 +215,10 @@ def test_any_window_that_holds_the_contact_gives_the_same(wall, shape):
 def test_contact_may_fill_the_window_to_its_edge(wall):
     sphere, height = RoughSphere(20.0), -0.5
     atoms = make_atoms(sphere, wall, height=height)
-    touching = Silhouette(sphere, 1.0).below(wall[0].cutoff - height)
+    touching = Footprint(sphere, 1.0).below(wall[0].cutoff - height)
     run(atoms, wall, heights=[height])
     tight = make_atoms(sphere, wall, height=height)
-    rewindow(tight, touching)
+    exchange_window(tight, touching)
     run(tight, wall, heights=[height], window="fixed", edge="ignore")
     same_state(tight, atoms)
 
@@ -277,7 +277,7 @@ def test_pressure_is_carried_over_to_the_new_window():
     run(atoms, SOFT, heights=[2.0], window="fixed")
     energy, touching = atoms.get_potential_energy(), contact_of(atoms)
     for box in (Box((-25, -22), (47, 50)), Box((-20, -20), (40, 40))):
-        rewindow(atoms, box)
+        exchange_window(atoms, box)
         assert window_of(atoms) == box
         assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-12)
         assert np.abs(atoms.get_forces()).max() < 1e-10
@@ -303,7 +303,7 @@ def test_constraints_stay_with_the_indenter():
     spring = Hookean(a1=last, a2=axis - np.array([0.0, 0.0, 3.0]), k=0.5, rt=0.0)
     atoms.set_constraint([FixCartesian([last], (True, True, False)), spring])
     pull = [c.adjust_potential_energy(atoms) for c in atoms.constraints[1:]]
-    rewindow(atoms, Box((-9, -7), (20, 17)))
+    exchange_window(atoms, Box((-9, -7), (20, 17)))
     fixed, spring = atoms.constraints
     assert list(fixed.index) == [spring.index] == [len(atoms) - 1]
     assert [spring.adjust_potential_energy(atoms)] == pytest.approx(pull)
@@ -313,7 +313,7 @@ def test_constraints_of_surface_atoms_are_refused():
     atoms = make_atoms(RoughSphere(60.0), SOFT)
     atoms.set_constraint(FixCartesian([0, len(atoms) - 1]))
     with pytest.raises(ValueError, match="atoms other than the indenter"):
-        rewindow(atoms, Box((-9, -7), (20, 17)))
+        exchange_window(atoms, Box((-9, -7), (20, 17)))
 
 
 # Adhesion
@@ -325,7 +325,7 @@ def test_window_grows_where_the_surface_bulges_into_the_range_of_the_wall():
     atoms, full = (make_atoms(sphere, wall, (n, n), height=height) for n in (8, 65))
     run(atoms, wall, heights=[height])
     run(full, wall, heights=[height], window="fixed")
-    touching = Silhouette(sphere, 1.0).below(wall[0].cutoff - height)
+    touching = Footprint(sphere, 1.0).below(wall[0].cutoff - height)
     assert not touching.holds(
         Box.around(full.calc.state(full).pressure != 0.0, window_of(full).start)
     )
@@ -369,7 +369,7 @@ def test_contact_may_fill_the_domain(wall):
     records = run(atoms, wall, loads=np.geomspace(1.0, 25.0, 8))
     assert all(record.converged for record in records)
     assert max(window_of(atoms).shape) >= 30
-    assert Silhouette(sphere, 1.0).domain.holds(window_of(atoms))
+    assert Footprint(sphere, 1.0).domain.holds(window_of(atoms))
 
 
 def test_map_must_reach_as_far_as_the_contact_can():
