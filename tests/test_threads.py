@@ -9,7 +9,6 @@ from ase_roughcontact._util.kernels import threads
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity import fft as fourier
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.solvers import hard_wall as hardwall
 from ase_roughcontact.solvers import newton
@@ -38,12 +37,8 @@ def rough_hill():
 
 def contact_of(kind, wall):
     heights = rough_hill()
-    if kind != "scattered":
-        solid = {"free": FreeHalfSpace, "periodic": PeriodicHalfSpace}[kind]
-        return Contact(solid(heights.shape, 1.0, 1.0), heights, wall)
-    sites = np.argwhere(np.random.default_rng(4).random(heights.shape) < 0.1)
-    heights = heights[tuple(sites.T)][:, None]
-    return Contact(ScatteredHalfSpace(sites, 1.0, 1.0), heights, wall)
+    solid = {"free": FreeHalfSpace, "periodic": PeriodicHalfSpace}[kind]
+    return Contact(solid(heights.shape, 1.0, 1.0), heights, wall)
 
 
 def relaxed(contact, load=20.0):
@@ -59,7 +54,7 @@ def relaxed(contact, load=20.0):
 
 
 @pytest.mark.parametrize("wall", WALLS)
-@pytest.mark.parametrize("kind", ["free", "periodic", "scattered"])
+@pytest.mark.parametrize("kind", ["free", "periodic"])
 def test_any_number_of_threads_finds_the_same_to_the_last_digit(kind, wall):
     states = []
     for count in (1, 3):

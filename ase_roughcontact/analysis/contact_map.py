@@ -157,22 +157,13 @@ def _map(
 ) -> ContactMap:
     """Map of values of the atoms that may touch."""
     return ContactMap(
-        pressure=_filled(layout, pressure, 0.0),
-        contact=_filled(layout, contact, False),
+        pressure=pressure.reshape(layout.window),
+        contact=contact.reshape(layout.window),
         spacing=layout.spacing,
         origin=layout.origin,
         periodic=layout.periodic,
-        gap=None if gap is None else _filled(layout, gap, np.nan),
+        gap=None if gap is None else gap.reshape(layout.window),
     )
-
-
-def _filled(layout: SurfaceGrid, values: np.ndarray, elsewhere: float) -> np.ndarray:
-    """Values of the atoms on the window, something else at sites without one."""
-    if layout.sites is None:
-        return values.reshape(layout.window)
-    field = np.full(layout.window, elsewhere, dtype=values.dtype)
-    field[tuple(layout.sites.T)] = values.ravel()
-    return field
 
 
 def nearest_image(values: FloatArray, period: float | FloatArray) -> FloatArray:

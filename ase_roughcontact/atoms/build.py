@@ -5,8 +5,7 @@ The surface atoms come first, row by row along y: atom ``i*M + j`` of an N x M g
 is the indenter: its z is the indenter's height, its x and y are the position of the
 indenter's axis. The cell is the window of atoms that may touch the indenter; atoms
 outside of it are the margin of a free half space, which no wall acts on. The margin may
-be left out, and, where few atoms can touch, all the others, too: a cell that is flat,
-as high as the spacing, tells that its atoms are scattered.
+be left out.
 """
 
 from __future__ import annotations
@@ -205,7 +204,7 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
     Returns
     -------
     Atoms
-        Window, margin and indenter, without calculator; scattered atoms have no margin.
+        Window, margin and indenter, without calculator.
         The indenter is fixed if it was; set other constraints anew.
 
     Raises
@@ -216,7 +215,7 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
     if not frame.has("initial_charges"):
         raise ValueError("the frame has no pressures: it was not made by snapshot()")
     layout = SurfaceGrid.of(frame)
-    if layout.sites is not None or layout.periodic:
+    if layout.periodic:
         atoms = Atoms(frame.numbers, frame.positions, cell=frame.cell, pbc=frame.pbc)
         _fix_like(frame, atoms)
         return atoms

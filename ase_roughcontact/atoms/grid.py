@@ -1,4 +1,4 @@
-"""How the atoms of a substrate lie: on a grid, in its margin, or scattered."""
+"""The grid of the surface atoms: its shape, spacing, boundary and margin."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from ase_roughcontact.elasticity.halfspace import (
     HalfSpace,
     PeriodicHalfSpace,
 )
-from ase_roughcontact.elasticity.reduced import ReducedHalfSpace, ScatteredHalfSpace
+from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.topography import Surface
-from ase_roughcontact.topography.base import heights_at
 
 # Lateral positions may differ from the grid's by this part of the spacing: text formats
 # round them.
@@ -33,16 +32,13 @@ class SurfaceGrid:
     window : (int, int)
         Shape of the window that may touch.
     grid : (int, int)
-        Shape of all surface atoms: of the window and its margin, of the window, or
-        ``(k, 1)`` if they are scattered.
+        Shape of all surface atoms: of the window with its margin, or of the window.
     spacing : float
         Distance of neighbours (length).
     origin : (float, float)
         Position of the window's first corner relative to the indenter's axis (length).
     periodic : bool
         Periodic or free half space.
-    sites : ndarray of int, shape (k, 2), or None
-        Places of scattered atoms in the window, in spacings.
     """
 
     window: tuple[int, int]
@@ -50,13 +46,10 @@ class SurfaceGrid:
     spacing: float
     origin: tuple[float, float]
     periodic: bool
-    sites: np.ndarray | None = None
 
     def halfspace(self, contact_modulus: float, **fft: Any) -> HalfSpace:
         """Half space below the atoms; see there for the parameters."""
         given = self.spacing, contact_modulus
-        if self.sites is not None:
-            return ScatteredHalfSpace(self.sites, *given, **fft)
         if self.periodic:
             return PeriodicHalfSpace(self.window, *given, **fft)
         margin = self.grid == FreeHalfSpace.padded(self.window)
@@ -66,9 +59,7 @@ class SurfaceGrid:
 
     def heights(self, indenter: Surface) -> np.ndarray:
         """Heights of an indenter at the atoms that may touch (length)."""
-        if self.sites is None:
-            return indenter.heights(self.window, self.spacing, self.origin)
-        return heights_at(indenter, self.sites, self.spacing, self.origin)[:, None]
+        return indenter.heights(self.window, self.spacing, self.origin)
 
     @classmethod
     def of(cls, atoms: Atoms) -> SurfaceGrid:
@@ -96,11 +87,6 @@ class SurfaceGrid:
             raise ValueError("positions must be finite, got NaN or infinity")
         xy = atoms.positions[:-1, :2]
         axis = atoms.positions[-1, :2]
-        if _is_flat(atoms.cell):
-            window, spacing, sites = _scattered(xy, atoms.cell)
-            corner = xy[0] - spacing * sites[0] - axis
-            origin = float(corner[0]), float(corner[1])
-            return cls(window, (len(xy), 1), spacing, origin, periodic, sites)
         grid, spacing = _grid_of(xy, atoms.cell)
         _check_on_grid(xy, grid, spacing)
         window = _window_of(atoms.cell, spacing)
@@ -139,8 +125,6 @@ def surface_above(atoms: Atoms, layout: SurfaceGrid, indenter: Surface) -> np.nd
 
 def inside(layout: SurfaceGrid) -> np.ndarray:
     """Tell which surface atoms are in the window, shape (number of atoms,)."""
-    if layout.sites is not None:
-        return np.ones(len(layout.sites), dtype=bool)
     mask = np.zeros(layout.grid, dtype=bool)
     mask[: layout.window[0], : layout.window[1]] = True
     return mask.ravel()
@@ -183,35 +167,6 @@ def _grid_of(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float]:
             f"{len(xy)} surface atoms do not make a grid with rows of {columns}"
         )
     return (rows, columns), spacing
-
-
-def _is_flat(cell: Any) -> bool:
-    """Whether a cell tells that its atoms are scattered."""
-    return bool(0.0 < cell[2, 2] < 0.999 * max(cell[0, 0], cell[1, 1]))
-
-
-def _scattered(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float, np.ndarray]:
-    """Window, spacing and sites of scattered atoms."""
-    window = _window_of(cell, float(cell[2, 2]))
-    longer = int(np.argmax(window))
-    spacing = float(cell[longer, longer]) / window[longer]
-    steps = (xy - xy.min(axis=0)) / spacing
-    sites = np.rint(steps).astype(int)
-    off = np.abs(steps - sites).max(axis=1)
-    if off.max() > _OFF_GRID * max(1.0, 1e-3 * max(window)):
-        raise ValueError(
-            f"atom {off.argmax()} is off the lattice by {off.max():.3g} spacings of "
-            f"{spacing:.6g}, the height of the cell: surface atoms may move along z "
-            "only"
-        )
-    if len(np.unique(sites, axis=0)) < len(sites):
-        raise ValueError("several atoms are on one site of the lattice")
-    if tuple(sites.max(axis=0) + 1) != window:
-        raise ValueError(
-            f"scattered atoms must span the cell of {window} atoms, got "
-            f"{tuple(sites.max(axis=0) + 1)}"
-        )
-    return window, spacing, sites
 
 
 def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:

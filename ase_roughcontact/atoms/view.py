@@ -84,8 +84,7 @@ def thinned(atoms: Atoms, every: int) -> Atoms:
         With a `RoughContact` calculator, or a frame as `snapshot` made it.
     every : int
         How many. All lengths are divided by it, so that the atoms that are left look
-        like neighbours. Of scattered atoms, which make no rows, one in ``every**2`` is
-        shown.
+        like neighbours.
 
     Returns
     -------
@@ -172,8 +171,6 @@ def _indenter_of(atoms: Atoms) -> Surface | None:
 def _kept(layout: SurfaceGrid, every: int) -> np.ndarray:
     """Which surface atoms are shown."""
     every = integer("every", every, 1)
-    if layout.sites is not None:
-        return np.arange(len(layout.sites)) % every**2 == 0
     i, j = np.indices(layout.grid)
     return ((i % every == 0) & (j % every == 0)).ravel()
 

@@ -9,7 +9,6 @@ import numpy as np
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
 
 # Atoms added beside the box: it helps the smallest boxes, and costs the large ones
 # little.
@@ -136,69 +135,3 @@ class CirculantModel:
     ) -> np.ndarray:
         """Pressures that are left of those of a wall when the atoms give way."""
         return self._transform.filter(pressure, relief, out)
-
-
-class Matrix:
-    """Compliance of scattered atoms, exactly, and its inverse, roughly.
-
-    Like `CirculantModel`, see there.
-
-    Parameters
-    ----------
-    halfspace : ScatteredHalfSpace
-        The elastic solid.
-
-    Attributes
-    ----------
-    box : Box
-        All atoms.
-    dtype : dtype
-        Double precision.
-    points : int
-        Number of atoms: a product costs as much as one of the half space.
-    local : float
-        Compliance of an atom alone (length per pressure).
-    exact : bool
-        True.
-    """
-
-    dtype = np.dtype(np.float64)
-    exact = True
-
-    def __init__(self, halfspace: ScatteredHalfSpace) -> None:
-        self.box = Box((0, 0), halfspace.shape)
-        self.points = halfspace.shape[0]
-        self.local = halfspace.self_compliance
-        self.transforms = 0
-        self._matrix = halfspace.matrix
-
-    def compliance(
-        self, pressure: np.ndarray, out: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Depth of the atoms under pressures on them."""
-        self.transforms += 1
-        # none of the few under pressure is missed, and the others cost nothing
-        under = np.flatnonzero(pressure)
-        sunk = np.einsum("ij,j->i", self._matrix[:, under], pressure[under, 0])
-        return np.multiply(sunk[:, None], 1.0 / self.local, out=out)
-
-    def stiffness(self, depth: np.ndarray, out: np.ndarray | None = None) -> np.ndarray:
-        """Pressures that bring each atom to its depth alone."""
-        return np.positive(depth, out=out)
-
-    def relief(self, stiffness: float) -> np.ndarray:
-        """Return what `relieve` needs: nothing."""
-        return np.zeros(0)
-
-    def relieve(
-        self, pressure: np.ndarray, relief: np.ndarray, out: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Pressures that are left when atoms are taken to be far from each other."""
-        return np.positive(pressure, out=out)
-
-
-def model_of(halfspace: HalfSpace, box: Box) -> CirculantModel | Matrix:
-    """Model of a half space for a box of atoms."""
-    if isinstance(halfspace, ScatteredHalfSpace):
-        return Matrix(halfspace)
-    return CirculantModel(halfspace, box)

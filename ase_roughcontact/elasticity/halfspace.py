@@ -121,11 +121,6 @@ class HalfSpace(ABC):
         return self.grid
 
     @property
-    def lattice(self) -> bool:
-        """Whether the window is a rectangle of which parts can be taken."""
-        return True
-
-    @property
     def self_compliance(self) -> float:
         """Depth of an atom under unit pressure on it alone (length per pressure).
 

@@ -1,4 +1,4 @@
-"""Places of atoms on the lattice: a box of them, or a few anywhere."""
+"""Boxes of lattice indices: which surface atoms belong to a window."""
 
 from __future__ import annotations
 
@@ -56,8 +56,8 @@ class Box:
             (int(rows[-1] - rows[0]) + 1, int(columns[-1] - columns[0]) + 1),
         )
 
-    def around_those(self, mask: np.ndarray) -> Box | None:
-        """Smallest box of the atoms that a mask on this one tells."""
+    def bounding(self, mask: np.ndarray) -> Box | None:
+        """Return the bounding box of the true entries of a mask on this box."""
         return Box.around(mask, self.start)
 
     def holds(self, other: Box) -> bool:
@@ -82,16 +82,6 @@ class Box:
         )
         return Box.between((int(i), int(j)), (int(k), int(m)))
 
-    def places(self, values: np.ndarray) -> np.ndarray:
-        """Atoms, shape (k, 2), at which an array of the box is not zero."""
-        return np.argwhere(values) + self.start
-
-    def find(self, places: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Tell which places are in the box, and their indices in an array of it."""
-        index = places - self.start
-        inside: np.ndarray = np.all((index >= 0) & (index < self.shape), axis=1)
-        return inside, tuple(index[inside].T)
-
     def index(self, part: Box) -> tuple[slice, slice]:
         """Where a part is in an array of this box."""
         first, second = (
@@ -99,49 +89,3 @@ class Box:
             for a, b, n in zip(part.start, self.start, part.shape, strict=True)
         )
         return first, second
-
-
-@dataclass(frozen=True, eq=False)
-class Sites:
-    """Atoms anywhere.
-
-    Attributes
-    ----------
-    all : ndarray of int, shape (k, 2)
-        Along x and y, in spacings from the indenter's axis.
-    """
-
-    all: np.ndarray
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Shape of an array of the sites, a column."""
-        return len(self.all), 1
-
-    @property
-    def size(self) -> int:
-        """Number of atoms."""
-        return len(self.all)
-
-    @property
-    def box(self) -> Box:
-        """Smallest box that holds them."""
-        (i, j), (k, m) = self.all.min(axis=0), self.all.max(axis=0) + 1
-        return Box.between((int(i), int(j)), (int(k), int(m)))
-
-    def places(self, values: np.ndarray) -> np.ndarray:
-        """Atoms, shape (k, 2), at which a column is not zero."""
-        return self.all[np.flatnonzero(values)]
-
-    def around_those(self, mask: np.ndarray) -> Box | None:
-        """Smallest box of the atoms that a mask on these tells."""
-        return Sites(self.places(mask)).box if mask.any() else None
-
-    def find(self, places: np.ndarray) -> tuple[np.ndarray, tuple]:
-        """Tell which places are among the sites, and their indices in a column."""
-        index = {tuple(site): n for n, site in enumerate(self.all.tolist())}
-        found = np.array(
-            [index.get(tuple(at), -1) for at in places.tolist()], dtype=int
-        )
-        inside = found >= 0
-        return inside, (found[inside], np.zeros(inside.sum(), dtype=int))

@@ -9,22 +9,18 @@ displacement costs the solution of a linear system.
 
 from __future__ import annotations
 
-from functools import cached_property, partial
-from typing import Any
+from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.elasticity.fft import RealFFT2
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace, love_kernel
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 # The residual displacement that is left of a linear system, in roundings, and the steps
 # that it may take.
 _ROUNDINGS = 50.0
 _STEPS = 200
-# Rows of the matrix that are calculated at once.
-_ROWS = 256
 
 
 class ReducedHalfSpace(FreeHalfSpace):
@@ -94,106 +90,4 @@ class ReducedHalfSpace(FreeHalfSpace):
 
     def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement of the window by a pressure; see `HalfSpace`."""
-        return self.displacement(pressure)
-
-
-class ScatteredHalfSpace(HalfSpace):
-    """Free half space below a few atoms anywhere on the lattice.
-
-    Their Green's function is a matrix. It costs the square of their number, and
-    nothing for the empty lattice between them.
-
-    Parameters
-    ----------
-    sites : ndarray of int, shape (k, 2)
-        Places of the atoms, in spacings.
-    spacing : float
-        Side of a cell, the atomic spacing a0 (length).
-    contact_modulus : float
-        ``E* = E/(1 - nu^2)`` (pressure).
-    **fft
-        Kept for other windows, see `like`; of no use here.
-
-    Attributes
-    ----------
-    shape, grid, layer : (int, int)
-        ``(k, 1)``: all arrays are columns.
-    pairs : int
-        Number of products with the matrix.
-    """
-
-    periodic = False
-
-    def __init__(
-        self, sites: np.ndarray, spacing: float, contact_modulus: float, **fft: Any
-    ) -> None:
-        self.sites = np.asarray(sites, dtype=int)
-        if self.sites.ndim != 2 or self.sites.shape[1] != 2 or not self.sites.size:
-            raise ValueError(
-                f"sites must have the shape (k, 2), k > 0, got {self.sites.shape}"
-            )
-        super().__init__((len(self.sites), 1), spacing, contact_modulus, **fft)
-        self._products = 0
-
-    def __reduce__(self) -> tuple:
-        """Rebuild from the parameters."""
-        args = (self.sites, self.spacing, self.contact_modulus)
-        return partial(ScatteredHalfSpace, **self.fft), args
-
-    def like(self, shape: tuple[int, int], spacing: float) -> ReducedHalfSpace:
-        """Half space of the same solid under a grid; see `HalfSpace.like`."""
-        fft = {**self.fft, "measure": False}
-        return ReducedHalfSpace(shape, spacing, self.contact_modulus, **fft)
-
-    @property
-    def lattice(self) -> bool:
-        """Whether the window is a rectangle of which parts can be taken."""
-        return False
-
-    @property
-    def pairs(self) -> int:
-        """Number of products with the matrix so far."""
-        return self._products
-
-    @staticmethod
-    def padded(shape: tuple[int, int]) -> tuple[int, int]:
-        """No padding."""
-        return shape
-
-    def symbol(self, grid: tuple[int, int]) -> np.ndarray:
-        """Refuse: scattered atoms have no waves."""
-        raise ValueError(
-            "scattered atoms are no grid, and have no Fourier modes: relax them with "
-            "NewtonKrylov, ActiveSet, or one of ASE's optimizers on the atoms"
-        )
-
-    @cached_property
-    def matrix(self) -> np.ndarray:
-        """Green's function among the atoms, shape (k, k) (length per pressure)."""
-        count = len(self.sites)
-        matrix = np.empty((count, count))
-        for start in range(0, count, _ROWS):
-            rows = self.sites[start : start + _ROWS, None]
-            i, j = np.moveaxis(rows - self.sites, 2, 0)
-            matrix[start : start + _ROWS] = love_kernel(
-                i, j, self.spacing, self.contact_modulus
-            )
-        return matrix
-
-    @cached_property
-    def _factor(self) -> tuple[np.ndarray, bool]:
-        return cho_factor(self.matrix)
-
-    def displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """Displacement by a pressure; see `HalfSpace.displacement`."""
-        self._products += 1
-        return -np.einsum("ij,jk->ik", self.matrix, pressure)
-
-    def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
-        """Pressure that holds the atoms; see `HalfSpace.elastic_pressure`."""
-        self._products += 1
-        return -cho_solve(self._factor, displacement)
-
-    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
-        """Displacement by a pressure; see `HalfSpace.padded_displacement`."""
         return self.displacement(pressure)

@@ -16,7 +16,6 @@ from ase_roughcontact.elasticity.halfspace import (
     HalfSpace,
     PeriodicHalfSpace,
 )
-from ase_roughcontact.elasticity.lattice import Sites
 from ase_roughcontact.interactions import HardWall, Interaction
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import check_words
@@ -262,13 +261,9 @@ def _auto(
         window = windows.forecast(control, target)
     except ValueError as error:
         return PlannedStep(target, problem=str(error))
-    if isinstance(window, Sites):
-        grid, seconds = "matrix", _LEAST
-    else:
-        padded = FreeHalfSpace.padded(window.shape)
-        grid, seconds = text_of(padded), clock.step(padded)
-    memory = memory_of(window.shape, points=points)
-    return PlannedStep(target, text_of(window.shape), grid, memory, seconds)
+    padded = FreeHalfSpace.padded(window.shape)
+    memory, seconds = memory_of(window.shape, points=points), clock.step(padded)
+    return PlannedStep(target, text_of(window.shape), text_of(padded), memory, seconds)
 
 
 class _Clock:

@@ -79,10 +79,7 @@ class Stepper:
         hard = isinstance(contact.interaction, HardWall)
         self._optimizer = optimizer or (ActiveSet if hard else NewtonKrylov)
         auto = window == "auto" and not atoms.pbc.any()
-        scatter = self._optimizer in (ActiveSet, NewtonKrylov)
-        self.windows = (
-            AutoWindow(atoms, scatter=scatter) if auto else FixedWindow(atoms, edge)
-        )
+        self.windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)
         halfspace = contact.halfspace
         unit = halfspace.contact_modulus * halfspace.cell_area
         self._force, self._least = _USUAL_FORCE * unit, _ROUNDING * unit

@@ -30,7 +30,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import by_rows, dot, dots
 from ase_roughcontact._util.recycling import empty, zeros
-from ase_roughcontact.elasticity.circulant import CirculantModel, Matrix
+from ase_roughcontact.elasticity.circulant import CirculantModel
 
 # Part of a violation that the linear systems may leave before the set of atoms in
 # contact is looked at again.
@@ -44,7 +44,7 @@ class ActiveSetSolver:
 
     Parameters
     ----------
-    model : CirculantModel or Matrix
+    model : CirculantModel
         Of the half space; its box holds all atoms under pressure.
     pressure : ndarray, shape (n, m)
         On the window, nowhere negative (pressure).
@@ -58,7 +58,7 @@ class ActiveSetSolver:
 
     def __init__(
         self,
-        model: CirculantModel | Matrix,
+        model: CirculantModel,
         pressure: np.ndarray,
         gap: np.ndarray,
         unit: float,
@@ -77,9 +77,7 @@ class ActiveSetSolver:
         self._shift = 0.0
         self._budget = _BUDGET
         # nothing holds the mean of a periodic surface of which all atoms are looked at
-        self._floating = (
-            model.exact and isinstance(model, CirculantModel) and not loaded
-        )
+        self._floating = model.exact and not loaded
 
     def solve(self, target: float) -> np.ndarray:
         """Pressure on the window, to a part of the violation or as far as it gets."""

@@ -19,7 +19,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import by_rows, combined, dot, dots
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import CirculantModel, Matrix, model_of
+from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.active_set import ActiveSetSolver
 from ase_roughcontact.solvers.relaxation import precision_advice
@@ -137,7 +137,7 @@ class _Descent:
             share = _share(self.pressure, self.displacement, undeformed)
             self.pressure = combined([(share, self.pressure)])
             self.displacement = combined([(share, self.displacement)])
-        self.model: CirculantModel | Matrix | None = None
+        self.model: CirculantModel | None = None
         self.violations: list[float] = []
         self.moves: list[Move] = []
         self.part = 1.0
@@ -201,13 +201,13 @@ class _Descent:
         self.work = model.points * (model.transforms - before)
         return trial
 
-    def _covering(self, violation: float) -> CirculantModel | Matrix:
+    def _covering(self, violation: float) -> CirculantModel:
         """Model whose box holds all atoms that may touch, the last one if it does."""
         if self.model is None or _overlaps_beyond(self.model.box, self.gap):
             near = (self.pressure > 0.0) | (self.gap < violation)
             box = Box.around(near, (0, 0)) or Box((0, 0), near.shape)
             box = box.join(self.model.box if self.model else None)
-            self.model = model_of(self.halfspace, box)
+            self.model = CirculantModel(self.halfspace, box)
         return self.model
 
     def _displaced(self, pressure: np.ndarray) -> np.ndarray:

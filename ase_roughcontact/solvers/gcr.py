@@ -24,7 +24,7 @@ from scipy.linalg import solve_triangular
 
 from ase_roughcontact._util.kernels import by_rows, combined, dot, largest, part_dot
 from ase_roughcontact._util.recycling import empty
-from ase_roughcontact.elasticity.circulant import CirculantModel, Matrix
+from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
 
 # Part of what a change of height alone leaves that is worth less than single precision.
@@ -40,7 +40,7 @@ class System:
 
     Parameters
     ----------
-    model : CirculantModel or Matrix
+    model : CirculantModel
         Of the half space.
     box : Box
         The atoms; the box of the model holds it.
@@ -50,7 +50,7 @@ class System:
 
     def __init__(
         self,
-        model: CirculantModel | Matrix,
+        model: CirculantModel,
         box: Box,
         stiffness: np.ndarray,
     ) -> None:

@@ -251,7 +251,7 @@ def _solve(
 
 def _can_crop(contact: Contact) -> bool:
     """Whether a part of the window can be all that is looked at."""
-    return contact.halfspace.lattice and not contact.halfspace.periodic
+    return not contact.halfspace.periodic
 
 
 def _worthwhile(contact: Contact, box: Box) -> Box:

@@ -36,7 +36,7 @@ from ase_roughcontact._util.kernels import combined
 from ase_roughcontact._util.recycling import empty, zeros
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import CirculantModel, Matrix, model_of
+from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
@@ -190,7 +190,7 @@ class _Newton:
         self.convex = True
         self.near = _NEAR * halfspace.contact_modulus * halfspace.cell_area
         self.history: list[Step] = []
-        self.model: CirculantModel | Matrix | None = None
+        self.model: CirculantModel | None = None
         self.points = 0
         self.reported = self._pairs()
 
@@ -275,10 +275,10 @@ class _Newton:
         self.points += (model.transforms - before) * model.points
         return step
 
-    def _model(self, needed: Box) -> CirculantModel | Matrix:
+    def _model(self, needed: Box) -> CirculantModel:
         """Model of the half space for some atoms, the last one if it has them all."""
         if self.model is None or not self.model.box.holds(needed):
-            self.model = model_of(self.halfspace, needed)
+            self.model = CirculantModel(self.halfspace, needed)
         return self.model
 
     def _solved(

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol, runtime_checkable
 
-import numpy as np
-
 from ase_roughcontact._util.validation import FloatArray
-
-# Heights of scattered sites are read off squares of so many sites.
-_TILE = 256
 
 
 class Surface(Protocol):
@@ -70,39 +65,3 @@ class BoundedSurface(Surface, Protocol):
     def repeats(self) -> bool:
         """Whether the surface goes on, repeating itself, beyond the extent."""
         ...
-
-
-def heights_at(
-    indenter: Surface,
-    sites: np.ndarray,
-    spacing: float,
-    origin: tuple[float, float] = (0.0, 0.0),
-) -> np.ndarray:
-    """Heights of an indenter at some sites of a lattice.
-
-    Parameters
-    ----------
-    indenter : Surface
-        The indenter.
-    sites : ndarray of int, shape (k, 2)
-        In spacings from the origin.
-    spacing : float
-        Distance of neighbours (length).
-    origin : (float, float)
-        Position of site (0, 0) relative to the indenter's axis (length).
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        Length.
-    """
-    heights = np.empty(len(sites))
-    tiles = sites // _TILE
-    for tile in np.unique(tiles, axis=0):
-        here = np.flatnonzero((tiles == tile).all(axis=1))
-        first = sites[here].min(axis=0)
-        i, j = (sites[here] - first).T
-        x, y = spacing * first + origin
-        shape = int(i.max()) + 1, int(j.max()) + 1
-        heights[here] = indenter.heights(shape, spacing, (float(x), float(y)))[i, j]
-    return heights

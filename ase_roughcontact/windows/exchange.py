@@ -9,12 +9,12 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.grid import SurfaceGrid, set_displacement
-from ase_roughcontact.elasticity.lattice import Box, Sites
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import without_rounding
 from ase_roughcontact.windows.footprint import rest_of
 
 
-def window_of(layout: SurfaceGrid) -> Box | Sites:
+def window_of(layout: SurfaceGrid) -> Box:
     """Atoms of a layout that may touch, counted from the indenter's axis.
 
     Parameters
@@ -23,15 +23,13 @@ def window_of(layout: SurfaceGrid) -> Box | Sites:
 
     Returns
     -------
-    Box or Sites
+    Box
     """
     i, j = (round(x / layout.spacing) for x in layout.origin)
-    if layout.sites is None:
-        return Box((i, j), layout.window)
-    return Sites(layout.sites + np.array([i, j]))
+    return Box((i, j), layout.window)
 
 
-def exchange_window(atoms: Atoms, window: Box | Sites) -> None:
+def exchange_window(atoms: Atoms, window: Box) -> None:
     """Exchange the window of a free half space for another, in place.
 
     The atoms that are in both windows keep their pressure, and all are displaced by
@@ -41,7 +39,7 @@ def exchange_window(atoms: Atoms, window: Box | Sites) -> None:
     ----------
     atoms : Atoms
         Of a free half space, with a `RoughContact` calculator.
-    window : Box or Sites
+    window : Box
         The new window; its first corner comes to the origin, as `substrate` has it.
 
     Raises
@@ -68,9 +66,8 @@ def exchange_window(atoms: Atoms, window: Box | Sites) -> None:
         "numbers": np.append(np.full(len(positions) - 1, symbol), 0),
         "positions": positions,
     }
-    n, m = _box(window).shape
-    thickness = 1 if isinstance(window, Sites) else max(n, m)
-    atoms.cell[:] = spacing * np.diag([n, m, thickness])
+    n, m = window.shape
+    atoms.cell[:] = spacing * np.diag([n, m, max(n, m)])
     atoms.set_constraint(constraints)
     if carried.any():
         halfspace = atoms.calc.contact(atoms).halfspace
@@ -78,46 +75,35 @@ def exchange_window(atoms: Atoms, window: Box | Sites) -> None:
         atoms.calc.hold(atoms, carried)
 
 
-def carry(values: np.ndarray, old: Box | Sites, new: Box | Sites) -> np.ndarray:
+def carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
     """Values on a window, taken from another one, zero outside of it.
 
     Parameters
     ----------
     values : ndarray, shape of the old window
-    old, new : Box or Sites
+    old, new : Box
 
     Returns
     -------
     ndarray, shape of the new window
     """
     carried = np.zeros(new.shape)
-    if isinstance(old, Box) and isinstance(new, Box):  # without a list of all atoms
-        common = old.meet(new)
-        if min(common.shape) > 0:
-            carried[new.index(common)] = values[old.index(common)]
-        return carried
-    inside, index = new.find(old.places(values))
-    carried[index] = values[values != 0.0][inside]
+    common = old.meet(new)
+    if min(common.shape) > 0:
+        carried[new.index(common)] = values[old.index(common)]
     return carried
 
 
-def _box(window: Box | Sites) -> Box:
-    return window.box if isinstance(window, Sites) else window
-
-
-def _positions(window: Box | Sites, layout: SurfaceGrid, height: float) -> np.ndarray:
+def _positions(window: Box, layout: SurfaceGrid, height: float) -> np.ndarray:
     """Places of the atoms of a window, flat, and of the indenter."""
-    spacing, box = layout.spacing, _box(window)
+    spacing = layout.spacing
     positions = np.zeros((window.size + 1, 3))
-    if isinstance(window, Sites):
-        positions[:-1, :2] = spacing * (window.all - np.array(box.start))
-    else:
-        grid = positions[:-1].reshape(*box.shape, 3)
-        grid[..., 0] = spacing * np.arange(box.shape[0])[:, None]
-        grid[..., 1] = spacing * np.arange(box.shape[1])
+    grid = positions[:-1].reshape(*window.shape, 3)
+    grid[..., 0] = spacing * np.arange(window.shape[0])[:, None]
+    grid[..., 1] = spacing * np.arange(window.shape[1])
     x, y = (
         -spacing * i - rest_of(x, spacing)
-        for i, x in zip(box.start, layout.origin, strict=True)
+        for i, x in zip(window.start, layout.origin, strict=True)
     )
     positions[-1] = x, y, height
     return positions

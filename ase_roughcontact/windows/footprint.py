@@ -12,12 +12,8 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact.elasticity.fft import fast_length
-from ase_roughcontact.elasticity.lattice import Box, Sites
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import BoundedSurface, Surface
-from ase_roughcontact.topography.base import heights_at
-
-#: Most atoms that may be scattered: their matrix has the square of that many numbers.
-FEW = 2048
 
 # Side of the tiles that a surface is searched in, and of the first look at its middle.
 _TILE = 512
@@ -113,31 +109,6 @@ class Footprint:
             (int(rows[0]), int(columns[0])), (int(rows[-1]) + 1, int(columns[-1]) + 1)
         )
 
-    def count(self, level: float) -> int:
-        """Count the atoms lower than a level, at most one more than `FEW`."""
-        return max(int(np.searchsorted(self._lowest_few[1], level)), 1)
-
-    def lowest_sites(self, count: int) -> Sites:
-        """Return the lowest atoms, at most `FEW`, from the lowest up."""
-        return Sites(self._lowest_few[0][:count])
-
-    @cached_property
-    def _lowest_few(self) -> tuple[np.ndarray, np.ndarray]:
-        """Sites and heights of one atom more than `FEW`, sorted by height."""
-        middle = self.known(Box((-_MIDDLE, -_MIDDLE), (2 * _MIDDLE + 1,) * 2))
-        level = float(np.sort(self.heights(middle), axis=None)[: FEW + 1][-1])
-        half = self._reach(level)
-        around = self.known(Box((-half, -half), (2 * half + 1,) * 2))
-        sites, heights = [], []
-        for tile in self._tiles(around):
-            values = self.heights(tile)
-            low = values <= level
-            sites.append(tile.places(low))
-            heights.append(values[low])
-        every, lowest = np.concatenate(sites), np.concatenate(heights)
-        order = np.argsort(lowest, kind="stable")[: FEW + 1]
-        return every[order], lowest[order]
-
     def known(self, box: Box) -> Box:
         """Part of a box that is in the domain."""
         return box if self.domain is None else box.meet(self.domain)
@@ -173,11 +144,8 @@ class Footprint:
             shape.append(n)
         return Box((start[0], start[1]), (shape[0], shape[1]))
 
-    def heights(self, window: Box | Sites) -> np.ndarray:
+    def heights(self, window: Box) -> np.ndarray:
         """Heights of the atoms in a window, shape of the window."""
-        if isinstance(window, Sites):
-            sites, spacing = window.all, self.spacing
-            return heights_at(self.indenter, sites, spacing, self.offset)[:, None]
         x, y = (
             start * self.spacing + offset
             for start, offset in zip(window.start, self.offset, strict=True)

@@ -9,8 +9,6 @@ import os
 # 400 (repulsive) in free windows of 2500 x 2400, 970 in 512 x 512 with their margin.
 _PER_ATOM = 400
 _PER_ATOM_IN_MARGIN = 1050
-# The matrix, its factor, and one on the way.
-_PER_PAIR_OF_SITES = 24
 # Heights and waves of a roughness, while they are made, and as they are kept.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
@@ -26,7 +24,7 @@ def memory_of(
     Parameters
     ----------
     window : (int, int)
-        Shape, ``(k, 1)`` for scattered atoms.
+        Shape.
     margin : bool
         Whether a free window has its margin.
     points : int
@@ -40,11 +38,7 @@ def memory_of(
         of wall and boundary, smooth and rough, 1.0 to 1.3 in one of 2500 x 2400.
         Measured maps, and what else the process holds, come on top.
     """
-    size = math.prod(window)
-    if window[1] == 1 and not margin:
-        step = _PER_PAIR_OF_SITES * size**2
-    else:
-        step = size * (_PER_ATOM_IN_MARGIN if margin else _PER_ATOM)
+    step = math.prod(window) * (_PER_ATOM_IN_MARGIN if margin else _PER_ATOM)
     return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
 
 

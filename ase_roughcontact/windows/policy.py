@@ -7,7 +7,7 @@ exact. Where the wall pulls, the surface bulges. Outside of the atoms that the w
 on, the displacement is a harmonic function that falls to zero, so that it is nowhere
 higher than on these; this bounds the atoms that have to be looked at.
 
-A window is a box of atoms, or the few `Sites` that can touch. A large box is made for
+A window is a box of atoms. A large box is made for
 the contact rather than for all that could touch, and checked afterwards.
 """
 
@@ -22,13 +22,12 @@ from ase import Atoms
 from ase_roughcontact.atoms.build import indenter_fixed
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
-from ase_roughcontact.elasticity.lattice import Box, Sites
-from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.exchange import carry, exchange_window, window_of
-from ase_roughcontact.windows.footprint import FEW, Footprint
+from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory
 
 # A window is kept as long as it has at most this many times the atoms that it needs.
@@ -43,10 +42,6 @@ _AFRESH = 1.1
 _HERTZ = math.sqrt(8.0) / 3.0
 
 
-# Squares of the number of scattered atoms that cost as much as one atom of a box.
-_PRICE = 16.0
-# Counts of scattered atoms are one of few, each this many times the one before.
-_RUNG = 1.25
 # Boxes of more atoms are made for the contact rather than for all that could touch,
 # and this much longer.
 _LARGE = 256 * 256
@@ -86,11 +81,6 @@ class FixedWindow:
         """Raise `RuntimeError` if the wall acts at the edge of a free window."""
         if self._edge == "ignore" or atoms.pbc.any():
             return False
-        if self._layout["sites"] is not None:
-            raise RuntimeError(
-                "scattered atoms have no edge that would tell whether others can "
-                "touch: give window='auto' (or edge='ignore')"
-            )
         acts = atoms.calc.state(atoms).pressure != 0.0
         for rows in (acts, acts.T):
             if rows[[0, -1]].any():
@@ -109,9 +99,6 @@ class AutoWindow:
     ----------
     atoms : Atoms
         Of a free half space, with a `RoughContact` calculator.
-    scatter : bool
-        Whether few atoms may be scattered, or have to be in a box as Fourier modes want
-        it.
 
     Attributes
     ----------
@@ -124,8 +111,7 @@ class AutoWindow:
         If the indenter does not rise out of reach.
     """
 
-    def __init__(self, atoms: Atoms, *, scatter: bool = True) -> None:
-        self._few = FEW if scatter else 0
+    def __init__(self, atoms: Atoms) -> None:
         layout, contact = atoms.calc.layout(atoms), atoms.calc.contact(atoms)
         indenter = atoms.calc.parameters["indenter"]
         self.footprint = Footprint(indenter, layout.spacing, layout.origin)
@@ -174,13 +160,13 @@ class AutoWindow:
         if not self.wall.attractive and box.size > _AFRESH * self._settled:
             self._flatten(atoms)
         needed = self._window(self._level, self._kept_acting(atoms, window))
-        if spread is not None and not _box(needed).holds(spread):
-            needed = _box(needed).join(spread)
-        large = _cost(window) > _KEPT * _cost(self._roomy(needed))
-        if large or not _holds(window, needed):
+        if spread is not None and not needed.holds(spread):
+            needed = needed.join(spread)
+        large = window.size > _KEPT * self.footprint.roomy(needed).size
+        if large or not window.holds(needed):
             self._exchange(atoms, needed)
 
-    def forecast(self, control: str, target: float) -> Box | Sites:
+    def forecast(self, control: str, target: float) -> Box:
         """Window that a step is likely to have.
 
         Parameters
@@ -191,7 +177,7 @@ class AutoWindow:
 
         Returns
         -------
-        Box or Sites
+        Box
 
         Raises
         ------
@@ -205,7 +191,7 @@ class AutoWindow:
             height = self.first_contact - target
         level = self.wall.cutoff - height
         self.footprint.check(level)
-        return self._roomy(self._window(level, None))
+        return self.footprint.roomy(self._window(level, None))
 
     def grow(self, atoms: Atoms) -> bool:
         """Grow the window if an atom outside could feel the wall.
@@ -231,7 +217,7 @@ class AutoWindow:
         if level - lowest > _DEEPER * depth and not self._all_below(level, window):
             # under load, an indenter comes out too deep in too small a window
             self._level = lowest + _DEEPER * depth
-            needed = self._window(self._level, _box(window))
+            needed = self._window(self._level, window)
             if not self.wall.attractive:
                 self._flatten(atoms)
         else:
@@ -255,7 +241,7 @@ class AutoWindow:
             self._filled *= load / self._carried(depth, _half_side(box))
         if self.wall.attractive:
             near = self._gap(atoms, window, window) < self.wall.cutoff
-            self._acting = window.around_those(near)
+            self._acting = window.bounding(near)
 
     def system(self) -> dict:
         """Return what tells the lattice apart from others, whatever the window."""
@@ -263,9 +249,9 @@ class AutoWindow:
         offset = [round(x / spacing, 9) for x in self.footprint.offset]
         return {"window": "auto", "spacing": spacing, "offset": offset}
 
-    def _exchange(self, atoms: Atoms, needed: Box | Sites) -> None:
+    def _exchange(self, atoms: Atoms, needed: Box) -> None:
         """Exchange the window, if there is memory for it."""
-        window = self._roomy(needed)
+        window = self.footprint.roomy(needed)
         check_memory(window.shape)
         exchange_window(atoms, window)
 
@@ -286,27 +272,20 @@ class AutoWindow:
         half = math.ceil(radius / self.footprint.spacing)
         return self.footprint.known(Box((-half, -half), (2 * half + 1,) * 2))
 
-    def _kept_acting(self, atoms: Atoms, window: Box | Sites) -> Box | None:
+    def _kept_acting(self, atoms: Atoms, window: Box) -> Box | None:
         """Atoms that the wall acts on before the step, which attraction may keep."""
         if not self.wall.attractive:
             return None
         displaced = displacement(atoms, atoms.calc.layout(atoms)).any()
-        return self._acting or (_box(window) if displaced else None)
+        return self._acting or (window if displaced else None)
 
-    def _window(self, level: float, also: Box | None) -> Box | Sites:
+    def _window(self, level: float, also: Box | None) -> Box:
         """Window for a level, which holds some other atoms, too.
 
         Of a large box only the part that is expected to touch.
         """
         footprint = self.footprint
         box = footprint.known(footprint.below(level)).join(also)
-        count = footprint.count(level)
-        if also is not None and count <= self._few:
-            low = footprint.lowest_sites(FEW).all
-            held = np.flatnonzero(also.find(low)[0])
-            count = max(count, int(held[-1]) + 1 if held.size else 1)
-        if count <= self._few and count**2 < _PRICE * box.size:
-            return footprint.lowest_sites(count)
         if box.size > _LARGE:
             part = footprint.below(self._touched(level))
             box = footprint.known(part).join(also)
@@ -329,20 +308,11 @@ class AutoWindow:
         part = _LONGER * (1.0 + beside) * math.sqrt(smooth / (2.0 * depth))
         return lowest + depth * min(part, 1.0) ** 2
 
-    def _roomy(self, window: Box | Sites) -> Box | Sites:
-        """Window of one of few sizes around another."""
-        if isinstance(window, Box):
-            return self.footprint.roomy(window)
-        rungs = math.ceil(math.log(window.size, _RUNG))
-        return self.footprint.lowest_sites(min(math.ceil(_RUNG**rungs), FEW))
-
-    def _all_below(self, level: float, window: Box | Sites) -> bool:
+    def _all_below(self, level: float, window: Box) -> bool:
         """Whether a window holds all atoms lower than a level."""
-        if isinstance(window, Sites):
-            return self.footprint.count(level) <= window.size
         return window.holds(self.footprint.known(self.footprint.below(level)))
 
-    def _missing(self, atoms: Atoms, window: Box | Sites) -> Box | Sites | None:
+    def _missing(self, atoms: Atoms, window: Box) -> Box | None:
         """Window that holds the atoms outside that the wall reaches; None if none."""
         level = self._level
         self.footprint.check(level)
@@ -352,21 +322,9 @@ class AutoWindow:
         if self._all_below(level, window):
             return None
         self.footprint.check(level)
-        count = self.footprint.count(level)
-        if isinstance(window, Sites) and count <= FEW:
-            wide: Box | Sites = self.footprint.lowest_sites(count)
-        else:
-            below = self.footprint.known(self.footprint.below(level))
-            wide = below.join(_box(window))
+        wide = self.footprint.known(self.footprint.below(level)).join(window)
         near = self._gap(atoms, window, wide) < self.wall.cutoff
-        if isinstance(wide, Sites):
-            last = int(np.flatnonzero(near)[-1]) + 1 if near.any() else 0
-            return None if last <= window.size else self.footprint.lowest_sites(last)
-        reached = wide.around_those(near)
-        if isinstance(window, Sites):
-            inside = window.find(wide.places(near))[0].all()
-            return None if inside else self._window(level, reached)
-        needed = window.join(reached)
+        needed = window.join(wide.bounding(near))
         return None if needed == window else needed
 
     def _flatten(self, atoms: Atoms) -> None:
@@ -395,7 +353,7 @@ class AutoWindow:
         """Load at a depth with a box of a half side in spacings, as last time."""
         return self._filled * self.modulus * depth * half * self.footprint.spacing
 
-    def _gap(self, atoms: Atoms, window: Box | Sites, wide: Box | Sites) -> np.ndarray:
+    def _gap(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
         """Gap of the atoms of a wider window."""
         contact: Contact = atoms.calc.contact(atoms)
         height = float(atoms.positions[-1, 2])
@@ -404,33 +362,9 @@ class AutoWindow:
         pressure = carry(atoms.calc.elastic_pressure(atoms), window, wide)
         spacing, given = self.footprint.spacing, contact.halfspace
         fft = {**given.fft, "measure": False}
-        if isinstance(wide, Sites):
-            halfspace: HalfSpace = ScatteredHalfSpace(
-                wide.all, spacing, self.modulus, **fft
-            )
-        else:
-            halfspace = FreeHalfSpace(wide.shape, spacing, self.modulus, **fft)
+        halfspace = FreeHalfSpace(wide.shape, spacing, self.modulus, **fft)
         undeformed = height + self.footprint.heights(wide)
         return undeformed - halfspace.displacement(pressure)
-
-
-def _box(window: Box | Sites) -> Box:
-    """Smallest box that holds a window."""
-    return window if isinstance(window, Box) else window.box
-
-
-def _holds(window: Box | Sites, needed: Box | Sites) -> bool:
-    """Whether a window holds another of its kind."""
-    if isinstance(window, Box) and isinstance(needed, Box):
-        return window.holds(needed)
-    if isinstance(window, Sites) and isinstance(needed, Sites):
-        return bool(window.find(needed.all)[0].all())
-    return False
-
-
-def _cost(window: Box | Sites) -> float:
-    """Cost of a convolution, in atoms of a box."""
-    return window.size if isinstance(window, Box) else window.size**2 / _PRICE
 
 
 def _half_side(box: Box) -> float:

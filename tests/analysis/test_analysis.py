@@ -61,14 +61,6 @@ def relaxed_atoms(shape=(12, 10), **options):
     return atoms
 
 
-def scattered(frame, keep):
-    """Frame with some of its atoms, and the indenter, in a flat cell around them."""
-    some = frame[np.append(keep.ravel(), True)]
-    sides = np.ptp(some.positions[:-1, :2], axis=0) + A0
-    some.set_cell([*sides, A0])
-    return some
-
-
 # Maps
 
 
@@ -118,24 +110,6 @@ def test_frame_read_back_gives_the_map_of_the_atoms(tmp_path, file, periodic):
     np.testing.assert_allclose(back.y, made.y, atol=1e-7)
     assert back.spacing == pytest.approx(made.spacing, rel=1e-8)
     assert back.periodic == periodic
-
-
-def test_scattered_atoms_fill_their_bounding_box_with_open_sites(rng):
-    frame = snapshot(relaxed_atoms(center=(A0, 0.0)))
-    whole = ContactMap.from_frame(frame, indenter=SPHERE)
-    keep = whole.contact | (rng.uniform(size=whole.contact.shape) < 0.1)
-    made = ContactMap.from_frame(scattered(frame, keep), indenter=SPHERE)
-    rows, columns = (np.flatnonzero(keep.any(axis=axis)) for axis in (1, 0))
-    box = np.ix_(
-        np.arange(rows[0], rows[-1] + 1), np.arange(columns[0], columns[-1] + 1)
-    )
-    assert made.spacing == pytest.approx(A0)
-    assert made.origin == pytest.approx((whole.x[rows[0]], whole.y[columns[0]]))
-    np.testing.assert_array_equal(made.contact, whole.contact[box])
-    np.testing.assert_array_equal(
-        made.pressure, np.where(keep, whole.pressure, 0.0)[box]
-    )
-    np.testing.assert_allclose(made.gap, np.where(keep, whole.gap, np.nan)[box])
 
 
 def test_contact_is_told_by_the_tags_where_a_file_has_rounded_the_pressure():

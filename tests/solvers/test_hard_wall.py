@@ -511,7 +511,7 @@ def test_model_is_the_half_space_but_for_long_waves(rng):
     assert np.std(model.compliance(noise) - exact) < 0.1 * np.std(exact)
 
 
-def test_model_of_a_periodic_cell_is_exact(rng):
+def test_circulant_model_of_a_periodic_cell_is_exact(rng):
     halfspace = PeriodicHalfSpace((12, 15), 2.0, 5.0)
     noise = rng.standard_normal((12, 15))
     model = CirculantModel(halfspace, Box((3, 3), (2, 2)))  # it takes all atoms

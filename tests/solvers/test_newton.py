@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from ase_roughcontact import RoughSphere, SelfAffine
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import model_of
+from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
@@ -471,7 +471,7 @@ def test_a_loose_solution_leads_downhill_although_one_atom_overlaps_deeply():
     flat = np.zeros(contact.heights.shape)
     state = contact_energy.state(flat, flat, 0.6)
     assert state.stiffness.max() > 300.0 > 1.0 > np.median(abs(state.stiffness))
-    model = model_of(contact.halfspace, Box((0, 0), contact.heights.shape))
+    model = CirculantModel(contact.halfspace, Box((0, 0), contact.heights.shape))
     stiffness = np.maximum(state.stiffness, 0.0)
     box = state.box.slices
     system = System(model, state.box, stiffness[box])

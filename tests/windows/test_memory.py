@@ -3,15 +3,12 @@
 import json
 import subprocess
 import sys
-import tracemalloc
 from functools import partial
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
-from ase_roughcontact.elasticity.reduced import ScatteredHalfSpace
 from ase_roughcontact.windows.memory import memory_of, points_of
 
 STATUS = Path("/proc/self/status")
@@ -72,17 +69,6 @@ def test_the_estimate_is_within_a_third_of_what_a_process_takes(
     estimate, peak, converged = json.loads(done.stdout)
     assert converged
     assert 3 / 4 <= estimate / peak <= 4 / 3
-
-
-def test_scattered_atoms_take_a_matrix_and_its_factor():
-    sites = 9 * np.argwhere(np.ones((50, 30)))
-    tracemalloc.start()
-    try:
-        ScatteredHalfSpace(sites, 1.0, 1.0).elastic_pressure(np.ones((1500, 1)))
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert 3 / 4 <= (memory_of((1500, 1)) - memory_of((1, 1))) / peak <= 4 / 3
 
 
 def test_a_roughness_takes_its_points_and_a_smooth_or_measured_surface_none():
