@@ -32,7 +32,7 @@ def comparison(tmp_path_factory):
     """Runs of every optimizer, and the names of the files that they left."""
     pytest.importorskip("matplotlib").use("Agg")
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(ROOT / "examples"))
+        patch.syspath_prepend(str(ROOT / "examples" / "benchmarks"))
         import compare_optimizers
     folder = tmp_path_factory.mktemp("optimizers")
     out = str(folder / "table")

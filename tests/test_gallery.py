@@ -32,7 +32,7 @@ def run(tmp_path, monkeypatch, capsys):
 
     def ran(name):
         monkeypatch.chdir(tmp_path)
-        monkeypatch.syspath_prepend(str(EXAMPLES))
+        monkeypatch.syspath_prepend(str(EXAMPLES / "gallery"))
         result = import_module(name).main(SMALL[name])
         assert (tmp_path / f"{name}.png").stat().st_size > 5000
         return result, capsys.readouterr().out
@@ -99,7 +99,7 @@ def test_ensemble_is_in_the_database(run, tmp_path):
     ],
 )
 def test_a_contact_that_did_not_converge_is_told(run, monkeypatch, name, optimizer):
-    monkeypatch.syspath_prepend(str(EXAMPLES))
+    monkeypatch.syspath_prepend(str(EXAMPLES / "gallery"))
     cls = getattr(import_module(name), optimizer)
     monkeypatch.setattr(cls, "run", lambda *_, **__: False)
     with pytest.raises(RuntimeError, match="did not converge"):
@@ -122,7 +122,7 @@ def test_springs_as_calculator_and_as_constraints_are_the_same(run):
 def test_every_example_has_its_picture_and_its_line_in_the_index():
     index = (EXAMPLES / "README.md").read_text()
     for name in SMALL:
-        assert f"[`{name}.py`]({name}.py)" in index
+        assert f"[`{name}.py`](gallery/{name}.py)" in index
         assert f"images/{name}.png" in index
     for target in re.findall(r'(?:\]\(|src=")([^)":]+)[)"]', index):
         assert (EXAMPLES / target).exists(), target
@@ -130,6 +130,6 @@ def test_every_example_has_its_picture_and_its_line_in_the_index():
 
 @pytest.mark.parametrize("name", SMALL)
 def test_examples_and_their_pictures_are_small(name):
-    lines = (EXAMPLES / f"{name}.py").read_text().splitlines()
+    lines = (EXAMPLES / "gallery" / f"{name}.py").read_text().splitlines()
     assert len(lines) <= 60
     assert (EXAMPLES / "images" / f"{name}.png").stat().st_size < 150_000

@@ -18,7 +18,7 @@ from ase_roughcontact.theory import hertz_contact_area
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
-TABLE = EXAMPLES / "results" / "figure2-paper.csv"
+TABLE = EXAMPLES / "paper" / "results" / "figure2-paper.csv"
 
 
 @pytest.fixture(scope="module")
@@ -26,12 +26,12 @@ def examples():
     """The scripts, as modules."""
     pytest.importorskip("matplotlib").use("Agg")
     with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(str(EXAMPLES))
+        patch.syspath_prepend(str(EXAMPLES / "paper"))
         import figure1
         import figure2
-        import paper
+        import paper_scenes
         import reproduction
-    return {"1": figure1, "2": figure2, "paper": paper, "numbers": reproduction}
+    return {"1": figure1, "2": figure2, "paper": paper_scenes, "numbers": reproduction}
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def table():
 def page(examples, tmp_path_factory):
     """The page, its numbers taken from the committed table again."""
     page = tmp_path_factory.mktemp("page") / "page.md"
-    shutil.copy(EXAMPLES / "REPRODUCTION.md", page)
+    shutil.copy(EXAMPLES / "guide" / "reproduction.md", page)
     examples["numbers"].main(["--page", str(page)])
     return page.read_text()
 
@@ -155,7 +155,7 @@ def test_a_database_filled_from_the_table_holds_the_same(tmp_path, table):
 
 
 def test_page_has_the_numbers_of_the_table(page):
-    assert page == (EXAMPLES / "REPRODUCTION.md").read_text()
+    assert page == (EXAMPLES / "guide" / "reproduction.md").read_text()
 
 
 def test_page_tells_when_it_has_no_place_for_numbers(examples):

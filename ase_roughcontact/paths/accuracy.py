@@ -9,7 +9,7 @@ was more than four times the tolerance in 8 of 2470 cases, all of them with stro
 adhesion, where the path jumps: mostly up to 26 times, and without limit where a jump
 was taken a step too late. So the tolerance is a quarter of the error, which takes up to
 15 % more transforms, and no such factor is safe at a jump. The table of errors and
-costs is in ``examples/SPEED_ACCURACY.md``.
+costs is in ``examples/guide/accuracy.md``.
 
 An accuracy is that of the solution, and leaves the model as it is: the wall, its cutoff
 too, and the spacing.

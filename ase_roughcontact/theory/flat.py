@@ -83,8 +83,9 @@ class FlatReference:
         contact_modulus : float
             E*, the unit of the pressures in the table, force per area.
         file : path
-            Written by `examples/flat_reference.py`. By default the package's own table
-            for the paper's roughness and walls; its first lines say how it was made.
+            Written by `examples/paper/flat_reference.py`. By default the package's own
+            table for the paper's roughness and walls; its first lines say how it was
+            made.
 
         Returns
         -------
@@ -110,7 +111,7 @@ class FlatReference:
         raise ValueError(
             f"{os.fspath(file)} has no curve for work_of_adhesion "
             f"{work_of_adhesion!r}, only for {', '.join(map(str, curves))}; "
-            "calculate it with examples/flat_reference.py"
+            "calculate it with examples/paper/flat_reference.py"
         )
 
     def fraction(self, pressure: ArrayLike) -> FloatArray:

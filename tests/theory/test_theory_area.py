@@ -184,7 +184,7 @@ def test_flat_reference_refuses_another_kind_of_table(tmp_path):
 
 
 def test_script_makes_a_table_that_is_read(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "examples"))
+    monkeypatch.syspath_prepend(str(ROOT / "examples" / "paper"))
     import flat_reference
 
     file = tmp_path / "flat.csv"
@@ -201,7 +201,7 @@ def test_script_makes_a_table_that_is_read(tmp_path, monkeypatch):
 def test_tables_say_how_they_were_made():
     with open(theory.flat.TABLE) as file:
         head = [line for line in file if line.startswith("#")]
-    assert any("python examples/flat_reference.py --work" in line for line in head)
+    assert any("examples/paper/flat_reference.py --work" in line for line in head)
     with open(theory.flat.TABLE) as file:
         rows = list(csv.reader(line for line in file if line[0] != "#"))
     assert rows[0] == ["work_of_adhesion", "pressure", "contact_fraction", "spread"]

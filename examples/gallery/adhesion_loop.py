@@ -1,6 +1,6 @@
 """Pull-off of smooth spheres from DMT to JKR, and the energy that a loop costs.
 
-    python examples/adhesion_loop.py --radius 100 --work 0.02 --stiffness 0.01 0.1 1
+    python examples/gallery/adhesion_loop.py --radius 100 --work 0.02
 
 brings a smooth sphere into contact and pulls it off. Units: spacing a0, pressure E*.
 """

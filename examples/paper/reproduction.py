@@ -1,6 +1,6 @@
-"""The numbers of REPRODUCTION.md, from the table of figure 2.
+"""The numbers of guide/reproduction.md, from the table of figure 2.
 
-    python examples/reproduction.py
+    python examples/paper/reproduction.py
 
 prints them; with --page they replace those on the page, and with --check small runs
 are made that show how well they are converged (minutes).
@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 from ase.units import J, m
-from paper import DOMAIN, WORKS, Curve, curves, scenes, theory
+from paper_scenes import DOMAIN, WORKS, Curve, curves, scenes, theory
 
 from ase_roughcontact import (
     HardWall,

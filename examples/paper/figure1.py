@@ -1,6 +1,6 @@
 """Figure 1 of the paper: maps of a contact under four loads, and its pressure.
 
-    python examples/figure1.py --scale quick
+    python examples/paper/figure1.py --scale quick
 
 A hard wall and a sphere of R = 10 000 a0. The maps are kept; with them there it only
 draws.
@@ -12,7 +12,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from paper import scene, theory
+from paper_scenes import scene, theory
 
 from ase_roughcontact import load_path
 from ase_roughcontact.analysis import radial_average

@@ -1,6 +1,6 @@
 """A topography from a file: coarser than the atoms, tilted, rounded to 0.01 Å.
 
-    python examples/measured_topography.py --file heights.txt --pixel 5.1
+    python examples/gallery/measured_topography.py --file heights.txt --pixel 5.1
 
 takes the tilt off heights in Å and presses them, on a sphere, into copper. Without a
 file one of a known surface is written first, and tells the error.

@@ -1,6 +1,6 @@
 """An ensemble of rough spheres in an ASE database.
 
-    python examples/ensemble_database.py --seeds 8 --out spheres.db
+    python examples/gallery/ensemble_database.py --seeds 8 --out spheres.db
     ase db spheres.db record=step,seed=0 -c target,contact_area,converged
 
 presses spheres that differ in the seed of their roughness into copper, on all

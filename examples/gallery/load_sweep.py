@@ -1,6 +1,6 @@
 """Load sweep of a rough sphere, and what to look at in ase gui.
 
-    python examples/load_sweep.py --radius 1000 --out sweep
+    python examples/gallery/load_sweep.py --radius 1000 --out sweep
     ase gui -R=-60x sweep.traj
 
 presses a rough sphere into copper. In ase gui choose View > Colors > By tag: 1 is in

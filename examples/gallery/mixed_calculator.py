@@ -1,6 +1,6 @@
 """Another ASE calculator beside RoughContact, or constraints: one and the same answer.
 
-    python examples/mixed_calculator.py --size 12
+    python examples/gallery/mixed_calculator.py --size 12
 
 puts tip and surface atoms on springs of their own, an elastic foundation: once by ASE's
 SpringCalculator in a SumCalculator, once by its Hookean constraints.

@@ -3,7 +3,7 @@
 Calculates what is missing in a database, goes on from the table that is there, and
 draws it:
 
-    python examples/figure2.py --scale quick
+    python examples/paper/figure2.py --scale quick
 """
 
 import argparse
@@ -12,7 +12,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from paper import BANDS, Curve, curves, scenes, theory
+from paper_scenes import BANDS, Curve, curves, scenes, theory
 
 from ase_roughcontact.ensemble import (
     fill_database,

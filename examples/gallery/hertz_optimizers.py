@@ -1,6 +1,6 @@
 """Hertz by five optimizers: one contact, one force, different roads to it.
 
-    python examples/hertz_optimizers.py --size 32
+    python examples/gallery/hertz_optimizers.py --size 32
 
 relaxes a smooth sphere on a stiff wall with FIRE and LBFGS on the atoms, with FIRE2 and
 LBFGS on the scaled modes of the half space, and with NewtonKrylov.

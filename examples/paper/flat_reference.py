@@ -1,6 +1,6 @@
 """Contact fraction of nominally flat rough surfaces, tabulated for strong adhesion.
 
-    python examples/flat_reference.py --work 0 0.0005 0.005 --out flat.csv
+    python examples/paper/flat_reference.py --work 0 0.0005 0.005 --out flat.csv
 
 presses periodic self-affine surfaces with the paper's adhesive wall on a flat solid,
 from zero pressure up, and writes which fraction of the atoms is repelled. Lengths are
@@ -83,7 +83,7 @@ def header(options, command):
     return (
         "# Fraction of nominally flat rough surfaces in contact: mean and standard\n"
         "# deviation over the seeds. Units: a0, E*.\n"
-        f"# python examples/flat_reference.py {command}\n"
+        f"# python examples/paper/flat_reference.py {command}\n"
         f"# ase-roughcontact {version('ase-roughcontact')}; rms_slope={options.slope:g}"
         f" hurst={options.hurst:g} short_wavelength={options.short:g}"
         f" long_wavelength={options.long:g}\n"

@@ -1,6 +1,6 @@
 """A wall potential of your own, in twenty lines: the electric double layer.
 
-    python examples/own_wall.py --stiffness 1e-3
+    python examples/gallery/own_wall.py --stiffness 1e-3
 
 V(g) = p0 rho exp(-g/rho). Where the solid hardly deforms the force on a sphere is
 Derjaguin's, 2 pi R V. Lengths are in units of rho, pressures in E*.

@@ -1,6 +1,6 @@
 """Which optimizer for what: the same contact relaxed by all of them.
 
-    python examples/compare_optimizers.py --sizes 64 128 --out optimizers
+    python examples/benchmarks/compare_optimizers.py --sizes 64 128 --out optimizers
 
 prints, for a smooth sphere, a rough one, and a rough one that adheres, how many force
 evaluations (padded transform pairs) and seconds each optimizer took to the same force,

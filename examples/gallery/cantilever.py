@@ -1,6 +1,6 @@
 """An AFM tip on its cantilever: snap-in, pull-off, and the same force as a load.
 
-    python examples/cantilever.py --steps 80
+    python examples/gallery/cantilever.py --steps 80
 
 lowers the end of a soft spring with a smooth adhesive tip, and raises it again. Lengths
 are in spacings a0, forces in E* a0^2.

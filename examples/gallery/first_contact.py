@@ -1,6 +1,6 @@
 """First contact in ten lines: a smooth sphere, against Hertz.
 
-    python examples/first_contact.py --size 64
+    python examples/gallery/first_contact.py --size 64
 
 presses a sphere into copper and draws the pressure beside that of Hertz.
 """
