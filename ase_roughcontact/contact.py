@@ -221,9 +221,9 @@ class Contact:
             hard and atoms overlap with the indenter: the reaction of a hard wall is no
             function of the positions then.
         """
-        if displacement.shape != self.halfspace.layer:
+        if displacement.shape != self.halfspace.dof_shape:
             raise ValueError(
-                f"displacement must have the shape {self.halfspace.layer} of the "
+                f"displacement must have the shape {self.halfspace.dof_shape} of the "
                 f"atoms, got {displacement.shape}"
             )
         if self.halfspace.periodic:
@@ -270,7 +270,7 @@ class Contact:
         """Pressure on all atoms of one on the window, without its mean if periodic."""
         if self.halfspace.periodic:
             return pressure - pressure.mean()
-        everywhere = zeros(self.halfspace.layer)
+        everywhere = zeros(self.halfspace.dof_shape)
         n, m = pressure.shape
         everywhere[:n, :m] = pressure
         return everywhere

@@ -52,7 +52,7 @@ class SurfaceGrid:
         given = self.spacing, contact_modulus
         if self.periodic:
             return PeriodicHalfSpace(self.window, *given, **fft)
-        margin = self.grid == FreeHalfSpace.padded(self.window)
+        margin = self.grid == FreeHalfSpace.padded_shape(self.window)
         return (FreeHalfSpace if margin else ReducedHalfSpace)(
             self.window, *given, **fft
         )
@@ -103,7 +103,7 @@ class SurfaceGrid:
     @staticmethod
     def grid_for(window: tuple[int, int], periodic: bool) -> tuple[int, int]:
         """Shape of the grid for a window."""
-        return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded(window)
+        return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded_shape(window)
 
 
 def displacement(atoms: Atoms, layout: SurfaceGrid) -> np.ndarray:

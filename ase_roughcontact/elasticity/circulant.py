@@ -64,7 +64,7 @@ class CirculantModel:
         self.local = halfspace.self_compliance
         fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
         self._transform = RealFFT2(self.box.shape, grid, **fft)
-        self._symbol = halfspace.symbol(grid) / self.local
+        self._symbol = halfspace.spectrum(grid) / self.local
 
     @property
     def transforms(self) -> int:

@@ -82,7 +82,7 @@ class HalfSpace(ABC):
         positive(spacing=spacing, contact_modulus=contact_modulus)
         self.spacing = float(spacing)
         self.contact_modulus = float(contact_modulus)
-        self.grid = self.padded(self.shape)
+        self.grid = self.padded_shape(self.shape)
         self.fft = fft
 
     def __reduce__(self) -> tuple:
@@ -90,18 +90,18 @@ class HalfSpace(ABC):
         args = (self.shape, self.spacing, self.contact_modulus)
         return partial(type(self), **self.fft), args
 
-    def like(self, shape: tuple[int, int], spacing: float) -> HalfSpace:
+    def resized(self, shape: tuple[int, int], spacing: float) -> HalfSpace:
         """Half space of the same solid and kind under another grid, for a short use."""
         fft = {**self.fft, "measure": False}
         return type(self)(shape, spacing, self.contact_modulus, **fft)
 
     @staticmethod
     @abstractmethod
-    def padded(shape: tuple[int, int]) -> tuple[int, int]:
+    def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
         """Shape of the grid for a window of the given shape."""
 
     @abstractmethod
-    def symbol(self, grid: tuple[int, int]) -> np.ndarray:
+    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Spectrum of the Green's function, wrapped around a grid of this spacing.
 
         Parameters
@@ -116,7 +116,7 @@ class HalfSpace(ABC):
         """
 
     @property
-    def layer(self) -> tuple[int, int]:
+    def dof_shape(self) -> tuple[int, int]:
         """Shape of the atoms that are displaced: the grid, its padding included."""
         return self.grid
 
@@ -132,7 +132,7 @@ class HalfSpace(ABC):
     @cached_property
     def compliance(self) -> np.ndarray:
         """Spectrum ``G(q)`` on the grid, shape (N, M//2 + 1) (length per pressure)."""
-        return self._own_symbol.take(_mirrored(self.grid[0]), 0)
+        return self._own_spectrum.take(_mirrored(self.grid[0]), 0)
 
     @cached_property
     def stiffness(self) -> np.ndarray:
@@ -150,22 +150,22 @@ class HalfSpace(ABC):
         return RealFFT2(self.grid, **self.fft)
 
     @property
-    def layer_transform(self) -> RealFFT2:
+    def dof_transform(self) -> RealFFT2:
         """Transform of all atoms that are displaced."""
         return self.grid_transform
 
     @cached_property
-    def _own_symbol(self) -> np.ndarray:
-        return self.symbol(self.grid)
+    def _own_spectrum(self) -> np.ndarray:
+        return self.spectrum(self.grid)
 
     @property
     def _own_inverse(self) -> np.ndarray:
-        symbol = self._own_symbol
+        symbol = self._own_spectrum
         return np.divide(1.0, symbol, where=symbol > 0.0, out=np.zeros_like(symbol))
 
     @cached_property
     def _compliance_filter(self) -> np.ndarray:
-        return self.window_transform.multiplier(-self._own_symbol)
+        return self.window_transform.multiplier(-self._own_spectrum)
 
     @cached_property
     def _stiffness_filter(self) -> np.ndarray:
@@ -226,9 +226,9 @@ class HalfSpace(ABC):
             With this displacement the padding carries no force: the state in which it
             is relaxed.
         """
-        return self.on_grid(pressure)
+        return self.grid_displacement(pressure)
 
-    def on_grid(self, pressure: np.ndarray) -> np.ndarray:
+    def grid_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Displacement of the whole grid, shape (N, M); see `padded_displacement`."""
         if pressure.shape != self.shape:
             raise ValueError(f"expected the shape {self.shape}, got {pressure.shape}")
@@ -247,12 +247,12 @@ class PeriodicHalfSpace(HalfSpace):
     periodic = True
 
     @staticmethod
-    def padded(shape: tuple[int, int]) -> tuple[int, int]:
+    def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
         """No padding: the grid is the window."""
         return shape
 
-    def symbol(self, grid: tuple[int, int]) -> np.ndarray:
-        """``2/(E* |q|)``, zero for the mean; see `HalfSpace.symbol`."""
+    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
+        """``2/(E* |q|)``, zero for the mean; see `HalfSpace.spectrum`."""
         n, m = grid
         qx = 2 * np.pi * np.fft.rfftfreq(n, self.spacing)
         qy = 2 * np.pi * np.fft.rfftfreq(m, self.spacing)
@@ -275,12 +275,12 @@ class FreeHalfSpace(HalfSpace):
     periodic = False
 
     @staticmethod
-    def padded(shape: tuple[int, int]) -> tuple[int, int]:
+    def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
         """At least ``2n - 1`` cells in each direction, a fast length for the FFT."""
         return fast_length(2 * shape[0] - 1), fast_length(2 * shape[1] - 1)
 
-    def symbol(self, grid: tuple[int, int]) -> np.ndarray:
-        """Of Love's kernel at the shortest distance; see `HalfSpace.symbol`."""
+    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
+        """Of Love's kernel at the shortest distance; see `HalfSpace.spectrum`."""
         n, m = grid
         rows, columns = np.arange(n // 2 + 1), np.arange(m // 2 + 1)
         given = self.spacing, self.contact_modulus

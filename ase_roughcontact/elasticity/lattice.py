@@ -46,7 +46,7 @@ class Box:
         return cls(start, (stop[0] - start[0], stop[1] - start[1]))
 
     @classmethod
-    def around(cls, mask: np.ndarray, start: tuple[int, int]) -> Box | None:
+    def bounding(cls, mask: np.ndarray, start: tuple[int, int]) -> Box | None:
         """Smallest box of the true entries of a mask that begins at `start`."""
         if not mask.any():
             return None
@@ -56,15 +56,11 @@ class Box:
             (int(rows[-1] - rows[0]) + 1, int(columns[-1] - columns[0]) + 1),
         )
 
-    def bounding(self, mask: np.ndarray) -> Box | None:
-        """Return the bounding box of the true entries of a mask on this box."""
-        return Box.around(mask, self.start)
-
-    def holds(self, other: Box) -> bool:
+    def contains(self, other: Box) -> bool:
         """Whether all atoms of another box are in this one."""
-        return self.join(other) == self
+        return self.union(other) == self
 
-    def join(self, other: Box | None) -> Box:
+    def union(self, other: Box | None) -> Box:
         """Smallest box that holds two."""
         if other is None:
             return self
@@ -74,7 +70,7 @@ class Box:
         )
         return Box.between((int(i), int(j)), (int(k), int(m)))
 
-    def meet(self, other: Box) -> Box:
+    def intersection(self, other: Box) -> Box:
         """Atoms that are in both, which must overlap."""
         (i, j), (k, m) = (
             np.maximum(self.start, other.start),

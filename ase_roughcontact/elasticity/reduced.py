@@ -30,12 +30,12 @@ class ReducedHalfSpace(FreeHalfSpace):
     """
 
     @property
-    def layer(self) -> tuple[int, int]:
+    def dof_shape(self) -> tuple[int, int]:
         """Shape of the atoms that are displaced: the window."""
         return self.shape
 
     @property
-    def layer_transform(self) -> RealFFT2:
+    def dof_transform(self) -> RealFFT2:
         """Transform of all atoms that are displaced."""
         return self.window_transform
 

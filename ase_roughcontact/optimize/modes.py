@@ -162,7 +162,7 @@ class FourierModes(Optimizable):
 
     def write(self) -> None:
         """Move the atoms to the present coordinates."""
-        rows, columns = self.contact.halfspace.layer
+        rows, columns = self.contact.halfspace.dof_shape
         values = self._real(self._x, self._from_mode)[:rows, :columns]
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
@@ -200,8 +200,10 @@ class FourierModes(Optimizable):
         halfspace = self.contact.halfspace
         transform = halfspace.grid_transform
         values = displacement(self.atoms, self._layout)
-        if halfspace.layer != halfspace.grid:
-            values = halfspace.on_grid(self.atoms.calc.elastic_pressure(self.atoms))
+        if halfspace.dof_shape != halfspace.grid:
+            values = halfspace.grid_displacement(
+                self.atoms.calc.elastic_pressure(self.atoms)
+            )
         modes = transform.forward(values).view(transform.dtype) / self._from_mode
         cells = values.size
         height = self.atoms.positions[-1, 2] / self._z_scale

@@ -54,8 +54,8 @@ class HalfSpacePrecon(Precon):
         stiffness = halfspace.cell_area * (
             halfspace.stiffness + reference_stiffness(contact, reference)
         )
-        self._layer = halfspace.layer
-        self._transform = halfspace.layer_transform
+        self._layer = halfspace.dof_shape
+        self._transform = halfspace.dof_transform
         self._multiply = self._transform.multiplier(stiffness)
         self._divide = self._transform.multiplier(1.0 / stiffness)
         self._lateral = float(np.median(stiffness))

@@ -199,7 +199,7 @@ def _fixed(
 ) -> list[PlannedStep]:
     """Plan steps in the window of the atoms."""
     halfspace = atoms.calc.contact(atoms).halfspace
-    margin = halfspace.layer != halfspace.shape
+    margin = halfspace.dof_shape != halfspace.shape
     planned = PlannedStep(
         target=math.nan,
         window=text_of(halfspace.shape),
@@ -261,7 +261,7 @@ def _auto(
         window = windows.forecast(control, target)
     except ValueError as error:
         return PlannedStep(target, problem=str(error))
-    padded = FreeHalfSpace.padded(window.shape)
+    padded = FreeHalfSpace.padded_shape(window.shape)
     memory, seconds = memory_of(window.shape, points=points), clock.step(padded)
     return PlannedStep(target, text_of(window.shape), text_of(padded), memory, seconds)
 
@@ -291,7 +291,7 @@ class _Clock:
         """Time of a convolution (s)."""
         periodic = self._halfspace.periodic
         shape = grid if periodic else (grid[0] // 2, grid[1] // 2)
-        trial = self._halfspace.like(shape, self._halfspace.spacing)
+        trial = self._halfspace.resized(shape, self._halfspace.spacing)
         pressure, times = np.ones(shape), []
         for _ in range(3):
             start = time.perf_counter()

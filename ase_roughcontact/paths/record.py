@@ -210,7 +210,7 @@ def _memory(atoms: Atoms) -> float:
     halfspace = atoms.calc.contact(atoms).halfspace
     return memory_of(
         halfspace.shape,
-        margin=halfspace.layer != halfspace.shape,
+        margin=halfspace.dof_shape != halfspace.shape,
         points=points_of(atoms.calc.parameters["indenter"], halfspace.spacing),
     )
 

@@ -34,7 +34,9 @@ def coarsen(contact: Contact) -> Contact:
         With a window of ``((n + 1)//2, (m + 1)//2)`` atoms.
     """
     heights = np.ascontiguousarray(contact.heights[::2, ::2])
-    halfspace = contact.halfspace.like(heights.shape, 2.0 * contact.halfspace.spacing)
+    halfspace = contact.halfspace.resized(
+        heights.shape, 2.0 * contact.halfspace.spacing
+    )
     return Contact(halfspace, heights, contact.interaction)
 
 
@@ -66,7 +68,7 @@ def crop(contact: Contact, box: Box) -> Contact:
     heights = np.ascontiguousarray(contact.heights[box.slices])
     halfspace = contact.halfspace
     if heights.shape != halfspace.shape:
-        halfspace = halfspace.like(heights.shape, halfspace.spacing)
+        halfspace = halfspace.resized(heights.shape, halfspace.spacing)
     return Contact(halfspace, heights, contact.interaction)
 
 
@@ -97,7 +99,7 @@ def reachable(
     if pressure is not None:
         near |= pressure > 0.0
     i, j = divmod(int(contact.heights.argmin()), near.shape[1])
-    return Box((i, j), (1, 1)).join(Box.around(near, (0, 0)))
+    return Box((i, j), (1, 1)).union(Box.bounding(near, (0, 0)))
 
 
 def whole(contact: Contact) -> Box:

@@ -205,8 +205,8 @@ class _Descent:
         """Model whose box holds all atoms that may touch, the last one if it does."""
         if self.model is None or _overlaps_beyond(self.model.box, self.gap):
             near = (self.pressure > 0.0) | (self.gap < violation)
-            box = Box.around(near, (0, 0)) or Box((0, 0), near.shape)
-            box = box.join(self.model.box if self.model else None)
+            box = Box.bounding(near, (0, 0)) or Box((0, 0), near.shape)
+            box = box.union(self.model.box if self.model else None)
             self.model = CirculantModel(self.halfspace, box)
         return self.model
 

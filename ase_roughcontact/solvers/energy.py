@@ -335,7 +335,7 @@ class ContactEnergy:
 
     def _around(self, near: np.ndarray, lift: np.ndarray) -> Box:
         """Box around some atoms, or else of the one of the least gap."""
-        box = Box.around(near, (0, 0))
+        box = Box.bounding(near, (0, 0))
         if box is not None:
             return box
         i, j = np.unravel_index((self.contact.heights + lift).argmin(), lift.shape)

@@ -238,7 +238,7 @@ def _solve(
         for step in descend(part, height, load, pressure, tolerance):
             if step.converged and _can_crop(contact):
                 # at its height, more atoms might touch
-                needed = box.join(reachable(contact, step.height))
+                needed = box.union(reachable(contact, step.height))
             converged = step.converged and needed == box
             step = replace(step, converged=converged, work=step.work + work)
             step = _placed(step, box, contact.halfspace.shape)

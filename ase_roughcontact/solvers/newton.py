@@ -277,7 +277,7 @@ class _Newton:
 
     def _model(self, needed: Box) -> CirculantModel:
         """Model of the half space for some atoms, the last one if it has them all."""
-        if self.model is None or not self.model.box.holds(needed):
+        if self.model is None or not self.model.box.contains(needed):
             self.model = CirculantModel(self.halfspace, needed)
         return self.model
 

@@ -88,7 +88,7 @@ def carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
     ndarray, shape of the new window
     """
     carried = np.zeros(new.shape)
-    common = old.meet(new)
+    common = old.intersection(new)
     if min(common.shape) > 0:
         carried[new.index(common)] = values[old.index(common)]
     return carried

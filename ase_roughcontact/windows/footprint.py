@@ -111,11 +111,11 @@ class Footprint:
 
     def known(self, box: Box) -> Box:
         """Part of a box that is in the domain."""
-        return box if self.domain is None else box.meet(self.domain)
+        return box if self.domain is None else box.intersection(self.domain)
 
     def check(self, level: float) -> None:
         """Raise `ValueError` unless all atoms below a level are in the domain."""
-        if self.domain is None or self.domain.holds(box := self._possible(level)):
+        if self.domain is None or self.domain.contains(box := self._possible(level)):
             return
         atoms = max(*map(abs, box.start), *map(abs, box.stop))
         known = self.indenter.extent / self.spacing
@@ -189,7 +189,7 @@ class Footprint:
         (i, j), (k, m) = box.start, box.stop
         for first in range(i, k, side):
             for second in range(j, m, side):
-                yield Box((first, second), (side, side)).meet(box)
+                yield Box((first, second), (side, side)).intersection(box)
 
 
 def rest_of(place: float, spacing: float) -> float:

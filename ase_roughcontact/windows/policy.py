@@ -160,10 +160,10 @@ class AutoWindow:
         if not self.wall.attractive and box.size > _AFRESH * self._settled:
             self._flatten(atoms)
         needed = self._window(self._level, self._kept_acting(atoms, window))
-        if spread is not None and not needed.holds(spread):
-            needed = needed.join(spread)
+        if spread is not None and not needed.contains(spread):
+            needed = needed.union(spread)
         large = window.size > _KEPT * self.footprint.roomy(needed).size
-        if large or not window.holds(needed):
+        if large or not window.contains(needed):
             self._exchange(atoms, needed)
 
     def forecast(self, control: str, target: float) -> Box:
@@ -241,7 +241,7 @@ class AutoWindow:
             self._filled *= load / self._carried(depth, _half_side(box))
         if self.wall.attractive:
             near = self._gap(atoms, window, window) < self.wall.cutoff
-            self._acting = window.bounding(near)
+            self._acting = Box.bounding(near, window.start)
 
     def system(self) -> dict:
         """Return what tells the lattice apart from others, whatever the window."""
@@ -285,10 +285,10 @@ class AutoWindow:
         Of a large box only the part that is expected to touch.
         """
         footprint = self.footprint
-        box = footprint.known(footprint.below(level)).join(also)
+        box = footprint.known(footprint.below(level)).union(also)
         if box.size > _LARGE:
             part = footprint.below(self._touched(level))
-            box = footprint.known(part).join(also)
+            box = footprint.known(part).union(also)
         return box
 
     def _touched(self, level: float) -> float:
@@ -310,7 +310,7 @@ class AutoWindow:
 
     def _all_below(self, level: float, window: Box) -> bool:
         """Whether a window holds all atoms lower than a level."""
-        return window.holds(self.footprint.known(self.footprint.below(level)))
+        return window.contains(self.footprint.known(self.footprint.below(level)))
 
     def _missing(self, atoms: Atoms, window: Box) -> Box | None:
         """Window that holds the atoms outside that the wall reaches; None if none."""
@@ -322,9 +322,9 @@ class AutoWindow:
         if self._all_below(level, window):
             return None
         self.footprint.check(level)
-        wide = self.footprint.known(self.footprint.below(level)).join(window)
+        wide = self.footprint.known(self.footprint.below(level)).union(window)
         near = self._gap(atoms, window, wide) < self.wall.cutoff
-        needed = window.join(wide.bounding(near))
+        needed = window.union(Box.bounding(near, wide.start))
         return None if needed == window else needed
 
     def _flatten(self, atoms: Atoms) -> None:

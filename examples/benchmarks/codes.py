@@ -70,7 +70,7 @@ def solve_ours_ase(problem: Problem) -> Answer:
     answer = partial(Answer, setup, seconds, optimizer.nsteps, optimizer.pairs)
     if problem.hard:
         return answer(pressure=atoms.calc.state(atoms).pressure)
-    grid = FreeHalfSpace.padded(problem.shape)
+    grid = FreeHalfSpace.padded_shape(problem.shape)
     return answer(displacement=atoms.positions[:-1, 2].reshape(grid))
 
 

@@ -78,7 +78,7 @@ def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
     found = Footprint(sphere, 1.0)
     assert found.lowest == heights.min()
     low = heights <= heights.min() + depth
-    assert found.below(heights.min() + depth + 1e-12) == Box.around(low, (-32, -32))
+    assert found.below(heights.min() + depth + 1e-12) == Box.bounding(low, (-32, -32))
 
 
 def test_window_of_a_deep_level_is_found_after_those_of_shallow_ones():
@@ -94,7 +94,7 @@ def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
     sphere, origin = RoughSphere(50.0), (-0.25, 7.5)
     box = Footprint(sphere, 1.0, origin).below(0.5)
     heights = sphere.heights((40, 40), 1.0, (-20.25, -20.5))
-    assert box.shape == Box.around(heights < 0.5, (0, 0)).shape
+    assert box.shape == Box.bounding(heights < 0.5, (0, 0)).shape
 
 
 @pytest.mark.parametrize(
@@ -206,7 +206,7 @@ def test_any_window_that_holds_the_contact_gives_the_same(wall, shape):
     run(atoms, wall, heights=[height])
     other = make_atoms(sphere, wall, (24, 24))
     exchange_window(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
-    assert window_of(other).holds(touching)
+    assert window_of(other).contains(touching)
     run(other, wall, heights=[height], window="fixed", edge="ignore")
     same_state(other, atoms)
 
@@ -326,8 +326,8 @@ def test_window_grows_where_the_surface_bulges_into_the_range_of_the_wall():
     run(atoms, wall, heights=[height])
     run(full, wall, heights=[height], window="fixed")
     touching = Footprint(sphere, 1.0).below(wall[0].cutoff - height)
-    assert not touching.holds(
-        Box.around(full.calc.state(full).pressure != 0.0, window_of(full).start)
+    assert not touching.contains(
+        Box.bounding(full.calc.state(full).pressure != 0.0, window_of(full).start)
     )
     same_state(atoms, full)
 
@@ -369,7 +369,7 @@ def test_contact_may_fill_the_domain(wall):
     records = run(atoms, wall, loads=np.geomspace(1.0, 25.0, 8))
     assert all(record.converged for record in records)
     assert max(window_of(atoms).shape) >= 30
-    assert Footprint(sphere, 1.0).domain.holds(window_of(atoms))
+    assert Footprint(sphere, 1.0).domain.contains(window_of(atoms))
 
 
 def test_map_must_reach_as_far_as_the_contact_can():
