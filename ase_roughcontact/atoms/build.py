@@ -22,6 +22,7 @@ from ase.units import GPa
 
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, inside
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.topography import Surface
 
@@ -188,7 +189,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     return frame
 
 
-def restore(frame: Atoms, contact_modulus: float) -> Atoms:
+def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     """Rebuild the atoms of a calculation, with their margin, from a frame.
 
     A frame is good for a calculation as it is, too; with its margin an energy costs one
@@ -198,8 +199,9 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
     ----------
     frame : Atoms
         As `snapshot` made it, also read back from a file.
-    contact_modulus : float
-        E* of the substrate (eV/Å^3), from which the margin's displacement follows.
+    solid : ElasticSolid or float
+        Substrate, or its contact modulus (eV/Å^3), from which the displacement of the
+        margin follows.
 
     Returns
     -------
@@ -221,9 +223,7 @@ def restore(frame: Atoms, contact_modulus: float) -> Atoms:
         return atoms
     window, spacing = layout.window, layout.spacing
     pressure = frame.get_initial_charges()[:-1].reshape(window) * GPa
-    values = FreeHalfSpace(window, spacing, contact_modulus).padded_displacement(
-        pressure
-    )
+    values = FreeHalfSpace(window, spacing, solid).padded_displacement(pressure)
     values[: window[0], : window[1]] = displacement(frame, layout)
     grid = values.shape
 

@@ -13,6 +13,7 @@ from ase_roughcontact._util.validation import finite, positive, surface, unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.fft import RealFFT2
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.topography import Surface
 
@@ -57,10 +58,13 @@ class RoughContact(Calculator):
     indenter : Surface
         `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`, and,
         to be written to files, `todict`.
-    contact_modulus : float
-        ``E* = E/(1 - nu^2)`` of the substrate (eV/Å^3; 1 GPa is `ase.units.GPa`).
+    contact_modulus : float, optional
+        ``E* = E/(1 - nu^2)`` of an isotropic substrate (eV/Å^3; 1 GPa is
+        `ase.units.GPa`).
     interaction : Interaction, optional
         The wall; by default `LennardJones93.repulsive` as stiff as the substrate.
+    solid : ElasticSolid, optional
+        Substrate that is not isotropic, in place of `contact_modulus`.
     load : float
         Constant force that presses the indenter down (eV/Å); acts on it only where it
         is free to move.
@@ -107,6 +111,7 @@ class RoughContact(Calculator):
     default_parameters: dict[str, Any] = {
         "indenter": None,
         "contact_modulus": None,
+        "solid": None,
         "interaction": None,
         "load": 0.0,
         "fft": {},
@@ -331,13 +336,18 @@ class RoughContact(Calculator):
 
     def _build(self, layout: SurfaceGrid) -> Contact:
         given = self.parameters
-        modulus, spacing = given["contact_modulus"], layout.spacing
+        solid = given["solid"] or given["contact_modulus"]
         indenter, interaction = given["indenter"], given["interaction"]
-        if indenter is None or modulus is None:
-            raise ValueError("RoughContact needs an indenter and a contact_modulus")
+        if indenter is None or solid is None:
+            raise ValueError(
+                "RoughContact needs an indenter and a contact_modulus or solid"
+            )
+        if given["solid"] is not None and given["contact_modulus"] is not None:
+            raise ValueError("give contact_modulus or solid, not both")
+        halfspace = layout.halfspace(solid, **given["fft"])
         if interaction is None:
-            interaction = LennardJones93.repulsive(modulus, spacing)
-        halfspace = layout.halfspace(modulus, **given["fft"])
+            modulus = halfspace.contact_modulus
+            interaction = LennardJones93.repulsive(modulus, layout.spacing)
         return Contact(halfspace, layout.heights(indenter), interaction)
 
     def _holding(self, values: np.ndarray) -> np.ndarray | None:
@@ -362,6 +372,8 @@ def _checked(name: str, value: Any) -> Any:
         return _checked_fft(value)
     if value is None:
         return None
+    if name == "solid" and not isinstance(value, ElasticSolid):
+        raise ValueError(f"solid must be an ElasticSolid, got {value!r}")
     if name == "contact_modulus":
         positive(contact_modulus=value)
         return float(value)

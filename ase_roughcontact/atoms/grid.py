@@ -10,6 +10,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import by_rows
 from ase_roughcontact._util.validation import surface
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
     HalfSpace,
@@ -47,9 +48,9 @@ class SurfaceGrid:
     origin: tuple[float, float]
     periodic: bool
 
-    def halfspace(self, contact_modulus: float, **fft: Any) -> HalfSpace:
+    def halfspace(self, solid: ElasticSolid | float, **fft: Any) -> HalfSpace:
         """Half space below the atoms; see there for the parameters."""
-        given = self.spacing, contact_modulus
+        given = self.spacing, solid
         if self.periodic:
             return PeriodicHalfSpace(self.window, *given, **fft)
         margin = self.grid == FreeHalfSpace.padded_shape(self.window)

@@ -1,4 +1,4 @@
-"""Boxes of lattice indices: which surface atoms belong to a window."""
+"""Rectangles of lattice indices, which describe windows and parts of them."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Box:
-    """Rectangle of atoms.
+    """Rectangle of lattice indices.
 
     Attributes
     ----------
     start : (int, int)
-        First atom along x and y, in spacings from the indenter's axis.
+        Index of the first atom along x and y.
     shape : (int, int)
-        Number of atoms.
+        Number of atoms along x and y.
     """
 
     start: tuple[int, int]
@@ -25,7 +25,7 @@ class Box:
 
     @property
     def stop(self) -> tuple[int, int]:
-        """First atom beyond."""
+        """Index after the last atom along x and y."""
         (i, j), (n, m) = self.start, self.shape
         return i + n, j + m
 
@@ -36,18 +36,34 @@ class Box:
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """Where it is in an array whose first atom is at ``(0, 0)``."""
-        first, second = map(slice, self.start, self.stop)
-        return first, second
+        """Slices of an array whose first entry has the index (0, 0)."""
+        return self.slices_in(Box((0, 0), self.stop))
+
+    def slices_in(self, outer: Box) -> tuple[slice, slice]:
+        """Return the slices of an array on an outer box that this box covers."""
+        rows, columns = (
+            slice(first - offset, first - offset + length)
+            for first, offset, length in zip(
+                self.start, outer.start, self.shape, strict=True
+            )
+        )
+        return rows, columns
 
     @classmethod
     def between(cls, start: tuple[int, int], stop: tuple[int, int]) -> Box:
-        """Box from first atoms to those beyond the last."""
+        """Return the box from `start` up to, but not including, `stop`."""
         return cls(start, (stop[0] - start[0], stop[1] - start[1]))
 
     @classmethod
-    def bounding(cls, mask: np.ndarray, start: tuple[int, int]) -> Box | None:
-        """Smallest box of the true entries of a mask that begins at `start`."""
+    def bounding(cls, mask: np.ndarray, start: tuple[int, int] = (0, 0)) -> Box | None:
+        """Return the bounding box of the true entries of a mask; None without any.
+
+        Parameters
+        ----------
+        mask : ndarray of bool, shape (n, m)
+        start : (int, int)
+            Lattice index of the first entry of the mask.
+        """
         if not mask.any():
             return None
         rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
@@ -57,11 +73,11 @@ class Box:
         )
 
     def contains(self, other: Box) -> bool:
-        """Whether all atoms of another box are in this one."""
+        """Return whether another box lies within this one."""
         return self.union(other) == self
 
     def union(self, other: Box | None) -> Box:
-        """Smallest box that holds two."""
+        """Return the smallest box that contains this box and another one."""
         if other is None:
             return self
         (i, j), (k, m) = (
@@ -71,17 +87,9 @@ class Box:
         return Box.between((int(i), int(j)), (int(k), int(m)))
 
     def intersection(self, other: Box) -> Box:
-        """Atoms that are in both, which must overlap."""
+        """Return the indices in both boxes; a side is negative if they are apart."""
         (i, j), (k, m) = (
             np.maximum(self.start, other.start),
             np.minimum(self.stop, other.stop),
         )
         return Box.between((int(i), int(j)), (int(k), int(m)))
-
-    def index(self, part: Box) -> tuple[slice, slice]:
-        """Where a part is in an array of this box."""
-        first, second = (
-            slice(a - b, a - b + n)
-            for a, b, n in zip(part.start, self.start, part.shape, strict=True)
-        )
-        return first, second

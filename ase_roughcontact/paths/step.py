@@ -123,7 +123,7 @@ class Stepper:
             exchange_window(atoms, window_of(SurfaceGrid.of(frame)))
             atoms.positions = frame.positions
         else:
-            restored = restore(frame, atoms.calc.parameters["contact_modulus"])
+            restored = restore(frame, atoms.calc.contact(atoms).halfspace.solid)
             atoms.positions = restored.positions
         self.windows.settle(atoms)
 

@@ -55,7 +55,7 @@ class System:
         stiffness: np.ndarray,
     ) -> None:
         self._model, self._stiffness = model, stiffness
-        self._where = model.box.index(box)
+        self._where = box.slices_in(model.box)
         self._d, self._weight, self._stiff = (self._field() for _ in range(3))
         d, weight, stiff = self._d, self._weight, self._stiff
         self._fill(d, stiffness, model.local)

@@ -90,7 +90,7 @@ def carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
     carried = np.zeros(new.shape)
     common = old.intersection(new)
     if min(common.shape) > 0:
-        carried[new.index(common)] = values[old.index(common)]
+        carried[common.slices_in(new)] = values[common.slices_in(old)]
     return carried
 
 

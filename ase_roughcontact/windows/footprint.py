@@ -179,7 +179,7 @@ class Footprint:
             if math.hypot(*nearest) > half + 1:
                 continue
             heights = self.heights(tile)
-            rows, columns = around.index(tile)
+            rows, columns = tile.slices_in(around)
             for low, part, axis in ((self._rows, rows, 1), (self._columns, columns, 0)):
                 np.minimum(low[part], heights.min(axis=axis), out=low[part])
 

@@ -22,7 +22,6 @@ from ase import Atoms
 from ase_roughcontact.atoms.build import indenter_fixed
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
@@ -360,9 +359,7 @@ class AutoWindow:
         if wide is window:
             return contact.gap(displacement(atoms, atoms.calc.layout(atoms)), height)
         pressure = carry(atoms.calc.elastic_pressure(atoms), window, wide)
-        spacing, given = self.footprint.spacing, contact.halfspace
-        fft = {**given.fft, "measure": False}
-        halfspace = FreeHalfSpace(wide.shape, spacing, self.modulus, **fft)
+        halfspace = contact.halfspace.resized(wide.shape, self.footprint.spacing)
         undeformed = height + self.footprint.heights(wide)
         return undeformed - halfspace.displacement(pressure)
 

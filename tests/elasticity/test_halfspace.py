@@ -9,11 +9,8 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from ase_roughcontact.elasticity import fft as fourier
-from ase_roughcontact.elasticity.halfspace import (
-    FreeHalfSpace,
-    PeriodicHalfSpace,
-    love_kernel,
-)
+from ase_roughcontact.elasticity.greens import love_kernel
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 
 E, A0 = 2.0, 3.0
 SHAPES = [(8, 8), (7, 7), (6, 9), (13, 4), (1, 11), (10, 1), (2, 1), (1, 1), (17, 30)]

@@ -1,0 +1,81 @@
+"""A solid from outside the package: one class, used like the isotropic one."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    HardWall,
+    Interaction,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+
+STIFFNESS = 1.5  # of the foundation on the surface
+SPHERE = RoughSphere(radius=20.0)
+
+
+class Coated(ElasticSolid):
+    """Isotropic half space under an elastic (Winkler) foundation of stiffness k."""
+
+    def __init__(self, contact_modulus, stiffness):
+        self.contact_modulus, self.stiffness = contact_modulus, stiffness
+
+    def wave_compliance(self, qx, qy):
+        bare = Isotropic(self.contact_modulus)
+        return bare.wave_compliance(qx, qy) + 1.0 / self.stiffness
+
+    def cell_compliance(self, i, j, spacing):
+        bare = Isotropic(self.contact_modulus).cell_compliance(i, j, spacing)
+        return bare + ((np.asarray(i) == 0) & (np.asarray(j) == 0)) / self.stiffness
+
+
+class Springs(Interaction):
+    """Linear springs instead of the foundation: p = -k g where the gap is negative."""
+
+    cutoff = contact_distance = 0.0
+    attractive = False
+
+    def evaluate(self, gap):
+        depth = np.maximum(-np.asarray(gap), 0.0)
+        stiffness = np.where(depth > 0.0, STIFFNESS, 0.0)
+        return 0.5 * STIFFNESS * depth**2, STIFFNESS * depth, stiffness
+
+
+def relaxed(periodic, wall, trajectory=None, **solid):
+    atoms = substrate(
+        "Cu", (24, 20), SPHERE, spacing=1.0, periodic=periodic, fixed=False
+    )
+    atoms.calc = RoughContact(SPHERE, interaction=wall, **solid)
+    path = load_path(atoms, loads=[5.0, 20.0], fmax=1e-9, trajectory=trajectory)
+    return list(path), atoms.calc.state(atoms)
+
+
+def test_a_foundation_on_the_solid_acts_like_springs_on_the_indenter(
+    periodic, tmp_path
+):
+    file = tmp_path / "coated.traj"
+    coated, state = relaxed(periodic, HardWall(), file, solid=Coated(1.0, STIFFNESS))
+    springs, expected = relaxed(periodic, Springs(), contact_modulus=1.0)
+    assert all(step.converged for step in coated + springs)
+    for one, other in zip(coated, springs, strict=True):
+        assert one.repulsive_atoms == other.repulsive_atoms > 10
+    np.testing.assert_allclose(state.pressure, expected.pressure, atol=1e-6)
+
+
+def test_a_path_on_another_solid_is_not_resumed(tmp_path):
+    file = tmp_path / "coated.traj"
+    relaxed(False, HardWall(), file, solid=Coated(1.0, STIFFNESS))
+    atoms = substrate("Cu", (24, 20), SPHERE, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(SPHERE, interaction=HardWall(), solid=Coated(1.0, 2.0))
+    with pytest.raises(ValueError, match="stiffness"):
+        list(load_path(atoms, loads=[5.0], fmax=1e-9, trajectory=file, resume=True))
+
+
+def test_contact_modulus_and_solid_exclude_each_other():
+    atoms = substrate("Cu", (4, 4), SPHERE, spacing=1.0)
+    atoms.calc = RoughContact(SPHERE, contact_modulus=1.0, solid=Isotropic(1.0))
+    with pytest.raises(ValueError, match="contact_modulus or solid, not both"):
+        atoms.get_potential_energy()
