@@ -24,7 +24,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from ase_roughcontact._util.kernels import by_rows, combined
-from ase_roughcontact._util.recycling import empty, zeros
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction
 
@@ -179,7 +178,7 @@ class Contact:
         -------
         energy, pressure : ndarray, shape (n, m)
         """
-        energy, pressure = zeros(gap.shape), zeros(gap.shape)
+        energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
 
         def evaluate(rows: slice) -> None:
             near = gap[rows] < self.interaction.cutoff
@@ -235,13 +234,13 @@ class Contact:
             elastic = self._on_layer(held)
         gap = self.gap(displacement, height)
         if isinstance(self.interaction, HardWall):
-            wall_energy = zeros(gap.shape)
+            wall_energy = np.zeros(gap.shape)
             pressure = self._reaction(gap, elastic) if held is None else held
         else:
             wall_energy, pressure = self.wall(gap)
 
         n, m = gap.shape
-        forces, energies = elastic, empty(elastic.shape)
+        forces, energies = elastic, np.empty(elastic.shape)
         mean = float(pressure.mean()) if self.halfspace.periodic else 0.0
 
         def bulk(rows: slice) -> None:
@@ -270,7 +269,7 @@ class Contact:
         """Pressure on all atoms of one on the window, without its mean if periodic."""
         if self.halfspace.periodic:
             return pressure - pressure.mean()
-        everywhere = zeros(self.halfspace.dof_shape)
+        everywhere = np.zeros(self.halfspace.dof_shape)
         n, m = pressure.shape
         everywhere[:n, :m] = pressure
         return everywhere

@@ -17,7 +17,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from ase_roughcontact._util.recycling import empty
 from ase_roughcontact._util.validation import integer
 
 S = TypeVar("S")
@@ -242,7 +241,7 @@ def combined(
     ndarray
     """
     (first, array), *rest = terms
-    result = empty(array.shape, array.dtype) if out is None else out
+    result = np.empty(array.shape, array.dtype) if out is None else out
 
     def add(rows: slice) -> None:
         total = array[rows] * float(first)

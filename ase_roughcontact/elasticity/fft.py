@@ -20,7 +20,6 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.kernels import available_threads, parts, together
-from ase_roughcontact._util.recycling import empty
 from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft_backends import DuccLines, Lines, PyfftwLines
@@ -300,7 +299,7 @@ class RealFFT2:
     def _rows_inverse(
         self, half: np.ndarray, out: np.ndarray | None = None
     ) -> np.ndarray:
-        result = empty(self.window, self.dtype) if out is None else out
+        result = np.empty(self.window, self.dtype) if out is None else out
 
         def inverse(lines: Lines, rows: slice) -> None:
             count = rows.stop - rows.start

@@ -12,7 +12,6 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase.utils.abc import Optimizable
 
 from ase_roughcontact._util.kernels import dot
-from ase_roughcontact._util.recycling import recycled
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.optimize.constraints import Indenter, contact_of
 from ase_roughcontact.solvers import hard_wall as hardwall
@@ -185,16 +184,15 @@ class WindowOptimizer(Optimizer):
             tolerance=fmax,
         )
         converged = False
-        with recycled():
-            try:
-                for converged in super().irun(fmax, steps):
-                    yield converged
-                    if self.message:
-                        return
-                if not converged:
-                    self.message = f"not converged after {steps} steps"
-            finally:
-                self.optimizable.write()
+        try:
+            for converged in super().irun(fmax, steps):
+                yield converged
+                if self.message:
+                    return
+            if not converged:
+                self.message = f"not converged after {steps} steps"
+        finally:
+            self.optimizable.write()
 
     def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
         """Relax the atoms.

@@ -29,7 +29,6 @@ import math
 import numpy as np
 
 from ase_roughcontact._util.kernels import by_rows, dot, dots
-from ase_roughcontact._util.recycling import empty, zeros
 from ase_roughcontact.elasticity.circulant import CirculantModel
 
 # Part of a violation that the linear systems may leave before the set of atoms in
@@ -69,10 +68,10 @@ class ActiveSetSolver:
         self._pressure = self._field(pressure, self._unit)
         self._gap = self._field(gap, unit)
         self._touching: np.ndarray = (self._pressure > self._gap).astype(model.dtype)
-        self._change = zeros(self._pressure.shape, model.dtype)
+        self._change = np.zeros(self._pressure.shape, model.dtype)
         # of the conjugate gradients
         self._residual, self._last, self._z, self._direction = (
-            empty(self._pressure.shape, model.dtype) for _ in range(4)
+            np.empty(self._pressure.shape, model.dtype) for _ in range(4)
         )
         self._shift = 0.0
         self._budget = _BUDGET
@@ -92,7 +91,7 @@ class ActiveSetSolver:
     def _field(self, values: np.ndarray, unit: float) -> np.ndarray:
         """Values on the box in a unit, of the model's precision."""
         box = self._model.box
-        inside, field = values[box.slices], empty(box.shape, self._model.dtype)
+        inside, field = values[box.slices], np.empty(box.shape, self._model.dtype)
 
         def fill(rows: slice) -> None:
             np.multiply(inside[rows], 1.0 / unit, out=field[rows], casting="same_kind")
@@ -103,7 +102,7 @@ class ActiveSetSolver:
     def _result(self) -> np.ndarray:
         """Pressure on the window at the end; under a load the same total."""
         clipped = self._clipped()
-        new = zeros(self._old.shape)
+        new = np.zeros(self._old.shape)
         inside, old = (values[self._model.box.slices] for values in (new, self._old))
 
         def put(rows: slice) -> float:

@@ -29,7 +29,6 @@ from ase_roughcontact._util.kernels import (
     largest,
     part_dot,
 )
-from ase_roughcontact._util.recycling import empty
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import External
@@ -136,8 +135,8 @@ class ContactEnergy:
 
     def state(self, pressure: np.ndarray, lift: np.ndarray, height: float) -> State:
         """Evaluate the wall, the energy and its gradient."""
-        stiffness, residual = empty(lift.shape), empty(lift.shape)
-        near = empty(lift.shape, bool)
+        stiffness, residual = np.empty(lift.shape), np.empty(lift.shape)
+        near = np.empty(lift.shape, bool)
 
         def evaluate(rows: slice) -> list[float]:
             gap, here = self._gap(lift, height, rows), near[rows]

@@ -23,7 +23,6 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ase_roughcontact._util.kernels import by_rows, combined, dot, largest, part_dot
-from ase_roughcontact._util.recycling import empty
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
 
@@ -80,7 +79,7 @@ class System:
         -------
         ndarray, shape (k,)
         """
-        scaled = empty(pressure.shape)
+        scaled = np.empty(pressure.shape)
 
         def scale(rows: slice) -> None:
             self._scale(pressure[rows], rows, scaled[rows])
@@ -153,7 +152,7 @@ class System:
             reduction * max(full, _LEAST * norm(rest)),
             most,
         )
-        change = empty(right.size + 1)
+        change = np.empty(right.size + 1)
         x = solution[:-1].reshape(self._model.box.shape)[self._where]
         np.multiply(x, unit, out=change[:-1].reshape(x.shape))
         change[-1] = float(solution[-1]) * unit * self._model.local
@@ -171,7 +170,7 @@ class System:
         -------
         ndarray, shape (k,)
         """
-        image, x = empty(depth.shape), change[:-1].reshape(depth.shape)
+        image, x = np.empty(depth.shape), change[:-1].reshape(depth.shape)
 
         def scale(rows: slice) -> None:
             part = np.add(depth[rows], change[-1], out=image[rows])
@@ -207,7 +206,7 @@ class System:
 
     def _change(self) -> np.ndarray:
         """Array for the pressures in the box of the model and the height."""
-        return empty(self._model.box.size + 1, self._model.dtype)
+        return np.empty(self._model.box.size + 1, self._model.dtype)
 
     def _field(self) -> np.ndarray:
         """Array over the box of the model, flat."""

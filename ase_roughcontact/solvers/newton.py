@@ -33,7 +33,6 @@ from dataclasses import replace
 import numpy as np
 
 from ase_roughcontact._util.kernels import combined
-from ase_roughcontact._util.recycling import empty, zeros
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel
@@ -262,7 +261,7 @@ class _Newton:
         """Newton's step by the model, and its exact lift."""
         stiffness = state.stiffness[state.box.slices]
         if self.convex:
-            stiffness = np.maximum(stiffness, 0.0, out=empty(stiffness.shape))
+            stiffness = np.maximum(stiffness, 0.0, out=np.empty(stiffness.shape))
         model = self._model(state.box)
         row = None
         if self.contact_energy.loaded:
@@ -320,7 +319,7 @@ class _Newton:
 
     def _step(self, state: State, change: np.ndarray) -> Step:
         """Return a change of pressure and height with its exact lift."""
-        pressure = zeros(state.pressure.shape)
+        pressure = np.zeros(state.pressure.shape)
         pressure[state.box.slices] = change[:-1].reshape(state.box.shape)
         return Step(pressure, self.contact_energy.lift(pressure), float(change[-1]))
 
