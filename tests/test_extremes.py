@@ -19,8 +19,8 @@ from ase_roughcontact import RoughContact, RoughSphere, SelfAffine, load_path, s
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93
-from ase_roughcontact.solvers import hard_wall as hardwall
-from ase_roughcontact.solvers import newton
+from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
+from ase_roughcontact.solvers.newton import newton_krylov
 
 EPS = float(np.finfo(float).eps)
 
@@ -68,7 +68,7 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
     if load is not None:
         external = lambda z: (load * unit * z, -load * unit)  # noqa: E731
     return list(
-        (hardwall if hard else newton).iterate(
+        (active_set if hard else newton_krylov)(
             contact,
             height=contact.first_contact if height is None else height,
             external=external,
@@ -111,7 +111,7 @@ def left(contact, state, load):
     area = halfspace.cell_area
     wanted = (load or 0.0) * halfspace.contact_modulus * area
     if isinstance(contact.interaction, HardWall):
-        told = hardwall.optimality_residuals(contact, pressure, state.height, wanted)
+        told = optimality_residuals(contact, pressure, state.height, wanted)
         gap = max(told.gap_in_contact, told.penetration)
         assert gap <= 1e-6 * halfspace.spacing and told.tension == 0.0
         missing = 0.0 if load is None else told.load_error

@@ -10,8 +10,8 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity import fft as fourier
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
-from ase_roughcontact.solvers import hard_wall as hardwall
-from ase_roughcontact.solvers import newton
+from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.newton import newton_krylov
 
 SIDE = 48
 WALLS = {
@@ -42,8 +42,8 @@ def contact_of(kind, wall):
 
 
 def relaxed(contact, load=20.0):
-    solver = hardwall if isinstance(contact.interaction, HardWall) else newton
-    *_, last = solver.iterate(
+    solver = active_set if isinstance(contact.interaction, HardWall) else newton_krylov
+    *_, last = solver(
         contact,
         height=0.3,
         external=lambda height: (load * height, -load),
@@ -95,7 +95,7 @@ def test_a_number_that_is_none_is_told_wherever_it_is(place):
     heights[place, 5] = 0.0
     wall = Broken.repulsive(1.0, 1.0)
     contact = Contact(FreeHalfSpace(heights.shape, 1.0, 1.0), heights, wall)
-    *_, last = newton.iterate(
+    *_, last = newton_krylov(
         contact, height=0.3, external=None, start=None, tolerance=1e-6
     )
     assert not last.converged

@@ -14,8 +14,12 @@ from ase.utils.abc import Optimizable
 from ase_roughcontact._util.kernels import dot
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.optimize.constraints import Indenter, contact_of
-from ase_roughcontact.solvers import hard_wall as hardwall
-from ase_roughcontact.solvers import newton
+from ase_roughcontact.solvers.hard_wall import (
+    OptimalityResiduals,
+    active_set,
+    optimality_residuals,
+)
+from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
 
 
@@ -148,7 +152,7 @@ class WindowOptimizer(Optimizer):
 
     optimizable: Window
     _hard: bool
-    _iterate: Callable[..., Generator[Relaxation, None, None]]
+    _solver: Callable[..., Generator[Relaxation, None, None]]
 
     def __init__(
         self,
@@ -176,7 +180,7 @@ class WindowOptimizer(Optimizer):
         window = self.optimizable
         window.read()
         self.message = ""
-        self._states = type(self)._iterate(
+        self._states = type(self)._solver(
             window.contact,
             height=float(window.atoms.positions[-1, 2]),
             external=None if window.indenter.fixed else window.indenter.external,
@@ -274,7 +278,7 @@ class NewtonKrylov(WindowOptimizer):
     """
 
     _hard = False
-    _iterate = staticmethod(newton.iterate)
+    _solver = staticmethod(newton_krylov)
 
 
 class ActiveSet(WindowOptimizer):
@@ -317,10 +321,10 @@ class ActiveSet(WindowOptimizer):
     """
 
     _hard = True
-    _iterate = staticmethod(hardwall.iterate)
+    _solver = staticmethod(active_set)
 
     @property
-    def optimality_residuals(self) -> hardwall.OptimalityResiduals:
+    def optimality_residuals(self) -> OptimalityResiduals:
         """Gap in contact, overlap, tension and load error, calculated afresh.
 
         From the pressure where the solver has come to, by one convolution.
@@ -334,6 +338,6 @@ class ActiveSet(WindowOptimizer):
         if window.state is None:
             raise RuntimeError("no optimality residuals before the first step")
         load = None if window.indenter.fixed else window.atoms.calc.parameters["load"]
-        return hardwall.optimality_residuals(
+        return optimality_residuals(
             window.contact, window.state.pressure, window.state.height, load
         )

@@ -97,7 +97,7 @@ def optimality_residuals(
     )
 
 
-def iterate(
+def active_set(
     contact: Contact,
     *,
     height: float,

@@ -80,7 +80,7 @@ _ROUNDED = "only rounding is left of the energy's fall"
 _COARSE_STEPS = 300
 
 
-def iterate(
+def newton_krylov(
     contact: Contact,
     *,
     height: float,

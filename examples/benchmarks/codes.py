@@ -34,14 +34,14 @@ def timed(function: Callable, *args: Any, **kwargs: Any) -> tuple[float, Any]:
 
 def solve_ours(problem: Problem, press: bool = False) -> Answer:
     """Ours, arrays in and arrays out; `press` puts the load on a soft wall too."""
-    from ase_roughcontact.solvers import hard_wall as hardwall
-    from ase_roughcontact.solvers import newton
+    from ase_roughcontact.solvers.hard_wall import active_set
+    from ase_roughcontact.solvers.newton import newton_krylov
 
     def solve() -> tuple[Any, int, float]:
-        iterate = hardwall.iterate if problem.hard else newton.iterate
+        solver = active_set if problem.hard else newton_krylov
         loaded = problem.hard or press
         steps, pairs = 0, 0.0
-        for state in iterate(
+        for state in solver(
             contact,
             height=contact.first_contact if loaded else problem.height,
             external=problem.press if loaded else None,

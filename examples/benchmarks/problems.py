@@ -95,10 +95,10 @@ class Problem:
     @cached_property
     def height(self) -> float:
         """Where a soft wall stands: carries the load, found off the clock."""
-        from ase_roughcontact.solvers import newton
+        from ase_roughcontact.solvers.newton import newton_krylov
 
         contact = self.contact()
-        states = newton.iterate(
+        states = newton_krylov(
             contact,
             height=contact.first_contact,
             external=self.press,

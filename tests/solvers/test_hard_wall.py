@@ -13,7 +13,7 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpa
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import HardWall, LennardJones93
 from ase_roughcontact.solvers import hard_wall as hardwall
-from ase_roughcontact.solvers.hard_wall import iterate, optimality_residuals
+from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3)
@@ -45,7 +45,7 @@ def weight(load):
 def steps(contact, load=None, height=0.0, start=None, tolerance=1e-6):
     external = None if load is None else weight(load)
     return list(
-        iterate(
+        active_set(
             contact, height=height, external=external, start=start, tolerance=tolerance
         )
     )
@@ -552,7 +552,7 @@ def small():
 
 def first(contact, **changes):
     args = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-6}
-    return next(iterate(contact, **{**args, **changes}))
+    return next(active_set(contact, **{**args, **changes}))
 
 
 def test_soft_wall_is_refused(small):

@@ -16,7 +16,7 @@ from ase_roughcontact.solvers import newton
 from ase_roughcontact.solvers.coarsening import coarsen
 from ase_roughcontact.solvers.energy import ContactEnergy, Step
 from ase_roughcontact.solvers.gcr import System
-from ase_roughcontact.solvers.newton import iterate
+from ase_roughcontact.solvers.newton import newton_krylov
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
@@ -60,7 +60,7 @@ def spring(stiffness, rest):
 def relax(contact, height=0.0, external=None, start=None, tolerance=TIGHT):
     """All states on the way; the last one must have converged."""
     states = list(
-        iterate(
+        newton_krylov(
             contact,
             height=height,
             external=external,
@@ -215,7 +215,7 @@ def test_forces_fall_to_rounding_in_a_few_more_steps(wall):
 def test_a_tolerance_below_rounding_says_so_and_keeps_the_best_state():
     contact = scene(24)
     states = list(
-        iterate(
+        newton_krylov(
             contact, height=0.0, external=constant(9.0), start=None, tolerance=1e-18
         )
     )
@@ -227,7 +227,7 @@ def test_a_tolerance_below_rounding_says_so_and_keeps_the_best_state():
 def test_an_indenter_that_nothing_holds_says_so():
     contact = scene(16)
     states = list(
-        iterate(
+        newton_krylov(
             contact, height=9.0, external=constant(-1.0), start=None, tolerance=1e-6
         )
     )
@@ -423,13 +423,17 @@ def test_the_coarse_contact_is_the_same_wall_on_every_other_atom():
 def test_bad_input_is_refused(change, message):
     given = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-6}
     with pytest.raises(ValueError, match=message):
-        next(iterate(scene(8), **{**given, **change}))
+        next(newton_krylov(scene(8), **{**given, **change}))
 
 
 def test_a_hard_wall_is_refused():
     contact = scene(8, HardWall())
     with pytest.raises(ValueError, match="ActiveSet"):
-        next(iterate(contact, height=0.0, external=None, start=None, tolerance=1e-6))
+        next(
+            newton_krylov(
+                contact, height=0.0, external=None, start=None, tolerance=1e-6
+            )
+        )
 
 
 def test_a_start_far_from_the_load_costs_no_more_than_none():
