@@ -7,13 +7,14 @@ from numpy.testing import assert_array_equal
 from ase_roughcontact._util import kernels as parallel
 from ase_roughcontact._util.kernels import threads
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity import fft as fourier
+from ase_roughcontact.elasticity.fft import Blocking
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.solvers.hard_wall import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 
 SIDE = 48
+BLOCKS = Blocking(500, 8, 100, single_thread_points=0, whole_grid_bytes=0)
 WALLS = {
     "hard": HardWall(),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
@@ -24,10 +25,6 @@ WALLS = {
 @pytest.fixture(autouse=True)
 def small_parts(monkeypatch):
     monkeypatch.setattr(parallel, "_PART", 200)
-    monkeypatch.setattr(fourier, "_BUFFER", 500)
-    monkeypatch.setattr(fourier, "_TALL", 100)
-    monkeypatch.setattr(fourier, "_SMALL", 0)
-    monkeypatch.setattr(fourier, "_TINY", 0)
 
 
 def rough_hill():
@@ -38,7 +35,7 @@ def rough_hill():
 def contact_of(kind, wall):
     heights = rough_hill()
     solid = {"free": FreeHalfSpace, "periodic": PeriodicHalfSpace}[kind]
-    return Contact(solid(heights.shape, 1.0, 1.0), heights, wall)
+    return Contact(solid(heights.shape, 1.0, 1.0, blocking=BLOCKS), heights, wall)
 
 
 def relaxed(contact, load=20.0):

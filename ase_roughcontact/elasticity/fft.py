@@ -1,20 +1,23 @@
-"""Fourier transforms of real grids, with plans and buffers made once and reused.
+"""Fourier transforms of real grids, with plans and buffers that are reused.
 
 A `RealFFT2` transforms a grid of which only a window of leading rows and columns is
-not zero (before the forward transform) or wanted (after the inverse one). The row
-transforms of the other rows are skipped: for a grid padded to twice the window in each
-direction, that is a quarter of the whole work.
+nonzero (before the forward transform) or wanted (after the inverse one). It skips the
+transforms of the other rows, a quarter of the work for a grid that is padded to twice
+the window in each direction.
 
-Of large grids rows, and then columns, are transformed a few at a time, in buffers that
-stay in a processor's cache. A convolution goes forth and back along the same columns:
-the spectrum of the padded grid is never there as a whole.
+Large grids are transformed in blocks of rows and blocks of columns, in buffers that fit
+the cache of a processor. A convolution transforms each block of columns forward,
+multiplies it and transforms it back before it turns to the next one, so that the
+spectrum of the padded grid is never stored as a whole.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -22,35 +25,44 @@ from scipy.fft import next_fast_len
 from ase_roughcontact._util.kernels import available_threads, parts, together
 from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.elasticity import fft_backends
-from ase_roughcontact.elasticity.fft_backends import DuccLines, Lines, PyfftwLines
+from ase_roughcontact.elasticity.fft_backends import (
+    BlockTransform,
+    DuccTransform,
+    PyfftwTransform,
+)
 
-ENGINES = {"pyfftw": PyfftwLines, "ducc0": DuccLines}
-
-# Numbers in a buffer of rows; columns in a buffer, as many as make up a line of the
-# cache, for so many rows of the grid.
-_BUFFER = 131072
-_LINE = 8
-_TALL = 14000
-# Bytes of a grid below which the threads of ducc0 share it better than ours, and
-# points of a grid below which one thread is best.
-_SMALL = 8 << 20
-_TINY = 256 * 256
+ENGINES = {"pyfftw": PyfftwTransform, "ducc0": DuccTransform}
 
 
-def fast_length(least: int) -> int:
-    """Smallest length from `least` on whose real transform is fast."""
-    return int(next_fast_len(least, real=True))
+@dataclass(frozen=True)
+class Blocking:
+    """How large grids are cut into blocks, and which grids are.
+
+    Attributes
+    ----------
+    row_block : int
+        Numbers in a block of rows.
+    column_block : int
+        Columns in a block, for every `column_height` rows of the grid: as many as make
+        up a cache line, or a multiple of it.
+    column_height : int
+        See `column_block`.
+    single_thread_points : int
+        Grids with fewer points are transformed by one thread, as a whole.
+    whole_grid_bytes : int
+        Smaller grids are transformed as a whole by ducc0, with its own threads.
+    """
+
+    row_block: int = 131072
+    column_block: int = 8
+    column_height: int = 14000
+    single_thread_points: int = 256 * 256
+    whole_grid_bytes: int = 8 << 20
 
 
-def _float_type(dtype: object) -> np.dtype:
-    """Return one of two precisions, or raise `ValueError`."""
-    try:
-        known = np.dtype(dtype)  # type: ignore[call-overload]
-    except TypeError:
-        known = None
-    if known not in (np.float32, np.float64):
-        raise ValueError(f"dtype must be float32 or float64, got {dtype!r}")
-    return known
+def fast_length(minimum: int) -> int:
+    """Return the smallest length >= `minimum` whose real FFT is fast."""
+    return int(next_fast_len(minimum, real=True))
 
 
 class RealFFT2:
@@ -63,33 +75,31 @@ class RealFFT2:
     grid : (int, int), optional
         Shape ``(N, M)`` of the grid, zero outside of the window; by default `window`.
     dtype : dtype
-        ``float64``, or ``float32`` for half the buffers' memory and, on grids of 200,
-        540 and 1080, 0.81, 0.71 and 0.62 of the time of a pair. In a relaxation that
-        saves nothing (0.98 to 1.00 of the time, 0.8 of the memory), and contacts of
-        100 atoms' radius did not converge to a relative tolerance of 1e-4, nor one
-        with a hard wall to any.
+        ``float64`` or ``float32``. Single precision halves the memory of the buffers,
+        but relaxations to a tight tolerance may then not converge.
     engine : {"pyfftw", "ducc0"}, optional
-        By default ducc0 where it is installed: it needs no planning. Else pyfftw with
-        measured plans.
+        Library; by default ducc0 where it is installed, else pyfftw.
     threads : int, optional
-        At most; by default as many as `available_threads` tells. A grid smaller than
-        256 x 256 takes one.
+        Maximum number of threads; by default that of `available_threads`.
     measure : bool
-        Whether pyfftw may take up to a second to find each of four plans; not worth it
-        for a few transforms only.
-
-    Raises
-    ------
-    ValueError
-        If the window is larger than the grid, or an option is not what it should be.
+        Whether pyfftw may take up to a second for each of four plans to find the
+        fastest one. Not worthwhile for a few transforms.
+    blocking : Blocking, optional
+        How large grids are cut into blocks.
 
     Attributes
     ----------
     spectrum : ndarray, shape (N, M//2 + 1), complex
-        What `forward` wrote and what `inverse` reads (and destroys, as `filter` may).
+        Result of `forward` and input of `inverse`, which overwrites it, as `filter`
+        may.
     pairs : int
-        Number of pairs of transforms: those of `filter`, and those that a caller of
+        Number of forward/inverse pairs: those of `filter`, plus those that a caller of
         `forward` and `inverse` adds.
+
+    Raises
+    ------
+    ValueError
+        If the window is larger than the grid, or an option is not valid.
     """
 
     def __init__(
@@ -101,13 +111,14 @@ class RealFFT2:
         engine: str | None = None,
         threads: int | None = None,
         measure: bool = True,
+        blocking: Blocking | None = None,
     ) -> None:
         self.window = grid_shape(window)
         self.grid = self.window if grid is None else grid_shape(grid)
         if any(n > big for n, big in zip(self.window, self.grid, strict=True)):
             raise ValueError(f"window {window} does not fit into grid {self.grid}")
-        fastest = "pyfftw" if fft_backends.ducc0 is None else "ducc0"
-        self.engine = fastest if engine is None else engine
+        default = "pyfftw" if fft_backends.ducc0 is None else "ducc0"
+        self.engine = default if engine is None else engine
         if self.engine not in ENGINES:
             known = tuple(ENGINES)
             raise ValueError(f"engine must be one of {known}, got {engine!r}")
@@ -115,79 +126,65 @@ class RealFFT2:
         self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)
         self.measure = bool(measure)
+        self.blocking = blocking or Blocking()
         self.pairs = 0
 
-        self._rows, self._columns = self._cut()
-        self._whole = len(self._columns) == 1
-        workers = min(self.threads, max(len(self._rows), len(self._columns)))
-        alone = workers == 1 and math.prod(self.grid) >= _TINY
+        self._row_blocks, self._column_blocks = self._blocks()
+        self._whole = len(self._column_blocks) == 1
+        self.workers = min(
+            self.threads, max(len(self._row_blocks), len(self._column_blocks))
+        )
+        small = math.prod(self.grid) < self.blocking.single_thread_points
         make = partial(
             ENGINES[self.engine],
             self.grid,
-            _longest(self._rows),
-            _longest(self._columns),
+            _longest(self._row_blocks),
+            _longest(self._column_blocks),
             dtype=self.dtype,
-            threads=self.threads if alone else 1,
+            threads=1 if small or self.workers > 1 else self.threads,
             measure=self.measure,
         )
-        self._lines: list[Lines] = [make() for _ in range(workers)]
+        self._buffers: list[BlockTransform] = [make() for _ in range(self.workers)]
 
     def __reduce__(self) -> tuple:
-        """Plans can't be pickled: make them anew."""
-        make = partial(
-            RealFFT2,
-            dtype=self.dtype.type,
-            engine=self.engine,
-            threads=self.threads,
-            measure=self.measure,
-        )
-        return make, (self.window, self.grid)
+        """Pickle the options only: plans can't be pickled."""
+        options: dict[str, Any] = {
+            "dtype": self.dtype.type,
+            "engine": self.engine,
+            "threads": self.threads,
+            "measure": self.measure,
+            "blocking": Blocking(**asdict(self.blocking)),
+        }
+        return partial(RealFFT2, **options), (self.window, self.grid)
 
     @cached_property
     def spectrum(self) -> np.ndarray:
-        """Buffer for `forward` and `inverse`; `filter` does not need it."""
-        return self._complex(self.grid[0])
+        """Array for `forward` and `inverse`; `filter` does not need it."""
+        return self._complex_rows(self.grid[0])
 
     @cached_property
-    def _half(self) -> np.ndarray:
-        """Transforms of the rows of the window."""
-        return self._complex(self.window[0])
+    def _row_spectra(self) -> np.ndarray:
+        """Transforms of the rows of the window, shape (n, M//2 + 1)."""
+        return self._complex_rows(self.window[0])
 
     def forward(self, values: np.ndarray) -> np.ndarray:
-        """Transform `values`, shape of the window; return the spectrum's buffer."""
-        spectrum = self.spectrum
-        self._rows_forward(values, spectrum)
-
-        def forward(lines: Lines, columns: slice) -> None:
-            block = lines.columns[:, : columns.stop - columns.start]
-            self._load(block, spectrum[: self.window[0], columns])
-            lines.columns_forward()
-            self._store(block, spectrum[:, columns])
-
-        self._share(forward, self._columns)
-        return spectrum
+        """Transform `values`, shape (n, m), and return `spectrum`."""
+        self._transform_rows(values, self.spectrum)
+        self._each(self._column_blocks, self._forward_columns)
+        return self.spectrum
 
     def inverse(self) -> np.ndarray:
-        """Transform the spectrum back, not normalised; return a new array."""
-        spectrum = self.spectrum
-
-        def inverse(lines: Lines, columns: slice) -> None:
-            block = lines.columns[:, : columns.stop - columns.start]
-            self._load(block, spectrum[:, columns])
-            lines.columns_inverse()
-            self._store(block, spectrum[: self.window[0], columns])
-
-        self._share(inverse, self._columns)
-        return self._rows_inverse(spectrum)
+        """Transform `spectrum` back and return a new array (n, m), not normalised."""
+        self._each(self._column_blocks, self._inverse_columns)
+        return self._inverse_rows(self.spectrum)
 
     def multiplier(self, values: np.ndarray) -> np.ndarray:
-        """Prepare real values on the spectrum for `filter`, norm included.
+        """Prepare a real, even spectrum for `filter`, normalisation included.
 
         Parameters
         ----------
         values : ndarray, shape (N, M//2 + 1), real
-            Even in both directions, like the kernel that they belong to; no more than
-            the first ``N//2 + 1`` rows are read, or need to be there.
+            Even in both directions, so that only the first ``N//2 + 1`` rows are read.
 
         Returns
         -------
@@ -202,16 +199,16 @@ class RealFFT2:
         multiplier: np.ndarray,
         out: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Multiply the spectrum of `values`: one forward and one inverse transform.
+        """Multiply the spectrum of `values`: one forward/inverse pair.
 
         Parameters
         ----------
         values : ndarray, shape (n, m)
-            On the window.
+            Values on the window.
         multiplier : ndarray
-            By `multiplier`.
+            Result of the method `multiplier`.
         out : ndarray, shape (n, m), optional
-            Where to put the result, maybe `values` itself.
+            Array for the result, which may be `values`.
 
         Returns
         -------
@@ -220,8 +217,8 @@ class RealFFT2:
         Raises
         ------
         ValueError
-            If `values` or `out` do not have the shape of the window, or `out` is of
-            another type than the transform.
+            If `values` or `out` do not have the shape of the window, or `out` does not
+            have the type of the transform.
         """
         if out is not None and (out.shape, out.dtype) != (self.window, self.dtype):
             raise ValueError(
@@ -229,86 +226,115 @@ class RealFFT2:
                 f"got {out.shape} and {out.dtype}"
             )
         self.pairs += 1
-        half, rows = self._half, len(multiplier)
-        mirrored = multiplier[self.grid[0] - rows : 0 : -1]
-        self._rows_forward(values, half)
+        self._transform_rows(values, self._row_spectra)
+        self._each(self._column_blocks, self._filter_columns, multiplier)
+        return self._inverse_rows(self._row_spectra, out)
 
-        def filtered(lines: Lines, columns: slice) -> None:
-            block = lines.columns[:, : columns.stop - columns.start]
-            self._load(block, half[:, columns])
-            lines.columns_forward()
-            block[:rows] *= multiplier[:, columns]
-            block[rows:] *= mirrored[:, columns]
-            lines.columns_inverse()
-            self._store(block, half[:, columns])
+    def _transform_rows(self, values: np.ndarray, spectra: np.ndarray) -> None:
+        if values.shape != self.window:
+            raise ValueError(f"expected the shape {self.window}, got {values.shape}")
+        self._each(self._row_blocks, self._forward_row_block, values, spectra)
 
-        self._share(filtered, self._columns)
-        return self._rows_inverse(half, out)
+    def _inverse_rows(
+        self, spectra: np.ndarray, out: np.ndarray | None = None
+    ) -> np.ndarray:
+        result = np.empty(self.window, self.dtype) if out is None else out
+        self._each(self._row_blocks, self._inverse_row_block, spectra, result)
+        return result
 
-    def _cut(self) -> tuple[list[slice], list[slice]]:
-        """Parts of the window's rows, and of the columns of the spectrum."""
+    def _forward_row_block(
+        self, buffer: BlockTransform, rows: slice, values: np.ndarray, out: np.ndarray
+    ) -> None:
+        count, width = rows.stop - rows.start, self.window[1]
+        buffer.rows[:count, :width] = values[rows]
+        buffer.rows[:count, width:] = 0.0
+        buffer.rows_forward(out[rows])
+
+    def _inverse_row_block(
+        self, buffer: BlockTransform, rows: slice, spectra: np.ndarray, out: np.ndarray
+    ) -> None:
+        buffer.rows_inverse(spectra[rows])
+        out[rows] = buffer.rows[: rows.stop - rows.start, : self.window[1]]
+
+    def _forward_columns(self, buffer: BlockTransform, columns: slice) -> None:
+        block = buffer.columns[:, : columns.stop - columns.start]
+        self._load(block, self.spectrum[: self.window[0], columns])
+        buffer.columns_forward()
+        self._store(block, self.spectrum[:, columns])
+
+    def _inverse_columns(self, buffer: BlockTransform, columns: slice) -> None:
+        block = buffer.columns[:, : columns.stop - columns.start]
+        self._load(block, self.spectrum[:, columns])
+        buffer.columns_inverse()
+        self._store(block, self.spectrum[: self.window[0], columns])
+
+    def _filter_columns(
+        self, buffer: BlockTransform, columns: slice, multiplier: np.ndarray
+    ) -> None:
+        block = buffer.columns[:, : columns.stop - columns.start]
+        self._load(block, self._row_spectra[:, columns])
+        buffer.columns_forward()
+        rows = len(multiplier)
+        block[:rows] *= multiplier[:, columns]
+        block[rows:] *= multiplier[self.grid[0] - rows : 0 : -1, columns]
+        buffer.columns_inverse()
+        self._store(block, self._row_spectra[:, columns])
+
+    def _load(self, block: np.ndarray, spectra: np.ndarray) -> None:
+        """Copy spectra of rows into the buffer of columns, padded with zeros."""
+        if not self._whole:
+            block[: len(spectra)] = spectra
+        block[len(spectra) :] = 0.0
+
+    def _store(self, block: np.ndarray, spectra: np.ndarray) -> None:
+        """Copy the leading rows of the buffer of columns back."""
+        if not self._whole:
+            spectra[:] = block[: len(spectra)]
+
+    def _each(
+        self, blocks: list[slice], work: Callable[..., None], *arrays: np.ndarray
+    ) -> None:
+        """Call ``work(buffer, block, *arrays)`` for all blocks, shared by threads."""
+        remaining = iter(blocks)
+
+        def share(worker: int) -> None:
+            for block in remaining:
+                work(self._buffers[worker], block, *arrays)
+
+        together(share, min(self.workers, len(blocks)))
+
+    def _blocks(self) -> tuple[list[slice], list[slice]]:
+        """Return the blocks of rows of the window and of columns of the spectrum."""
         rows, (height, width) = self.window[0], self.grid
         columns, points = width // 2 + 1, height * width
-        small = self.engine == "ducc0" and points * self.dtype.itemsize < _SMALL
-        if small or points < _TINY:
+        size = points * self.dtype.itemsize
+        whole = self.engine == "ducc0" and size < self.blocking.whole_grid_bytes
+        if whole or points < self.blocking.single_thread_points:
             return [slice(0, rows)], [slice(0, columns)]
-        few = _LINE * math.ceil(_TALL / height)
-        return parts(rows, _BUFFER // width), parts(columns, few)
+        tall = math.ceil(self.blocking.column_height / height)
+        return (
+            parts(rows, self.blocking.row_block // width),
+            parts(columns, self.blocking.column_block * tall),
+        )
 
-    def _complex(self, rows: int) -> np.ndarray:
-        """Place for so many rows of the spectrum: the buffer, if it holds all."""
-        buffer = self._lines[0].columns
+    def _complex_rows(self, rows: int) -> np.ndarray:
+        """Return an array for some rows of the spectrum: the buffer if it is whole."""
+        buffer = self._buffers[0].columns
         if self._whole:
             return buffer[:rows]
         return np.zeros((rows, self.grid[1] // 2 + 1), buffer.dtype)
 
-    def _load(self, block: np.ndarray, spectrum: np.ndarray) -> None:
-        """Take some rows of columns, and zeros below them."""
-        if not self._whole:
-            block[: len(spectrum)] = spectrum
-        block[len(spectrum) :] = 0.0
 
-    def _store(self, block: np.ndarray, spectrum: np.ndarray) -> None:
-        """Put the first rows of columns back."""
-        if not self._whole:
-            spectrum[:] = block[: len(spectrum)]
-
-    def _share(self, work: Callable[[Lines, slice], None], parts: list[slice]) -> None:
-        """Do work on parts, each thread with buffers of its own."""
-        shared = iter(parts)
-
-        def some(worker: int) -> None:
-            for part in shared:
-                work(self._lines[worker], part)
-
-        together(some, min(len(self._lines), len(parts)))
-
-    def _rows_forward(self, values: np.ndarray, half: np.ndarray) -> None:
-        if values.shape != self.window:
-            raise ValueError(f"expected the shape {self.window}, got {values.shape}")
-        width = self.window[1]
-
-        def forward(lines: Lines, rows: slice) -> None:
-            count = rows.stop - rows.start
-            lines.rows[:count, :width] = values[rows]
-            lines.rows[:count, width:] = 0.0
-            lines.rows_forward(half[rows])
-
-        self._share(forward, self._rows)
-
-    def _rows_inverse(
-        self, half: np.ndarray, out: np.ndarray | None = None
-    ) -> np.ndarray:
-        result = np.empty(self.window, self.dtype) if out is None else out
-
-        def inverse(lines: Lines, rows: slice) -> None:
-            count = rows.stop - rows.start
-            lines.rows_inverse(half[rows])
-            result[rows] = lines.rows[:count, : self.window[1]]
-
-        self._share(inverse, self._rows)
-        return result
+def _float_type(dtype: object) -> np.dtype:
+    """Return one of two precisions, or raise `ValueError`."""
+    try:
+        known = np.dtype(dtype)  # type: ignore[call-overload]
+    except TypeError:
+        known = None
+    if known not in (np.float32, np.float64):
+        raise ValueError(f"dtype must be float32 or float64, got {dtype!r}")
+    return known
 
 
-def _longest(some: list[slice]) -> int:
-    return max(part.stop - part.start for part in some)
+def _longest(blocks: list[slice]) -> int:
+    return max(block.stop - block.start for block in blocks)

@@ -1,4 +1,4 @@
-"""Transforms of a few rows and columns of a grid, in buffers, by FFTW or by ducc0."""
+"""FFT libraries: transforms of a block of rows or columns, by FFTW or by ducc0."""
 
 from __future__ import annotations
 
@@ -13,32 +13,32 @@ try:
 except ImportError:
     ducc0 = None
 
-# Measuring plans is worth a moment, not more (seconds for each transform).
-_PLANNING = 1.0
+# Time limit for the measurement of one plan of FFTW (s).
+_PLANNING_TIME = 1.0
 
 
-class Lines(ABC):
-    """Buffers for a few rows and a few columns, and their transforms.
+class BlockTransform(ABC):
+    """Buffers for a block of rows and a block of columns, and their transforms.
 
     Parameters
     ----------
     grid : (int, int)
         Shape ``(N, M)``.
     rows, columns : int
-        Numbers of rows of the grid, and of columns of its spectrum, in the buffers.
+        Number of rows of the grid and of columns of its spectrum in the buffers.
     dtype : dtype
-        Of the rows.
+        Type of the rows.
     threads : int
-        Threads that one transform of ducc0 may take.
+        Number of threads of one transform of ducc0.
     measure : bool
-        Whether to look for the fastest plan.
+        Whether FFTW measures several plans to find the fastest one.
 
     Attributes
     ----------
     rows : ndarray, shape (rows, M)
-        Buffer of rows of the grid.
+        Buffer for rows of the grid.
     columns : ndarray, shape (N, columns), complex
-        Buffer of columns of the spectrum.
+        Buffer for columns of the spectrum.
     """
 
     def __init__(
@@ -62,25 +62,26 @@ class Lines(ABC):
 
     @abstractmethod
     def rows_forward(self, spectra: np.ndarray) -> None:
-        """Transform the first rows into some spectra, shape (k, M//2 + 1)."""
+        """Transform the first k rows into `spectra`, shape (k, M//2 + 1)."""
 
     @abstractmethod
     def rows_inverse(self, spectra: np.ndarray) -> None:
-        """Transform some spectra, shape (k, M//2 + 1), back into the first rows."""
+        """Transform `spectra`, shape (k, M//2 + 1), back into the first k rows."""
 
     @abstractmethod
     def columns_forward(self) -> None:
-        """Transform all columns, in place."""
+        """Transform all columns in place."""
 
     @abstractmethod
     def columns_inverse(self) -> None:
-        """Transform all columns back, in place and not normalised."""
+        """Transform all columns back in place, not normalised."""
 
 
-class PyfftwLines(Lines):
+class PyfftwTransform(BlockTransform):
     """Transforms by FFTW, whose plans are bound to the buffers.
 
-    One thread each: those of FFTW spin while they wait for each other.
+    Each plan uses one thread, because the threads of FFTW spin while they wait for each
+    other, which is slow on busy processors.
     """
 
     def _plan(self, threads: int, measure: bool) -> None:
@@ -88,43 +89,48 @@ class PyfftwLines(Lines):
         self._spectra = pyfftw.zeros_aligned(
             (len(self.rows), width), self.columns.dtype
         )
-        effort = "FFTW_MEASURE" if measure else "FFTW_ESTIMATE"
-        plan = partial(pyfftw.FFTW, threads=1, planning_timelimit=_PLANNING)
-        once = {"axes": (1,), "flags": (effort, "FFTW_DESTROY_INPUT")}
-        back = {"direction": "FFTW_BACKWARD"}
-        columns = {"axes": (0,), "flags": (effort,)}
+        planner = "FFTW_MEASURE" if measure else "FFTW_ESTIMATE"
+        plan = partial(pyfftw.FFTW, threads=1, planning_timelimit=_PLANNING_TIME)
+        rows = {"axes": (1,), "flags": (planner, "FFTW_DESTROY_INPUT")}
+        inverse = {"direction": "FFTW_BACKWARD"}
+        columns = {"axes": (0,), "flags": (planner,)}
         both = self.columns, self.columns
-        self._rows_forward = plan(self.rows, self._spectra, **once)
-        self._rows_inverse = plan(self._spectra, self.rows, **once, **back)
+        self._rows_forward = plan(self.rows, self._spectra, **rows)
+        self._rows_inverse = plan(self._spectra, self.rows, **rows, **inverse)
         self._columns_forward = plan(*both, **columns)
-        self._columns_inverse = plan(*both, **columns, **back)
+        self._columns_inverse = plan(*both, **columns, **inverse)
 
     def rows_forward(self, spectra: np.ndarray) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         self._rows_forward.execute()
         spectra[:] = self._spectra[: len(spectra)]
 
     def rows_inverse(self, spectra: np.ndarray) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         self._spectra[: len(spectra)] = spectra
         self._rows_inverse.execute()
 
     def columns_forward(self) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         self._columns_forward.execute()
 
     def columns_inverse(self) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         self._columns_inverse.execute()
 
 
-class DuccLines(Lines):
+class DuccTransform(BlockTransform):
     """Transforms by ducc0, which needs no plans.
+
+    Attributes
+    ----------
+    threads : int
+        Number of threads of one transform.
 
     Raises
     ------
     ImportError
-        If it is not installed.
+        If ducc0 is not installed.
     """
 
     def _plan(self, threads: int, measure: bool) -> None:
@@ -132,34 +138,34 @@ class DuccLines(Lines):
             raise ImportError(
                 "engine 'ducc0' needs the package ducc0: pip install ducc0"
             )
-        self._threads = threads
+        self.threads = threads
 
     def rows_forward(self, spectra: np.ndarray) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         rows = self.rows[: len(spectra)]
-        ducc0.fft.r2c(rows, axes=(1,), out=spectra, nthreads=self._threads)
+        ducc0.fft.r2c(rows, axes=(1,), out=spectra, nthreads=self.threads)
 
     def rows_inverse(self, spectra: np.ndarray) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         ducc0.fft.c2r(
             spectra,
             axes=(1,),
             lastsize=self.rows.shape[1],
             forward=False,
             out=self.rows[: len(spectra)],
-            nthreads=self._threads,
+            nthreads=self.threads,
         )
 
     def columns_forward(self) -> None:
-        """See `Lines`."""
-        ducc0.fft.c2c(self.columns, axes=(0,), out=self.columns, nthreads=self._threads)
+        """See `BlockTransform`."""
+        ducc0.fft.c2c(self.columns, axes=(0,), out=self.columns, nthreads=self.threads)
 
     def columns_inverse(self) -> None:
-        """See `Lines`."""
+        """See `BlockTransform`."""
         ducc0.fft.c2c(
             self.columns,
             axes=(0,),
             forward=False,
             out=self.columns,
-            nthreads=self._threads,
+            nthreads=self.threads,
         )

@@ -7,11 +7,10 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from ase_roughcontact._util.kernels import threads
-from ase_roughcontact.elasticity import fft as fourier
-from ase_roughcontact.elasticity import fft_backends as lines
-from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
+from ase_roughcontact.elasticity import fft_backends
+from ase_roughcontact.elasticity.fft import ENGINES, Blocking, RealFFT2, fast_length
 
-every_engine = pytest.mark.parametrize("engine", fourier.ENGINES)
+every_engine = pytest.mark.parametrize("engine", ENGINES)
 grids = pytest.mark.parametrize(
     "window, grid",
     [
@@ -34,13 +33,9 @@ def transform(window, grid=None, engine="pyfftw", **options):
     return RealFFT2(window, grid, engine=engine, **options)
 
 
-@pytest.fixture
-def few_lines(monkeypatch):
-    """Cut small grids as large ones are."""
-    small = {"_BUFFER": 20, "_LINE": 1, "_TALL": 10, "_SMALL": 0, "_TINY": 0}
-    for name, value in small.items():
-        monkeypatch.setattr(fourier, name, value)
-    return monkeypatch
+def blocks(rows=20, columns=1, height=10):
+    """Return a blocking that cuts small grids as large ones are cut."""
+    return Blocking(rows, columns, height, single_thread_points=0, whole_grid_bytes=0)
 
 
 def random(shape):
@@ -83,9 +78,7 @@ def test_filter_multiplies_the_spectrum(window, grid, engine):
     spectrum = np.fft.rfft2(values, shape) * factor
     expected = np.fft.irfft2(spectrum, shape)[: window[0], : window[1]]
     multiplier = fft.multiplier(factor)
-    for _ in range(
-        2
-    ):  # the first leaves the window's padded_displacement in the buffer
+    for _ in range(2):  # the second one finds the padding filled in the buffer
         assert_allclose(fft.filter(values, multiplier), expected, atol=1e-12)
 
 
@@ -102,22 +95,30 @@ def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
     assert_array_equal(multiplier, before[1])
 
 
-def test_threads_share_a_small_grid_inside_of_ducc0():
-    fft = transform((256, 300), engine="ducc0", threads=2)
-    (lines,) = fft._lines
-    assert lines._threads == 2
-    assert transform((250, 256), engine="ducc0", threads=2)._lines[0]._threads == 1
+def test_threads_share_a_small_grid_inside_of_ducc0(monkeypatch):
+    used = []
+
+    def spied(*arguments, nthreads, **options):
+        used.append(nthreads)
+        return c2c(*arguments, nthreads=nthreads, **options)
+
+    ducc0 = pytest.importorskip("ducc0")
+    c2c = ducc0.fft.c2c
+    monkeypatch.setattr(ducc0.fft, "c2c", spied)
+    for window in ((256, 300), (250, 256)):
+        transform(window, engine="ducc0", threads=2).forward(np.zeros(window))
+    assert used == [2, 1]
 
 
 @pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])
 def test_threads_of_fftw_are_never_used(window, monkeypatch):
-    seen, plan = [], lines.pyfftw.FFTW
+    seen, plan = [], fft_backends.pyfftw.FFTW
 
     def spied(*arguments, **options):
         seen.append(options.get("threads", 1))
         return plan(*arguments, **options)
 
-    monkeypatch.setattr(lines.pyfftw, "FFTW", spied)
+    monkeypatch.setattr(fft_backends.pyfftw, "FFTW", spied)
     transform(window, threads=2, measure=False)
     assert set(seen) == {1}
 
@@ -165,19 +166,16 @@ def test_a_transform_takes_the_threads_that_are_chosen():
     assert transform((16, 16), threads=3).threads == 3
 
 
-def test_there_are_no_buffers_for_threads_that_have_nothing_to_do(few_lines):
-    assert len(transform((4, 3), threads=64)._lines) == 1
-    few_lines.setattr(fourier, "_BUFFER", 64)
-    few_lines.setattr(fourier, "_TALL", 10000)
-    assert len(transform((16, 16), threads=64)._lines) == 4
+def test_there_are_no_buffers_for_threads_that_have_nothing_to_do():
+    assert transform((4, 3), threads=64, blocking=blocks()).workers == 1
+    blocking = blocks(rows=64, height=10000)
+    assert transform((16, 16), threads=64, blocking=blocking).workers == 4
 
 
 @every_engine
 @grids
-def test_a_few_lines_at_a_time_by_several_threads_give_the_same(
-    window, grid, engine, few_lines
-):
-    fft = transform(window, grid, engine, threads=3)
+def test_small_blocks_by_several_threads_give_the_same(window, grid, engine):
+    fft = transform(window, grid, engine, threads=3, blocking=blocks())
     values, shape = random(window), grid or window
     assert_allclose(fft.forward(values), np.fft.rfft2(values, shape), atol=1e-13)
     assert_allclose(fft.inverse() / np.prod(shape), values, atol=1e-13)
@@ -190,7 +188,7 @@ def test_a_few_lines_at_a_time_by_several_threads_give_the_same(
 @pytest.mark.parametrize(
     "out", [np.zeros((5, 5)), np.zeros((5, 6), int), np.zeros((5, 6), np.float32)]
 )
-def test_place_for_a_result_that_does_not_fit_is_refused(out):
+def test_array_for_a_result_that_does_not_fit_is_refused(out):
     fft = transform((5, 6))
     with pytest.raises(ValueError, match=r"out must be of the shape \(5, 6\) and"):
         fft.filter(random((5, 6)), fft.multiplier(np.ones((5, 4))), out)
@@ -213,6 +211,6 @@ def test_unknown_precision_is_refused_with_the_known_ones(dtype):
 
 
 def test_engine_that_is_not_installed_says_how_to_install_it(monkeypatch):
-    monkeypatch.setattr(lines, "ducc0", None)
+    monkeypatch.setattr(fft_backends, "ducc0", None)
     with pytest.raises(ImportError, match="pip install ducc0"):
         RealFFT2((4, 4), engine="ducc0")

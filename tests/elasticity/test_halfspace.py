@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact.elasticity import fft as fourier
+from ase_roughcontact.elasticity.fft import Blocking
 from ase_roughcontact.elasticity.greens import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 
@@ -263,18 +263,15 @@ def test_single_precision_keeps_six_digits(kind):
 
 @both
 @pytest.mark.parametrize("engine, threads", [("pyfftw", 2), ("ducc0", 1), ("ducc0", 2)])
-def test_engine_and_threads_do_not_change_the_answer(
-    kind, engine, threads, monkeypatch
-):
+def test_engine_and_threads_do_not_change_the_answer(kind, engine, threads):
     pytest.importorskip(engine)
-    monkeypatch.setattr(fourier, "_BUFFER", 500)  # several parts for each thread
-    monkeypatch.setattr(fourier, "_TALL", 100)
-    monkeypatch.setattr(fourier, "_SMALL", 0)
-    monkeypatch.setattr(fourier, "_TINY", 0)
+    # several blocks for each thread
+    blocking = Blocking(500, 8, 100, single_thread_points=0, whole_grid_bytes=0)
     shape = (60, 41)
     pressure = random_pressure(shape)
     expected = kind(shape, A0, E, threads=1).displacement(pressure)
-    solid = kind(shape, A0, E, engine=engine, threads=threads)
+    options = {"engine": engine, "threads": threads, "blocking": blocking}
+    solid = kind(shape, A0, E, **options)
     for _ in range(2):  # buffers are used again
         u = solid.displacement(pressure)
         assert_allclose(u, expected, atol=1e-14 * abs(expected).max())
