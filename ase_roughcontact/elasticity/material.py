@@ -1,8 +1,9 @@
-r"""Contact modulus of a material, from its elastic constants.
+r"""Contact modulus of a crystal from its elastic constants.
 
 .. math:: E^* = \frac{E}{1 - \nu^2}
 
-for a rigid indenter; of a crystal, of its isotropic average (Voigt, Reuss and Hill).
+for a rigid indenter. A crystal is replaced by its isotropic average after Voigt, Reuss
+and Hill.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ CRYSTALS = {
 
 
 def contact_modulus(elastic_constants: object) -> float:
-    r"""Contact modulus of the isotropic average of a crystal.
+    r"""Return the contact modulus of the isotropic average of a crystal.
 
     With bulk modulus :math:`B` and shear modulus :math:`\mu`, each the mean of Voigt's
     and Reuss's bounds,
@@ -79,7 +80,7 @@ def contact_modulus(elastic_constants: object) -> float:
 
 
 def crystal_modulus(symbol: str) -> float:
-    """Contact modulus of a crystal of `CRYSTALS`.
+    """Return the contact modulus of a crystal in the table `CRYSTALS`.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def crystal_modulus(symbol: str) -> float:
 
 
 def _hill(stiffness: np.ndarray, compliance: np.ndarray) -> tuple[float, float]:
-    """Means of Voigt's and Reuss's bulk and shear moduli."""
+    """Return Hill's averages of the bulk and the shear modulus."""
     normal, coupling, shear = _sums(stiffness)
     voigt_bulk = (normal + 2.0 * coupling) / 9.0
     voigt_shear = (normal - coupling + 3.0 * shear) / 15.0
