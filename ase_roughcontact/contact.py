@@ -25,7 +25,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import by_rows, combined
 from ase_roughcontact.elasticity.halfspace import HalfSpace
-from ase_roughcontact.interactions import HardWall, Interaction
+from ase_roughcontact.interactions import Interaction
 
 # A hard wall's atom is in contact if its gap is below this part of the spacing, and
 # carries load if its pressure is above this part of the largest one.
@@ -233,7 +233,7 @@ class Contact:
         else:
             elastic = self._on_layer(held)
         gap = self.gap(displacement, height)
-        if isinstance(self.interaction, HardWall):
+        if self.interaction.hard:
             wall_energy = np.zeros(gap.shape)
             pressure = self._reaction(gap, elastic) if held is None else held
         else:

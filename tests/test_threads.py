@@ -9,7 +9,12 @@ from ase_roughcontact._util.kernels import threads
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.fft import Blocking
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.interactions import (
+    HardWall,
+    Interaction,
+    LennardJones93,
+    RepulsiveLennardJones93,
+)
 from ase_roughcontact.solvers.hard_wall import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 
@@ -66,7 +71,8 @@ def test_any_number_of_threads_finds_the_same_to_the_last_digit(kind, wall):
 class OneArray(Interaction):
     """Energy, pressure and stiffness of exp(-g) are one number, and here one array."""
 
-    cutoff, contact_distance, attractive = 20.0, 0.0, False
+    cutoff, contact_distance = 20.0, 0.0
+    work_of_adhesion = attraction_range = 0.0
 
     def evaluate(self, gap):
         value = np.exp(-gap)
@@ -77,20 +83,19 @@ def test_arrays_of_a_wall_of_the_user_are_left_alone():
     assert relaxed(contact_of("free", OneArray())).converged
 
 
-class Broken(LennardJones93):
-    """A wall that knows no pressure at the lowest atoms."""
+class Broken(RepulsiveLennardJones93):
+    """A wall whose pressure is not a number at the lowest atoms."""
 
-    def _evaluate(self, gap):
-        rows = super()._evaluate(gap)
-        rows[1, gap < 0.5] = np.nan
-        return rows
+    def evaluate(self, gap):
+        energy, pressure, stiffness = super().evaluate(gap)
+        return energy, np.where(gap < 0.5, np.nan, pressure), stiffness
 
 
 @pytest.mark.parametrize("place", [0, SIDE - 1])
 def test_a_number_that_is_none_is_told_wherever_it_is(place):
     heights = np.full((SIDE, SIDE), 3.0)
     heights[place, 5] = 0.0
-    wall = Broken.repulsive(1.0, 1.0)
+    wall = Broken(distance=1.0, stiffness=1.0, core=0.5)
     contact = Contact(FreeHalfSpace(heights.shape, 1.0, 1.0), heights, wall)
     *_, last = newton_krylov(
         contact, height=0.3, external=None, start=None, tolerance=1e-6

@@ -18,13 +18,6 @@ from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.topography import Surface
 
 FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
-# Names of walls as in a scene file.
-_WALLS = {
-    "none": "repulsive wall",
-    "smooth": "adhesive wall",
-    "full": "full wall",
-    "HardWall": "hard wall",
-}
 CONTACT_PROPERTIES = ("normal_force", "contact_area", "pressure", "gap", "contact")
 
 
@@ -142,8 +135,7 @@ class RoughContact(Calculator):
         sphere = isinstance(radius, (int, float))
         told = [f"sphere of radius {radius:.4g} Å" if sphere else "surface"]
         wall = given.get("interaction")
-        kind = getattr(wall, "tail", "none" if wall is None else type(wall).__name__)
-        told.append(_WALLS.get(kind, kind))
+        told.append("repulsive wall" if wall is None else wall.label)
         atoms = getattr(self, "atoms", None)
         if atoms is not None and len(atoms):
             told.append("periodic" if atoms.pbc.any() else "free")

@@ -32,7 +32,7 @@ def heading(scene: Scene, laws: Laws) -> str:
     lines = [
         f"{scene.substrate.symbol}, spacing {scene.spacing:.3f} Å, "
         f"E* = {scene.contact_modulus / GPa:.4g} GPa; sphere of radius "
-        f"{scene.radius / 10:.4g} nm, {scene.interaction.kind} wall"
+        f"{scene.radius / 10:.4g} nm, {scene.wall.label}"
     ]
     if laws.told:
         lines.append(f"Theory: {laws.told}")

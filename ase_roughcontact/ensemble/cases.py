@@ -7,13 +7,14 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, fields, replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.scene import RoughnessConfig, Scene
+from ase_roughcontact.scene.config import changed, entries
 
 
 def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
@@ -26,7 +27,8 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
     choices : mapping
         Values by key, in the units of the scene file: ``"sphere.radius"``,
         ``"roughness.seed"``; or whole tables by title, where keys go together:
-        ``"interaction": [InteractionConfig("hard"), InteractionConfig("full", 0.05)]``.
+        ``"interaction": [InteractionConfig("hard"), InteractionConfig("adhesive",
+        {"work_of_adhesion": 0.05})]``.
 
     Returns
     -------
@@ -70,7 +72,7 @@ def case_of(scene: Scene) -> str:
         title: {
             key: _rounded(value)
             for key, value in table.items()
-            if value != usual[title][key]
+            if value != usual[title].get(key)
         }
         for title, table in tables(scene).items()
         if table is not None
@@ -87,13 +89,14 @@ def tables(scene: Scene) -> dict[str, Any]:
     ValueError
         If a value is neither a word nor a number, nor made of these.
     """
-    return _plain(asdict(scene))
+    named = {f.name: getattr(scene, f.name) for f in fields(scene)}
+    return _plain({title: table and entries(table) for title, table in named.items()})
 
 
 def inputs(scene: Scene) -> dict[str, Any]:
     """Columns of a step that the scene knows from the start; see `COLUMNS`."""
     rough = scene.roughness
-    work = scene.interaction.work_of_adhesion
+    work = scene.interaction.parameters.get("work_of_adhesion")
     return {
         "control": scene.path.control,
         "radius": float(scene.sphere.radius),
@@ -120,10 +123,10 @@ def _changed(scene: Scene, key: str, value: Any) -> Scene:
     table = getattr(scene, title)
     if table is None:
         raise ValueError(f"the scene has no [{title}]: {key} can't be changed")
-    keys = [f.name for f in fields(table)]
-    if name not in keys:
-        raise ValueError(f"[{title}]: {unknown(name, keys, 'key')}")
-    return replace(scene, **{title: replace(table, **{name: value})})
+    try:
+        return replace(scene, **{title: changed(table, name, value)})
+    except ValueError as error:
+        raise ValueError(f"[{title}]: {error}") from error
 
 
 def _scalar(value: Any) -> Any:

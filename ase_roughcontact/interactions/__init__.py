@@ -1,17 +1,39 @@
-"""Interaction between the surfaces: energy, pressure and stiffness of a gap.
+"""Walls: interactions between the indenter and the atoms of the substrate.
 
-An interaction is an energy per area ``V(g)`` of the local gap ``g`` between the
-rigid indenter and an atom of the substrate. From it follow
-
-::
+A wall is an energy per area ``V(g)`` of the local gap ``g`` between the rigid indenter
+and an atom of the substrate. Pressure and stiffness follow from it::
 
     pressure   p(g) = -V'(g)     positive in compression (repulsion)
     stiffness  k(g) =  V''(g)
 
-Everything here is free of units: any consistent set of them will do.
+The walls have no units of their own: any consistent set can be used. Only `make_wall`
+and `Parameter`, which make walls from scene files, use ASE's.
 """
 
-from ase_roughcontact.interactions.base import HardWall, Interaction
-from ase_roughcontact.interactions.lennard_jones import LennardJones93
+from ase_roughcontact.interactions.base import (
+    WALLS,
+    Interaction,
+    make_wall,
+    wall_parameters,
+)
+from ase_roughcontact.interactions.hard import HardWall
+from ase_roughcontact.interactions.lennard_jones import (
+    AdhesiveLennardJones93,
+    FullLennardJones93,
+    LennardJones93,
+    RepulsiveLennardJones93,
+)
+from ase_roughcontact.interactions.parameter import Parameter
 
-__all__ = ["HardWall", "Interaction", "LennardJones93"]
+__all__ = [
+    "WALLS",
+    "AdhesiveLennardJones93",
+    "FullLennardJones93",
+    "HardWall",
+    "Interaction",
+    "LennardJones93",
+    "Parameter",
+    "RepulsiveLennardJones93",
+    "make_wall",
+    "wall_parameters",
+]

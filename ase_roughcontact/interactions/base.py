@@ -1,41 +1,124 @@
-"""What every wall has to know, and the hard wall."""
+"""Base class of the walls, and the kinds of wall that scene files can name."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 
+from ase_roughcontact._util.validation import unknown
+from ase_roughcontact.interactions.parameter import Parameter
+
 Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
+
+#: Walls by their `kind`; filled by the definition of a subclass of `Interaction`.
+WALLS: dict[str, type[Interaction]] = {}
 
 
 class Interaction(ABC):
-    """What a wall has to know: a function of the gap, and its range.
+    """Base class of walls: energy per area, pressure and stiffness of a gap.
 
-    A potential of your own needs the three attributes and `evaluate`; with attributes
-    that are not numbers or strings also `todict`.
+    A subclass defines `evaluate` and the four attributes without a default, as class
+    attributes, fields of a dataclass or properties. With a `kind` it can be used in
+    scene files, too; scenes, tables, reports and plots then take everything that they
+    need from the class.
 
     Attributes
     ----------
     cutoff : float
-        Gap beyond which energy, pressure and stiffness are all zero.
+        Gap from which on energy, pressure and stiffness are zero (length).
     contact_distance : float
-        Gap below which the wall repels; an atom closer than this is in contact.
+        Gap below which the wall is repulsive (length); an atom closer than this is in
+        contact.
+    work_of_adhesion : float
+        Depth of the minimum of the energy (energy per area); zero for a repulsive wall.
+    attraction_range : float
+        Range of the attraction in closed-form theories (length), such that the work of
+        adhesion divided by it is a typical tension; zero for a repulsive wall.
     attractive : bool
-        Whether the wall pulls at any gap.
+        Whether the wall is attractive at any gap; by default if it has a work of
+        adhesion.
+    hard : bool
+        Whether the wall is a constraint, ``g >= 0, p >= 0, g p = 0``, instead of a
+        function of the gap; by default False.
+    kappa : float or None
+        Ratio ``h'rms E*/p`` of nominally flat rough surfaces in contact at the mean
+        pressure ``p`` in contact, without the attraction; by default None: the value of
+        `theory` for hard or for compliant walls.
+    kind : str
+        Name in scene files: ``kind = "..."`` in the table ``[interaction]``. Defining
+        a subclass with a `kind` registers it in `WALLS`.
+    label : str
+        Name in reports and plots; by default the kind with the word "wall".
+    parameters : mapping of str to Parameter
+        Keys in scene files, with units, defaults and limits; by default none.
     """
 
     cutoff: float
     contact_distance: float
-    attractive: bool
+    work_of_adhesion: float
+    attraction_range: float
+    hard: ClassVar[bool] = False
+    kappa: float | None = None
+    kind: ClassVar[str] = ""
+    label: ClassVar[str] = ""
+    parameters: ClassVar[Mapping[str, Parameter]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Register a wall that has a `kind`.
+
+        Raises
+        ------
+        ValueError
+            If another wall has the same kind.
+        """
+        super().__init_subclass__()
+        kind = vars(cls).get("kind")
+        if "label" not in vars(cls):
+            cls.label = f"{kind} wall" if kind else cls.__name__
+        if not kind:
+            return
+        known = WALLS.setdefault(kind, cls)
+        # the definition of a class may be repeated, in a notebook for instance
+        names = [(wall.__module__, wall.__qualname__) for wall in (known, cls)]
+        if names[0] != names[1]:
+            raise ValueError(
+                f"kind must be a name of its own: {kind!r} is that of {known.__name__}"
+            )
+        WALLS[kind] = cls
+
+    @classmethod
+    def for_substrate(
+        cls, contact_modulus: float, spacing: float, **parameters: float
+    ) -> Interaction:
+        """Make the wall for a substrate, as scene files do.
+
+        By default moduli and spacing do not matter: the class is called with the
+        parameters alone.
+
+        Parameters
+        ----------
+        contact_modulus : float
+            E* of the substrate (pressure).
+        spacing : float
+            Atomic spacing a0 (length).
+        **parameters : float
+            Those of the class attribute `parameters`, in ASE's units.
+
+        Returns
+        -------
+        Interaction
+        """
+        return cls(**parameters)
 
     @abstractmethod
     def evaluate(self, gap: np.ndarray) -> Profile:
-        """Energy, pressure and stiffness at the given gaps.
+        """Return energy, pressure and stiffness at the given gaps.
 
-        It is called for some atoms at a time, and by several threads at once: keep
-        nothing from one call to the next, and look at each gap alone.
+        The method is called for parts of the atoms, by several threads at once: it must
+        not change the object, and the result at one gap must not depend on the others.
 
         Parameters
         ----------
@@ -49,29 +132,70 @@ class Interaction(ABC):
             length).
         """
 
+    @property
+    def attractive(self) -> bool:
+        """Whether the wall is attractive at any gap."""
+        return self.work_of_adhesion > 0.0
+
     def todict(self) -> dict:
-        """Parameters as plain numbers and strings."""
-        return {"kind": type(self).__name__, **vars(self)}
+        """Return kind and parameters as plain numbers and strings.
+
+        Returns
+        -------
+        dict
+            Kind, or the name of a class without one, and the attributes of the object.
+            Override it if these are not numbers or strings.
+        """
+        return {"kind": vars(type(self)).get("kind", type(self).__name__), **vars(self)}
 
 
-@dataclass(frozen=True)
-class HardWall(Interaction):
-    """Impenetrable wall: ``g >= 0, p >= 0, g p = 0``.
+def wall_parameters() -> list[str]:
+    """Return the names of the parameters of all kinds of wall."""
+    return sorted({name for wall in WALLS.values() for name in wall.parameters})
 
-    Its pressure is a reaction, not a function of the gap: where the gap is open it
-    is zero, and where the atoms overlap energy, pressure and stiffness are infinite.
-    Only a solver that knows the constraint can relax it.
+
+def make_wall(
+    kind: str,
+    contact_modulus: float,
+    spacing: float,
+    parameters: Mapping[str, float],
+) -> Interaction:
+    """Make a wall from its kind and the parameters of a scene file.
+
+    Parameters
+    ----------
+    kind : str
+        One of `WALLS`.
+    contact_modulus : float
+        E* of the substrate (eV/Å^3).
+    spacing : float
+        Atomic spacing a0 (Å).
+    parameters : mapping of str to float
+        Values in the units of the file.
+
+    Returns
+    -------
+    Interaction
+
+    Raises
+    ------
+    ValueError
+        If the kind is unknown, or a parameter is unknown, missing or out of range.
     """
-
-    cutoff = 0.0
-    contact_distance = 0.0
-    attractive = False
-
-    def evaluate(self, gap: np.ndarray) -> Profile:
-        """Zero at every allowed gap, infinite at a negative one."""
-        wall = np.where(np.asarray(gap, dtype=float) < 0.0, np.inf, 0.0)
-        return wall, wall.copy(), wall.copy()
-
-    def todict(self) -> dict:
-        """Parameters as plain numbers and strings."""
-        return {"kind": "hard"}
+    if kind not in WALLS:
+        raise ValueError(unknown(str(kind), list(WALLS), "kind of interaction"))
+    wall = WALLS[kind]
+    for name, given in parameters.items():
+        if name not in wall.parameters:
+            raise ValueError(
+                f"kind = {kind!r} has no {name}, got {given!r}; its parameters: "
+                f"{', '.join(wall.parameters) or 'none'}"
+            )
+    values = {}
+    for name, parameter in wall.parameters.items():
+        value = parameters.get(name, parameter.default)
+        if value is None:
+            unit = f" ({parameter.unit})" if parameter.unit else ""
+            raise ValueError(f"kind = {kind!r} needs {name}{unit}")
+        values[name] = parameter.convert(name, value, spacing)
+    return wall.for_substrate(contact_modulus, spacing, **values)

@@ -1,10 +1,10 @@
-"""Forms that the 9-3 wall is made of; rows are energy, pressure and stiffness."""
+"""Parts of the 9-3 wall; the three rows are energy, pressure and stiffness."""
 
 import numpy as np
 
 
 def nine_three(gap: np.ndarray, distance: float, depth: float) -> np.ndarray:
-    """9-3 form, its energy counted from the minimum.
+    """Return the 9-3 form, with the zero of energy at its minimum.
 
     Parameters
     ----------
@@ -23,56 +23,56 @@ def nine_three(gap: np.ndarray, distance: float, depth: float) -> np.ndarray:
     half = 0.5 * depth
     scale = half / distance
     rows = np.empty((3, gap.size))
-    rows[0] = half * (cube - 1.0) ** 2 * (cube + 2.0)  # no difference near the minimum
+    # factored, so that near the minimum no large terms cancel
+    rows[0] = half * (cube - 1.0) ** 2 * (cube + 2.0)
     rows[1] = 9.0 * scale * (ninth - cube) * inverse
     rows[2] = scale / distance * (90.0 * ninth - 36.0 * cube) * inverse**2
     return rows
 
 
 def smooth_tail(
-    x: np.ndarray, reach: float, stiffness: float, work: float
+    x: np.ndarray, length: float, stiffness: float, work: float
 ) -> np.ndarray:
-    """Tail of the cubic pressure ``-k x (1 - x/D)^2``, zero beyond D.
+    """Return the tail with the cubic pressure ``-k x (1 - x/D)^2``, zero beyond D.
 
     Parameters
     ----------
-    x : ndarray, shape (k,)
+    x : ndarray, shape (n,)
         Gap beyond the minimum, not negative (length).
-    reach : float
-        D, not negative (length).
+    length : float
+        D (length).
     stiffness : float
         k at the minimum (pressure per length).
     work : float
-        ``k D^2/12``, what is left of it from the minimum on (energy per area): given,
-        it is not rounded.
+        ``k D^2/12``, the depth of the minimum (energy per area), passed so that the
+        energy at x = 0 is exact.
 
     Returns
     -------
-    ndarray, shape (3, k)
+    ndarray, shape (3, n)
     """
     rows = np.zeros((3, x.size))
-    if reach == 0.0:
+    if length == 0.0:  # so short that it is lost to rounding
         return rows
-    part = np.minimum(x / reach, 1.0)
-    left = 1.0 - part
-    # integral of -p from x to the end of the tail
-    rows[0] = -work * left**3 * (1.0 + 3.0 * part)
-    rows[1] = -stiffness * reach * part * left**2
-    rows[2] = stiffness * left * (1.0 - 3.0 * part)
+    t = np.minimum(x / length, 1.0)
+    rest = 1.0 - t
+    rows[0] = -work * rest**3 * (1.0 + 3.0 * t)
+    rows[1] = -stiffness * length * t * rest**2
+    rows[2] = stiffness * rest * (1.0 - 3.0 * t)
     return rows
 
 
 def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:
-    """Form brought to zero by the factor ``1 - 10 t^3 + 15 t^4 - 6 t^5``, t = x/width.
+    """Return a form times the factor ``1 - 10 t^3 + 15 t^4 - 6 t^5``, t = x/width.
 
     Parameters
     ----------
     rows : ndarray, shape (3, k)
-        Of the form.
+        The form.
     x : ndarray, shape (k,)
-        Gap beyond the onset of the switch, not negative (length).
+        Gap beyond the onset of the factor, not negative (length).
     width : float
-        Of the switch (length).
+        Distance over which the factor falls from one to zero (length).
 
     Returns
     -------
@@ -81,23 +81,23 @@ def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:
     t = np.minimum(x / width, 1.0)
     factor = 1.0 - t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
     slope = -30.0 * (t * (1.0 - t)) ** 2 / width
-    bend = -60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / width**2
+    curvature = -60.0 * t * (1.0 - t) * (1.0 - 2.0 * t) / width**2
     energy, pressure, _ = rows
-    off = factor * rows
-    off[1] -= slope * energy
-    off[2] += bend * energy - 2.0 * slope * pressure
-    return off
+    product = factor * rows
+    product[1] -= slope * energy
+    product[2] += curvature * energy - 2.0 * slope * pressure
+    return product
 
 
-def continued(rows: np.ndarray, overlap: np.ndarray) -> np.ndarray:
-    """Second-order Taylor polynomial of a form, by how much the gap is smaller.
+def taylor(rows: np.ndarray, overlap: np.ndarray) -> np.ndarray:
+    """Return the second-order Taylor polynomial of a form about a gap.
 
     Parameters
     ----------
     rows : ndarray, shape (3, k)
-        Of the form where it ends.
+        The form at the gap.
     overlap : ndarray, shape (k,)
-        Positive (length).
+        Distance by which the gaps are smaller, positive (length).
 
     Returns
     -------

@@ -11,7 +11,6 @@ from ase.constraints import FixAtoms, FixCartesian, Hookean
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.interactions import HardWall
 
 
 def contact_of(atoms: Atoms, *, hard: bool = False) -> Contact:
@@ -36,7 +35,7 @@ def contact_of(atoms: Atoms, *, hard: bool = False) -> Contact:
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact, got {atoms.calc!r}")
     contact = atoms.calc.contact(atoms)
-    if isinstance(contact.interaction, HardWall) != hard:
+    if contact.interaction.hard != hard:
         raise ValueError(
             f"ActiveSet is for the hard wall, got {contact.interaction}"
             if hard

@@ -16,7 +16,7 @@ from ase_roughcontact.elasticity.halfspace import (
     HalfSpace,
     PeriodicHalfSpace,
 )
-from ase_roughcontact.interactions import HardWall, Interaction
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import check_words
 from ase_roughcontact.theory import hertz_contact_radius
@@ -272,7 +272,7 @@ class _Clock:
     def __init__(self, halfspace: HalfSpace, wall: Interaction) -> None:
         self._halfspace = halfspace
         self._pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
-        if isinstance(wall, HardWall):
+        if wall.hard:
             self._pairs = _PAIRS_HARD
         self._known: dict[tuple[int, int], float] = {}
 

@@ -10,7 +10,6 @@ from itertools import islice
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.windows.memory import memory_of, points_of
 
 
@@ -198,7 +197,7 @@ class Table:
 
 
 def _gap_error(atoms: Atoms) -> float:
-    if not isinstance(atoms.calc.contact(atoms).interaction, HardWall):
+    if not atoms.calc.contact(atoms).interaction.hard:
         return 0.0
     state = atoms.calc.state(atoms)
     pushed, gap = state.contact, state.gap

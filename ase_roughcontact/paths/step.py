@@ -16,7 +16,6 @@ from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.atoms.build import indenter_fixed, restore
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.record import LoadStep, SolverStatistics, record_of
@@ -76,7 +75,7 @@ class Stepper:
         self._accuracy = accuracy_of(accuracy)
         self._max_steps = integer("max_steps", max_steps, 1)
         contact = atoms.calc.contact(atoms)
-        hard = isinstance(contact.interaction, HardWall)
+        hard = contact.interaction.hard
         self._optimizer = optimizer or (ActiveSet if hard else NewtonKrylov)
         auto = window == "auto" and not atoms.pbc.any()
         self.windows = AutoWindow(atoms) if auto else FixedWindow(atoms, edge)

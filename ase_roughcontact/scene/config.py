@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from ase_roughcontact._util.validation import (
     integer,
     unknown,
 )
+from ase_roughcontact.interactions import wall_parameters
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -63,11 +64,14 @@ class RoughnessConfig:
 
 @dataclass(frozen=True)
 class InteractionConfig:
-    """``[interaction]``: work of adhesion in J/m^2, cutoff in units of the spacing."""
+    """``[interaction]``: kind of wall, and the parameters of this kind.
+
+    In a file the parameters are keys beside `kind`; the class of the wall defines their
+    names and units, see `Interaction`.
+    """
 
     kind: str = "repulsive"
-    work_of_adhesion: float | None = None
-    cutoff: float | None = None
+    parameters: Mapping[str, float] = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
@@ -198,13 +202,58 @@ def differences(old: Mapping[str, Any], new: Mapping[str, Any]) -> list[str]:
                 kept = "was there and is not" if now is None else "is there and was not"
                 told.append(f"[{title}] {kept}")
             continue
-        values = asdict(now)
+        before, after = entries(was), entries(now)
         told += [
-            f"[{title}] {key} was {_toml(value)}, is {_toml(values[key])}"
-            for key, value in asdict(was).items()
-            if value != values[key]
+            f"[{title}] {key} was {_toml(before.get(key))}, is {_toml(after.get(key))}"
+            for key in {**before, **after}
+            if before.get(key) != after.get(key)
         ]
     return told
+
+
+def entries(table: Any) -> dict[str, Any]:
+    """Return keys and values of a table as they stand in a file.
+
+    Parameters
+    ----------
+    table : SubstrateConfig, SphereConfig, ...
+        One of the tables.
+
+    Returns
+    -------
+    dict
+        None where a key is not given; the parameters of a wall only if they are.
+    """
+    values = asdict(table)
+    parameters = values.pop("parameters", {})
+    return {**values, **parameters}
+
+
+def changed(table: Any, key: str, value: Any) -> Any:
+    """Return a table with another value of a key.
+
+    Parameters
+    ----------
+    table : SubstrateConfig, SphereConfig, ...
+        One of the tables.
+    key : str
+        Key of the file.
+    value : object
+        New value.
+
+    Returns
+    -------
+    type of `table`
+
+    Raises
+    ------
+    ValueError
+        If there is no such key.
+    """
+    known = list(_types_of(type(table)))
+    if key not in known:
+        raise ValueError(unknown(key, known, "key"))
+    return _made_of(type(table), {**entries(table), key: value})
 
 
 def table_of(cls: type, given: dict, where: str) -> Any:
@@ -228,7 +277,7 @@ def table_of(cls: type, given: dict, where: str) -> Any:
     ValueError
         If there is a key that is not known, or a value of the wrong kind.
     """
-    known = {f.name: str(f.type) for f in fields(cls)}
+    known = _types_of(cls)
     for key, value in given.items():
         if key not in known:
             raise ValueError(f"{where}: {unknown(key, list(known), 'key')}")
@@ -236,7 +285,24 @@ def table_of(cls: type, given: dict, where: str) -> Any:
         if not fits(value):
             raise ValueError(f"{where} {key} must be {wanted}, got {value!r}")
     frozen = {k: tuple(v) if isinstance(v, list) else v for k, v in given.items()}
-    return cls(**frozen)
+    return _made_of(cls, frozen)
+
+
+def _types_of(cls: type) -> dict[str, str]:
+    """Return the types of a table's keys."""
+    types = {f.name: str(f.type) for f in fields(cls)}
+    if types.pop("parameters", None):
+        types |= dict.fromkeys(wall_parameters(), "float")
+    return types
+
+
+def _made_of(cls: type, values: dict[str, Any]) -> Any:
+    """Return a table of keys and values; `entries` is the inverse."""
+    if cls is not InteractionConfig:
+        return cls(**values)
+    own = {"kind": values["kind"]} if "kind" in values else {}
+    given = {key: value for key, value in values.items() if key not in own}
+    return cls(**own, parameters=given)
 
 
 def choice(name: str, choices: Mapping[str, Any], what: str) -> Any:

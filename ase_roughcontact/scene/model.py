@@ -7,15 +7,15 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
-from ase.units import GPa, J, m
+from ase.units import GPa
 from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.validation import finite, positive
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.build import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
-from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.interactions import Interaction, make_wall
 from ase_roughcontact.scene.config import (
     InteractionConfig,
     PathConfig,
@@ -23,7 +23,6 @@ from ase_roughcontact.scene.config import (
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
-    choice,
 )
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -89,61 +88,18 @@ class Model:
     @property
     def wall(self) -> Interaction:
         """The interaction."""
-        walls = {
-            "hard": HardWall,
-            "repulsive": lambda: LennardJones93.repulsive(
-                self.contact_modulus, self.spacing
-            ),
-            "adhesive": lambda: LennardJones93.adhesive(
-                self.contact_modulus, self.spacing, self._work
-            ),
-            "full": lambda: LennardJones93.full(
-                self.spacing, self._work, cutoff=self._cutoff
-            ),
-        }
-        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
-        make = choice(kind, walls, "kind of interaction")
-        if work is not None and kind not in ("adhesive", "full"):
-            raise ValueError(f"kind = {kind!r} has no work_of_adhesion, got {work}")
-        cutoff = self.interaction.cutoff
-        if cutoff is not None and kind != "full":
-            raise ValueError(f"cutoff: only a full wall has one, got {cutoff}")
-        return make()
+        given = self.interaction
+        return make_wall(
+            given.kind, self.contact_modulus, self.spacing, given.parameters
+        )
 
     @property
-    def _work(self) -> float:
-        """Work of adhesion, which the wall needs (eV/Å^2)."""
-        kind, work = self.interaction.kind, self.interaction.work_of_adhesion
-        if work is None:
-            raise ValueError(f"kind = {kind!r} needs a work_of_adhesion, J/m^2")
-        positive(work_of_adhesion=work)
-        return work * J / m**2
-
-    @property
-    def _cutoff(self) -> float | None:
-        """Where a full wall ends, if that is given (Å)."""
-        cutoff = self.interaction.cutoff
-        if cutoff is None:
-            return None
-        finite(cutoff=cutoff)
-        if not cutoff > 1.0:
-            raise ValueError(
-                f"cutoff must lie beyond 1 a0, where the energy is least, got {cutoff}"
-            )
-        return cutoff * self.spacing
-
-    @property
-    def attraction_range(self) -> float | None:
-        """Gap over which the attraction decays, for the theory; None without (Å).
-
-        Of a full wall, whose tail has no end, the distance of its minimum, which is the
-        length in Tabor's parameter.
-        """
+    def kappa_repulsive(self) -> float:
+        """Kappa of the mean contact pressure ``h'rms E*/kappa``, without attraction."""
         wall = self.wall
-        if not (isinstance(wall, LennardJones93) and wall.attractive):
-            return None
-        full = self.interaction.kind == "full"
-        return self.spacing if full else wall.attraction_range
+        if wall.kappa is not None:
+            return wall.kappa
+        return theory.KAPPA_HARD if wall.hard else theory.KAPPA_REPULSIVE
 
     @property
     def inverse_kappa(self) -> float:
@@ -151,22 +107,18 @@ class Model:
 
         Not positive where rough flats would stick to each other.
         """
-        wall = self.wall
-        if not isinstance(wall, LennardJones93):
-            return 1.0 / theory.KAPPA_HARD
-        surface = self._rough()
-        attraction_range = self.attraction_range
-        if attraction_range is None or surface is None:
-            return 1.0 / theory.KAPPA_REPULSIVE
+        wall, surface = self.wall, self._rough()
+        if not wall.attractive or surface is None:
+            return 1.0 / self.kappa_repulsive
         rough = surface.statistics()
         attraction = theory.inverse_kappa_attractive(
             wall.work_of_adhesion,
             self.contact_modulus,
-            attraction_range,
+            wall.attraction_range,
             rough.rms_slope,
             rough.rms_curvature,
         )
-        return float(theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, attraction))
+        return float(theory.inverse_kappa_adhesive(self.kappa_repulsive, attraction))
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Contact area by Eq. (4) of the paper, or of Hertz for a smooth sphere.

@@ -128,10 +128,9 @@ def laws_of(scene: Scene) -> Laws:
     -------
     Laws
     """
-    attraction_range = scene.attraction_range
-    work = getattr(scene.wall, "work_of_adhesion", 0.0)
-    given = scene.roughness
-    if attraction_range is None:
+    wall, given = scene.wall, scene.roughness
+    work, attraction_range = wall.work_of_adhesion, wall.attraction_range
+    if not wall.attractive:
         return Laws(_hertz(scene), rough_from=None if given is None else 0.0)
     laws = _sticky(scene, work, attraction_range)
     if given is None:
@@ -142,7 +141,7 @@ def laws_of(scene: Scene) -> Laws:
         scene.surface.roughness,  # type: ignore[arg-type]
         work,
         attraction_range,
-        theory.KAPPA_REPULSIVE,
+        scene.kappa_repulsive,
     )
     number = f"1/kappa = {scene.inverse_kappa:.3g}"
     smooth = f"for orientation {laws.told}"

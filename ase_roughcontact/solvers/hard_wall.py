@@ -23,7 +23,6 @@ import numpy as np
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.solvers.coarsening import (
     can_coarsen,
     coarsen,
@@ -166,7 +165,7 @@ def _check(
     contact: Contact, height: float, external: External | None, tolerance: float
 ) -> None:
     """Raise `ValueError` if there is no solution, or none that is found here."""
-    if not isinstance(contact.interaction, HardWall):
+    if not contact.interaction.hard:
         raise ValueError(f"ActiveSet is for the hard wall, got {contact.interaction}")
     finite(height=height)
     positive(tolerance=tolerance)

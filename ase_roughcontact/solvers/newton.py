@@ -37,7 +37,6 @@ from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
 from ase_roughcontact.solvers.energy import ContactEnergy, State, Step
 from ase_roughcontact.solvers.gcr import System, norm, residuals
@@ -132,7 +131,7 @@ def newton_krylov(
 def _check(
     contact: Contact, height: float, start: np.ndarray | None, tolerance: float
 ) -> None:
-    if isinstance(contact.interaction, HardWall):
+    if contact.interaction.hard:
         raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     finite(height=height)
     positive(tolerance=tolerance)

@@ -72,7 +72,7 @@ class Problem:
     @property
     def hard(self) -> bool:
         """Hard or soft wall."""
-        return isinstance(self.wall, HardWall)
+        return self.wall.hard
 
     @property
     def shape(self) -> tuple[int, int]:

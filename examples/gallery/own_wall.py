@@ -19,7 +19,7 @@ from ase_roughcontact.plot import style
 class DoubleLayer(Interaction):
     """Pressure p0 exp(-g/rho), up to a gap of 12 rho."""
 
-    attractive = False
+    work_of_adhesion = attraction_range = 0.0
 
     def __init__(self, pressure: float, decay: float) -> None:
         self.pressure, self.decay = pressure, decay

@@ -91,12 +91,12 @@ def scene(
 ) -> Scene:
     """Press a rough sphere under the loads of some contact radii."""
     loads = 4.0 * radii**3 / (3.0 * radius)
-    joule = None if work is None else work / (J / m**2)
+    adhesion = {} if work is None else {"work_of_adhesion": work / (J / m**2)}
     return Scene(
         substrate=SubstrateConfig(spacing=1.0, contact_modulus=1.0 / GPa),
         sphere=SphereConfig(radius=radius),
         roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
-        interaction=InteractionConfig(kind=kind, work_of_adhesion=joule),
+        interaction=InteractionConfig(kind, adhesion),
         path=PathConfig(values=tuple(loads / NANONEWTON)),
     )
 

@@ -71,7 +71,8 @@ def missing(table: Table) -> Iterator[str]:
     wanted: dict[tuple, bool] = {}
     for scene in (scene for band in scenes("paper") for scene in band):
         case, wall, rough = case_of(scene), scene.interaction, scene.roughness
-        work = f" {wall.work_of_adhesion * J / m**2:g}" if wall.work_of_adhesion else ""
+        joule = wall.parameters.get("work_of_adhesion")
+        work = f" {joule * J / m**2:g}" if joule else ""
         slope = 0.0 if rough is None else rough.rms_slope
         seed = -1 if rough is None else rough.seed
         for step, load in enumerate(scene.steps):

@@ -6,6 +6,7 @@ import json
 import math
 import pickle
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -93,11 +94,9 @@ def test_units_do_not_matter(wall, periodic, rng, length, modulus):
             "Cu", (8, 6), sphere, spacing=a0, periodic=periodic, height=0.6 * a0
         )
         atoms.positions[:-1, 2] = a0 * u
-        parameters = vars(wall) | {"stiffness": wall.stiffness * stress / a0}
-        for name in ("distance", "onset", "cutoff", "core"):
-            parameters[name] *= a0
-        parameters["work_of_adhesion"] *= stress * a0
-        scaled = LennardJones93(**parameters)
+        units = dict.fromkeys(("distance", "onset", "cutoff", "core"), a0)
+        units |= {"stiffness": stress / a0, "work_of_adhesion": stress * a0}
+        scaled = replace(wall, **{k: v * units[k] for k, v in vars(wall).items()})
         atoms.calc = RoughContact(sphere, stress, scaled, load=0.2 * stress * a0**2)
         energy = atoms.get_potential_energies() / (stress * a0**3)
         return energy, atoms.get_forces(apply_constraint=False) / (stress * a0**2)

@@ -42,7 +42,10 @@ last = 0.6
 steps = 3
 scale = "linear"
 """
-WALLS = [InteractionConfig("repulsive"), InteractionConfig("adhesive", 0.05)]
+WALLS = [
+    InteractionConfig("repulsive"),
+    InteractionConfig("adhesive", {"work_of_adhesion": 0.05}),
+]
 SCENE = Scene.parse(SMALL)
 LONG = replace(SCENE, path=replace(SCENE.path, first=0.02, last=0.8, steps=20))
 SCENES = [

@@ -19,6 +19,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
+from ase_roughcontact.interactions import RepulsiveLennardJones93
 from ase_roughcontact.solvers.hard_wall import optimality_residuals
 
 SMOOTH = RoughSphere(radius=40.0)
@@ -326,7 +327,7 @@ def test_a_hard_answer_carries_a_certificate():
 
 
 def test_a_wall_that_gives_nan_ends_the_run_with_a_message():
-    class Broken(LennardJones93):
+    class Broken(RepulsiveLennardJones93):
         def evaluate(self, gap):
             energy, pressure, stiffness = super().evaluate(gap)
             return energy, np.where(gap < 0.9, np.nan, pressure), stiffness

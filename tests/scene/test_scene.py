@@ -6,9 +6,14 @@ from ase.units import GPa, J, m
 from small_scene import SMALL
 
 from ase_roughcontact.atoms.build import fcc_spacing
-from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.interactions import (
+    HardWall,
+    LennardJones93,
+    wall_parameters,
+)
 from ase_roughcontact.paths.accuracy import LEVELS
 from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene, default_text
+from ase_roughcontact.scene.config import SECTIONS, entries
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 
@@ -48,10 +53,10 @@ def test_the_attraction_of_a_full_wall_decays_over_the_distance_of_its_minimum()
         adhesive = f'[interaction]\nkind = "{kind}"\nwork_of_adhesion = 0.1\n'
         return Scene.parse(SMALL + adhesive)
 
-    assert scene("full").attraction_range == scene("full").spacing
+    assert scene("full").wall.attraction_range == scene("full").spacing
     wall = scene("adhesive").wall
-    assert scene("adhesive").attraction_range == wall.cutoff - wall.distance
-    assert Scene.parse(SMALL).attraction_range is None
+    assert wall.attraction_range == wall.cutoff - wall.distance
+    assert Scene.parse(SMALL).wall.attraction_range == 0.0
 
 
 def test_loads_are_in_nanonewton():
@@ -80,14 +85,12 @@ def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
 
 
 def test_every_key_of_the_format_stands_in_the_built_in_scene():
-    from dataclasses import fields
-
     text = default_text()
-    for table in fields(Scene):
-        assert f"[{table.name}]" in text
-        value = getattr(Scene.default(), table.name)
-        missing = [key.name for key in fields(value) if f"{key.name} = " not in text]
-        assert not missing
+    for title, table in SECTIONS.items():
+        assert f"[{title}]" in text
+        keys = entries(table()) | dict.fromkeys(wall_parameters())
+        wanted = keys if title == "interaction" else entries(table())
+        assert [key for key in wanted if f"{key} = " not in text] == []
 
 
 def test_adhesion_changes_the_prediction_until_it_makes_the_surfaces_stick():
@@ -238,12 +241,12 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
         ),
         ("roughness", "seed = -1", "seed must be an integer >= 0, got -1"),
         ("roughness", "domain = 3.0", "domain must be at least long_wavelength = 512"),
-        ("interaction", 'kind = "full"', "kind = 'full' needs a work_of_adhesion"),
-        ("interaction", "cutoff = 3.0", "cutoff: only a full wall has one, got 3.0"),
+        ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
+        ("interaction", "cutoff = 3.0", "kind = 'repulsive' has no cutoff, got 3.0"),
         (
             "interaction",
             'kind = "full"\nwork_of_adhesion = 1.0\ncutoff = 1.0',
-            "cutoff must lie beyond 1 a0",
+            "cutoff must be > 1 a0, got 1.0",
         ),
         ("path", "values = []", "values must hold at least one step"),
         ("path", "values = [nan]", "values must be finite"),

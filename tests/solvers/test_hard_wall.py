@@ -557,7 +557,7 @@ def first(contact, **changes):
 
 def test_soft_wall_is_refused(small):
     soft = Contact(small.halfspace, small.heights, LennardJones93.repulsive(1.0, 1.0))
-    with pytest.raises(ValueError, match="ActiveSet is for the hard wall, got Lenn"):
+    with pytest.raises(ValueError, match="ActiveSet is for the hard wall, got Rep"):
         first(soft)
 
 

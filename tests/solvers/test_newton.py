@@ -346,7 +346,7 @@ class Exponential(Interaction):
 
     contact_distance = 0.0
     cutoff = 3.0
-    attractive = False
+    work_of_adhesion = attraction_range = 0.0
 
     def evaluate(self, gap):
         near = gap < self.cutoff

@@ -11,6 +11,7 @@ import numpy as np
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene
+from ase_roughcontact.scene.config import changed
 from ase_roughcontact.scene.tradeoff.results import SAFE, Choice, Tradeoff, Trial
 
 # Accuracies that are tried, and those of the reference and of what tells its error.
@@ -103,8 +104,9 @@ def _reached(truth: list[LoadStep], error: float) -> float:
 
 
 def _varies(scene: Scene) -> bool:
-    """Whether the wall has a cutoff to choose."""
-    return scene.interaction.kind == "full" and scene.interaction.cutoff is None
+    """Whether the wall has a cutoff that is not given."""
+    given = scene.interaction
+    return "cutoff" in scene.wall.parameters and "cutoff" not in given.parameters
 
 
 def _trials(
@@ -151,7 +153,7 @@ def _with(scene: Scene, choice: Choice) -> Scene:
     )
     wall = scene.interaction
     if choice.cutoff is not None:
-        wall = replace(wall, cutoff=choice.cutoff)
+        wall = changed(wall, "cutoff", choice.cutoff)
     return replace(scene, solver=solver, interaction=wall)
 
 

@@ -1,0 +1,77 @@
+"""Parameters of a wall in a scene file: units, defaults and limits."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ase.units import GPa, J, m
+
+from ase_roughcontact._util.validation import finite
+
+# Units of a scene file, in ASE's; a length in units of the spacing is "a0".
+_UNITS = {"": 1.0, "Å": 1.0, "GPa": GPa, "J/m^2": J / m**2}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """Parameter with which a scene file specifies a wall.
+
+    Parameters
+    ----------
+    unit : {"", "a0", "Å", "GPa", "J/m^2"}
+        Unit in the file: none, the spacing, or one of those of length, pressure and
+        energy per area.
+    default : float, optional
+        Value if the file gives none, in the unit of the file. Without a default the
+        file must give the parameter.
+    above, below : float
+        Limits between which the value must lie, in the unit of the file.
+
+    Raises
+    ------
+    ValueError
+        If the unit is not one of those above.
+    """
+
+    unit: str = ""
+    default: float | None = None
+    above: float = 0.0
+    below: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check the unit."""
+        if self.unit not in (*_UNITS, "a0"):
+            raise ValueError(
+                f"unit must be one of {[*_UNITS, 'a0']}, got {self.unit!r}"
+            )
+
+    def convert(self, name: str, value: float, spacing: float) -> float:
+        """Return a value of a scene file in ASE's units.
+
+        Parameters
+        ----------
+        name : str
+            Name of the parameter, for errors.
+        value : float
+            Value in the unit of the file.
+        spacing : float
+            Atomic spacing a0 (Å).
+
+        Returns
+        -------
+        float
+
+        Raises
+        ------
+        ValueError
+            If the value is not a finite number within the limits.
+        """
+        finite(**{name: value})
+        if not self.above < value < self.below:
+            limits = f"> {self.above:g}"
+            if self.below < math.inf:
+                limits += f" and < {self.below:g}"
+            unit = f" {self.unit}" if self.unit else ""
+            raise ValueError(f"{name} must be {limits}{unit}, got {value!r}")
+        return value * (spacing if self.unit == "a0" else _UNITS[self.unit])
