@@ -131,11 +131,15 @@ class RoughSphere:
             If the indenter is flat, or the roughness does not tell its lowest point.
         """
         rough: Any = self.roughness
-        told = rough is None or hasattr(rough, "lowest")
-        if self.radius == math.inf or not told:
+        if self.radius == math.inf:
             raise ValueError(
-                "only a sphere of finite radius, smooth or with a roughness that tells "
-                f"its lowest point, rises out of reach; got {self!r}: give a fixed "
+                "automatic windows need a sphere of finite radius, got "
+                f"{self!r}: choose a fixed window"
+            )
+        if rough is not None and not hasattr(rough, "lowest"):
+            raise ValueError(
+                "automatic windows need a roughness with a method lowest, such as "
+                f"SelfAffine or HeightMap, got {rough!r}: define it, or choose a fixed "
                 "window"
             )
         lowest = 0.0 if rough is None else rough.lowest(spacing, origin)

@@ -57,8 +57,9 @@ class Footprint:
     ) -> None:
         if not isinstance(indenter, BoundedSurface):
             raise ValueError(
-                "automatic windows need an indenter that rises out of reach, such as "
-                f"RoughSphere, got {indenter!r}: give a fixed window"
+                "automatic windows need an indenter with a method reach, such as "
+                f"RoughSphere or another BoundedSurface, got {indenter!r}: define it, "
+                "or choose a fixed window"
             )
         self.indenter, self.spacing = indenter, spacing
         self.offset = (rest_of(origin[0], spacing), rest_of(origin[1], spacing))

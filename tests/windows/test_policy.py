@@ -103,7 +103,7 @@ def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
     ids=["self-affine", "flat", "map"],
 )
 def test_surface_that_stays_in_reach_needs_a_fixed_window(surface):
-    with pytest.raises(ValueError, match=r"out of reach.*fixed\s+window"):
+    with pytest.raises(ValueError, match=r"automatic windows need.*fixed\s+window"):
         Footprint(surface, 1.0).below(1.0)
 
 

@@ -1,0 +1,136 @@
+"""A wall that is defined outside of the package, by one class."""
+
+from dataclasses import dataclass
+from unittest.mock import patch
+
+import numpy as np
+import pytest
+from ase.units import GPa
+from small_scene import SMALL
+
+from ase_roughcontact import (
+    HardWall,
+    Interaction,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import product
+from ase_roughcontact.interactions import WALLS, Parameter
+from ase_roughcontact.scene import Scene
+
+with patch.dict(WALLS):  # other tests have the kinds of the package alone
+
+    @dataclass(frozen=True)
+    class Penalty(Interaction):
+        """Pressure proportional to the overlap."""
+
+        kind = "penalty"
+        parameters = {"modulus": Parameter("GPa", default=1e4, above=1.0)}
+        cutoff = contact_distance = work_of_adhesion = attraction_range = 0.0
+
+        stiffness: float
+
+        @classmethod
+        def for_substrate(cls, contact_modulus, spacing, **parameters):
+            return cls(parameters["modulus"] / spacing)
+
+        def evaluate(self, gap):
+            overlap = np.maximum(-gap, 0.0)
+            pressure = self.stiffness * overlap
+            return 0.5 * pressure * overlap, pressure, self.stiffness * (gap < 0.0)
+
+
+KEYS = '[interaction]\nkind = "penalty"\nmodulus = 2e5\n'
+
+
+@pytest.fixture(autouse=True)
+def known():
+    with patch.dict(WALLS, penalty=Penalty):
+        yield
+
+
+def path(wall, depths, **files):
+    """Press a sphere into 24 x 24 atoms."""
+    sphere = RoughSphere(radius=40.0)
+    atoms = substrate("Cu", (24, 24), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    return list(load_path(atoms, depths, **files))
+
+
+def test_scene_file_makes_the_wall_from_its_parameters():
+    scene = Scene.parse(SMALL + KEYS)
+    assert scene.wall == Penalty(2e5 * GPa / scene.spacing)
+    assert "penalty wall" in repr(scene.atoms().calc)
+
+
+def test_scene_file_may_leave_out_a_parameter_with_a_default():
+    scene = Scene.parse(SMALL + '[interaction]\nkind = "penalty"\n')
+    assert scene.wall == Penalty(1e4 * GPa / scene.spacing)
+
+
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        ("modulus = 0.5", r"modulus must be > 1 GPa, got 0\.5"),
+        ("modulus = nan", "modulus must be a finite number"),
+        ("cutoff = 3.0", "kind = 'penalty' has no cutoff, .* its parameters: modulus"),
+        ("module = 3.0", "unknown key 'module'; did you mean 'modulus'"),
+    ],
+)
+def test_wrong_parameters_are_refused_by_name(line, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(SMALL + f'[interaction]\nkind = "penalty"\n{line}\n').check()
+
+
+def test_command_runs_a_scene_with_the_wall(tmp_path, capsys):
+    file = tmp_path / "penalty.toml"
+    file.write_text(SMALL + KEYS)
+    assert main(["run", str(file), "--out", str(tmp_path / "results")]) == 0
+    assert "penalty wall" in capsys.readouterr().out
+
+
+def test_parameter_can_be_varied_in_an_ensemble():
+    scenes = product(Scene.parse(SMALL + KEYS), {"interaction.modulus": [2.0, 3.0]})
+    assert [scene.interaction.parameters for scene in scenes] == [
+        {"modulus": 2.0},
+        {"modulus": 3.0},
+    ]
+
+
+def test_stiff_wall_gives_the_result_of_the_hard_wall():
+    penalty, hard = path(Penalty(1e4), [0.5]), path(HardWall(), [0.5])
+    assert penalty[0].normal_force == pytest.approx(hard[0].normal_force, rel=1e-3)
+    assert penalty[0].contact_area == hard[0].contact_area
+
+
+def test_path_is_resumed_with_the_same_wall_only(tmp_path):
+    files = {"trajectory": tmp_path / "path.traj", "resume": True}
+    whole = path(Penalty(10.0), [0.2, 0.4])
+    path(Penalty(10.0), [0.2], **files)
+    resumed = path(Penalty(10.0), [0.2, 0.4], **files)
+    assert resumed[1].normal_force == pytest.approx(whole[1].normal_force, rel=1e-4)
+    with pytest.raises(ValueError, match=r"interaction\.stiffness was 10\.0, is 20\.0"):
+        path(Penalty(20.0), [0.2, 0.4], **files)
+
+
+def test_hard_wall_of_a_user_is_relaxed_by_the_active_set():
+    class Rigid(Interaction):
+        hard = True
+        cutoff = contact_distance = work_of_adhesion = attraction_range = 0.0
+
+        def evaluate(self, gap):
+            return np.zeros((3, *np.shape(gap)))
+
+    own, hard = path(Rigid(), [0.5])[0], path(HardWall(), [0.5])[0]
+    assert own.converged
+    assert own.normal_force == hard.normal_force
+
+
+def test_kind_of_another_wall_is_refused():
+    with pytest.raises(ValueError, match="'hard' is that of HardWall"):
+
+        class Another(Interaction):
+            kind = "hard"

@@ -1,0 +1,94 @@
+"""An indenter that is defined outside of the package, by one class."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact.analysis import first_contact
+from ase_roughcontact.topography import BoundedSurface
+
+A0 = 1.0
+
+
+@dataclass(frozen=True)
+class Cone(BoundedSurface):
+    """Cone whose sides rise with a slope."""
+
+    slope: float
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        return self.slope * np.hypot(x[:, None], y)
+
+    def reach(self, level, spacing, origin=(0.0, 0.0)):
+        return max(level, 0.0) / self.slope
+
+
+class Flute:
+    """Waves without end, described by their heights alone."""
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x = origin[0] + spacing * np.arange(shape[0])
+        return np.repeat(1.0 - np.cos(x / 3.0)[:, None], shape[1], axis=1)
+
+
+def path(indenter, depths, shape=(24, 24), **options):
+    """Press an indenter into atoms."""
+    atoms = substrate("Cu", shape, indenter, spacing=A0)
+    atoms.calc = RoughContact(indenter, 1.0)
+    return list(load_path(atoms, depths, **options))
+
+
+def test_window_follows_the_contact_and_gives_the_result_of_a_large_one():
+    chosen = path(Cone(0.2), [0.5, 2.0], shape=(4, 4), window="auto")
+    fixed = path(Cone(0.2), [0.5, 2.0], shape=(48, 48))
+    assert chosen[0].window != chosen[1].window
+    for one, other in zip(chosen, fixed, strict=True):
+        assert one.converged
+        assert one.normal_force == pytest.approx(other.normal_force, rel=1e-4)
+
+
+def test_load_is_that_of_sneddon():
+    (record,) = path(Cone(0.05), [4.0], window="auto")
+    # I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965): N = 2 E* d^2/(pi slope)
+    assert record.normal_force == pytest.approx(2 * 4.0**2 / (np.pi * 0.05), rel=0.01)
+
+
+def test_path_is_resumed_with_the_same_indenter_only(tmp_path):
+    files = {"trajectory": tmp_path / "path.traj", "resume": True, "window": "auto"}
+    whole = path(Cone(0.2), [0.5, 1.0], window="auto")
+    path(Cone(0.2), [0.5], **files)
+    resumed = path(Cone(0.2), [0.5, 1.0], **files)
+    assert resumed[1].normal_force == pytest.approx(whole[1].normal_force, rel=1e-4)
+    with pytest.raises(ValueError, match=r"indenter\.slope was 0\.2, is 0\.3"):
+        path(Cone(0.3), [0.5, 1.0], **files)
+
+
+def test_cone_touches_with_its_tip_first():
+    found = first_contact(Cone(0.2), A0, (0.25, 0.0))
+    assert found.position == (0.25, 0.0)
+    assert found.height == pytest.approx(0.05)
+
+
+def test_heights_alone_are_enough_in_a_fixed_window():
+    (record,) = path(Flute(), [0.1], edge="ignore")
+    assert record.converged
+    assert record.normal_force > 0.0
+
+
+def test_automatic_windows_ask_for_the_reach():
+    with pytest.raises(ValueError, match=r"a method reach.* BoundedSurface.* fixed"):
+        path(Flute(), [0.1], window="auto")
+
+
+def test_heights_alone_are_enough_for_the_roughness_of_a_sphere_in_a_fixed_window():
+    (record,) = path(RoughSphere(40.0, Flute()), [0.3])
+    assert record.converged
+    assert record.normal_force > 0.0
+
+
+def test_automatic_windows_ask_for_the_lowest_height_of_a_roughness():
+    with pytest.raises(ValueError, match=r"a method lowest.* fixed window"):
+        path(RoughSphere(40.0, Flute()), [0.3], window="auto")
