@@ -9,10 +9,10 @@ import pytest
 from ase_roughcontact.ensemble import (
     case_of,
     fill_database,
+    read_csv,
     read_ensemble,
-    read_table,
     run_ensemble,
-    write_table,
+    write_csv,
 )
 from ase_roughcontact.theory import hertz_contact_area
 
@@ -36,7 +36,7 @@ def examples():
 
 @pytest.fixture(scope="module")
 def table():
-    return read_table(TABLE)
+    return read_csv(TABLE)
 
 
 @pytest.fixture(scope="module")
@@ -137,10 +137,10 @@ def test_figure_2_goes_on_from_a_table_on_another_machine(
     monkeypatch.setattr(examples["2"], "scenes", lambda scale: [band])
     first, table = tmp_path / "first.db", tmp_path / "figure2-quick.csv"
     list(run_ensemble(band[:2], first, workers=1))
-    write_table(first, table)
-    before = read_table(table)
+    write_csv(first, table)
+    before = read_csv(table)
     examples["2"].main(["--out", str(tmp_path), "--workers", "1"])
-    after = read_table(table)
+    after = read_csv(table)
     kept = np.isin(after["case"], before["case"])
     assert (len(before["case"]), len(after["case"])) == (4, 8)
     np.testing.assert_array_equal(after["seconds"][kept], before["seconds"])

@@ -20,9 +20,9 @@ from ase_roughcontact.cli.jsonlines import (
     json_line,
 )
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.ensemble import product, run_ensemble, write_table
-from ase_roughcontact.ensemble.ledger import without_password
-from ase_roughcontact.ensemble.progress import costs_of
+from ase_roughcontact.ensemble import product, run_ensemble, write_csv
+from ase_roughcontact.ensemble.database import without_password
+from ase_roughcontact.ensemble.progress import expected_costs
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import Frames, count_steps
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
@@ -112,7 +112,7 @@ def _relax(
     """Relax step after step, and tell of each."""
     folder, text = options.out, _text(options)[0]
     total, kept = len(scene.steps), count_steps(folder / "sweep.traj")
-    laws, costs = laws_of(scene), costs_of(scene)
+    laws, costs = laws_of(scene), expected_costs(scene)
     for record in scene.run(folder):
         if not records:
             (folder / "scene.toml").write_text(text, encoding="utf-8")
@@ -170,7 +170,7 @@ def _ensemble(options: argparse.Namespace) -> int:
         elif not options.quiet:
             print(progress, flush=True)
     if options.table:
-        write_table(options.database, options.table)
+        write_csv(options.database, options.table)
     if not (options.quiet or options.json):
         shown = without_password(options.database)
         print(

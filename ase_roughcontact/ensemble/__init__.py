@@ -1,15 +1,15 @@
-"""Ensembles: many scenes, calculated by many workers, kept in one ASE database."""
+"""Ensembles: many scenes, calculated by many workers, stored in one ASE database."""
 
 from ase_roughcontact.ensemble.cases import case_of, product
+from ase_roughcontact.ensemble.columns import COLUMNS
+from ase_roughcontact.ensemble.export import (
+    fill_database,
+    read_csv,
+    read_ensemble,
+    write_csv,
+)
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
-from ase_roughcontact.ensemble.table import (
-    COLUMNS,
-    fill_database,
-    read_ensemble,
-    read_table,
-    write_table,
-)
 
 __all__ = [
     "COLUMNS",
@@ -17,8 +17,8 @@ __all__ = [
     "case_of",
     "fill_database",
     "product",
+    "read_csv",
     "read_ensemble",
-    "read_table",
     "run_ensemble",
-    "write_table",
+    "write_csv",
 ]

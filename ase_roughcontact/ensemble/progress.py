@@ -1,39 +1,38 @@
-"""How far an ensemble is, and how long it will take."""
+"""Progress of an ensemble, and an estimate of the time left."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import timedelta
 
 import numpy as np
 
-from ase_roughcontact.ensemble.ledger import Standing
 from ase_roughcontact.scene import Scene
 
-# A step of a small window takes as long as this many atoms in contact of a large one.
-_LEAST_COST = 5000.0
+# Cost of a load step without contact, in atoms in contact. Measured for copper and a
+# radius of 1000 atoms, from 1 nN to 2 µN.
+_BASE_COST = 5000.0
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far an ensemble is.
+    """Progress of an ensemble.
 
     Attributes
     ----------
     steps, total : int
-        Steps that are done, and all of them.
+        Number of finished load steps, and of all.
     elapsed : float
         Time since the start of this run (s).
     left : float
-        Time left (s); NaN before the first step. A step is taken to cost as much as
-        5000 atoms (measured: copper, from 1 nN to 2 µN on a radius of 1000 atoms) and
-        the atoms in the contact of a smooth sphere; the time of such a unit is measured
-        on all steps of this run, by all workers.
+        Estimated time left (s), NaN before the first step of this run is finished. The
+        cost of a step is taken as a constant plus the contact area of a smooth sphere,
+        and scaled to the steps that all workers have finished during this run.
     failures : dict
-        Messages of cases that ended with an error, by case.
+        Error messages of the cases that failed, by case.
     """
 
     steps: int
@@ -51,56 +50,81 @@ class Progress:
         return ", ".join(parts)
 
 
-class Meter:
-    """Tells progress by the expected costs of the cases; see `costs_of`.
+class ProgressMeter:
+    """Counts finished load steps and failures, and estimates the time left.
 
     Parameters
     ----------
     costs : mapping
-        By case.
-    since : float
-        When the run began, as `time.time` tells it.
+        From `expected_costs`, by case.
+
+    Attributes
+    ----------
+    finished : dict
+        Number of finished load steps, by case.
+    failures : dict
+        Error messages of the cases that failed, by case.
     """
 
-    def __init__(self, costs: Mapping[str, np.ndarray], since: float) -> None:
+    def __init__(self, costs: Mapping[str, np.ndarray]) -> None:
+        self.finished = dict.fromkeys(costs, 0)
+        self.failures: dict[str, str] = {}
         self._costs = costs
-        self._since = since
         self._start = time.perf_counter()
-        self._before: float | None = None
+        self._initial: float | None = None
 
-    def read(self, standings: Mapping[str, Standing]) -> Progress:
-        """Read the progress off how far the cases are."""
+    def add(self, cases: Iterable[str]) -> None:
+        """Count finished load steps, given by their cases; others are ignored."""
+        for case in cases:
+            if case in self.finished:
+                self.finished[case] += 1
+
+    def unfinished(self) -> list[str]:
+        """Return the cases that are neither complete nor failed, in their order."""
+        return [
+            case
+            for case, cost in self._costs.items()
+            if case not in self.failures and self.finished[case] < len(cost) - 1
+        ]
+
+    def progress(self) -> Progress:
+        """Return the progress so far."""
         elapsed = time.perf_counter() - self._start
-        spent = ahead = 0.0
-        for case, standing in standings.items():
-            cost = self._costs[case]
-            spent += cost[standing.finished]
-            if not standing.settled(self._since):
-                ahead += cost[-1] - cost[standing.finished]
-        if self._before is None:
-            self._before = spent
-        new = spent - self._before
-        left = float(ahead * elapsed / new) if new > 0.0 else math.nan
+        costs, finished = self._costs, self.finished
+        spent = sum(cost[finished[case]] for case, cost in costs.items())
+        if self._initial is None:
+            self._initial = spent
+        new = spent - self._initial
+        unfinished = self.unfinished()
+        remaining = sum(
+            costs[case][-1] - costs[case][finished[case]] for case in unfinished
+        )
+        left = float(remaining * elapsed / new) if new > 0.0 else math.nan
         return Progress(
-            steps=sum(standing.finished for standing in standings.values()),
-            total=sum(len(cost) - 1 for cost in self._costs.values()),
+            steps=sum(finished.values()),
+            total=sum(len(cost) - 1 for cost in costs.values()),
             elapsed=elapsed,
-            left=left if ahead > 0.0 else 0.0,
-            failures={
-                case: standing.message
-                for case, standing in standings.items()
-                if standing.state == "failed" and standing.settled(self._since)
-            },
+            left=left if unfinished else 0.0,
+            failures=dict(self.failures),
         )
 
 
-def costs_of(scene: Scene) -> np.ndarray:
-    """Return the expected cost before each step of a scene, and after the last.
+def expected_costs(scene: Scene) -> np.ndarray:
+    """Return the cumulative expected cost of the load steps of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    ndarray, shape (steps + 1,)
+        Cost before each step and after the last one, in arbitrary units.
 
     Raises
     ------
     ValueError
-        If something in the scene is not what it should be.
+        If the scene is invalid.
     """
     scene.check()
     steps = scene.steps
@@ -109,7 +133,7 @@ def costs_of(scene: Scene) -> np.ndarray:
     elif scene.path.control == "load":
         areas = scene.hertz_area(np.maximum(steps, 0.0)) / scene.spacing**2
     else:
-        from_top = steps.max() - steps
-        depths = steps if scene.path.control == "penetration" else from_top
+        is_depth = scene.path.control == "penetration"
+        depths = steps if is_depth else steps.max() - steps
         areas = np.pi * scene.radius * np.maximum(depths, 0.0) / scene.spacing**2
-    return np.append(0.0, np.cumsum(_LEAST_COST + areas))
+    return np.append(0.0, np.cumsum(_BASE_COST + areas))

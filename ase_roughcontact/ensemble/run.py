@@ -1,23 +1,25 @@
-"""Cases given to workers, until the database holds all their steps."""
+"""Distribute the cases of an ensemble until the database has all their load steps."""
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 import time
-from collections.abc import Iterable, Iterator, Mapping
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
-from contextlib import ExitStack
-from pathlib import Path
+import uuid
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from concurrent.futures import Executor, Future, wait
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from functools import partial
 
-from ase_roughcontact._util.kernels import processors
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.ensemble.cases import case_of
-from ase_roughcontact.ensemble.ledger import Ledger, PathName, Standing, address
-from ase_roughcontact.ensemble.progress import Meter, Progress, costs_of
-from ase_roughcontact.ensemble.worker import calculate
+from ase_roughcontact.ensemble.database import (
+    EnsembleDatabase,
+    PathName,
+    database_address,
+)
+from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.ensemble.progress import Progress, ProgressMeter, expected_costs
+from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
 
@@ -28,173 +30,135 @@ def run_ensemble(
     workers: int | None = None,
     *,
     checkpoints: PathName | None = None,
-    lease: float = 300.0,
     interval: float = 1.0,
 ) -> Iterator[Progress]:
-    """Calculate all steps of all scenes that the database does not hold yet.
+    """Calculate the load steps of all scenes that the database does not have yet.
 
-    It may be stopped or killed at any moment, workers or all, and started again; and
-    several may run at once, on one machine or more: they share the cases.
+    A run may be interrupted or killed at any time, with all its workers or some of
+    them, and started again: only the steps in progress are lost. Several runs, on one
+    machine or more, may use the same database at the same time and share the cases.
 
     Parameters
     ----------
     scenes : iterable of Scene
-        Such as `product` makes.
+        For example from `product`.
     database : path
-        An ASE database: SQLite (``.db``) on a file system that all workers see and
-        whose locks work, or ``postgresql://...`` (with ``ase-db-backends``).
+        ASE database: an SQLite file (``.db``) on a file system that all workers share
+        and that supports file locks, or ``postgresql://...`` (requires
+        ``ase-db-backends``).
     executor : Executor, optional
-        Where the cases are calculated: Dask's ``client.get_executor()``, an
-        ``MPIPoolExecutor``, ... It is not shut down. By default processes of this
-        machine; a script that uses them needs ``if __name__ == "__main__":``. Where
-        it calculates cases in threads each takes no others, unless
-        ``OMP_NUM_THREADS`` is set.
+        Runs the cases: Dask's ``client.get_executor()``, an ``MPIPoolExecutor``, a
+        ``ThreadPoolExecutor``, ... It is not shut down. The default is a pool of
+        processes on this machine; scripts that use it need
+        ``if __name__ == "__main__":``. Cases that an executor runs in threads use one
+        thread each, unless ``OMP_NUM_THREADS`` is set.
     workers : int, optional
-        Number of these processes, by default one per processor. Unless
-        ``OMP_NUM_THREADS`` is set they share the processors.
+        Number of processes of the default pool. The default is one per processor.
+        Unless ``OMP_NUM_THREADS`` is set, they share the processors.
     checkpoints : path, optional
-        Folder for the last frame of each case whose wall attracts, by default
-        ``<database>-checkpoints`` beside an SQLite database. Its steps depend on those
-        before them: without the frame a case that was stopped takes them again, to
-        get at those that are missing.
-    lease : float
-        A worker that has not been heard of for this time (s) is taken for dead. It is
-        heard of four times as often, however long a step takes. A dead process of the
-        same machine is noticed at once. Several machines compare their own clocks:
-        these must agree to well within the lease, or a living worker is taken for dead.
+        Folder for the last frame of each case with an attractive wall, whose steps
+        depend on the previous ones. Without the frame, an interrupted case is
+        calculated from its first step again. The default is ``<database>-checkpoints``
+        beside an SQLite file, and no checkpoints with PostgreSQL.
     interval : float
-        Time between looks at the database (s).
+        Time between two queries of the database (s).
 
     Yields
     ------
     Progress
-        At first, and when steps or failures were added. Closing the generator, or
-        Ctrl-C, lets each worker end its step.
+        At the start, and whenever steps were added or cases failed. When the generator
+        is closed, or on Ctrl-C, each worker finishes its current step.
 
     Raises
     ------
     ValueError
-        If there are no scenes, one is not what it should be, or the database is of a
-        kind without transactions.
+        If there are no scenes, one of them is invalid, or the kind of database has no
+        transactions.
     RuntimeError
-        If a worker died. What was calculated is kept.
+        If a worker died. All finished steps are in the database.
 
     Notes
     -----
-    Cases of largest expected cost go first. One that ends with an error is kept as
-    ``state=failed`` with its message, and tried again by the next run.
+    Cases with the largest expected cost start first. A case that fails is stored as
+    ``record=case,state=failed`` with its message, and calculated again by the next run.
+    A machine that crashes may hold its locks on a network file system, and thereby its
+    cases, until the file server releases them.
     """
     cases = {case_of(scene): scene for scene in scenes}
     if not cases:
         raise ValueError("an ensemble needs at least one scene, got none")
-    positive(lease=lease, interval=interval)
+    positive(interval=interval)
     if workers is not None:
         integer("workers", workers, 1)
-    costs = {case: costs_of(scene) for case, scene in cases.items()}
-    cases = {case: cases[case] for case in sorted(cases, key=lambda c: -costs[c][-1])}
-    ledger = Ledger(address(database), lease)
-    ledger.prepare()
-    files = _checkpoints(ledger, cases, checkpoints)
-    meter = Meter(costs, ledger.since)
-    return _progress(ledger, cases, files, meter, executor, workers, interval)
+    costs = {case: expected_costs(scene) for case, scene in cases.items()}
+    largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
+    meter = ProgressMeter(dict(largest_first))
+    shared = EnsembleDatabase(database_address(database))
+    shared.create()
+    if checkpoints is None and "://" not in shared.address:
+        checkpoints = f"{os.path.splitext(shared.address)[0]}-checkpoints"
+    calculate = partial(calculate_case, shared, checkpoints)
+    pool = process_pool(workers) if executor is None else nullcontext(executor)
+    return _run(shared, cases, meter, calculate, pool, interval)
 
 
-def _progress(
-    ledger: Ledger,
+def _run(
+    database: EnsembleDatabase,
     cases: Mapping[str, Scene],
-    files: Mapping[str, Path | None],
-    meter: Meter,
-    executor: Executor | None,
-    workers: int | None,
+    meter: ProgressMeter,
+    calculate: Callable[..., tuple[str, str]],
+    pool: AbstractContextManager[Executor],
     interval: float,
 ) -> Iterator[Progress]:
-    """Submit cases as long as there are free ones, and tell how far they are."""
-    futures: dict[Future, str] = {}
-    told = None
+    """Submit the cases, and report progress until all are complete or failed."""
+    run = f"run-{uuid.uuid4().hex}"
+    submitted: dict[Future, str] = {}
+    newest, reported = 0, None
     with ExitStack() as stack:
-        pool = executor or stack.enter_context(_processes(workers))
-        stack.callback(_stop, ledger, futures, interval)
+        executor = stack.enter_context(pool)
+        stack.callback(_cancel, submitted)
+        stack.enter_context(database.lock(run))  # workers stop when it is released
         while True:
-            known = ledger.standings()
-            standings = {case: known.get(case, Standing()) for case in cases}
-            progress = meter.read(standings)
-            if progress != told:
-                told = progress
+            new = database.steps(after=newest)
+            newest = max(new, default=newest)
+            meter.add(case for case, _ in new.values())
+            progress = meter.progress()
+            if progress != reported:
+                reported = progress
                 yield progress
-            if all(standing.settled(ledger.since) for standing in standings.values()):
+            unfinished = meter.unfinished()
+            if not unfinished:
                 return
             try:
-                taken = set(futures.values())
-                for case, standing in standings.items():
-                    if case not in taken and ledger.free(standing):
-                        given = ledger, case, cases[case], files[case]
-                        futures[pool.submit(calculate, *given)] = case
-                _collect(futures, interval)
+                waiting = set(submitted.values())
+                for case in unfinished:
+                    if case not in waiting:
+                        task = executor.submit(calculate, run, case, cases[case])
+                        submitted[task] = case
+                wait(submitted, timeout=interval)
+                busy = _collect(submitted, meter.failures)
             except Exception as error:
                 raise RuntimeError(
-                    "a worker died, killed or out of memory, or was not to be had "
-                    f"({type(error).__name__}: {error}): what was calculated is in the "
-                    "database; start again to go on"
+                    "a worker died, was killed, ran out of memory or could not start "
+                    f"({type(error).__name__}: {error}): all finished steps are in the "
+                    "database; start the ensemble again to continue"
                 ) from error
+            if busy:
+                time.sleep(interval)
 
 
-def _checkpoints(
-    ledger: Ledger, cases: Iterable[str], folder: PathName | None
-) -> dict[str, Path | None]:
-    """Files for the last frames of the cases."""
-    if folder is None:
-        if "://" in ledger.database:
-            return dict.fromkeys(cases)
-        folder = f"{os.path.splitext(ledger.database)[0]}-checkpoints"
-    return {case: Path(folder) / f"{case}.traj" for case in cases}
+def _collect(submitted: dict[Future, str], failures: dict[str, str]) -> bool:
+    """Remove the cases that ended; return whether other runs work on some of them."""
+    busy = False
+    for task in [task for task in submitted if task.done()]:
+        case = submitted.pop(task)
+        state, message = task.result()
+        busy |= state == "busy"
+        if state == "failed":
+            failures[case] = message
+    return busy
 
 
-def _collect(futures: dict[Future, str], interval: float) -> None:
-    """Wait a while for cases to end, and raise if a worker could not work."""
-    _pause(futures, interval)
-    for task in [task for task in futures if task.done()]:
-        del futures[task]
-        task.result()
-
-
-def _stop(ledger: Ledger, futures: Mapping[Future, str], interval: float) -> None:
-    """End the work of a run once the steps that are begun are done."""
-    for task in futures:
-        task.cancel()
-    # also those whose tasks the executor has given up
-    while futures and (ledger.stop() or not all(task.done() for task in futures)):
-        _pause(futures, interval)
-
-
-def _pause(futures: Mapping[Future, str], interval: float) -> None:
-    """Wait a while, or for all cases to end."""
-    if all(task.done() for task in futures):
-        time.sleep(interval)
-    else:
-        wait(futures, timeout=interval)
-
-
-def _processes(workers: int | None) -> ProcessPoolExecutor:
-    """Make processes that share the processors, and end with this one."""
-    count = processors() if workers is None else workers
-    return ProcessPoolExecutor(
-        count,
-        multiprocessing.get_context("spawn"),
-        _begin_worker,
-        (max(1, processors() // count),),
-    )
-
-
-def _begin_worker(threads: int) -> None:
-    """Prepare a process: Ctrl-C is for its parent, without which it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.setdefault("OMP_NUM_THREADS", str(threads))
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    """End when the process that started this one does."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def _cancel(submitted: Mapping[Future, str]) -> None:
+    """Cancel the cases that have not started, and wait for the others to stop."""
+    wait([task for task in submitted if not task.cancel()])

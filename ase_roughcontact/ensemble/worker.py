@@ -1,102 +1,105 @@
-"""What a worker does: calculate what is missing of one case."""
+"""A worker's task: the missing load steps of one case."""
 
 from __future__ import annotations
 
 import itertools
 import os
 import threading
-from collections.abc import Generator, Iterator
-from contextlib import closing, contextmanager
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
 from ase_roughcontact._util.kernels import available_threads, threads
-from ase_roughcontact.ensemble.ledger import Claim, Ledger
+from ase_roughcontact.ensemble.cases import scene_as_dict
+from ase_roughcontact.ensemble.columns import scene_columns, step_columns
+from ase_roughcontact.ensemble.database import EnsembleDatabase, PathName
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 
 
-def calculate(ledger: Ledger, case: str, scene: Scene, file: Path | None) -> None:
-    """Calculate what is missing of a case, unless another worker does.
+def calculate_case(
+    database: EnsembleDatabase,
+    checkpoints: PathName | None,
+    run: str,
+    case: str,
+    scene: Scene,
+) -> tuple[str, str]:
+    """Calculate the missing load steps of a case, each stored as soon as it is known.
 
     Parameters
     ----------
-    ledger : Ledger
+    database : EnsembleDatabase
+    checkpoints : path or None
+        Folder for the last frame of a path whose steps depend on the previous ones.
+    run : str
+        Name that is locked as long as the run continues.
     case : str
         Name of the case.
     scene : Scene
-    file : path or None
-        For the last frame of a path whose steps depend on those before them.
+
+    Returns
+    -------
+    state : {"done", "failed", "stopped", "busy"}
+        "stopped" if the run has ended, "busy" if another worker calculates the case.
+    message : str
+        Why it failed.
     """
-    claim = ledger.claim(case, scene)
-    if claim is None:
-        return
-    state, message = "waiting", ""
-    try:
-        with _heartbeat(ledger, claim), threads(_share()):
-            with closing(_relaxed(claim, file)) as steps:
-                if all(ledger.write(claim, record) for record in steps):
-                    state = "done"
-            if state == "done" and file is not None:
-                file.unlink(missing_ok=True)
-    except Exception as error:
-        state, message = "failed", f"{type(error).__name__}: {error}"
-    finally:
-        ledger.renew(claim, state=state, message=message)
+    frame = None if checkpoints is None else Path(checkpoints, f"{case}.traj")
+    data = {"scene": scene_as_dict(scene)}
+    with database.lock(case) as free:
+        if not free:
+            return "busy", ""
+        stored = {step for _, step in database.steps(case=case).values()}
+        missing = [step for step in range(len(scene.steps)) if step not in stored]
+        state, message = "done", ""
+        try:
+            with threads(_threads()), closing(_relax(scene, missing, frame)) as records:
+                for step in missing:
+                    if not database.is_locked(run):
+                        return "stopped", ""
+                    row = step_columns(case, scene, next(records))
+                    database.add_steps([row], data, case=case, step=step)
+            if frame is not None:
+                frame.unlink(missing_ok=True)
+        except Exception as error:
+            state, message = "failed", f"{type(error).__name__}: {error}"
+        database.set_state(case, state, data, message=message, **scene_columns(scene))
+    return state, message
 
 
-@contextmanager
-def _heartbeat(ledger: Ledger, claim: Claim) -> Iterator[None]:
-    """Tell that the worker lives, as long as a step may take."""
-    over = threading.Event()
-
-    def beat() -> None:
-        while not over.wait(ledger.lease / 4.0):
-            ledger.renew(claim)
-
-    thread = threading.Thread(target=beat, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
+def _threads() -> int:
+    """Threads for a case: one if this process calculates several cases in threads."""
+    one_case = threading.current_thread() is threading.main_thread()
+    return available_threads() if one_case or os.environ.get("OMP_NUM_THREADS") else 1
 
 
-def _relaxed(claim: Claim, file: Path | None) -> Generator[LoadStep, None, None]:
-    """Relax the steps that are missing, and those that they depend on."""
-    scene, missing = claim.scene, claim.missing
+def _relax(
+    scene: Scene, missing: Sequence[int], frame: Path | None
+) -> Generator[LoadStep, None, None]:
+    """Relax the missing steps, and those on which they depend."""
     if not missing:
         return
-    if not scene.wall.attractive:  # one state, however it is come by
-        records = scene.relax(scene.steps[missing])
+    if scene.wall.attractive:
+        path = _resume(scene, missing[0], frame)
+        yield from (record for record in path if record.step in missing)
+    else:  # each step has one solution, whatever came before
+        records = scene.relax(scene.steps[list(missing)])
         for number, record in zip(missing, records, strict=True):
             yield replace(record, step=number)
-    else:
-        for record in _resumed(scene, missing[0], file):
-            if record.step in missing:
-                yield record
 
 
-def _share() -> int:
-    """Threads for a case: one where cases are threads of this process themselves."""
-    alone = threading.current_thread() is threading.main_thread()
-    return available_threads() if alone or os.environ.get("OMP_NUM_THREADS") else 1
-
-
-def _resumed(scene: Scene, first: int, file: Path | None) -> Iterator[LoadStep]:
-    """Follow the path from the frame in a file, if it is not beyond a first step."""
-    if file is None:
+def _resume(scene: Scene, first: int, frame: Path | None) -> Iterator[LoadStep]:
+    """Follow the path, from the stored frame if that is not beyond the first step."""
+    if frame is None:
         return scene.relax()
-    file.parent.mkdir(parents=True, exist_ok=True)
+    frame.parent.mkdir(parents=True, exist_ok=True)
     try:
-        steps = scene.relax(trajectory=file, keep="last", resume=True)
+        steps = scene.relax(trajectory=frame, keep="last", resume=True)
         record = next(steps)
-    except ValueError:  # not a frame of this path, or a path that fails again below
+    except ValueError:  # no frame of this path
         pass
-    except RuntimeError:  # a worker that was taken for dead still writes the file
-        return scene.relax()
     else:
         if record.step <= first:
             return itertools.chain([record], steps)
-    return scene.relax(trajectory=file, keep="last")
+    return scene.relax(trajectory=frame, keep="last")

@@ -16,9 +16,9 @@ from paper_scenes import BANDS, Curve, curves, scenes, theory
 
 from ase_roughcontact.ensemble import (
     fill_database,
-    read_table,
+    read_csv,
     run_ensemble,
-    write_table,
+    write_csv,
 )
 from ase_roughcontact.theory import (
     FlatReference,
@@ -47,7 +47,7 @@ def calculate(scale: str, table: Path, database: Path, workers: int | None) -> N
         for progress in run_ensemble(band, database, workers=workers):
             print(f"\r{progress}", end="    ", flush=True)
             new = table.with_suffix(".new")
-            write_table(database, new)
+            write_csv(database, new)
             new.replace(table)  # whole, whenever this is stopped
         print()
 
@@ -57,7 +57,7 @@ def draw(table: Path, picture: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    found = curves(read_table(table))
+    found = curves(read_csv(table))
     size = {"figsize": (16.0, 5.2), "sharex": True, "layout": "constrained"}
     figure, (hard, repulsive, adhesive) = plt.subplots(1, 3, **size)
     for curve in found:

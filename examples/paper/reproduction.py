@@ -27,7 +27,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis import first_contact, fit_kappa
-from ase_roughcontact.ensemble import case_of, read_table
+from ase_roughcontact.ensemble import case_of, read_csv
 from ase_roughcontact.theory import (
     FlatReference,
     contact_fraction,
@@ -339,7 +339,7 @@ def main(arguments: list[str] | None = None) -> None:
     add("--page", type=Path, help="file whose numbers are to be replaced")
     add("--check", action="store_true", help="measure convergence as well")
     options = parser.parse_args(arguments)
-    table = read_table(options.table)
+    table = read_csv(options.table)
     readings = missing, kappa, asperity, attraction, collapse, exponents
     parts = {reading.__name__: list(reading(table)) for reading in readings}
     if options.check:

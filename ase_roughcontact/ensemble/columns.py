@@ -1,0 +1,70 @@
+"""The columns of an ensemble: what is stored of each load step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import asdict
+from importlib.metadata import version
+from typing import Any, get_type_hints
+
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.scene import Scene
+
+
+def _roughness(name: str, smooth: float | None = None) -> Callable[[Scene], Any]:
+    """Return a function that reads a key of the roughness; smooth spheres have none."""
+    return lambda scene: getattr(scene.roughness, name, smooth)
+
+
+# Columns that the scene determines: type, and how to obtain the value, None if missing.
+_OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
+    "control": (str, lambda scene: scene.path.control),
+    "radius": (float, lambda scene: scene.sphere.radius),
+    "rms_slope": (float, _roughness("rms_slope", 0.0)),
+    "hurst": (float, _roughness("hurst")),
+    "short_wavelength": (float, _roughness("short_wavelength")),
+    "long_wavelength": (float, _roughness("long_wavelength")),
+    "seed": (int, _roughness("seed")),
+    "kind": (str, lambda scene: scene.interaction.kind),
+    "work_of_adhesion": (
+        float,
+        lambda scene: scene.interaction.parameters.get("work_of_adhesion"),
+    ),
+    "spacing": (float, lambda scene: scene.spacing),
+    "contact_modulus": (float, lambda scene: scene.contact_modulus),
+}
+
+#: Columns of an ensemble and their types; see `read_ensemble`.
+COLUMNS: dict[str, type] = {
+    "case": str,
+    "step": int,
+    "control": str,
+    "target": float,
+    **{name: kind for name, (kind, _) in _OF_SCENE.items()},
+    **{name: kind for name, kind in get_type_hints(LoadStep).items() if name != "step"},
+    "version": str,
+}
+#: Value that stands for a missing one, by type.
+MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
+
+
+def scene_columns(scene: Scene) -> dict[str, Any]:
+    """Return the columns that a scene determines, the same for all its steps."""
+    values = {name: value(scene) for name, (_, value) in _OF_SCENE.items()}
+    return {
+        name: MISSING[COLUMNS[name]] if value is None else COLUMNS[name](value)
+        for name, value in values.items()
+    }
+
+
+def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
+    """Return all columns of a load step of a case; see `COLUMNS`."""
+    return {
+        "case": case,
+        "target": float(scene.steps[record.step]),
+        **scene_columns(scene),
+        **asdict(record),
+        # with a letter, since ASE's databases refuse text that reads as a number
+        "version": f"v{version('ase-roughcontact')}",
+    }

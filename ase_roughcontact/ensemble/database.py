@@ -1,0 +1,233 @@
+"""The ASE database of an ensemble, which many workers write to at the same time.
+
+ASE's `reserve` marks a row as taken, but not by whom: the mark stays when the worker is
+killed, and so does ASE's lock file. Two other things take their place. A step is added
+in a transaction that first checks that the database does not have it, so that it is
+stored once, whoever calculates it. And a worker locks the case it calculates, so that
+no other calculates it meanwhile; the operating system or the database server releases
+the lock when the worker ends, however it ends.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import dataclass
+from glob import escape, glob
+from pathlib import Path
+from typing import Any
+
+from ase import Atoms
+from ase.calculators.singlepoint import SinglePointCalculator
+from ase.db import connect
+
+PathName = str | os.PathLike
+
+# Statements that keep other writers waiting until the end of the transaction.
+_EXCLUSIVE = {
+    "db": ("PRAGMA busy_timeout = 600000", "BEGIN IMMEDIATE"),
+    "postgresql": ("SELECT pg_advisory_xact_lock(221601)",),
+}
+
+
+@dataclass(frozen=True)
+class EnsembleDatabase:
+    """Rows of load steps (``record=step``) and of cases (``record=case``), and locks.
+
+    Parameters
+    ----------
+    address : str
+        From `database_address`.
+    """
+
+    address: str
+
+    def create(self) -> None:
+        """Create the tables if missing, and remove lock files of killed processes."""
+        with self._transaction() as db:
+            _ = db.metadata
+        for file in glob(f"{escape(self.address)}-*.lock"):
+            with _file_lock(file):
+                pass
+
+    def select(self, selection: str | None = None, **query: Any) -> Iterator[Any]:
+        """Return the rows of load steps that match a query; see `ase.db`."""
+        query = {"record": "step", "include_data": False, **query}
+        return _connect(self.address).select(selection, **query)
+
+    def steps(self, after: int = 0, **query: Any) -> dict[int, tuple[str, int]]:
+        """Return case and number of the stored load steps, by row id.
+
+        Parameters
+        ----------
+        after : int
+            Row id; only rows added later are returned.
+        **query
+            Values of keys.
+        """
+        return _steps(_connect(self.address), f"id>{after}", **query)
+
+    def add_steps(
+        self, rows: Sequence[dict[str, Any]], data: dict[str, Any], **query: Any
+    ) -> int:
+        """Add the load steps that the database does not have yet.
+
+        Parameters
+        ----------
+        rows : sequence of dict
+            Values by column, see `COLUMNS`.
+        data : dict
+            Stored with each row.
+        **query
+            Values of keys that all rows share, to find those stored already faster.
+
+        Returns
+        -------
+        int
+            Number of steps added.
+        """
+        with self._transaction() as db:
+            stored = set(_steps(db, **query).values())
+            new = [row for row in rows if (row["case"], row["step"]) not in stored]
+            for row in new:
+                atoms = Atoms("X", positions=[[0.0, 0.0, row["height"]]])
+                atoms.calc = SinglePointCalculator(atoms, energy=row["energy"])
+                values = {key: row[key] for key in row if key != "energy"}
+                db.write(atoms, {"record": "step", **_without_nan(values)}, data)
+        return len(new)
+
+    def set_state(
+        self, case: str, state: str, data: dict[str, Any], **values: Any
+    ) -> None:
+        """Store how the calculation of a case ended.
+
+        Parameters
+        ----------
+        case : str
+        state : {"done", "failed"}
+        data : dict
+            Stored with the row.
+        **values
+            Further key-value pairs.
+        """
+        with self._transaction() as db:
+            db.reserve(record="case", case=case)
+            row = db.get(record="case", case=case)
+            db.update(row.id, data=data, state=state, **_without_nan(values))
+
+    @contextmanager
+    def lock(self, name: str) -> Iterator[bool]:
+        """Lock a name until the end of the context or of this process.
+
+        Parameters
+        ----------
+        name : str
+            Of a case or of a run.
+
+        Yields
+        ------
+        bool
+            Whether the name was free.
+        """
+        if "://" in self.address:
+            with _server_lock(self.address, name) as free:
+                yield free
+        else:
+            with _file_lock(f"{self.address}-{name}.lock") as free:
+                yield free
+
+    def is_locked(self, name: str) -> bool:
+        """Whether a name is locked by a process that is alive."""
+        with self.lock(name) as free:
+            return not free
+
+    @contextmanager
+    def _transaction(self) -> Iterator[Any]:
+        """Begin a transaction of one writer at a time, undone if its process dies."""
+        with _connect(self.address) as db:
+            cursor = db.connection.cursor()
+            for statement in _EXCLUSIVE[db.type]:
+                cursor.execute(statement)
+            yield db
+
+
+def database_address(database: PathName) -> str:
+    """Return the URL of a database server, or the absolute path of an SQLite file.
+
+    Raises
+    ------
+    ValueError
+        If the kind of database has no transactions.
+    """
+    name = os.fspath(database)
+    if name.startswith(("postgresql://", "postgres://")):
+        return name
+    if "://" not in name and name.endswith(".db"):
+        return os.path.abspath(name)
+    raise ValueError(
+        "an ensemble needs a database with transactions: an SQLite file (a path that "
+        f"ends in .db) or postgresql://..., got {without_password(name)!r}"
+    )
+
+
+def without_password(address: str) -> str:
+    """Return an address with its password replaced by asterisks."""
+    hidden = re.sub(r"(?<=://)([^:@/]*):.*@", r"\1:***@", address)
+    return re.sub(r"(?<=password=)[^&]*", "***", hidden)
+
+
+def _connect(address: str) -> Any:
+    """Open a database without ASE's lock file, independently of other MPI ranks."""
+    db = connect(address, use_lock_file=False)
+    db.serial = True
+    return db
+
+
+def _steps(
+    db: Any, selection: str | None = None, **query: Any
+) -> dict[int, tuple[str, int]]:
+    columns = ["id", "key_value_pairs"]
+    query = {"record": "step", "columns": columns, "include_data": False, **query}
+    return {row.id: (row.case, row.step) for row in db.select(selection, **query)}
+
+
+@contextmanager
+def _file_lock(file: str) -> Iterator[bool]:
+    """Lock an empty SQLite file, which works wherever the database itself does."""
+    connection = sqlite3.connect(
+        file, timeout=0.0, isolation_level=None, check_same_thread=False
+    )
+    with closing(connection):
+        try:
+            connection.execute("PRAGMA journal_mode = MEMORY")  # no second file
+            connection.execute("BEGIN EXCLUSIVE")
+            free = True
+        except sqlite3.OperationalError:
+            free = False
+        try:
+            yield free
+        finally:
+            if free:
+                Path(file).unlink(missing_ok=True)
+
+
+@contextmanager
+def _server_lock(address: str, name: str) -> Iterator[bool]:
+    """Lock a name on a PostgreSQL server as long as a connection lasts."""
+    import psycopg2  # required by ase-db-backends
+
+    digest = hashlib.sha256(name.encode()).digest()
+    number = int.from_bytes(digest[:8], "big", signed=True)
+    with closing(psycopg2.connect(address)) as connection:
+        connection.autocommit = True
+        with connection.cursor() as cursor:
+            cursor.execute("SELECT pg_try_advisory_lock(%s)", [number])
+            yield cursor.fetchone()[0]
+
+
+def _without_nan(values: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in values.items() if value == value}

@@ -1,0 +1,69 @@
+"""Small scenes for the tests of ensembles, and what these share."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+from ase.db import connect
+
+from ase_roughcontact.ensemble import product, run_ensemble
+from ase_roughcontact.scene import InteractionConfig, Scene
+
+WALLS = [
+    InteractionConfig("repulsive"),
+    InteractionConfig("adhesive", {"work_of_adhesion": 0.05}),
+]
+SCENE = Scene.parse("""
+[sphere]
+radius = 60.0
+[roughness]
+long_wavelength = 16.0
+[path]
+control = "penetration"
+first = 0.2
+last = 0.6
+steps = 3
+scale = "linear"
+""")
+LONG = replace(SCENE, path=replace(SCENE.path, first=0.02, last=0.8, steps=20))
+SCENES = [
+    *product(SCENE, {"roughness.seed": range(2), "interaction": WALLS}),
+    *product(LONG, {"interaction": WALLS}),
+]
+STEPS = 4 * 3 + 2 * 20
+
+
+def finish(scenes, database, **options):
+    """Run with one thread, and return the last progress."""
+    with ThreadPoolExecutor(1) as pool:
+        options = {"executor": pool, "interval": 0.02, **options}
+        return list(run_ensemble(scenes, database, **options))[-1]
+
+
+def rows(database, **query):
+    return list(connect(database).select(**query))
+
+
+def assert_same(columns, others, **tolerance):
+    """Compare columns, but for the time, which differs from run to run."""
+    assert columns.keys() == others.keys()
+    for name in columns.keys() - {"seconds"}:
+        if tolerance and columns[name].dtype.kind == "f":
+            np.testing.assert_allclose(columns[name], others[name], **tolerance)
+        else:
+            np.testing.assert_array_equal(columns[name], others[name], name)
+
+
+def assert_same_states(columns, others):
+    """Compare columns of which some were calculated on from the middle of a path.
+
+    Their states are the same within the tolerance of the solver, 1e-4 of the mean
+    force; the path of the solver to them is not.
+    """
+    solver = {"max_force", "tolerance", "iterations", "pairs", "window", "grid"}
+    kept = columns.keys() - solver
+    assert_same(
+        {name: columns[name] for name in kept},
+        {name: others[name] for name in kept},
+        rtol=1e-3,
+    )

@@ -1,0 +1,49 @@
+"""Cases of ensembles: combinations of values, and names that depend on these alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ensemble_scenes import SCENE, WALLS
+
+from ase_roughcontact.ensemble import case_of, product
+
+
+def test_product_combines_values_of_keys_and_sections_the_last_fastest():
+    scenes = product(SCENE, {"sphere.radius": [50.0, 60.0], "interaction": WALLS})
+    got = [(scene.sphere.radius, scene.interaction) for scene in scenes]
+    assert got == [(radius, wall) for radius in (50.0, 60.0) for wall in WALLS]
+    assert {scene.roughness for scene in scenes} == {SCENE.roughness}
+
+
+def test_product_does_not_make_a_smooth_sphere_rough():
+    smooth = replace(SCENE, roughness=None)
+    with pytest.raises(ValueError, match=r"has no \[roughness\]"):
+        product(smooth, {"roughness.seed": [3]})
+
+
+@pytest.mark.parametrize(
+    "choices, message",
+    [
+        ({"spere.radius": [1.0]}, "unknown table 'spere'.*'sphere'"),
+        ({"sphere.radus": [1.0]}, r"\[sphere\]: unknown key 'radus'.*'radius'"),
+        ({"sphere.radius": []}, "at least one value"),
+    ],
+)
+def test_product_rejects_unknown_keys_and_keys_without_values(choices, message):
+    with pytest.raises(ValueError, match=message):
+        product(SCENE, choices)
+
+
+def test_case_depends_on_every_value_and_not_on_its_type():
+    same = product(SCENE, {"sphere.radius": [60, 60.0, np.float64(60)]})
+    assert len({case_of(scene) for scene in same}) == 1
+    others = product(SCENE, {"roughness.seed": range(20), "solver.max_steps": [5, 6]})
+    assert len({case_of(scene) for scene in others}) == 40
+
+
+def test_case_does_not_depend_on_rounding_errors():
+    near = np.nextafter(3.0, 4.0)
+    scenes = product(SCENE, {"path.values": [(1.0, 3.0), (1.0, near)]})
+    assert scenes[0].path != scenes[1].path
+    assert len({case_of(scene) for scene in scenes}) == 1
