@@ -1,5 +1,7 @@
 """Contact of rough spheres with elastic solids, as an ASE calculator."""
 
+__version__ = "0.1.0"
+
 from ase_roughcontact.atoms.build import fcc_spacing, restore, snapshot, substrate
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93

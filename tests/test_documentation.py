@@ -1,16 +1,169 @@
-"""The API reference is built from the docstrings without a warning."""
+"""The guide builds without a warning, and what it mentions exists."""
 
+import os
+import re
+import shlex
+import shutil
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
-SOURCE = Path(__file__).resolve().parents[1] / "examples" / "reference"
+import pytest
+
+from ase_roughcontact.cli.parser import make_parser
+
+ROOT = Path(__file__).resolve().parents[1]
+GUIDE = ROOT / "examples" / "guide"
+PAGES = {
+    page.relative_to(ROOT).as_posix(): page.read_text()
+    for page in (
+        *sorted(GUIDE.glob("*.md")),
+        *(ROOT / "examples" / folder / "README.md" for folder in ("", "benchmarks")),
+        *(ROOT / name for name in ("README.md", "CONTRIBUTING.md")),
+    )
+}
+# Modules whose classes the pages mention by their name alone.
+KNOWN = (
+    "ase",
+    "ase.calculators.mixing",
+    "ase.constraints",
+    "ase.optimize",
+    "ase.optimize.precon",
+)
 
 
-def test_reference_is_built_without_warnings(tmp_path):
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", str(SOURCE), str(tmp_path)]
-    result = subprocess.run(command, capture_output=True, text=True)
-    assert result.returncode == 0, result.stderr
-    page = (tmp_path / "index.html").read_text()
-    for name in ("load_path", "RoughContact", "adhesion_loop", "run_ensemble"):
-        assert f"{name}</span>" in page
+@pytest.fixture
+def build(tmp_path):
+    """Function that builds the guide from a copy, and returns the folder of its pages.
+
+    The gallery writes its pages beside those of the guide, and its results beside its
+    scripts.
+    """
+    left_out = shutil.ignore_patterns("results", "generated", "__pycache__")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=left_out)
+    for name in ("CHANGELOG.md", "CONTRIBUTING.md", "ase_roughcontact/default.toml"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        shutil.copy(ROOT / name, tmp_path / name)
+    pages = tmp_path / "pages"
+    pages.mkdir()
+
+    def built(*options):
+        source = str(tmp_path / "examples" / "guide")
+        path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH")]))
+        result = subprocess.run(
+            [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", *options,
+             source, str(pages)],
+            cwd=pages,
+            env=os.environ | {"PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+        )  # fmt: skip
+        assert result.returncode == 0, result.stderr
+        return pages
+
+    return built
+
+
+def test_guide_builds_without_warnings(build):
+    pages = build("-D", "plot_gallery=0")
+    reference = (
+        pages / "reference" / "generated" / "ase_roughcontact.paths.html"
+    ).read_text()
+    for name in ("load_path", "adhesion_loop", "LoadStep"):
+        assert f"{name}</span>" in reference
+    theory = (pages / "theory.html").read_text()
+    assert "<math" in theory and "http" not in re.findall(
+        r'<script[^>]*src="([^"]*)', theory
+    )
+    assert "Derjaguin" in (pages / "gallery" / "own_wall.html").read_text()
+
+
+@pytest.mark.slow  # all examples at their full size
+def test_gallery_is_executed_without_warnings(build):
+    pages = build()
+    page = (pages / "gallery" / "load_sweep.html").read_text()
+    assert "of Eq. (4)" in page and "sphx_glr_load_sweep_001.png" in page
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_to_files_and_headings_exist(page):
+    folder = (ROOT / page).parent
+    for target in re.findall(r"\]\(([^)\s]+)\)", PAGES[page]):
+        if "://" in target or target.startswith("#"):
+            continue
+        file, _, heading = target.partition("#")
+        if file.startswith(("gallery/", "paper/", "reference/index")):
+            source = ROOT / "examples" / file
+            assert source.with_suffix(".py").exists() or source.stem == "index", target
+            continue
+        assert (folder / file).exists(), target
+        if heading:
+            text = (folder / file).read_text()
+            titles = re.findall(r"^#+ (.*)$", text, re.MULTILINE)
+            assert heading in [slug(title) for title in titles], target
+
+
+def slug(title):
+    """Anchor of a heading."""
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_names_of_the_package_exist(page):
+    for name in set(
+        re.findall(r"(?<![\w/`.-])ase_roughcontact(?:\.\w+)+", PAGES[page])
+    ):
+        assert find(name) is not None, name
+
+
+def find(dotted):
+    """Object of a dotted name, None if there is none."""
+    parts = dotted.split(".")
+    for count in range(len(parts), 0, -1):
+        try:
+            found = import_module(".".join(parts[:count]))
+        except ImportError:
+            continue
+        for part in parts[count:]:
+            found = getattr(found, part, None)
+        return found
+    return None
+
+
+def code(page):
+    """Inline code of a page, and the lines of its blocks of shell commands."""
+    text = PAGES[page]
+    blocks = re.findall(r"^```bash\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
+    inline = re.sub(r"^```.*?^```$", "", text, flags=re.MULTILINE | re.DOTALL)
+    lines = "\n".join(blocks).replace("\\\n", " ").splitlines()
+    return [
+        " ".join(found.split()) for found in re.findall(r"`([^`]+)`", inline)
+    ] + lines
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_commands_are_understood(page, capsys):
+    for line in code(page):
+        for command in re.findall(r"(?:^|/)ase-roughcontact ([^>|&]+)", line):
+            try:
+                make_parser().parse_args(shlex.split(command))
+            except SystemExit as end:
+                assert end.code == 0, f"{command}: {capsys.readouterr().err}"
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_files_in_code_exist(page):
+    for line in code(page):
+        for file in re.findall(r"\b(?:examples|tests|ase_roughcontact)/[\w/.-]+", line):
+            assert (ROOT / file.rstrip(".")).exists(), file
+
+
+def test_classes_in_code_exist():
+    files = (file.relative_to(ROOT) for file in ROOT.glob("ase_roughcontact/**/*.py"))
+    modules = {".".join(file.with_suffix("").parts) for file in files}
+    known = {name for module in {*KNOWN, *modules} for name in dir(find(module))}
+    for page in PAGES:
+        for line in code(page):
+            if name := re.fullmatch(r"\.?([A-Z][a-z]+[A-Z]\w*)(\(.*\))?", line):
+                assert name[1] in known, f"{page}: {name[1]}"

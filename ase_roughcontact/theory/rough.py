@@ -1,6 +1,6 @@
 """The rough sphere: contact area and crossover load.
 
-Rms slope h' = <|grad h|^2>^(1/2), contact modulus E* = E/(1 - nu^2). All functions
+Rms slope h' = ``<|grad h|^2>^(1/2)``, contact modulus E* = E/(1 - nu^2). All functions
 broadcast over arrays and take any consistent system of units.
 """
 

@@ -1,8 +1,8 @@
 """Kappa: how hard rough flats must press to be in contact, and when they stick.
 
 Nominally flat surfaces touch at the mean pressure p_rough = h' E*/kappa, with the rms
-slope h' = <|grad h|^2>^(1/2) and E* = E/(1 - nu^2). All functions broadcast over arrays
-and take any consistent system of units.
+slope h' = ``<|grad h|^2>^(1/2)`` and E* = E/(1 - nu^2). All functions broadcast over
+arrays and take any consistent system of units.
 """
 
 import numpy as np

@@ -2,8 +2,8 @@
 
 The spectrum is C(q) ~ q^(-2-2H) between the wavelengths lambda_s and lambda_L, and
 constant from there to the longest wavelength lambda_max (roll-off), by default none;
-rms slope h' = <|grad h|^2>^(1/2), rms curvature h'' = <(lap h)^2>^(1/2). All functions
-broadcast over arrays.
+rms slope h' = ``<|grad h|^2>^(1/2)``, rms curvature h'' = <(lap h)^2>^(1/2). All
+functions broadcast over arrays.
 """
 
 import numpy as np

@@ -1,45 +1,56 @@
-"""First contact in ten lines: a smooth sphere, against Hertz.
+"""
+A smooth sphere
+===============
 
-    python examples/gallery/first_contact.py --size 64
-
-presses a sphere into copper and draws the pressure beside that of Hertz.
+A smooth sphere is pressed into copper, and the contact is compared with the solution of
+Hertz. This is the shortest complete calculation.
 """
 
-import argparse
-
+import matplotlib.pyplot as plt
 from ase.units import GPa
-from matplotlib.figure import Figure
 
 from ase_roughcontact import ActiveSet, HardWall, RoughContact, RoughSphere, substrate
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.plot import plot_pressure, style
 from ase_roughcontact.theory import hertz_contact_radius_from_penetration, hertz_force
 
+SIZE = 64  # atoms along a side of the window
 
-def main(arguments: list[str] | None = None) -> float:
-    """Return the relative error of the force."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=int, default=64, help="atoms along a side")
-    parser.add_argument("--picture", default="first_contact.png")
-    options = parser.parse_args(arguments)
-    radius, modulus, depth = 25.0 * options.size, 145 * GPa, options.size / 20
+# %%
+# Set up
+# ------
+# ``substrate`` builds the surface atoms of the elastic solid and, as the last atom, the
+# indenter. The calculator needs the indenter, the contact modulus and the interaction
+# between the two surfaces, here a hard wall as in the theory of Hertz.
 
-    sphere = RoughSphere(radius)
-    atoms = substrate("Cu", (options.size, options.size), sphere, height=-depth)
-    atoms.calc = RoughContact(sphere, modulus, HardWall())
-    if not ActiveSet(atoms).run(fmax=1e-6):
-        raise RuntimeError("the contact did not converge")
-    force = atoms.calc.state(atoms).normal_force
-    error = force / hertz_force(depth, radius, modulus) - 1
-    print(f"force {force:.4f} eV/Å, off Hertz's by {100 * error:.2f} %")
+radius = 25.0 * SIZE  # Å
+depth = SIZE / 20  # Å
+modulus = 145 * GPa
 
-    with style():
-        axes = Figure().subplots()
-        contact_radius = hertz_contact_radius_from_penetration(depth, radius)
-        plot_pressure(axes, ContactMap.from_atoms(atoms), float(contact_radius))
-        axes.figure.savefig(options.picture, dpi=200)
-    return float(error)
+sphere = RoughSphere(radius)
+atoms = substrate("Cu", (SIZE, SIZE), sphere, height=-depth)
+atoms.calc = RoughContact(sphere, modulus, HardWall())
 
+# %%
+# Relax
+# -----
+# A hard wall is a constraint rather than a potential. ``ActiveSet`` is the solver for
+# it; like every ASE optimizer it returns whether it has converged.
 
-if __name__ == "__main__":
-    main()
+optimizer = ActiveSet(atoms)
+if not optimizer.run(fmax=1e-6):
+    raise RuntimeError(f"not converged: {optimizer.message}")
+
+# %%
+# Compare
+# -------
+
+force = atoms.calc.state(atoms).normal_force
+error = force / hertz_force(depth, radius, modulus) - 1
+print(f"force {force:.4f} eV/Å, relative difference from Hertz: {100 * error:.2f} %")
+
+with style():
+    figure, axes = plt.subplots()
+    contact_radius = hertz_contact_radius_from_penetration(depth, radius)
+    plot_pressure(axes, ContactMap.from_atoms(atoms), float(contact_radius))
+    figure.savefig("first_contact.png", dpi=200)

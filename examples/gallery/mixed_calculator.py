@@ -1,59 +1,61 @@
-"""Another ASE calculator beside RoughContact, or constraints: one and the same answer.
+"""
+Together with another calculator
+================================
 
-    python examples/gallery/mixed_calculator.py --size 12
-
-puts tip and surface atoms on springs of their own, an elastic foundation: once by ASE's
-SpringCalculator in a SumCalculator, once by its Hookean constraints.
+All atoms are tied to springs of their own, an elastic foundation: once by a second
+calculator in ASE's ``SumCalculator``, once by constraints. Both must give the same
+displacement.
 """
 
-import argparse
-
-from ase import Atoms
+import matplotlib.pyplot as plt
 from ase.calculators.harmonic import SpringCalculator
 from ase.calculators.mixing import SumCalculator
 from ase.constraints import Hookean
 from ase.optimize import LBFGS
-from matplotlib.figure import Figure
 
 from ase_roughcontact import RoughContact, RoughSphere, substrate
 from ase_roughcontact.plot import style
 
+SIZE = 12  # atoms along a side of the window
 
-def relaxed(kind: str, size: int, stiffness: float = 1.0) -> Atoms:  # in eV/Å^2
-    sphere = RoughSphere(20.0 * size)
-    atoms = substrate("Cu", (size, size), sphere, fixed=False)
-    rest = atoms.positions.copy()
-    rest[-1, 2] -= 8.0
+# %%
+# The solvers of this package know the half space, the load and a spring on the indenter
+# and refuse other constraints. With anything else, use ASE's optimizers on the atoms.
+
+
+def relaxed(kind, stiffness=1.0):  # eV/Å^2
+    """Return atoms relaxed with springs of a kind."""
+    sphere = RoughSphere(20.0 * SIZE)
+    atoms = substrate("Cu", (SIZE, SIZE), sphere, fixed=False)
+    ends = atoms.positions.copy()
+    ends[-1, 2] -= 8.0
     contact = RoughContact(sphere, contact_modulus=0.9)
     if kind == "calculator":
-        atoms.calc = SumCalculator([contact, SpringCalculator(rest, stiffness)])
+        atoms.calc = SumCalculator([contact, SpringCalculator(ends, stiffness)])
     else:
         atoms.calc = contact
-        held = range(len(atoms)) if kind == "constraints" else [len(atoms) - 1]
-        atoms.set_constraint([Hookean(i, rest[i], k=stiffness, rt=0.0) for i in held])
+        tied = range(len(atoms)) if kind == "constraints" else [len(atoms) - 1]
+        atoms.set_constraint([Hookean(i, ends[i], k=stiffness, rt=0.0) for i in tied])
     if not LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=5000):
         raise RuntimeError(f"{kind}: the contact did not converge")
     return atoms
 
 
-def main(arguments: list[str] | None = None) -> float:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--size", type=int, default=12, help="atoms along a side")
-    parser.add_argument("--picture", default="mixed_calculator.png")
-    options = parser.parse_args(arguments)
-    size, lines = options.size, {"bare": ":", "calculator": "-", "constraints": "--"}
-    atoms = {kind: relaxed(kind, size) for kind in lines}
-    error = abs(atoms["calculator"].positions - atoms["constraints"].positions).max()
-    with style():
-        axes = Figure().subplots()
-        for kind, each in atoms.items():
-            row = each.positions[:-1].reshape(2 * size, 2 * size, 3)[:size, size // 2]
-            axes.plot(row[:, 0], row[:, 2], lines[kind], label=kind)
-        axes.set(xlabel="$x$ (Å)", ylabel="displacement (Å)")
-        axes.legend().figure.savefig(options.picture, dpi=200)
-    print(f"calculator and constraints differ by {error:.1e} Å")
-    return float(error)
+lines = {"indenter only": ":", "calculator": "-", "constraints": "--"}
+atoms = {kind: relaxed(kind) for kind in lines}
+error = abs(atoms["calculator"].positions - atoms["constraints"].positions).max()
+print(f"calculator and constraints differ by {error:.1e} Å")
 
+# %%
+# The displacement along a line through the middle: the foundation keeps the surface
+# around the contact in place.
 
-if __name__ == "__main__":
-    main()
+with style():
+    figure, axes = plt.subplots()
+    for kind, relaxed_atoms in atoms.items():
+        shape = 2 * SIZE, 2 * SIZE, 3
+        row = relaxed_atoms.positions[:-1].reshape(shape)[:SIZE, SIZE // 2]
+        axes.plot(row[:, 0], row[:, 2], lines[kind], label=kind)
+    axes.set(xlabel="$x$ (Å)", ylabel="displacement (Å)")
+    axes.legend()
+    figure.savefig("mixed_calculator.png", dpi=200)

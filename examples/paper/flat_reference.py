@@ -1,13 +1,19 @@
-"""Contact fraction of nominally flat rough surfaces, tabulated for strong adhesion.
+"""
+Reference for strong adhesion: rough flats
+==========================================
+
+Where adhesion is strong, the fraction of contact in Eq. (4) is not that of Eq. (2) but
+tabulated from nominally flat rough surfaces with the same interaction. This script
+makes such a table::
 
     python examples/paper/flat_reference.py --work 0 0.0005 0.005 --out flat.csv
 
-presses periodic self-affine surfaces with the paper's adhesive wall on a flat solid,
-from zero pressure up, and writes which fraction of the atoms is repelled. Lengths are
-in spacings a0, pressures in E*, works of adhesion in E* a0. This made the table of the
-package, `ase_roughcontact/theory/flat_reference.csv`. For another interaction or
-roughness change the options, or `wall`, and read the new file with
-`theory.FlatReference.read`.
+Periodic self-affine surfaces are pressed on a flat solid, from zero pressure up, and
+the fraction of atoms that feel a repulsive force is written. Lengths are in units of
+a0, pressures in units of E*, works of adhesion in units of E* a0. The table of the
+package, ``ase_roughcontact/theory/flat_reference.csv``, was made in this way. For
+another roughness change the options, for another interaction the function ``wall``, and
+read the file with ``theory.FlatReference.read``.
 """
 
 import argparse
@@ -93,7 +99,7 @@ def header(options, command):
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     add = parser.add_argument
     add("--work", type=float, nargs="+", default=[0.0, 0.0005, 0.005], help="w/(E* a0)")
     add("--stiffness", type=float, default=1.0, help="of the wall, a0/E* V''(a0)")

@@ -1,9 +1,13 @@
-"""The numbers of guide/reproduction.md, from the table of figure 2.
+"""
+Numbers of the comparison with the paper
+========================================
+
+The tables of the page "The paper, claim by claim", from the steps of Fig. 2::
 
     python examples/paper/reproduction.py
 
-prints them; with --page they replace those on the page, and with --check small runs
-are made that show how well they are converged (minutes).
+prints them, ``--page FILE`` replaces those in a file, and ``--check`` makes the runs
+that show how well they are converged (minutes).
 """
 
 import argparse
@@ -333,7 +337,7 @@ def replaced(page: str, name: str, lines: Iterable[str]) -> str:
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[1])
     add = parser.add_argument
     add("--table", type=Path, default=HERE / "results" / "figure2-paper.csv")
     add("--page", type=Path, help="file whose numbers are to be replaced")
