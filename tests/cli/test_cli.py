@@ -282,6 +282,7 @@ def test_progress_as_json_has_null_where_the_time_left_is_not_known(
     first, *_, last = (json.loads(line, parse_constant=refuse) for line in lines)
     assert (first["steps"], first["left"]) == (0, None)
     assert (last["steps"], last["left"]) == (2, 0.0)
+    assert first["units"] == last["units"] == {"elapsed": "s", "left": "s"}
 
 
 def test_tradeoff_recommends_a_setting_for_an_error(scene, capsys):

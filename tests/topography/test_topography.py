@@ -101,6 +101,19 @@ def test_random_amplitudes_are_rayleigh_distributed():
     assert squares.var() == pytest.approx(1, abs=0.25)
 
 
+def test_amplitudes_of_waves_are_independent_of_their_phases():
+    surface = replace(SURFACE, random_amplitudes=True)
+    coefficient, k = coefficients(surface.heights((128, 128), 1.0))
+    half = (k >= 4) & (k <= 32)
+    half[:, 65:] = half[65:, 0] = False  # mirror images
+    power = np.abs(coefficient[half]) ** 2 * k[half] ** (2 + 2 * surface.hurst)
+    phase = np.angle(coefficient[half])
+    # of independent exponential powers the mean square is 2/n
+    for harmonic in (1, 2, 3):
+        mean = (power * np.exp(1j * harmonic * phase)).mean() / power.mean()
+        assert np.abs(mean) < 4 * math.sqrt(2 / power.size)
+
+
 def test_phases_are_uniform():
     coefficient, k = coefficients(SURFACE.heights((128, 128), 1.0))
     upper = (k >= 4) & (k <= 32)
@@ -593,7 +606,8 @@ def test_no_atom_beyond_the_reach_is_below_the_level(profile, rough):
         reach = sphere.reach(level, 1.0)
         assert (heights[distance > reach] >= level).all()
     if not rough:
-        assert sphere._profile(np.array(reach**2)) == pytest.approx(level)
+        edge = sphere.heights((1, 1), 1.0, (reach, 0.0))
+        assert edge[0, 0] == pytest.approx(level)
 
 
 def test_lowest_height_of_the_domain_is_that_on_the_lattice():

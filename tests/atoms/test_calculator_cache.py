@@ -1,0 +1,174 @@
+"""What is calculated is never that of other parameters or of other atoms."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import LennardJones93, RoughContact, RoughSphere, substrate
+
+SPHERE = RoughSphere(10.0)
+WALL = LennardJones93.repulsive(1.0, 1.0)
+PER_ATOM = ("energies", "forces", "pressure", "gap", "contact")
+NUMBERS = ("energy", "normal_force", "contact_area")
+
+# Another value of every parameter of the calculator.
+OTHERS = {
+    "indenter": RoughSphere(20.0),
+    "contact_modulus": 2.0,
+    "interaction": LennardJones93.adhesive(1.0, 1.0, 0.1),
+    "load": 0.7,
+    "fft": {"dtype": "float32"},
+}
+
+
+def make_atoms(*, periodic=False, margin=True):
+    """Displaced atoms under a sphere, without calculator."""
+    atoms = substrate(
+        "Cu", (8, 6), SPHERE, spacing=1.0, height=0.6, periodic=periodic, fixed=False
+    )
+    if not margin:
+        i, j = atoms.positions[:-1, :2].T
+        del atoms[np.flatnonzero((i > 7.5) | (j > 5.5))]
+    x, y = atoms.positions[:-1, :2].T
+    atoms.positions[:-1, 2] = 0.03 * np.sin(x + 2.0 * y)
+    return atoms
+
+
+def results(atoms, calc):
+    return {name: calc.get_property(name, atoms) for name in (*NUMBERS, *PER_ATOM)}
+
+
+def assert_fresh(atoms, calc):
+    """Compare all results with those of a calculator that knows no other atoms."""
+    fresh = RoughContact(**calc.parameters)
+    expected, found = results(atoms.copy(), fresh), results(atoms, calc)
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=name)
+    return found
+
+
+def differ(some, others):
+    """Names of results that are not the same."""
+    return {name for name in some if not np.array_equal(some[name], others[name])}
+
+
+def test_every_parameter_of_the_calculator_is_in_the_table():
+    assert OTHERS.keys() == RoughContact.default_parameters.keys()
+
+
+@pytest.mark.parametrize("wall", [None, WALL], ids=["default wall", "given wall"])
+@pytest.mark.parametrize("name", OTHERS)
+def test_results_follow_a_parameter_that_is_set(name, wall):
+    atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, wall)
+    before = results(atoms, calc)
+    calc.set(**{name: OTHERS[name]})
+    changed = differ(assert_fresh(atoms, calc), before)
+    assert {"energy", "energies", "forces"} <= changed
+    given = calc.parameters | {name: RoughContact(SPHERE, 1.0, wall).parameters[name]}
+    calc.set(**given)
+    assert not differ(results(atoms, calc), before)
+
+
+def test_elastic_energy_is_proportional_to_the_modulus():
+    atoms = make_atoms()
+    atoms.positions[-1, 2] = 30.0  # out of reach
+    calc = RoughContact(SPHERE, 1.0, WALL)
+    energy = results(atoms, calc)["energy"]
+    calc.set(contact_modulus=2.0)
+    assert results(atoms, calc)["energy"] == pytest.approx(2.0 * energy) != 0.0
+
+
+def move_surface(atoms):
+    atoms.positions[5, 2] += 0.1
+
+
+def move_indenter_down(atoms):
+    atoms.positions[-1, 2] -= 0.2
+
+
+def move_indenter_sideways(atoms):
+    atoms.positions[-1, :2] += (1.0, -2.0)
+
+
+def move_surface_sideways(atoms):
+    atoms.positions[:-1, 0] += 1.0
+
+
+def stretch(atoms):
+    atoms.set_cell(1.5 * atoms.cell.array, scale_atoms=True)
+
+
+def turn_into_periodic(atoms):
+    atoms.pbc = (True, True, False)
+
+
+def turn_into_free(atoms):
+    atoms.pbc = False
+
+
+def widen_the_window(atoms):
+    sides = np.ptp(atoms.positions[:-1, :2], axis=0) + 1.0
+    atoms.cell[:] = np.diag([*sides, sides.max()])
+
+
+CHANGES = [
+    (move_surface, {}),
+    (move_indenter_down, {}),
+    (move_indenter_sideways, {}),
+    (move_surface_sideways, {}),
+    (stretch, {}),
+    (turn_into_periodic, {"margin": False}),
+    (turn_into_free, {"periodic": True}),
+    (widen_the_window, {}),
+]
+
+
+@pytest.mark.parametrize(
+    "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
+)
+def test_results_follow_a_change_of_the_atoms(change, options):
+    atoms, calc = make_atoms(**options), RoughContact(SPHERE, 1.0, WALL, load=0.3)
+    before, unchanged = results(atoms, calc), atoms.copy()
+    change(atoms)
+    assert "energy" in differ(assert_fresh(atoms, calc), before)
+    assert not differ(results(unchanged, calc), before)
+
+
+@pytest.mark.parametrize(
+    "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
+)
+def test_asking_for_one_property_first_is_no_different(change, options):
+    for name in ("forces", "pressure", "normal_force"):
+        atoms, calc = make_atoms(**options), RoughContact(SPHERE, 1.0, WALL)
+        calc.get_property(name, atoms)
+        change(atoms)
+        found = calc.get_property(name, atoms)
+        fresh = RoughContact(SPHERE, 1.0, WALL).get_property(name, atoms)
+        np.testing.assert_array_equal(found, fresh)
+
+
+def test_what_was_handed_out_does_not_change_what_is_kept():
+    atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
+    first = results(atoms, calc)
+    kept = {name: np.copy(values) for name, values in first.items()}
+    for name in PER_ATOM:
+        values = calc.get_property(name, atoms)
+        if values.flags.writeable:
+            values[...] = 7
+    assert not differ(results(atoms, calc), kept)
+
+
+def test_two_atoms_with_one_calculator_do_not_disturb_each_other():
+    calc = RoughContact(SPHERE, 1.0, WALL)
+    pair = make_atoms(), make_atoms(periodic=True)
+    before = [results(atoms, calc) for atoms in pair]
+    for atoms, expected in zip(pair, before, strict=True):
+        assert not differ(results(atoms, calc), expected)
+    assert differ(*before)
+
+
+@pytest.mark.parametrize("name", ["energy", "forces", "pressure"])
+def test_results_of_other_atoms_are_not_those_that_are_known(name):
+    atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
+    calc.get_property(name, atoms)
+    move_surface(atoms)
+    assert calc.get_property(name, atoms, allow_calculation=False) is None

@@ -1,0 +1,290 @@
+"""Numbers that the command prints or writes are in the units that stand beside them.
+
+All is compared with ``curve.csv``, whose numbers are in ASE's units, by factors that
+follow from the elementary charge alone; and the units of lines of JSON are checked by
+what happens to a number when lengths are doubled and moduli made four times as large.
+"""
+
+import csv
+import io
+import json
+import re
+import sys
+from contextlib import redirect_stdout
+
+import numpy as np
+import pytest
+from scipy.special import erf
+
+from ase_roughcontact.cli import main
+
+CHARGE = 1.602176634e-19  # eV in J
+# Unit of a printed number, in eV and Å.
+UNITS = {
+    "Å": 1.0,
+    "nm": 10.0,
+    "nm²": 100.0,
+    "nN": 1e-19 / CHARGE,
+    "GPa": 1e-21 / CHARGE,
+    "J/m²": 1e-20 / CHARGE,
+    "s": 1.0,
+    "GB": 1e9,
+}
+# Word of a printed heading, and the column of curve.csv.
+COLUMNS = {
+    "load": "normal_force",
+    "force": "normal_force",
+    "area": "contact_area",
+    "depth": "penetration",
+    "penetration": "penetration",
+    "height": "height",
+    "time": "seconds",
+}
+# What dimension a column must have, in powers of energy and length, where it is one
+# that anybody asks for.
+DIMENSIONS = {
+    "height": (0, 1),
+    "penetration": (0, 1),
+    "normal_force": (1, -1),
+    "contact_area": (0, 2),
+    "energy": (1, 0),
+    "max_force": (1, -1),
+}
+# Units of lines of JSON that are none of a mechanical quantity.
+COSTS = {"memory": "bytes", "seconds": "s", "elapsed": "s", "left": "s"}
+
+SCENE = """
+[substrate]
+spacing = {length}
+contact_modulus = {modulus}
+[sphere]
+radius = 60.0
+[interaction]
+{wall}
+[path]
+control = "{control}"
+values = {values}
+"""
+ROUGH = "[roughness]\nlong_wavelength = 16.0\n"
+WALLS = {
+    "hard": 'kind = "hard"',
+    "repulsive": 'kind = "repulsive"',
+    "sticky": 'kind = "adhesive"\nwork_of_adhesion = 0.5',
+}
+CASES = {
+    "loads on a rough sphere": ("repulsive", "load", [2.0, 30.0], ROUGH),
+    "depths of a rough sphere": ("hard", "penetration", [0.5, 1.5], ROUGH),
+    "heights of a sticky sphere": ("sticky", "height", [2.0, 0.5], ""),
+}
+
+
+def text_of(wall, control, values, more="", length=2.5, modulus=100.0):
+    given = {"wall": WALLS[wall], "control": control, "values": values}
+    return SCENE.format(length=length, modulus=modulus, **given) + more
+
+
+def printed(*arguments):
+    """What the command prints."""
+    with redirect_stdout(io.StringIO()) as out:
+        assert main(list(map(str, arguments))) == 0
+    return out.getvalue()
+
+
+def lines_of_json(*arguments):
+    return [json.loads(line) for line in printed(*arguments, "--json").splitlines()]
+
+
+def stated(text, word, unit):
+    """Return the number in front of a unit, after a word."""
+    found = re.search(rf"{word}[^0-9\n]*?(-?[0-9.]+(?:e[+-]?\d+)?) ?{unit}\b", text)
+    assert found, f"no {word} in {unit}"
+    return float(found[1]) * UNITS[unit]
+
+
+def table_of(text):
+    """Columns of a printed table, by heading; steps are the lines that have a number.
+
+    A heading is words with one blank between them, and a unit in brackets.
+    """
+    lines = iter(text.splitlines())
+    head = next(line for line in lines if "(s)" in line)
+    names = re.split(r"\s{2,}", head.strip())
+    rows = [line.split() for line in lines if re.match(r"\s*-?\d", line)]
+    return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+
+
+def numbers_of(texts):
+    return np.array([float(text) for text in texts])
+
+
+def unit_of(name):
+    """Word and unit of a heading."""
+    found = re.fullmatch(r"(\w+) \((\D+)\)", name)
+    return found.groups() if found else (name, None)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_pictures():
+    """Let the command draw nothing, which takes longer than all else."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(sys.modules, "matplotlib", None)
+        yield
+
+
+@pytest.fixture(scope="module", params=CASES.values(), ids=CASES.keys())
+def case(request, tmp_path_factory):
+    """Wall, control, scene file, what a run of it prints, and its records."""
+    wall, control, *_ = request.param
+    folder = tmp_path_factory.mktemp("run")
+    file = folder / "scene.toml"
+    file.write_text(text_of(*request.param))
+    text = printed("run", file, "--out", folder / "out")
+    with open(folder / "out" / "curve.csv", newline="") as table:
+        records = list(csv.DictReader(table))
+    return wall, control, file, text, records
+
+
+def column(records, name):
+    return numbers_of(record[name] for record in records)
+
+
+# Printed
+
+
+def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
+    _, control, _, text, records = case
+    seen = set()
+    for name, texts in table_of(text).items():
+        word, unit = unit_of(name)
+        if unit is None:
+            continue
+        expected = column(records, COLUMNS[word]) / UNITS[unit]
+        np.testing.assert_allclose(
+            numbers_of(texts), expected, rtol=6e-4, atol=0.006, err_msg=name
+        )
+        seen.add(COLUMNS[word])
+    assert {"normal_force", "contact_area", "seconds"} <= seen
+    assert (control in seen) == (control != "load")
+
+
+def test_printed_ratios_are_those_of_the_formulas(case):
+    wall, _, _, text, records = case
+    if wall == "sticky":
+        pytest.skip("the law of Maugis and Dugdale is no formula")
+    table = table_of(text)
+    radius, modulus = 60.0 * 2.5, 100.0 * UNITS["GPa"]
+    force, area = column(records, "normal_force"), column(records, "contact_area")
+    hertz = np.pi * (0.75 * force * radius / modulus) ** (2.0 / 3.0)
+    found = numbers_of(table["A/A_Hertz"])
+    np.testing.assert_allclose(found, area / hertz, atol=6e-5)
+    kappa = {"hard": 2.0, "repulsive": 2.9}[wall]
+    ratio = erf(np.sqrt(np.pi) / 2.0 * force / hertz * kappa / (0.1 * modulus))
+    np.testing.assert_allclose(numbers_of(table["Eq. (4)"]), ratio, atol=6e-5)
+
+
+def test_the_heading_of_a_run_states_the_scene(case):
+    text = case[3]
+    given = {"spacing": (2.5, "Å"), "E[*]": (100.0, "GPa"), "radius": (15.0, "nm")}
+    for word, (value, unit) in given.items():
+        assert stated(text, word, unit) == pytest.approx(value * UNITS[unit], rel=1e-3)
+
+
+def test_adhesion_is_printed_in_joule_per_square_metre_and_pull_off_in_nanonewton(case):
+    wall, _, _, text, records = case
+    if wall != "sticky":
+        assert "J/m²" not in text and "ull-off" not in text
+        return
+    assert stated(text, "w =", "J/m²") == pytest.approx(0.5 * UNITS["J/m²"])
+    pull_off = stated(text, "[Pp]ull-off", "nN")
+    scale = np.pi * 0.5 * UNITS["J/m²"] * 150.0
+    assert -2.0 * scale < pull_off < -1.5 * scale  # between DMT and JKR
+    least = min(column(records, "normal_force"))
+    assert stated(text, "tension", "nN") == pytest.approx(least, rel=1e-3)
+
+
+def test_the_height_of_touch_is_printed_for_heights(case):
+    _, control, _, text, records = case
+    if control != "height":
+        assert "height of" not in text
+        return
+    touch = column(records, "height") + column(records, "penetration")
+    assert stated(text, "touch", "Å") == pytest.approx(touch[0], rel=1e-3)
+
+
+def test_memory_is_printed_in_gigabytes(case):
+    _, _, file, _, records = case
+    text = printed("run", file, "--out", file.parent / "out", "--verbose")
+    memory = numbers_of(re.findall(r"([0-9.]+) GB", text)) * UNITS["GB"]
+    np.testing.assert_allclose(memory, column(records, "memory"), rtol=0.05)
+    planned = [line["memory"] for line in lines_of_json("plan", file)]
+    shown = next(v for k, v in table_of(printed("plan", file)).items() if "GB" in k)
+    np.testing.assert_allclose(numbers_of(shown) * UNITS["GB"], planned, atol=6e6)
+
+
+def test_targets_of_a_plan_are_those_of_the_path(case):
+    _, control, file, *_ = case
+    given = {name: values for _, name, values, _ in CASES.values()}[control]
+    unit = "nN" if control == "load" else "Å"
+    name, texts = next(iter(table_of(printed("plan", file)).items()))
+    assert unit_of(name) == (control, unit)
+    np.testing.assert_allclose(numbers_of(texts), given)
+    label = {"load": "eV/Å"}.get(control, "Å")
+    for line, value in zip(lines_of_json("plan", file), given, strict=True):
+        assert line["units"]["target"] == label
+        assert line["target"] == pytest.approx(value * UNITS[unit])
+
+
+# Lines of JSON
+
+
+def dimension(label):
+    """Powers of energy and length of a unit of ASE's, such as eV/Å^2."""
+    powers = {"eV": 0, "Å": 0}
+    for i, part in enumerate(label.replace("²", "^2").replace("³", "^3").split("/")):
+        name, _, power = part.partition("^")
+        powers[name] += (-1) ** i * int(power or 1)
+    return powers["eV"], powers["Å"]
+
+
+def assert_scales(line, scaled, length, energy):
+    """Compare lines of JSON of two runs, the second in other units."""
+    assert line.keys() == scaled.keys() and line["units"] == scaled["units"]
+    assert line["units"].keys() <= line.keys()
+    for name, value in line.items():
+        label = line["units"].get(name)
+        if name in COSTS or label in COSTS.values():
+            assert label == COSTS[name]
+        elif label is None:
+            assert scaled[name] == value or name == "units"
+        else:
+            power = dimension(label)
+            assert DIMENSIONS.get(name, power) == power
+            factor = energy ** power[0] * length ** power[1]
+            assert scaled[name] == pytest.approx(factor * value, rel=1e-3)
+    assert DIMENSIONS.keys() & line.keys() <= line["units"].keys()
+
+
+@pytest.mark.parametrize("wall", ["hard", "repulsive", "sticky"])
+@pytest.mark.parametrize("control", ["load", "height"])
+def test_units_in_json_tell_how_numbers_scale(wall, control, tmp_path):
+    found = []
+    for length, modulus in ((1.0, 1.0), (2.0, 4.0)):
+        target = 30.0 * modulus * length**2 if control == "load" else length
+        file = tmp_path / f"{length}.toml"
+        text = text_of(wall, control, [target], ROUGH, 2.5 * length, 100.0 * modulus)
+        file.write_text(text.replace("= 0.5", f"= {0.5 * modulus * length}"))
+        out = tmp_path / f"out-{length}"
+        for command in (["run", file, "--out", out], ["plan", file]):
+            found += lines_of_json(*command)
+    run, plan, *scaled = found
+    assert_scales(run, scaled[0], length, modulus * length**3)
+    assert_scales(plan, scaled[1], length, modulus * length**3)
+    assert {*DIMENSIONS, "memory", "seconds"} <= run.keys()
+
+
+def test_lines_of_json_have_the_columns_of_curve_csv(case):
+    _, _, file, _, records = case
+    lines = lines_of_json("run", file, "--out", file.parent / "out")
+    for line, record in zip(lines, records, strict=True):
+        line.pop("units")
+        assert {name: str(value) for name, value in line.items()} == record
