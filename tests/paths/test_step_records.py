@@ -1,0 +1,178 @@
+"""A record of a step is read off the atoms, all of them, and off the path."""
+
+import numpy as np
+import pytest
+from ase.constraints import Hookean
+from ase.optimize import LBFGS
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.paths.accuracy import accuracy_of
+
+SPHERE = RoughSphere(20.0)
+SPACING, MODULUS = 2.0, 0.5
+AREA = SPACING**2
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(MODULUS, SPACING),
+    "adhesive": LennardJones93.adhesive(MODULUS, SPACING, 0.05),
+    "full": LennardJones93.full(SPACING, 0.05, cutoff=4.0 * SPACING),
+}
+SOFT = [name for name in WALLS if name != "hard"]
+
+
+def make_atoms(wall, periodic=False, shape=(20, 16), **options):
+    atoms = substrate(
+        "Cu", shape, SPHERE, spacing=SPACING, periodic=periodic, **options
+    )
+    atoms.calc = RoughContact(SPHERE, MODULUS, WALLS[wall])
+    return atoms
+
+
+def tie(atoms, stiffness, end):
+    """Tie the indenter by a spring to a point on its axis; return its energy."""
+    point = (*atoms.positions[-1, :2], end)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
+    return lambda height: 0.5 * stiffness * (height - end) ** 2
+
+
+def relaxed(atoms, optimizer=None, **options):
+    """First record of a path; the atoms are where it ends."""
+    return next(load_path(atoms, optimizer=optimizer, edge="ignore", **options))
+
+
+def stopped_or_relaxed(atoms, stopped, **options):
+    """Record of a step that was stopped after one step of LBFGS, or relaxed."""
+    how = {"optimizer": LBFGS, "max_steps": 1} if stopped else {}
+    record = relaxed(atoms, fmax=1e-5, **how, **options)
+    assert record.converged == (not stopped)
+    return record
+
+
+def fresh(atoms):
+    """Atoms with a calculator that knows nothing yet."""
+    again = atoms.copy()
+    again.calc = RoughContact(**atoms.calc.parameters)
+    return again
+
+
+def assert_describes(record, atoms, unit=1e-6):
+    """Compare a record with what a calculator finds that knows nothing yet."""
+    again, load = fresh(atoms), atoms.calc.parameters["load"]
+    calc = again.calc
+    pressure = calc.get_property("pressure", again)
+    height = atoms.positions[-1, 2]
+    force = AREA * pressure.sum()
+    assert record.height == height
+    assert record.normal_force == pytest.approx(force, rel=1e-6, abs=unit)
+    assert record.repulsive_atoms == np.count_nonzero(pressure > 0.0)
+    assert record.attractive_atoms == np.count_nonzero(pressure < 0.0)
+    assert record.contact_area == pytest.approx(AREA * record.repulsive_atoms)
+    energy = again.get_potential_energy()
+    assert record.energy == pytest.approx(energy, rel=1e-6, abs=unit)
+    largest = np.linalg.norm(again.get_forces(), axis=1).max()
+    assert record.max_force == pytest.approx(largest, rel=1e-3, abs=unit)
+    without = energy - load * height - calc.get_property("energies", again)[:-1].sum()
+    springs = again.constraints and isinstance(again.constraints[0], Hookean)
+    assert (abs(without) > unit) == bool(springs)
+
+
+@pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
+@pytest.mark.parametrize("wall", SOFT)
+def test_a_record_at_a_height_describes_the_atoms(wall, stopped, periodic):
+    atoms = make_atoms(wall, periodic)
+    record = stopped_or_relaxed(atoms, stopped, heights=[0.6 * SPACING])
+    assert record.contact_area > 0.0
+    assert_describes(record, atoms)
+
+
+@pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
+@pytest.mark.parametrize("wall", SOFT)
+def test_a_record_under_a_load_describes_the_atoms(wall, stopped, periodic):
+    atoms = make_atoms(wall, periodic, fixed=False)
+    record = stopped_or_relaxed(atoms, stopped, loads=[3.0])
+    assert_describes(record, atoms)
+    if stopped:  # most of the load is not carried
+        assert record.max_force == pytest.approx(3.0 - record.normal_force)
+    else:
+        assert record.normal_force == pytest.approx(3.0, abs=1e-5)
+
+
+@pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
+def test_a_record_on_a_spring_has_its_force_and_energy(stopped):
+    atoms = make_atoms("repulsive", fixed=False, height=SPACING)
+    stored = tie(atoms, 0.7, -2.0)
+    record = stopped_or_relaxed(atoms, stopped, loads=[1.5])
+    assert_describes(record, atoms)
+    again = fresh(atoms)
+    own = again.get_potential_energy(apply_constraint=False)
+    assert record.energy - own == pytest.approx(stored(record.height))
+    missing = record.normal_force - 0.7 * (record.height + 2.0) - 1.5
+    assert abs(missing) == pytest.approx(record.max_force if stopped else 0, abs=1e-5)
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_penetrations_count_down_from_the_first_touch(wall, periodic):
+    atoms = make_atoms(wall, periodic)
+    touch = WALLS[wall].contact_distance  # of the lowest point, which is over an atom
+    record = relaxed(atoms, penetrations=[1.5])
+    assert (record.penetration, record.height) == pytest.approx((1.5, touch - 1.5))
+    record = relaxed(make_atoms(wall, periodic), heights=[touch - 1.0])
+    assert (record.penetration, record.height) == pytest.approx((1.0, touch - 1.0))
+
+
+def test_of_a_hard_wall_the_largest_gap_and_overlap_are_recorded(periodic):
+    atoms = make_atoms("hard", periodic)
+    record = relaxed(atoms, heights=[-1.0])
+    gap, touching = (
+        atoms.calc.get_property(name, atoms) for name in ("gap", "contact")
+    )
+    overlap = -gap[~touching].min(initial=0.0)
+    assert record.gap_error == max(abs(gap[touching]).max(), overlap)
+    assert 0.0 < record.gap_error < 1e-3 * SPACING
+    record = relaxed(make_atoms("repulsive", periodic), heights=[-1.0])
+    assert record.gap_error == 0.0
+
+
+@pytest.mark.parametrize("path", [{"loads": [0.3]}, {"penetrations": [2.0]}])
+@pytest.mark.parametrize("error", ["fast", "normal", 1e-3, 1e-6])
+@pytest.mark.parametrize("wall", ["hard", "repulsive"])
+def test_forces_that_are_left_are_a_quarter_of_the_error_that_is_allowed(
+    wall, error, path
+):
+    atoms = make_atoms(wall, fixed="loads" not in path)
+    record = relaxed(atoms, accuracy=error, **path)
+    mean = record.normal_force / record.repulsive_atoms
+    allowed = accuracy_of(error).error
+    assert record.converged
+    assert 0.02 * allowed < record.tolerance / mean <= 0.2501 * allowed
+
+
+@pytest.mark.parametrize(
+    "error, allowed", [("fast", 1e-2), ("normal", 1e-4), ("high", 1e-8), (1e-3, 1e-3)]
+)
+def test_errors_of_the_levels_of_accuracy(error, allowed):
+    assert accuracy_of(error).error == allowed
+    assert accuracy_of(error).tolerance == pytest.approx(allowed / 4.0)
+
+
+def test_the_usual_accuracy_is_normal():
+    usual, normal = (
+        relaxed(make_atoms("repulsive"), heights=[0.0], **options)
+        for options in ({}, {"accuracy": "normal"})
+    )
+    assert usual.tolerance == normal.tolerance
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_steps_are_numbered_from_zero_and_none_is_left_out(wall):
+    atoms, depths = make_atoms(wall), [0.2, 0.6, 0.4]
+    records = list(load_path(atoms, depths, edge="ignore"))
+    assert [record.step for record in records] == [0, 1, 2]
+    assert [record.penetration for record in records] == pytest.approx(depths)
