@@ -1,0 +1,181 @@
+"""Options that optimizers get where none are given, and springs on the indenter."""
+
+import numpy as np
+import pytest
+from ase.constraints import Hookean
+from ase.optimize import LBFGS
+
+from ase_roughcontact import (
+    ActiveSet,
+    FourierModes,
+    HardWall,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.scene import Scene
+
+SPHERE = RoughSphere(200.0)
+SCENE = """
+[substrate]
+spacing = {spacing}
+contact_modulus = {modulus}
+shape = {shape}
+periodic = {periodic}
+[sphere]
+radius = 60.0
+[path]
+control = "height"
+values = [{height}]
+"""
+
+
+def make_scene(optimizer=None, spacing=2.5, modulus=100.0, shape=(24, 20), **options):
+    given = {"periodic": "false", "height": 0.0} | options
+    text = SCENE.format(spacing=spacing, modulus=modulus, shape=list(shape), **given)
+    return Scene.parse(
+        text + (f'[solver]\noptimizer = "{optimizer}"\n' if optimizer else "")
+    )
+
+
+def rms(values):
+    return np.sqrt(np.mean(np.square(values)))
+
+
+# Steps of at most a tenth of a spacing
+
+
+@pytest.mark.parametrize("shape", [(12, 10), (40, 64)], ids=str)
+@pytest.mark.parametrize("spacing, modulus", [(1.0, 100.0), (4.0, 100.0), (1.0, 1.0)])
+def test_the_longest_step_of_modes_moves_atoms_by_a_tenth_of_a_spacing(
+    spacing, modulus, shape, periodic, rng
+):
+    scene = make_scene(
+        spacing=spacing, modulus=modulus, shape=shape, periodic=str(periodic).lower()
+    )
+    atoms = scene.atoms()
+    modes = FourierModes(atoms)
+    step = rng.normal(size=modes.ndofs())
+    step[-1] = 0.0
+    modes.set_x(modes.get_x() + step * modes.maxstep / np.linalg.norm(step))
+    modes.write()
+    # of a white spectrum, half of which the window of a free half space does not have
+    assert 0.03 * spacing < rms(atoms.positions[:-1, 2]) < 0.2 * spacing
+
+
+@pytest.mark.parametrize("name", ["FIRE", "FIRE2"])
+def test_optimizers_of_scenes_take_no_longer_steps(name):
+    scene = make_scene(name)
+    atoms = scene.atoms()
+    atoms.positions[-1, 2] = 1.0
+    dynamics = scene.optimizer(atoms, logfile=None)
+    assert dynamics.maxstep == FourierModes(atoms).maxstep
+    modes, places = dynamics.optimizable, []
+    dynamics.attach(lambda: places.append(modes.get_x()))
+    assert dynamics.run(fmax=1e-3, steps=500)
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    assert 0.1 < steps.max() / modes.maxstep < 1.0001
+
+
+def test_lbfgs_of_scenes_knows_the_curvature_of_the_modes_and_keeps_twenty_vectors():
+    def relaxed(optimizer):
+        atoms = make_scene().atoms()
+        atoms.positions[-1, 2] = 1.0
+        dynamics = optimizer(atoms)
+        assert dynamics.run(fmax=1e-9, steps=1000)
+        return dynamics.nsteps, atoms.positions[-2, 2]
+
+    def on_modes(**options):
+        return relaxed(lambda atoms: LBFGS(FourierModes(atoms), None, None, **options))
+
+    scene = make_scene("LBFGS")
+    usual = relaxed(lambda atoms: scene.optimizer(atoms, logfile=None))
+    assert usual == on_modes(alpha=1.0, memory=20)
+    assert usual != on_modes(alpha=1.0) and usual != on_modes(memory=20)
+
+
+@pytest.mark.parametrize("name", ["FIRE", "FIRE2", "LBFGS", "BFGSLineSearch"])
+def test_optimizers_of_ase_work_on_modes_in_scenes(name):
+    scene = make_scene(name)
+    dynamics = scene.optimizer(scene.atoms(), logfile=None)
+    assert type(dynamics).__name__ == name
+    assert isinstance(dynamics.optimizable, FourierModes)
+
+
+# What relaxes a step if nothing is said
+
+
+@pytest.mark.parametrize(
+    "wall, solver, other",
+    [(HardWall(), ActiveSet, NewtonKrylov), (None, NewtonKrylov, ActiveSet)],
+    ids=["hard", "soft"],
+)
+def test_hard_walls_have_a_solver_of_their_own(wall, solver, other):
+    def iterations(optimizer):
+        atoms = substrate("Cu", (24, 24), SPHERE, spacing=1.0)
+        atoms.calc = RoughContact(SPHERE, 1.0, wall)
+        (record,) = load_path(atoms, heights=[0.3], optimizer=optimizer, edge="ignore")
+        assert record.converged
+        return record.iterations, record.pairs
+
+    assert iterations(None) == iterations(solver)
+    with pytest.raises(ValueError, match="wall"):
+        iterations(other)
+
+
+@pytest.mark.parametrize("kind", ["hard", "repulsive"])
+def test_scenes_leave_the_choice_to_the_wall(kind):
+    scene = Scene.parse(f'[interaction]\nkind = "{kind}"\n[path]\nvalues = [1.0]\n')
+    assert scene.optimizer is None
+    (record,) = scene.relax()
+    assert record.converged
+
+
+# Springs
+
+
+def on_spring(stiffness, end, load=0.0):
+    """Atoms whose indenter a spring holds above an end, under a load as well."""
+    atoms = substrate("Cu", (32, 32), SPHERE, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(SPHERE, 1.0, load=load)
+    point = (*atoms.positions[-1, :2], end)
+    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
+    return atoms
+
+
+@pytest.mark.parametrize("stiffness, end", [(0.2, -40.0), (10.0, -0.5), (500.0, -0.1)])
+@pytest.mark.parametrize("load", [0.0, 2.0])
+def test_solvers_and_optimizers_find_the_height_at_which_a_spring_holds_the_wall(
+    stiffness, end, load
+):
+    heights = []
+    for optimizer in (
+        lambda atoms: NewtonKrylov(atoms, logfile=None),
+        lambda atoms: LBFGS(FourierModes(atoms), alpha=1.0, logfile=None),
+    ):
+        atoms = on_spring(stiffness, end, load)
+        assert optimizer(atoms).run(fmax=1e-6, steps=1000)
+        height, state = atoms.positions[-1, 2], atoms.calc.state(atoms)
+        pull = stiffness * (height - end)
+        assert state.normal_force == pytest.approx(pull + load, abs=2e-6)
+        own = atoms.get_potential_energy(apply_constraint=False)
+        stored = 0.5 * stiffness * (height - end) ** 2
+        assert atoms.get_potential_energy() - own == pytest.approx(stored)
+        heights.append(height)
+    assert heights[0] == pytest.approx(heights[1], abs=1e-5)
+
+
+@pytest.mark.parametrize("stiffness", [100.0, 1000.0])
+def test_an_indenter_on_a_stiff_spring_costs_what_a_fixed_one_costs(stiffness):
+    held = on_spring(stiffness, -1.2)
+    spring = NewtonKrylov(held, logfile=None)
+    assert spring.run(fmax=1e-9)
+    atoms = substrate("Cu", (32, 32), SPHERE, spacing=1.0)
+    atoms.calc = RoughContact(SPHERE, 1.0)
+    atoms.positions[-1, 2] = held.positions[-1, 2]
+    fixed = NewtonKrylov(atoms, logfile=None)
+    assert fixed.run(fmax=1e-9)
+    assert spring.nsteps <= 1.2 * fixed.nsteps
+    assert spring.pairs <= 1.3 * fixed.pairs
