@@ -1,0 +1,164 @@
+"""Which law is chosen, on both sides of every limit.
+
+The limits are written here as formulas of their own, in units of E*.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from ase.units import GPa, J, m
+
+from ase_roughcontact import SelfAffine
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import laws_of
+from ase_roughcontact.theory import (
+    KAPPA_REPULSIVE,
+    RoughSphereTheory,
+    crossover_load,
+    flattening_energy,
+    regime,
+    smooth_contact,
+)
+
+LITTLE = 1e-6
+SIDES = pytest.mark.parametrize("side", [-1, 1], ids=["below", "above"])
+# Maugis' parameters up to which, and from which on, laws of smooth spheres hold.
+LIMITS = pytest.mark.parametrize(
+    "limit, laws", [(0.1, ("DMT", "Maugis-Dugdale")), (5.0, ("Maugis-Dugdale", "JKR"))]
+)
+PULL_OFF = {"DMT": -2.0, "JKR": -1.5}  # in units of pi w R
+
+SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
+ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
+# h'rms/h''rms, and the radius of the first asperity, Eq. (6) of the paper
+WIDTH = math.sqrt((2.0 - HURST) / (1.0 - HURST)) * SHORT / (2.0 * math.pi)
+ASPERITY = SHORT / (2.0 * math.pi * SLOPE) * math.sqrt(2 * (2 - HURST) / (1 - HURST))
+
+
+def beside(limit, side):
+    """A number just below a limit, or just above."""
+    return limit * (1.0 + side * LITTLE)
+
+
+def chosen(pair, side):
+    return pair[(side + 1) // 2]
+
+
+def range_for(parameter, radius, work):
+    """Range of the attraction that gives Maugis' parameter, stress being w/D."""
+    return work * np.cbrt(9.0 * radius / (2.0 * np.pi * work)) / parameter
+
+
+# Smooth spheres
+
+
+@SIDES
+@LIMITS
+@pytest.mark.parametrize("radius, work", [(50.0, 0.02), (1e6, 1e-4)])
+def test_smooth_spheres_follow_the_law_of_maugis_parameter(
+    radius, work, limit, laws, side
+):
+    attraction = range_for(beside(limit, side), radius, work)
+    law = chosen(laws, side)
+    adhesion = {"work_of_adhesion": work, "attraction_range": attraction}
+    for choose in (smooth_contact, regime):
+        found = choose(0.0, radius, 1.0, **adhesion)
+        assert found.law == law
+        assert found.maugis_parameter == pytest.approx(limit, rel=2 * LITTLE)
+        pull_off = found.pull_off_force / (np.pi * work * radius)
+        assert -2.0001 < pull_off < -1.4999
+        if law in PULL_OFF:
+            assert pull_off == pytest.approx(PULL_OFF[law])
+
+
+@SIDES
+@LIMITS
+def test_scenes_are_compared_with_the_law_of_maugis_parameter(limit, laws, side):
+    a0, modulus, work = 2.5, 100.0 * GPa, 0.2 * J / m**2
+    # of a full wall the range is the spacing
+    third = 2.0 * np.pi / 9.0 * (a0 * beside(limit, side)) ** 3 * modulus**2 / work**2
+    scene = Scene.parse(
+        f"""
+        substrate = {{ spacing = {a0}, contact_modulus = 100.0 }}
+        sphere = {{ radius = {third / a0!r} }}
+        interaction = {{ kind = "full", work_of_adhesion = 0.2 }}
+        """
+    )
+    assert laws_of(scene).smooth.name == chosen(laws, side)
+
+
+@SIDES
+def test_a_force_that_makes_adhesion_unimportant_is_that_of_a_tenth_of_the_area(side):
+    radius, work = 1e6, 1e-4
+    ratio = 1.1**1.5  # of the cubes of the radii by JKR and by Hertz
+    force = 3.0 * np.pi * work * radius * 2.0 * ratio / (ratio - 1.0) ** 2
+    attraction = range_for(100.0, radius, work)
+    for choose in (smooth_contact, regime):
+        found = choose(
+            beside(force, side),
+            radius,
+            1.0,
+            work_of_adhesion=work,
+            attraction_range=attraction,
+        )
+        assert found.law == chosen(("JKR", "Hertz"), side)
+        hertz = np.pi * (0.75 * force * radius) ** (2.0 / 3.0)
+        assert found.contact_area == pytest.approx(1.1 * hertz, rel=1e-5)
+
+
+# Rough spheres
+
+
+@SIDES
+@pytest.mark.parametrize("kappa", [2.0, KAPPA_REPULSIVE])
+def test_rough_spheres_are_smooth_from_the_crossover_load_on(kappa, side):
+    radius = 1e5
+    load = 9.0 * np.pi**3 / 16.0 * radius**2 * (SLOPE / kappa) ** 3  # Eq. (5)
+    assert load == pytest.approx(float(crossover_load(radius, 1.0, SLOPE, kappa)))
+    found = regime(beside(load, side), radius, 1.0, ROUGH, kappa_repulsive=kappa)
+    assert found.law == chosen(("rough, linear", "Hertz"), side)
+
+
+@SIDES
+@pytest.mark.parametrize("factor", [1.0, 3.0])
+def test_the_first_asperity_carries_loads_below_its_own_crossover(factor, side):
+    radius = 1e5
+    load = float(crossover_load(factor * ASPERITY, 1.0, SLOPE))
+    found = regime(beside(load, side), radius, 1.0, ROUGH, asperity_factor=factor)
+    assert found.law == chosen(("first asperity", "rough, linear"), side)
+
+
+@SIDES
+def test_a_sphere_smaller_than_the_first_asperity_is_smooth(side):
+    found = regime(1e-9, beside(ASPERITY, side), 1.0, ROUGH)
+    assert found.law == chosen(("Hertz", "first asperity"), side)
+
+
+@SIDES
+def test_rough_flats_stick_where_kappa_of_the_attraction_is_that_of_the_wall(side):
+    reach = 0.3
+    attraction = np.pi * (3.0 / 16.0) ** (2.0 / 3.0) / (SLOPE * reach)
+    attraction *= (4.0 * reach / (SLOPE * 4.0 * WIDTH)) ** (2.0 / 3.0)
+    work = beside(1.0 / (KAPPA_REPULSIVE * attraction), side)
+    found = regime(
+        1e4,
+        1e5,
+        1.0,
+        ROUGH,
+        work_of_adhesion=work,
+        attraction_range=reach,
+        kappa_repulsive=KAPPA_REPULSIVE,
+    )
+    assert (found.law == "sticky rough") == (found.inverse_kappa < 0.0) == (side > 0)
+    assert abs(found.inverse_kappa) < 2 * LITTLE
+
+
+@SIDES
+def test_adhesion_flattens_roughness_that_costs_less_than_it(side):
+    smoother = SelfAffine(1e-3, HURST, SHORT, LONG)
+    cost = float(flattening_energy(1e-3, 1.0, HURST, SHORT, LONG))
+    sphere = RoughSphereTheory(1e5, 1.0, smoother, beside(cost, side), 1e-4)
+    assert sphere.sticky
+    assert (sphere.law(1e-9) == "sticky rough") == (side < 0)
+    assert (sphere.effective_work_of_adhesion > 0.0) == (side > 0)
