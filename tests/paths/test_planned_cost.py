@@ -1,0 +1,65 @@
+"""Planned costs: n log n of the transforms, beside the counts that a run has."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.paths.plan import plan_path
+
+SPHERE = RoughSphere(1e6)
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
+}
+
+
+def make_atoms(wall="repulsive", sphere=SPHERE, shape=(8, 8), **options):
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, **options)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+    return atoms
+
+
+def test_time_grows_with_the_points_of_the_grid_and_their_logarithm():
+    # so deep that grids are too large to be measured, and each twice as wide as the
+    # one before it: all three rest on one measurement
+    widths = np.array([1420.0, 2840.0, 5720.0])
+    depths = widths**2 / (8.0 * SPHERE.radius)
+    steps = plan_path(make_atoms(), "penetrations", depths, "auto").steps
+    sides = np.array([[int(n) for n in step.grid.split("x")] for step in steps])
+    np.testing.assert_array_equal(sides[1:], 2 * sides[:-1])
+    points = sides.prod(axis=1)
+    assert points[0] > 1024**2
+    costs = points * np.log(points)
+    first, second, third = (step.seconds for step in steps)
+    ratio = (third - first) / (second - first)
+    assert ratio == pytest.approx(np.diff(costs[[0, 2]])[0] / np.diff(costs[:2])[0])
+
+
+def test_a_plan_adds_up_times_and_takes_the_largest_memory():
+    plan = plan_path(make_atoms(), "penetrations", [1e-4, 1e-2, 1e-3], "auto")
+    assert plan.seconds == pytest.approx(sum(step.seconds for step in plan.steps))
+    assert plan.memory == max(step.memory for step in plan.steps)
+    assert [step.target for step in plan.steps] == [1e-4, 1e-2, 1e-3]
+
+
+@pytest.mark.parametrize("window", ["fixed", "auto"])
+@pytest.mark.parametrize("wall", WALLS)
+def test_planned_memory_is_that_of_the_records(wall, window):
+    sphere, depths = RoughSphere(100.0), [0.5, 1.0]
+    options = {"sphere": sphere, "shape": (64, 64)}
+    plan = plan_path(make_atoms(wall, **options), "penetrations", depths, window)
+    atoms = make_atoms(wall, **options)
+    for step, record in zip(
+        plan.steps, load_path(atoms, depths, window=window), strict=True
+    ):
+        tolerance = 1e-12 if step.window == record.window else 0.05
+        assert step.memory == pytest.approx(record.memory, rel=tolerance)
+        assert (step.window == "64x64") == (window == "fixed")
