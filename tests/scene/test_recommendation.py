@@ -79,14 +79,14 @@ def test_the_table_has_a_line_for_each_trial_in_gigabytes_and_seconds():
 @pytest.mark.parametrize(
     "choice, keys",
     [
-        (Choice(1e-4), {"accuracy = 0.0001"}),
-        (Choice("high", "FIRE2"), {'accuracy = "high"', 'optimizer = "FIRE2"'}),
-        (Choice(1e-4, fmax=1e-6), {"fmax = 1e-06"}),
-        (Choice(1e-4, cutoff=5.0), {"accuracy = 0.0001", "cutoff = 5.0"}),
+        (Choice(1e-4), ["accuracy = 0.0001"]),
+        (Choice("high", "FIRE2"), ['accuracy = "high"', 'optimizer = "FIRE2"']),
+        (Choice(1e-4, fmax=1e-6), ["fmax = 1e-06"]),
+        (Choice(1e-4, cutoff=5.0), ["accuracy = 0.0001", "cutoff = 5.0"]),
     ],
     ids=str,
 )
 def test_the_recommendation_has_the_keys_of_the_choice_and_no_others(choice, keys):
     text = str(study(trial(choice=choice)))
     assert f"error of {WANTED:g}" in text
-    assert {line for line in text.splitlines() if " = " in line} == keys
+    assert [line for line in text.splitlines() if " = " in line] == keys

@@ -160,6 +160,10 @@ def test_the_cutoff_of_a_full_wall_is_tried_and_recommended():
         if t.choice.accuracy == 1e-6
     }
     assert min(errors[3.0], errors[5.0]) > errors[10.0] > errors[20.0]
+    tried = {t.choice.cutoff: t.error for t in study.trials[1:5]}
+    safe = min(cutoff for cutoff, error in tried.items() if error <= 0.3 * 1e-1)
+    assert any(0.3 * 1e-1 < error < 1e-1 for error in tried.values())
+    assert {t.choice.cutoff for t in study.trials[5:]} == {safe}
     cutoff = re.search(r"\[interaction\]\ncutoff = (.*)", str(study))
     assert float(cutoff[1]) == study.best.choice.cutoff
 

@@ -1,0 +1,112 @@
+"""The order of an ensemble's cases, and the units of what it keeps of them."""
+
+from concurrent.futures import Executor, Future
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ase.db import connect
+
+from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
+from ase_roughcontact.scene import Scene
+
+CHARGE = 1.602176634e-19  # eV in J
+NN = 1e-19 / CHARGE  # in eV/Å
+GPA = 1e-21 / CHARGE  # in eV/Å^3
+
+SCENE = Scene.parse(
+    """
+    substrate = { spacing = 2.5, contact_modulus = 80.0 }
+    sphere = { radius = 60.0 }
+    path = { control = "penetration", values = [0.1] }
+    """
+)
+
+
+class AtOnce(Executor):
+    """Calculates what is submitted before anything else is."""
+
+    def submit(self, function, *arguments, **options):
+        future = Future()
+        future.set_result(function(*arguments, **options))
+        return future
+
+
+def finish(scenes, database):
+    """Run one case after the other; return the last progress."""
+    return list(run_ensemble(scenes, database, AtOnce(), interval=1e-3))[-1]
+
+
+def order(database):
+    """Cases in the order in which they were begun."""
+    rows = connect(database).select(record="step")
+    return list(dict.fromkeys(row.case for row in sorted(rows, key=lambda r: r.id)))
+
+
+# Variants of the scene, the dearest one last.
+DEAREST_LAST = {
+    "penetrations": {"path.values": [(0.1,), (8.0,)]},
+    "heights": {"path.values": [(2.0, 1.9), (2.0, -6.0)]},
+    "loads": {"path.values": [(1.0,), (2000.0,)]},
+    "more steps": {"path.values": [(0.1,), (0.1, 0.1)]},
+    "larger windows": {"substrate.shape": [(40, 40), (80, 80)]},
+}
+CONTROLS = {"heights": "height", "loads": "load"}
+
+
+@pytest.mark.parametrize("variants", DEAREST_LAST)
+def test_cases_of_largest_cost_go_first(variants, tmp_path):
+    control = CONTROLS.get(variants, "penetration")
+    scene = replace(SCENE, path=replace(SCENE.path, control=control))
+    cheap, dear = product(scene, DEAREST_LAST[variants])
+    finish([cheap, dear], tmp_path / "e.db")
+    assert order(tmp_path / "e.db") == [case_of(dear), case_of(cheap)]
+
+
+@pytest.mark.parametrize("control", ["load", "height"])
+def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
+    scene = Scene.parse(
+        f"""
+        substrate = {{ spacing = 2.5, contact_modulus = 80.0 }}
+        sphere = {{ radius = 60.0 }}
+        roughness = {{ long_wavelength = 16.0, seed = 5 }}
+        interaction = {{ kind = "adhesive", work_of_adhesion = 0.05 }}
+        path = {{ control = "{control}", values = [3.0, 1.0, 2.0] }}
+        """
+    )
+    finish([scene], tmp_path / "e.db")
+    columns = read_ensemble(tmp_path / "e.db")
+    inputs = {
+        "control": control,
+        "radius": 60.0,
+        "rms_slope": 0.1,
+        "hurst": 0.8,
+        "short_wavelength": 4.0,
+        "long_wavelength": 16.0,
+        "seed": 5,
+        "kind": "adhesive",
+        "work_of_adhesion": 0.05,
+    }
+    for name, value in inputs.items():
+        assert columns[name].tolist() == [value] * 3
+    np.testing.assert_allclose(columns["spacing"], 2.5)
+    np.testing.assert_allclose(columns["contact_modulus"], 80.0 * GPA)
+    unit = NN if control == "load" else 1.0
+    np.testing.assert_allclose(columns["target"], [3.0 * unit, unit, 2.0 * unit])
+    assert columns["step"].tolist() == [0, 1, 2]
+    reached = {"load": "normal_force"}.get(control, control)
+    np.testing.assert_allclose(columns[reached], columns["target"], rtol=1e-3)
+
+
+def test_a_smooth_sphere_without_adhesion_has_no_numbers_of_either(tmp_path):
+    finish([SCENE], tmp_path / "e.db")
+    columns = read_ensemble(tmp_path / "e.db")
+    assert columns["rms_slope"] == [0.0] and columns["seed"] == [-1]
+    for name in ("hurst", "short_wavelength", "long_wavelength", "work_of_adhesion"):
+        assert np.isnan(columns[name]).all()
+
+
+def test_progress_counts_steps_of_all_cases(tmp_path):
+    scenes = product(SCENE, {"path.values": [(0.1, 0.2), (0.1, 0.2, 0.3)]})
+    progress = finish(scenes, tmp_path / "e.db")
+    assert (progress.steps, progress.total, progress.failures) == (5, 5, {})
