@@ -4,19 +4,21 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import LennardJones93, RoughContact, RoughSphere, substrate
+from ase_roughcontact.elasticity import Isotropic
 
 SPHERE = RoughSphere(10.0)
 WALL = LennardJones93.repulsive(1.0, 1.0)
 PER_ATOM = ("energies", "forces", "pressure", "gap", "contact")
 NUMBERS = ("energy", "normal_force", "contact_area")
 
-# Another value of every parameter of the calculator.
+# Another value of every parameter of the calculator, and what it goes along with.
 OTHERS = {
-    "indenter": RoughSphere(20.0),
-    "contact_modulus": 2.0,
-    "interaction": LennardJones93.adhesive(1.0, 1.0, 0.1),
-    "load": 0.7,
-    "fft": {"dtype": "float32"},
+    "indenter": {"indenter": RoughSphere(20.0)},
+    "contact_modulus": {"contact_modulus": 2.0},
+    "solid": {"solid": Isotropic(3.0), "contact_modulus": None},
+    "interaction": {"interaction": LennardJones93.adhesive(1.0, 1.0, 0.1)},
+    "load": {"load": 0.7},
+    "fft": {"fft": {"dtype": "float32"}},
 }
 
 
@@ -60,11 +62,11 @@ def test_every_parameter_of_the_calculator_is_in_the_table():
 def test_results_follow_a_parameter_that_is_set(name, wall):
     atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, wall)
     before = results(atoms, calc)
-    calc.set(**{name: OTHERS[name]})
+    calc.set(**OTHERS[name])
     changed = differ(assert_fresh(atoms, calc), before)
     assert {"energy", "energies", "forces"} <= changed
-    given = calc.parameters | {name: RoughContact(SPHERE, 1.0, wall).parameters[name]}
-    calc.set(**given)
+    usual = RoughContact(SPHERE, 1.0, wall).parameters
+    calc.set(**{key: usual[key] for key in OTHERS[name]})
     assert not differ(results(atoms, calc), before)
 
 

@@ -3,12 +3,13 @@
 Expected factors follow from the elementary charge alone.
 """
 
-from dataclasses import fields, replace
+import json
+import re
 
 import numpy as np
 import pytest
 
-from ase_roughcontact.scene import InteractionConfig, Scene, SolverConfig
+from ase_roughcontact.scene import Scene, default_text
 
 CHARGE = 1.602176634e-19  # eV in J
 NN = 1e-19 / CHARGE  # in eV/Å
@@ -16,67 +17,83 @@ GPA = 1e-21 / CHARGE  # in eV/Å^3
 J_PER_M2 = 1e-20 / CHARGE  # in eV/Å^2
 A0, MODULUS = 2.5, 80.0
 
-SCENE = """
-[substrate]
-symbol = "Au"
-spacing = 2.5
-contact_modulus = 80.0
-shape = [32, 48]
-periodic = true
-[sphere]
-radius = 60.0
-profile = "sphere"
-[roughness]
-rms_slope = 0.2
-hurst = 0.7
-short_wavelength = 5.0
-long_wavelength = 16.0
-longest_wavelength = 24.0
-seed = 3
-random_amplitudes = true
-normalise = "ensemble"
-domain = 120.0
-[interaction]
-kind = "full"
-work_of_adhesion = 0.3
-cutoff = 7.0
-[path]
-control = "load"
-first = 2.0
-last = 50.0
-steps = 3
-scale = "linear"
-[solver]
-optimizer = "LBFGS"
-accuracy = 1e-3
-fmax = 1e-5
-max_steps = 77
-"""
+SCENE = {
+    "substrate": {
+        "symbol": "Au",
+        "spacing": A0,
+        "contact_modulus": MODULUS,
+        "shape": [32, 48],
+        "periodic": True,
+    },
+    "sphere": {"radius": 60.0, "profile": "sphere"},
+    "roughness": {
+        "rms_slope": 0.2,
+        "hurst": 0.7,
+        "short_wavelength": 5.0,
+        "long_wavelength": 16.0,
+        "longest_wavelength": 24.0,
+        "seed": 3,
+        "random_amplitudes": True,
+        "normalise": "ensemble",
+        "domain": 120.0,
+    },
+    "interaction": {"kind": "full", "work_of_adhesion": 0.3, "cutoff": 7.0},
+    "path": {
+        "control": "load",
+        "first": 2.0,
+        "last": 50.0,
+        "steps": 3,
+        "scale": "linear",
+    },
+    "solver": {
+        "optimizer": "LBFGS",
+        "accuracy": 1e-3,
+        "fmax": 1e-5,
+        "max_steps": 77,
+    },
+}
+
+
+def scene_with(changes=(), **tables):
+    """Scene of a file with other keys or tables; what is None is not in it."""
+    text = ""
+    for title, keys in (SCENE | tables).items():
+        if keys is None:
+            continue
+        others = {
+            key.partition(".")[2]: value
+            for key, value in dict(changes).items()
+            if key.startswith(f"{title}.")
+        }
+        given = {key: v for key, v in (keys | others).items() if v is not None}
+        lines = [f"{key} = {json.dumps(value)}" for key, value in given.items()]
+        text += "\n".join([f"[{title}]", *lines, ""])
+    return Scene.parse(text)
 
 
 def rough(scene):
     return scene.surface.roughness
 
 
-def atoms(scene):
-    return scene.atoms()
-
-
 # What a key stands for, its value in ASE's units, and another value of the key.
 KEYS = {
-    "substrate.symbol": (lambda s: atoms(s).symbols[0], "Au", "Cu"),
-    "substrate.spacing": (lambda s: atoms(s).positions[1, 1], A0, 3.0),
+    "substrate.symbol": (lambda s: s.atoms().symbols[0], "Au", "Cu"),
+    "substrate.spacing": (lambda s: s.atoms().positions[1, 1], A0, 3.0),
     "substrate.contact_modulus": (
-        lambda s: atoms(s).calc.parameters["contact_modulus"],
+        lambda s: s.atoms().calc.parameters["contact_modulus"],
         MODULUS * GPA,
         90.0,
     ),
     "substrate.shape": (
-        lambda s: (np.diag(atoms(s).cell)[:2] / A0).tolist(),
+        lambda s: (np.diag(s.atoms().cell)[:2] / A0).tolist(),
         [32.0, 48.0],
-        (36, 48),
+        [36, 48],
     ),
-    "substrate.periodic": (lambda s: atoms(s).pbc.tolist(), [True, True, False], False),
+    "substrate.periodic": (
+        lambda s: s.atoms().pbc.tolist(),
+        [True, True, False],
+        False,
+    ),
     "sphere.radius": (lambda s: s.surface.radius, 60.0 * A0, 70.0),
     "sphere.profile": (lambda s: s.surface.profile, "sphere", "paraboloid"),
     "roughness.rms_slope": (lambda s: rough(s).rms_slope, 0.2, 0.1),
@@ -121,85 +138,77 @@ def relaxed_by(scene):
     return scene.optimizer(scene.atoms(), logfile=None)
 
 
-def changed(scene, key, value):
-    title, _, name = key.partition(".")
-    return replace(scene, **{title: replace(getattr(scene, title), **{name: value})})
+def keys_of(text):
+    """Keys of a scene file by table, those in comments as well."""
+    found, title = set(), None
+    for line in text.splitlines():
+        title = (re.match(r"\[(\w+)\]", line) or [None, title])[1]
+        key = re.match(r"#?(\w+) = ", line)
+        found |= {f"{title}.{key[1]}"} if key else set()
+    return found
 
 
 def test_the_table_has_every_key_of_a_scene_file():
-    scene = Scene.parse(SCENE)
-    keys = {
-        f"{table.name}.{key.name}"
-        for table in fields(scene)
-        for key in fields(getattr(scene, table.name))
-    }
-    assert keys == KEYS.keys() | INSTEAD
+    assert keys_of(default_text()) == KEYS.keys() | INSTEAD
 
 
 @pytest.mark.parametrize("key", KEYS)
 def test_a_key_arrives_in_the_units_of_ase(key):
     read, expected, other = KEYS[key]
-    scene = Scene.parse(SCENE)
     if isinstance(expected, float):
-        assert read(scene) == pytest.approx(expected, rel=1e-7)
-    else:
-        assert read(scene) == expected
+        expected = pytest.approx(expected, rel=1e-7)
+    assert read(scene_with()) == expected
+    changes = {key: other}
     if key == "interaction.kind":  # which has neither work of adhesion nor cutoff
-        wall = replace(scene.interaction, work_of_adhesion=None, cutoff=None)
-        scene = replace(scene, interaction=wall)
-    assert read(changed(scene, key, other)) != expected
+        changes |= {"interaction.work_of_adhesion": None, "interaction.cutoff": None}
+    assert read(scene_with(changes)) != expected
 
 
 @pytest.mark.parametrize("control", ["load", "penetration", "height"])
 def test_targets_are_in_nanonewton_or_in_angstrom(control):
-    path = replace(Scene.parse(SCENE).path, control=control)
-    scene = replace(Scene.parse(SCENE), path=path)
     unit = NN if control == "load" else 1.0
+    scene = scene_with({"path.control": control})
     np.testing.assert_allclose(scene.steps, unit * np.array([2.0, 26.0, 50.0]))
-    ends = dict.fromkeys(("first", "last", "steps"))
-    listed = replace(scene, path=replace(path, values=(1.5, 3.0), **ends))
+    listed = scene_with(path={"control": control, "values": [1.5, 3.0]})
     np.testing.assert_allclose(listed.steps, unit * np.array([1.5, 3.0]))
 
 
 def test_a_geometric_path_has_equal_ratios_and_as_many_steps_as_were_asked_for():
-    path = replace(Scene.parse(SCENE).path, scale="geometric", steps=5)
-    steps = replace(Scene.parse(SCENE), path=path).steps
-    ratios = steps[1:] / steps[:-1]
-    np.testing.assert_allclose(ratios, 25.0**0.25)
+    steps = scene_with({"path.scale": "geometric", "path.steps": 5}).steps
+    np.testing.assert_allclose(steps[1:] / steps[:-1], 25.0**0.25)
     assert (len(steps), steps[0]) == (5, pytest.approx(2.0 * NN))
 
 
 def test_elastic_constants_are_in_gigapascal():
-    def modulus(unit):
-        constants = (unit * 4.0, unit * 2.0, unit * 1.0)
-        scene = changed(Scene.parse(SCENE), "substrate.contact_modulus", None)
-        return changed(scene, "substrate.elastic_constants", constants).contact_modulus
-
-    # isotropic: E = mu (3 lambda + 2 mu)/(lambda + mu), nu = 1/3
-    assert modulus(20.0) == pytest.approx(20.0 * (8.0 / 3.0) / (8.0 / 9.0) * GPA)
+    # isotropic: E = mu (3 lambda + 2 mu)/(lambda + mu), nu = lambda/2(lambda + mu)
+    mu, lame = 20.0, 40.0
+    constants = [lame + 2.0 * mu, lame, mu]
+    scene = scene_with(substrate={"symbol": "Au", "elastic_constants": constants})
+    nu = 0.5 * lame / (lame + mu)
+    young = mu * (3.0 * lame + 2.0 * mu) / (lame + mu)
+    assert scene.contact_modulus == pytest.approx(young / (1.0 - nu**2) * GPA)
 
 
 def test_the_crystal_gives_what_is_not_given():
-    scene = replace(
-        Scene.parse(SCENE),
-        substrate=replace(
-            Scene.parse(SCENE).substrate, spacing=None, contact_modulus=None
-        ),
-    )
+    scene = scene_with(substrate={"symbol": "Au"})
     assert scene.spacing == pytest.approx(4.08 / 2**0.5)
-    assert 80.0 * GPA < scene.contact_modulus < 110.0 * GPA  # gold
+    assert 80.0 * GPA < scene.contact_modulus < 110.0 * GPA
 
 
 @pytest.mark.parametrize("domain", [None, 120.0])
 @pytest.mark.parametrize("longest", [None, 24.0])
 def test_surface_and_first_contact_scale_with_the_spacing(longest, domain):
-    scene = changed(Scene.parse(SCENE), "roughness.longest_wavelength", longest)
-    scene = changed(scene, "roughness.domain", domain)
     found = []
     for spacing in (1.0, 4.0):
-        scaled = changed(scene, "substrate.spacing", spacing)
-        heights = scaled.surface.heights((16, 12), spacing, (-spacing, 2.0 * spacing))
-        bottom = atoms(scaled).positions[-1, 2]
+        scene = scene_with(
+            {
+                "roughness.longest_wavelength": longest,
+                "roughness.domain": domain,
+                "substrate.spacing": spacing,
+            }
+        )
+        heights = scene.surface.heights((16, 12), spacing, (-spacing, 2.0 * spacing))
+        bottom = scene.atoms().positions[-1, 2]
         found.append(np.append(heights.ravel(), bottom) / spacing)
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9, atol=1e-12)
 
@@ -210,19 +219,20 @@ def test_surface_and_first_contact_scale_with_the_spacing(longest, domain):
 )
 def test_walls_scale_with_modulus_and_spacing(kind, work):
     def wall(spacing, modulus):
-        scene = changed(Scene.parse(SCENE), "substrate.spacing", spacing)
-        scene = changed(scene, "substrate.contact_modulus", modulus)
-        table = replace(
-            scene.interaction,
-            kind=kind,
-            work_of_adhesion=work and work * modulus * spacing,
-            cutoff=None,
-        )
-        return replace(scene, interaction=table).wall
+        changes = {
+            "substrate.spacing": spacing,
+            "substrate.contact_modulus": modulus,
+        }
+        table = {
+            "kind": kind,
+            "work_of_adhesion": work and work * modulus * spacing,
+        }
+        return scene_with(changes, interaction=table).wall
 
     small, large = wall(1.0, 10.0), wall(2.0, 40.0)
     assert large.cutoff == pytest.approx(2.0 * small.cutoff)
     assert large.contact_distance == pytest.approx(2.0 * small.contact_distance)
+    assert large.attractive == small.attractive == (work is not None)
     if kind != "hard":
         gaps = np.linspace(0.8, 4.0, 9)
         scales = np.array([[8.0], [4.0], [2.0]])  # energy, pressure, stiffness
@@ -231,13 +241,16 @@ def test_walls_scale_with_modulus_and_spacing(kind, work):
         np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("shape", ["auto", (40, 40)], ids=str)
+@pytest.mark.parametrize("shape", ["auto", [40, 40]], ids=str)
 @pytest.mark.parametrize("control", ["load", "penetration"])
 def test_a_window_that_is_given_is_kept_and_else_chosen_step_by_step(shape, control):
-    scene = replace(Scene.parse(SCENE), roughness=None, interaction=InteractionConfig())
-    for key, value in (("substrate.shape", shape), ("path.control", control)):
-        scene = changed(scene, key, value)
-    scene = replace(changed(scene, "substrate.periodic", False), solver=SolverConfig())
-    windows = {record.window for record in scene.relax([0.5, 4.0])}
+    scene = scene_with(
+        {"substrate.shape": shape, "substrate.periodic": False},
+        roughness=None,
+        interaction={},
+        path={"control": control, "values": [0.5, 4.0]},
+        solver={},
+    )
+    windows = {record.window for record in scene.relax()}
     assert len(windows) == (2 if shape == "auto" else 1)
     assert ("40x40" in windows) == (shape != "auto")
