@@ -1,6 +1,6 @@
 """Faults: what is left of a calculation that is killed, stopped or has no room.
 
-Ensembles have such tests of their own, in `test_ensemble`.
+Tests of interrupted ensembles are in `tests/ensemble`.
 """
 
 import csv

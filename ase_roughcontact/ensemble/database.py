@@ -1,11 +1,13 @@
-"""The ASE database of an ensemble, which many workers write to at the same time.
+"""The ASE database of an ensemble, to which many workers write at the same time.
 
-ASE's `reserve` marks a row as taken, but not by whom: the mark stays when the worker is
-killed, and so does ASE's lock file. Two other things take their place. A step is added
-in a transaction that first checks that the database does not have it, so that it is
-stored once, whoever calculates it. And a worker locks the case it calculates, so that
-no other calculates it meanwhile; the operating system or the database server releases
-the lock when the worker ends, however it ends.
+ASE's `reserve` marks a row as taken, but not by whom, and the mark stays when the
+worker is killed, as does ASE's lock file. They are replaced by two mechanisms:
+
+- A load step is added in a transaction that first checks that it is missing. It is
+  therefore stored once, even if several workers calculate it.
+- A worker locks the case that it calculates, to keep other workers from it. The
+  operating system or the database server releases the lock when the worker ends,
+  for whatever reason.
 """
 
 from __future__ import annotations
@@ -15,7 +17,7 @@ import os
 import re
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from glob import escape, glob
 from pathlib import Path
@@ -119,8 +121,7 @@ class EnsembleDatabase:
             row = db.get(record="case", case=case)
             db.update(row.id, data=data, state=state, **_without_nan(values))
 
-    @contextmanager
-    def lock(self, name: str) -> Iterator[bool]:
+    def lock(self, name: str) -> AbstractContextManager[bool]:
         """Lock a name until the end of the context or of this process.
 
         Parameters
@@ -128,17 +129,14 @@ class EnsembleDatabase:
         name : str
             Of a case or of a run.
 
-        Yields
-        ------
-        bool
-            Whether the name was free.
+        Returns
+        -------
+        context manager
+            Its value is whether the name was free.
         """
         if "://" in self.address:
-            with _server_lock(self.address, name) as free:
-                yield free
-        else:
-            with _file_lock(f"{self.address}-{name}.lock") as free:
-                yield free
+            return _server_lock(self.address, name)
+        return _file_lock(f"{self.address}-{name}.lock")
 
     def is_locked(self, name: str) -> bool:
         """Whether a name is locked by a process that is alive."""

@@ -197,8 +197,13 @@ def test_the_lock_of_a_killed_process_is_released(tmp_path):
     process = SPAWN.Process(target=hold_lock, args=(database, locked))
     process.start()
     assert locked.wait(30) and database.is_locked("c")
+    database.create()  # removes lock files, but not those of living processes
+    assert database.is_locked("c")
     process.kill()
     process.join(10)
+    assert list(tmp_path.glob("*.lock"))
+    database.create()
+    assert not list(tmp_path.glob("*.lock"))
     assert not database.is_locked("c")
 
 
