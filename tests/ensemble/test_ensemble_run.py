@@ -5,7 +5,7 @@ import os
 import signal
 import threading
 import time
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from itertools import zip_longest
 from pathlib import Path
@@ -79,23 +79,6 @@ def test_result_does_not_depend_on_the_number_of_processes(undisturbed, tmp_path
     assert (seen[0].steps, seen[-1].steps, seen[-1].left) == (0, STEPS, 0.0)
     assert_same(read_ensemble(tmp_path / "e.db"), read_ensemble(undisturbed))
     assert [path.name for path in tmp_path.rglob("*.*")] == ["e.db"]
-
-
-def test_expensive_cases_start_first(tmp_path):
-    class Recorder:
-        cases = []
-
-        def submit(self, _, run, case, scene):
-            self.cases.append(case)
-            done = Future()
-            done.set_result(("failed", "not calculated"))
-            return done
-
-    radii = 50.0, 70.0, 60.0
-    scenes = product(SCENE, {"sphere.radius": radii})
-    list(run_ensemble(scenes, tmp_path / "e.db", Recorder()))
-    order = sorted(zip(radii, scenes, strict=True), key=lambda x: -x[0])
-    assert Recorder.cases == [case_of(scene) for _, scene in order]
 
 
 def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
