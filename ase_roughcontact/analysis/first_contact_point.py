@@ -65,7 +65,7 @@ def first_contact(
     _, spacing, offset = window((1, 1), spacing, offset)
     footprint = Footprint(indenter, spacing, offset)
     footprint.check(footprint.lowest)
-    lowest = footprint.below(footprint.lowest)
+    lowest = footprint.box_below(footprint.lowest)
     heights = footprint.heights(lowest)
     site = np.unravel_index(heights.argmin(), heights.shape)
     x, y = (

@@ -1,18 +1,7 @@
-"""Accuracy as one word or one number: a relative error in force and area.
+"""Accuracy of a path: an allowed relative error, and the force tolerance it requires.
 
-Optimizers stop at a force that is left on atoms. What error of the whole that makes was
-measured (``examples/benchmarks/promises.py --study paths``) for walls that push and
-that pull, at heights and under loads, in small steps and large ones, at relative
-tolerances from 1e-1 to 1e-5. In 480 states in contact the error of the force was at
-most 0.4 of the tolerance. On ways through the first and the last touch, 494 states, it
-was more than four times the tolerance in 8 of 2470 cases, all of them with strong
-adhesion, where the path jumps: mostly up to 26 times, and without limit where a jump
-was taken a step too late. So the tolerance is a quarter of the error, which takes up to
-15 % more transforms, and no such factor is safe at a jump. The table of errors and
-costs is in ``examples/guide/accuracy.md``.
-
-An accuracy is that of the solution, and leaves the model as it is: the wall, its cutoff
-too, and the spacing.
+The error is that of the numerical solution; it does not cover the model: the wall, its
+cutoff, and the spacing.
 """
 
 from __future__ import annotations
@@ -20,39 +9,45 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ase_roughcontact._util.validation import positive, unknown
+from ase_roughcontact.contact import ContactState
+
+# Largest ratio of the relative error in the normal force to the relative tolerance of
+# the forces on atoms. No ratio is safe at an instability.
+_ERROR_PER_TOLERANCE = 4.0
+# Force on an atom in contact before any is known, in units of E* a0^2: about that on
+# self-affine surfaces of a rms slope of 0.1.
+_TYPICAL_FORCE = 0.05
+# Smallest tolerance in units of E* a0^2: rounding errors of the forces.
+_ROUNDING = 1e-13
+# A reduced tolerance is this part of the required one, so that the next state does not
+# need another reduction.
+_REDUCTION = 0.5
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """What an accuracy asks of a calculation.
+    """Allowed error, and the relative tolerance of forces for it.
 
     Attributes
     ----------
     error : float
-        That is allowed in the normal force, relative to the push on the atoms in
-        contact, and in the contact area, beyond one atom: the area is a number of
-        atoms. A state in which the path jumps is not meant.
+        Largest error of the normal force, relative to the total repulsive force, and of
+        the contact area, relative to it, beyond one atom. States at an instability are
+        excepted.
     tolerance : float
-        Largest force that may be left on any atom, in units of the mean force on the
-        atoms in contact.
+        Largest remaining force on any atom, relative to the mean force on the atoms in
+        contact.
     """
 
     error: float
     tolerance: float
 
 
-# Relative error per relative tolerance, at most (measured).
-_FACTOR = 4.0
-
-
 def _within(error: float) -> Accuracy:
-    return Accuracy(error, error / _FACTOR)
+    return Accuracy(error, error / _ERROR_PER_TOLERANCE)
 
 
-#: Accuracies by name. On contacts 30 and 100 atoms in radius, from a cold start, "fast"
-#: erred by 2e-8 to 3e-5 in the force, "normal" by 5e-10 to 1e-6, "high" by 1e-12 to
-#: 7e-11, all with the same atoms in contact but for two of 25 000; "normal" took up to
-#: 1.5 times the transforms of "fast", "high" up to 2.2 times.
+#: Accuracies by name.
 LEVELS = {
     "fast": _within(1e-2),
     "normal": _within(1e-4),
@@ -61,13 +56,12 @@ LEVELS = {
 
 
 def accuracy_of(wanted: str | float) -> Accuracy:
-    """Accuracy by name, or for a relative error in force and area.
+    """Return the accuracy of a name, or for a relative error in force and area.
 
     Parameters
     ----------
     wanted : {"fast", "normal", "high"} or float
-        A number is a relative error, from 1e-12 to below 1; ten times less takes 2
-        to 3.5 more pairs of transforms where 10 to 80 are needed.
+        A number is a relative error, from 1e-12 to below 1.
 
     Returns
     -------
@@ -76,7 +70,7 @@ def accuracy_of(wanted: str | float) -> Accuracy:
     Raises
     ------
     ValueError
-        If there is none of this name, or the error is out of range.
+        If the name is unknown, or the error out of range.
     """
     if isinstance(wanted, str):
         if wanted not in LEVELS:
@@ -88,3 +82,68 @@ def accuracy_of(wanted: str | float) -> Accuracy:
             f"accuracy must be a relative error from 1e-12 to 1, got {wanted:g}"
         )
     return _within(float(wanted))
+
+
+class ForceTolerance:
+    r"""Tolerance of forces relative to the mean force on the atoms in contact.
+
+    .. math:: f_\max = \max\left(t \, \frac{\sum_{p > 0} p a_0^2}{n},\,
+              10^{-13} E^* a_0^2\right)
+
+    with the relative tolerance :math:`t` and the :math:`n` atoms of pressure
+    :math:`p > 0`. The mean force is that of the state relaxed last.
+
+    Parameters
+    ----------
+    relative : float
+        The relative tolerance.
+    unit : float
+        ``E* a0^2`` (force).
+    """
+
+    def __init__(self, relative: float, unit: float) -> None:
+        self._relative = relative
+        self._mean_force = _TYPICAL_FORCE * unit
+        self._smallest = _ROUNDING * unit
+
+    def expected(self, load: float) -> float:
+        """Return the tolerance for a state that is not known yet.
+
+        Parameters
+        ----------
+        load : float
+            Load on the indenter, if positive: a single atom carries no more.
+
+        Returns
+        -------
+        float
+        """
+        return self._for(
+            min(self._mean_force, load) if load > 0.0 else self._mean_force
+        )
+
+    def reduced(self, tolerance: float, state: ContactState) -> float | None:
+        """Return the tolerance with which to continue; None if the last one suffices.
+
+        Parameters
+        ----------
+        tolerance : float
+            To which the state was relaxed.
+        state : ContactState
+
+        Returns
+        -------
+        float or None
+        """
+        count = state.repulsive_atoms
+        if not count:
+            return None
+        push = state.pressure.sum(where=state.contact) * state.cell_area
+        self._mean_force = float(push) / count
+        required = self._for(self._mean_force)
+        if tolerance <= required:
+            return None
+        return max(_REDUCTION * required, self._smallest)
+
+    def _for(self, mean_force: float) -> float:
+        return max(self._relative * mean_force, self._smallest)

@@ -1,7 +1,8 @@
-"""What a loop of approach and retraction tells: jumps, and the energy they cost.
+"""Instabilities of an adhesion loop, and the energy that they dissipate.
 
-While a surface stays in its minimum of energy, the work done on the indenter is all
-stored, ``dE = -N dZ``. What is not stored between two states was lost in a jump.
+While a surface stays in its minimum of energy, the work done on the indenter is stored,
+``dE = -N dZ``. The energy that is not stored between two states was dissipated when the
+surface jumped to another minimum.
 """
 
 from __future__ import annotations
@@ -17,12 +18,12 @@ from ase_roughcontact.paths.record import LoadStep
 
 @dataclass(frozen=True)
 class Jump:
-    """An instability, between two states at neighbouring heights.
+    """An instability between two neighbouring states.
 
     Attributes
     ----------
     before, after : LoadStep
-        The last state on this side of the jump, and the first one beyond.
+        The last state before the jump, and the first one after it.
     """
 
     before: LoadStep
@@ -30,30 +31,30 @@ class Jump:
 
     @property
     def height(self) -> float:
-        """Height of the indenter, the middle of the bracket (Å)."""
+        """Height of the indenter, in the middle between the two states (Å)."""
         return 0.5 * (self.before.height + self.after.height)
 
     @property
     def dissipated_energy(self) -> float:
-        """Energy that was lost (eV).
+        """Energy lost in the jump (eV).
 
-        Where in the bracket the force changed is not known: the error is at most half
-        of that change times the width of the bracket.
+        Its error is at most half the change of the force times that of the height, as
+        the exact height of the jump is not known.
         """
-        return lost_energy(self.before, self.after)
+        return _lost_energy(self.before, self.after)
 
 
 @dataclass(frozen=True)
 class AdhesionLoop:
-    """A contact made and parted.
+    """Result of `adhesion_loop`: states and instabilities of approach and retraction.
 
     Attributes
     ----------
     approach, retraction : tuple of LoadStep
-        The states on the way down, from out of reach to the deepest one, and on the way
-        up, until nothing acts on the indenter any more.
+        The states from beyond the range of the wall to the deepest one, and from there
+        until nothing acts on the indenter.
     approach_jumps, retraction_jumps : tuple of Jump
-        The instabilities found on either way.
+        The instabilities on either branch.
     """
 
     approach: tuple[LoadStep, ...]
@@ -63,53 +64,53 @@ class AdhesionLoop:
 
     @property
     def pull_off_force(self) -> float:
-        """Largest tension on the way up, zero without any (eV/Å)."""
-        return max(0.0, -min(record.normal_force for record in self.retraction))
+        """Largest tension during retraction, zero without any (eV/Å)."""
+        return max(0.0, -min(state.normal_force for state in self.retraction))
 
     @property
     def jump_in(self) -> float | None:
-        """Height of the first jump on the way down, None without one (Å)."""
+        """Height of the first jump during approach, None without one (Å)."""
         return self.approach_jumps[0].height if self.approach_jumps else None
 
     @property
     def jump_out(self) -> float | None:
-        """Height of the last jump on the way up, None without one (Å)."""
+        """Height of the last jump during retraction, None without one (Å)."""
         return self.retraction_jumps[-1].height if self.retraction_jumps else None
 
     @property
     def dissipated_energy(self) -> float:
         r"""Area of the loop of force against height, :math:`-\oint N\,dZ` (eV)."""
-        records = (*self.approach, *self.retraction)
-        return sum(map(_work, records, records[1:]))
+        states = (*self.approach, *self.retraction)
+        return sum(map(_work, states, states[1:]))
 
     @property
     def energy_lost_in_jumps(self) -> float:
-        """Energy lost in the jumps, which is all of it if none was overlooked (eV)."""
+        """Energy lost in the jumps; all that is dissipated, if none was missed (eV)."""
         jumps = (*self.approach_jumps, *self.retraction_jumps)
         return sum(jump.dissipated_energy for jump in jumps)
 
 
 def zero_load_area(records: Sequence[LoadStep]) -> float:
-    """Contact area at zero force, between the states of an approach or a retraction.
+    """Interpolate the contact area at zero force of an approach or a retraction.
 
     Parameters
     ----------
     records : sequence of LoadStep
-        Of one way down or up, in any order.
+        The states of one branch, in any order.
 
     Returns
     -------
     float
-        Area, interpolated linearly in the force where it falls to zero on the way up
-        from the deepest state (Å^2).
+        Area where the force, from the deepest state upwards, first falls to zero (Å^2).
+        It is linear in the force between the states.
 
     Raises
     ------
     ValueError
-        If the force does not change its sign, or does not come down to zero.
+        If the force does not change its sign, or is not positive at the deepest state.
     """
-    upward = sorted(records, key=lambda record: record.height)
-    forces = [record.normal_force for record in upward]
+    upward = sorted(records, key=lambda state: state.height)
+    forces = [state.normal_force for state in upward]
     first = next((i for i, force in enumerate(forces) if force <= 0.0), None)
     if not first:
         raise ValueError(
@@ -123,25 +124,25 @@ def zero_load_area(records: Sequence[LoadStep]) -> float:
 
 
 def low_load_area(records: Iterable[LoadStep], largest_load: float) -> float:
-    """Area A_adh that an adhesive first asperity keeps while the load is low.
+    """Return the constant contact area of an adhesive first asperity at low loads.
 
     Parameters
     ----------
     records : iterable of LoadStep
-        Of one realisation of the roughness, on one way.
+        The states of one realisation of the roughness on one branch.
     largest_load : float
-        End of the low loads (eV/Å).
+        Upper limit of the low loads (eV/Å).
 
     Returns
     -------
     float
-        Constant nearest, by least squares of the logarithm, to the areas at forces
-        above zero and up to `largest_load` (Å^2).
+        Geometric mean of the areas at forces above zero and up to `largest_load`
+        (Å^2).
 
     Raises
     ------
     ValueError
-        If `largest_load` is not above zero, or no atom touches at such a force.
+        If `largest_load` is not positive, or no atom touches at such a force.
 
     References
     ----------
@@ -149,65 +150,68 @@ def low_load_area(records: Iterable[LoadStep], largest_load: float) -> float:
     """
     positive(largest_load=largest_load)
     areas = [
-        record.contact_area
-        for record in records
-        if 0.0 < record.normal_force <= largest_load and record.contact_area > 0.0
+        state.contact_area
+        for state in records
+        if 0.0 < state.normal_force <= largest_load and state.contact_area > 0.0
     ]
     if not areas:
         raise ValueError(f"no state in contact has a force from 0 to {largest_load:g}")
     return float(np.exp(np.mean(np.log(areas))))
 
 
-def lost_energy(before: LoadStep, after: LoadStep) -> float:
-    """Work between two states that was not stored.
+def balanced(
+    before: LoadStep, after: LoadStep, tolerance: float, smallest_force: float
+) -> bool:
+    """Return whether the work between two states was stored, within a tolerance.
 
     Parameters
     ----------
     before, after : LoadStep
-        In the order in which they were passed.
+        Neighbouring states.
+    tolerance : float
+        Relative to the larger normal force.
+    smallest_force : float
+        To which the tolerance is relative where the normal force is smaller (eV/Å).
 
     Returns
     -------
-    float
-        Zero but for the error of the trapezoid where nothing jumped (eV).
+    bool
+        False also if the second state has not converged.
     """
-    return _work(before, after) - (after.energy - before.energy)
+    force = max(abs(before.normal_force), abs(after.normal_force), smallest_force)
+    allowed = tolerance * force + _force_error(before, after)
+    distance = abs(after.height - before.height)
+    return after.converged and abs(_lost_energy(before, after)) <= allowed * distance
 
 
 def jumped(before: LoadStep, after: LoadStep) -> bool:
-    """Whether more was lost than any force between the two states explains.
+    """Return whether more energy was lost than any force between two states explains.
 
     Parameters
     ----------
     before, after : LoadStep
-        Neighbours, in the order in which they were passed.
+        Neighbouring states.
 
     Returns
     -------
     bool
     """
     change = abs(after.normal_force - before.normal_force)
-    explained = 0.5 * change + force_error(before, after)
-    return lost_energy(before, after) > explained * abs(after.height - before.height)
+    explained = 0.5 * change + _force_error(before, after)
+    return _lost_energy(before, after) > explained * abs(after.height - before.height)
 
 
-def force_error(*records: LoadStep) -> float:
-    """Error of a normal force while every acting atom may miss its equilibrium.
-
-    Parameters
-    ----------
-    *records : LoadStep
-        States of which the largest error counts.
-
-    Returns
-    -------
-    float
-        Largest force left times the number of atoms that the wall acts on (eV/Å).
-    """
-    return max(r.max_force * (r.repulsive_atoms + r.attractive_atoms) for r in records)
+def _lost_energy(before: LoadStep, after: LoadStep) -> float:
+    """Return the work that was not stored; without a jump, an error of integration."""
+    return _work(before, after) - (after.energy - before.energy)
 
 
 def _work(before: LoadStep, after: LoadStep) -> float:
-    """Work done on the indenter between two states, by the trapezoid."""
+    """Return the work done on the indenter, by the trapezoidal rule."""
     mean_force = 0.5 * (before.normal_force + after.normal_force)
     return mean_force * (before.height - after.height)
+
+
+def _force_error(*states: LoadStep) -> float:
+    """Return the error of the normal force due to the remaining forces on atoms."""
+    return max(s.max_force * (s.repulsive_atoms + s.attractive_atoms) for s in states)

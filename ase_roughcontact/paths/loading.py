@@ -1,26 +1,24 @@
-"""Quasi-static load paths: one relaxed state after the other, each written at once."""
+"""Quasi-static load paths: one relaxed state after another, each written at once."""
 
 from __future__ import annotations
 
-import math
-import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
-from dataclasses import asdict, dataclass
+from contextlib import AbstractContextManager
+from dataclasses import asdict
 from functools import partial
 from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.io import read
 
 from ase_roughcontact.atoms.build import snapshot
+from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.trajectory import Frames, PathName, keeper
-
-# Difference of targets that is rounding, which a path that was made longer has: of a
-# target or, near zero, of the distance of its neighbours.
-_SAME_TARGET = 1e-12
+from ase_roughcontact.paths.trajectory import PathName
+from ase_roughcontact.windows.options import WindowOptions
 
 
 def load_path(
@@ -35,83 +33,85 @@ def load_path(
     loads: Sequence[float] | None = None,
     accuracy: str | float = "normal",
     max_steps: int = 10_000,
-    window: str = "fixed",
+    window: str | WindowOptions = "fixed",
     edge: str = "raise",
     keep: str = "all",
     resume: bool = False,
+    record: type[LoadStep] = LoadStep,
 ) -> Iterator[LoadStep]:
-    """Relax the atoms at one load after the other.
+    """Relax the atoms at one load after another.
 
     Parameters
     ----------
     atoms : Atoms
         From `substrate`, with a `RoughContact` calculator. They are moved.
     penetrations, heights, loads : sequence of float
-        The path, exactly one of: distances that the indenter has come down since it
+        The path, exactly one of: distances that the indenter has moved down since it
         first repels the flat substrate (Å), heights of the indenter (Å), or loads on
-        it (eV/Å). The first two need an indenter that is fixed, loads one that is free.
+        it (eV/Å). The first two need a fixed indenter, loads need a free one.
     optimizer : callable, optional
         Called as ``optimizer(atoms, logfile=None)``; returns an ASE optimizer. A class,
         or a `functools.partial` of one with its options. By default `NewtonKrylov`,
-        or `ActiveSet` where the wall is hard.
+        or `ActiveSet` for a hard wall.
     fmax : float, optional
         Tolerance of the force on every atom (eV/Å), instead of `accuracy`.
     trajectory : path, optional
-        File of an ASE trajectory of snapshots, one per step.
+        ASE trajectory of snapshots, one per step.
     csv : path, optional
-        File of a table of the records, one line per step. If the path goes on, the
-        lines of steps before those in the trajectory stay.
+        CSV file of the results, one line per step. When a path is resumed, lines of
+        steps before those in the trajectory are kept.
     accuracy : {"fast", "normal", "high"} or float
-        Relative error that is allowed in force and area, see `Accuracy`; it sets a
-        tolerance relative to the mean force on the atoms in contact, which fits loads
-        of any size. "high" takes 1.2 to 1.5 times as long as "fast".
+        Allowed relative error of force and area, see `Accuracy`. It sets a tolerance
+        relative to the mean force on the atoms in contact, suitable for any load.
     max_steps : int
-        Steps of the optimizer at most, each time that it is started: a window that
-        grows, or a tolerance that turns out too large, starts it again.
-    window : {"fixed", "auto"}
-        Keep the window of the atoms, or, on a free half space, exchange it in place for
-        one that holds all atoms that can touch at the step, and few others. That needs
-        an indenter that rises out of reach, such as `RoughSphere`.
+        Maximum number of steps for each run of the optimizer. A step takes several
+        runs if its window is enlarged or its tolerance reduced.
+    window : {"fixed", "auto"} or WindowOptions
+        "fixed" keeps the window of the atoms. "auto", on a free half space, exchanges
+        it in place for a small one that contains all atoms that can touch at the step;
+        this needs a bounded indenter, such as `RoughSphere`. `WindowOptions` are
+        options of automatic windows.
     edge : {"raise", "ignore"}
-        What to do when the wall acts on an atom at the edge of a fixed free window: the
-        atoms beyond it, which can't touch, would have touched, unless the indenter ends
-        there, as a flat punch does.
+        What to do if the wall acts on an atom at the edge of a fixed window of a free
+        half space, which probably is too small. Ignore it if the indenter ends there,
+        as a flat punch does.
     keep : {"all", "last"}
-        Frames that the trajectory keeps. The last one is enough to go on from.
+        Frames that the trajectory keeps. The last one is enough to resume.
     resume : bool
-        Go on from the steps that `trajectory` holds already: they are yielded again and
-        not calculated again. The path may have got more steps at its end. Of the frames
-        only the last one is read into memory.
+        Go on from the steps that `trajectory` already contains: they are yielded, but
+        not calculated, again. The path may have been extended at its end.
+    record : type
+        Class of the results: `LoadStep`, or a subclass with more columns.
 
     Yields
     ------
     LoadStep
-        As soon as it is known, and written. A step that does not converge is yielded
-        and written too, marked.
+        After it is written. A step that has not converged is yielded and written too,
+        with ``converged=False`` and a message.
 
     Raises
     ------
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
-        constraint does not fit it, `resume` finds another path (told with what differs)
-        or a file without a frame, or there is a trajectory and the indenter has no
-        `todict` to be told by. With automatic windows, if the indenter does
-        not rise out of reach, or atoms could touch at which its roughness is not known.
+        constraint does not fit it, or the trajectory to resume from is damaged or of
+        another path. With a trajectory, if the indenter has no `todict`. With automatic
+        windows, if the indenter is not bounded, or its roughness not defined where
+        atoms could touch.
     RuntimeError
-        If the contact has come to the edge of a fixed window, or another run is writing
+        If the contact reaches the edge of a fixed window, or another run is writing
         `trajectory`, or has written it since it was read.
     MemoryError
-        If an automatic window does not fit into the memory that is free.
+        If an automatic window does not fit into the available memory.
     OSError
         If a file can't be written.
     """
     if resume and trajectory is None:
         raise ValueError("resume needs the trajectory to go on from")
-    control, targets = _one_path(
-        penetrations=penetrations, heights=heights, loads=loads
-    )
     if keep not in ("all", "last"):
         raise ValueError(f"keep must be 'all' or 'last', got {keep!r}")
+    control, targets = _single_path(
+        penetrations=penetrations, heights=heights, loads=loads
+    )
     stepper = Stepper(
         atoms,
         control,
@@ -121,56 +121,40 @@ def load_path(
         max_steps=max_steps,
         window=window,
         edge=edge,
+        record=record,
     )
-    system = {} if trajectory is None else stepper.system()
-    path = _Path(stepper, system, targets)
-    frames = Frames(trajectory, keep)
-    return _steps(path, frames, csv, _done(path, frames) if resume else None)
+    system = {} if trajectory is None else stepper.describe_system()
+    path = PathDescription(system, control, targets)
+    done = None
+    if resume and trajectory is not None:
+        done = path.finished_steps(trajectory, keep, record)
+    files = open_output(trajectory, csv, record, keep=keep, done=done)
+    return _relax(stepper, path, files, trajectory, done or [])
 
 
-@dataclass(frozen=True)
-class _Path:
-    """The targets of a path, and what goes along it."""
-
-    stepper: Stepper
-    system: dict[str, Any]
-    targets: np.ndarray
-
-    def mark(self, number: int) -> dict[str, Any]:
-        """Tell a step's place on the path from all others."""
-        return {
-            "system": self.system,
-            "control": self.stepper.control,
-            "target": self.targets[number],
-        }
-
-    def step(self, number: int) -> LoadStep:
-        """Relax the atoms at a step."""
-        return self.stepper.step(number, self.targets[number])
-
-    def frame(self, record: LoadStep) -> Atoms:
-        """Return what is kept of the atoms, from which the path goes on."""
-        mark = self.mark(record.step)
-        return snapshot(self.stepper.atoms, load_step=asdict(record), path=mark)
-
-
-def _steps(
-    path: _Path, frames: Frames, table: PathName | None, done: list[LoadStep] | None
+def _relax(
+    stepper: Stepper,
+    path: PathDescription,
+    files: AbstractContextManager[Write],
+    trajectory: PathName | None,
+    done: list[LoadStep],
 ) -> Iterator[LoadStep]:
-    with ExitStack() as files:
-        keep = keeper(files, frames, table, done)
-        first = 0
+    """Yield the steps of a path, and write those that are not done yet."""
+    first = 0
+    with files as write:
         if done:
             yield from done
-            path.stepper.proceed_from(frames.frame(len(done) - 1))
+            stepper.restart_from(read(trajectory, len(done) - 1, format="traj"))
             first = done[-1].step + 1
         for number in range(first, len(path.targets)):
-            record = path.step(number)
-            keep(record, partial(path.frame, record))
-            yield record
+            step = stepper.step(number, path.targets[number])
+            info = {"load_step": asdict(step), "path": path.of_step(number)}
+            write(step, partial(snapshot, stepper.atoms, **info))
+            yield step
 
 
-def _one_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
+def _single_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
+    """Return name and targets of the one path that is given."""
     given = {name: path for name, path in paths.items() if path is not None}
     if len(given) != 1:
         raise ValueError(
@@ -184,55 +168,3 @@ def _one_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
     if targets.ndim != 1 or targets.size == 0 or not np.isfinite(targets).all():
         raise ValueError(f"{control} must be a sequence of finite numbers, got {path}")
     return control, targets
-
-
-def _done(path: _Path, frames: Frames) -> list[LoadStep]:
-    """Return the steps calculated before, checked against the path."""
-    done: list[LoadStep] = []
-    for info in frames.infos():
-        other = _other(path, info, done[-1].step + 1 if done else None, frames.keep)
-        if other:
-            raise ValueError(
-                f"can't resume: {os.fspath(frames.file or '')} holds steps of another "
-                f"path or system: {'; '.join(other)} (eV, Å): take what was, delete "
-                "the file, or give another file or folder"
-            )
-        done.append(LoadStep(**info["load_step"]))
-    return done
-
-
-def _other(
-    path: _Path, info: dict[str, Any], expected: int | None, keep: str
-) -> list[str]:
-    """Tell what keeps a frame from being the next step of a path."""
-    there, number = info.get("path"), info.get("load_step", {}).get("step")
-    if there is None or number is None:
-        return ["its frames are not those of a load path"]
-    if expected is None:
-        expected = number if keep == "last" else 0
-    if number != expected:
-        return [f"step {number} is where step {expected} should be"]
-    if there["control"] != path.stepper.control:
-        return [f"the path was one of {there['control']}, is of {path.stepper.control}"]
-    if number >= len(path.targets):
-        count = len(path.targets)
-        return [f"the path had {number + 1} steps or more, has {count}"]
-    here = path.mark(number)
-    told = _differences(there["system"], here["system"])
-    apart = float(np.ptp(path.targets[max(number - 1, 0) : number + 2]))
-    rounding = {"rel_tol": _SAME_TARGET, "abs_tol": _SAME_TARGET * apart}
-    if not math.isclose(there["target"], here["target"], **rounding):
-        name = f"{here['control']}[{number}]"
-        told.append(f"{name} was {there['target']}, is {here['target']}")
-    return told
-
-
-def _differences(old: Any, new: Any, name: str = "") -> list[str]:
-    """Tell in words which parameters are not the same."""
-    if not (isinstance(old, dict) and isinstance(new, dict)):
-        return [] if old == new else [f"{name or 'system'} was {old}, is {new}"]
-    return [
-        told
-        for key in {**old, **new}
-        for told in _differences(old.get(key), new.get(key), f"{name}.{key}".strip("."))
-    ]

@@ -1,4 +1,4 @@
-"""What a path will take, before anything is calculated."""
+"""Plan of a path: windows, memory and time of its steps, before they are calculated."""
 
 from __future__ import annotations
 
@@ -18,35 +18,34 @@ from ase_roughcontact.elasticity.halfspace import (
 )
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
-from ase_roughcontact.paths.step import check_words
+from ase_roughcontact.paths.step import check_control
 from ase_roughcontact.theory import hertz_contact_radius
+from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
-from ase_roughcontact.windows.policy import AutoWindow
 
-# Exact convolutions that take as long as a step. Measured from a cold start on windows
-# of 400 to 1700 atoms along a side: 106 to 197 with a hard wall, 132 to 248 with a
-# repulsive one; 218 to 463 along a path with a sticky one, on 100 to 700.
+# Time of a step, in exact convolutions on the full grid.
 _PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 150, 180, 320
-# Time of a step that has hardly any atoms (s).
-_LEAST = 0.05
-# Grids up to this many points are measured as they are, larger ones by n log n.
-_MEASURED = 1024**2
+# Time of a step with hardly any atoms (s).
+_SHORTEST = 0.05
+# Largest grid on which convolutions are timed; for larger ones the time is
+# extrapolated as n log(n).
+_TIMED_POINTS = 1024**2
 
 
 @dataclass(frozen=True)
 class PlannedStep:
-    """What a step is expected to take.
+    """Expected window and cost of a step.
 
     Attributes
     ----------
     target : float
         Load (eV/Å), penetration or height (Å).
     window, grid : str
-        Shapes of the window and of the grid of its transforms.
+        Shapes of the window and of the FFT grid.
     memory : float
-        Bytes.
+        Peak memory (bytes).
     seconds : float
-        Time.
+        Time (s).
     problem : str
         Why the step can't be calculated; empty if it can.
     """
@@ -61,15 +60,15 @@ class PlannedStep:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a path is expected to take, and what is left out.
+    """Expected cost of a path, and the approximations that it makes.
 
     Attributes
     ----------
     steps : tuple of PlannedStep
     left_out : tuple of str
-        What is not calculated, and why that is allowed.
+        What is not calculated, and why that is justified.
     available : float
-        Memory of the machine (bytes).
+        Free memory of the machine (bytes).
     """
 
     steps: tuple[PlannedStep, ...]
@@ -78,17 +77,17 @@ class Plan:
 
     @property
     def memory(self) -> float:
-        """Most that a step takes (bytes)."""
+        """Peak memory of all steps (bytes)."""
         return max(step.memory for step in self.steps)
 
     @property
     def seconds(self) -> float:
-        """Time of all steps, right within a factor of about three."""
+        """Time of all steps (s), correct within a factor of about three."""
         return sum(step.seconds for step in self.steps)
 
     @property
     def fits(self) -> bool:
-        """Whether the memory of the machine suffices."""
+        """Whether the free memory suffices."""
         return self.memory < self.available
 
     @property
@@ -97,27 +96,33 @@ class Plan:
         return self.fits and not any(step.problem for step in self.steps)
 
     def table(self, heading: str, unit: float) -> str:
-        """Plan as text.
+        """Return the plan as text.
 
         Parameters
         ----------
         heading : str
-            What the targets are.
+            Name and unit of the targets.
         unit : float
-            What they are divided by.
+            That unit.
 
         Returns
         -------
         str
         """
         lines = [f"{heading:>15}      window        grid  memory (GB)  time (s)"]
-        lines += [
-            f"{step.target / unit:15.5g}{step.window:>12}{step.grid:>12}"
-            f"{step.memory / 1e9:13.2f}{step.seconds:10.2g}"
-            if not step.problem
-            else f"{step.target / unit:15.5g}   CAN'T RUN: {self._told(i)}"
-            for i, step in enumerate(self.steps)
-        ]
+        last_problem = ""
+        for step in self.steps:
+            target = f"{step.target / unit:15.5g}"
+            if step.problem:
+                same = step.problem == last_problem
+                reason = "for the same reason" if same else step.problem
+                lines.append(f"{target}   CAN'T RUN: {reason}")
+            else:
+                lines.append(
+                    f"{target}{step.window:>12}{step.grid:>12}"
+                    f"{step.memory / 1e9:13.2f}{step.seconds:10.2g}"
+                )
+            last_problem = step.problem
         bad = [i for i, step in enumerate(self.steps) if step.problem]
         if bad:
             lines += [
@@ -125,32 +130,27 @@ class Plan:
                 f"{len(bad)} of {len(self.steps)} steps can't run; a run stops at the "
                 f"first of them, after {bad[0]}.",
             ]
-        whole = timedelta(seconds=math.ceil(self.seconds))
-        suffices = "" if self.fits else ": NOT ENOUGH"
+        total = timedelta(seconds=math.ceil(self.seconds))
+        verdict = "" if self.fits else ": NOT ENOUGH"
         lines += [
             "",
-            f"In all about {whole}, and at most {self.memory / 1e9:.2g} GB of the "
-            f"{self.available / 1e9:.2g} GB that are free{suffices}.",
+            f"In all about {total}, and at most {self.memory / 1e9:.2g} GB of the "
+            f"{self.available / 1e9:.2g} GB that are free{verdict}.",
             "",
             "Left out:",
         ]
-        return "\n".join([*lines, *(f"- {what}" for what in self.left_out)])
-
-    def _told(self, i: int) -> str:
-        """Return the problem of a step, in short if the step before had it too."""
-        problem = self.steps[i].problem
-        return "likewise" if i and self.steps[i - 1].problem == problem else problem
+        return "\n".join([*lines, *(f"- {reason}" for reason in self.left_out)])
 
 
 def plan_path(
     atoms: Atoms, control: str, targets: Sequence[float] | np.ndarray, window: str
 ) -> Plan:
-    """Plan a path; see `load_path` for what it is.
+    """Plan a path without calculating it; see `load_path` for the parameters.
 
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator. They stay as they are.
+        With a `RoughContact` calculator. They are not changed.
     control : {"penetrations", "heights", "loads"}
     targets : sequence of float
         The path.
@@ -159,45 +159,45 @@ def plan_path(
     Returns
     -------
     Plan
-        Windows of loads are those under Hertz's contact: of a rough sphere they come
-        out a little different. Steps that can't be calculated tell why: those at which
-        the surface is not known where atoms could touch, and those whose contact, at
-        least as wide as that of Hertz, is wider than a fixed free window.
+        Windows at loads are those of Hertzian contacts; the ones of rough spheres
+        differ a little. A step can't be calculated if atoms could touch where the
+        surface is not defined, or if a Hertzian contact, which is never wider than a
+        rough one, is wider than a fixed window of a free half space.
 
     Raises
     ------
     ValueError
-        If the control or the window is not one of these.
+        If the control or the window is unknown.
     """
-    check_words(control, window)
-    halfspace = atoms.calc.contact(atoms).halfspace
-    wall = atoms.calc.contact(atoms).interaction
+    check_control(control, window)
+    contact = atoms.calc.contact(atoms)
+    halfspace, wall = contact.halfspace, contact.interaction
     points = points_of(atoms.calc.parameters["indenter"], halfspace.spacing)
-    clock = _Clock(halfspace, wall)
-    if window == "fixed" or halfspace.periodic:
-        steps = _fixed(atoms, control, targets, clock, points)
-    else:
+    timer = _StepTimer(halfspace, wall)
+    left_out = _left_out(halfspace, wall, window)
+    if window == "auto" and not halfspace.periodic:
         windows = AutoWindow(atoms)
         steps = [
-            _auto(windows, control, float(target), clock, points) for target in targets
+            _in_auto_window(windows, control, float(target), timer, points)
+            for target in targets
         ]
-    left_out = _left_out(halfspace, wall, window)
-    if window == "fixed" and not halfspace.periodic and _misses(atoms):
-        left_out.append(
-            "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside of the "
-            f"window of {text_of(halfspace.shape)} atoms: give a larger shape"
-        )
+    else:
+        steps = _in_fixed_window(atoms, control, targets, timer, points)
+        if not halfspace.periodic and _misses_first_contact(atoms):
+            left_out.append(
+                "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside the "
+                f"window of {text_of(halfspace.shape)} atoms: give a larger shape"
+            )
     return Plan(tuple(steps), tuple(left_out), available_memory())
 
 
-def _fixed(
+def _in_fixed_window(
     atoms: Atoms,
     control: str,
     targets: Sequence[float] | np.ndarray,
-    clock: _Clock,
+    timer: _StepTimer,
     points: int,
 ) -> list[PlannedStep]:
-    """Plan steps in the window of the atoms."""
     halfspace = atoms.calc.contact(atoms).halfspace
     margin = halfspace.dof_shape != halfspace.shape
     planned = PlannedStep(
@@ -205,131 +205,123 @@ def _fixed(
         window=text_of(halfspace.shape),
         grid=text_of(halfspace.grid),
         memory=memory_of(halfspace.shape, margin=margin, points=points),
-        seconds=clock.step(halfspace.grid),
+        seconds=timer.seconds(halfspace.grid),
     )
-    return [
-        PlannedStep(float(target), problem=told)
-        if (told := _too_wide(atoms, control, float(target)))
-        else replace(planned, target=float(target))
-        for target in targets
-    ]
+    steps = []
+    for target in map(float, targets):
+        width = _contact_width(atoms, control, target)
+        if halfspace.periodic or width <= min(halfspace.shape) - 1:
+            steps.append(replace(planned, target=target))
+            continue
+        problem = (
+            f"the contact is about {width:.0f} atoms wide, the window has "
+            f"{text_of(halfspace.shape)}: give a larger shape"
+        )
+        steps.append(PlannedStep(target, problem=problem))
+    return steps
 
 
-def _misses(atoms: Atoms) -> bool:
-    """Whether a window leaves out the atom that the indenter touches first."""
+def _in_auto_window(
+    windows: AutoWindow, control: str, target: float, timer: _StepTimer, points: int
+) -> PlannedStep:
+    try:
+        window = windows.forecast(control, target)
+    except ValueError as error:
+        return PlannedStep(target, problem=str(error))
+    grid = FreeHalfSpace.padded(window.shape)
+    memory, seconds = memory_of(window.shape, points=points), timer.seconds(grid)
+    return PlannedStep(target, text_of(window.shape), text_of(grid), memory, seconds)
+
+
+def _misses_first_contact(atoms: Atoms) -> bool:
+    """Return whether the indenter touches first outside the window of the atoms."""
     try:
         lowest = AutoWindow(atoms).footprint.lowest
-    except ValueError:  # of an indenter that does not rise out of reach
+    except ValueError:  # not a bounded indenter
         return False
     return bool(lowest < atoms.calc.contact(atoms).heights.min())
 
 
-def _too_wide(atoms: Atoms, control: str, target: float) -> str:
-    """Tell if a contact as wide as that of Hertz comes to the edge of a free window."""
-    halfspace = atoms.calc.contact(atoms).halfspace
-    width = _width(atoms, control, target)
-    if halfspace.periodic or width <= min(halfspace.shape) - 1:
-        return ""
-    return (
-        f"the contact is about {width:.0f} atoms wide, the window has "
-        f"{text_of(halfspace.shape)}: give a larger shape"
-    )
-
-
-def _width(atoms: Atoms, control: str, target: float) -> float:
-    """Width of the contact of the smooth sphere, in atoms; zero if there is none."""
+def _contact_width(atoms: Atoms, control: str, target: float) -> float:
+    """Return the width of the Hertzian contact in atoms; zero if it is not known."""
     contact = atoms.calc.contact(atoms)
     halfspace, wall = contact.halfspace, contact.interaction
     radius = getattr(atoms.calc.parameters["indenter"], "radius", 0.0)
     if not 0.0 < radius < math.inf:
         return 0.0
     if control == "loads":
-        modulus = halfspace.contact_modulus
-        a = float(hertz_contact_radius(max(target, 0.0), radius, modulus))
+        load, modulus = max(target, 0.0), halfspace.contact_modulus
+        a = float(hertz_contact_radius(load, radius, modulus))
     else:
         height = target if control == "heights" else contact.first_contact - target
-        # of a rough sphere, that of its mean
+        # the depth of the mean sphere, not that of the lowest atom
         a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
     return 2.0 * a / halfspace.spacing
 
 
-def _auto(
-    windows: AutoWindow, control: str, target: float, clock: _Clock, points: int
-) -> PlannedStep:
-    """Plan a step in a window of its own."""
-    try:
-        window = windows.forecast(control, target)
-    except ValueError as error:
-        return PlannedStep(target, problem=str(error))
-    padded = FreeHalfSpace.padded_shape(window.shape)
-    memory, seconds = memory_of(window.shape, points=points), clock.step(padded)
-    return PlannedStep(target, text_of(window.shape), text_of(padded), memory, seconds)
-
-
-class _Clock:
-    """Time of steps, from a short measurement of this machine's transforms."""
+class _StepTimer:
+    """Time of steps on grids of any size, from convolutions timed on this machine."""
 
     def __init__(self, halfspace: HalfSpace, wall: Interaction) -> None:
         self._halfspace = halfspace
         self._pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
         if wall.hard:
             self._pairs = _PAIRS_HARD
-        self._known: dict[tuple[int, int], float] = {}
+        self._timed: dict[tuple[int, int], float] = {}
 
-    def step(self, grid: tuple[int, int]) -> float:
-        """Time of a step on a grid (s)."""
+    def seconds(self, grid: tuple[int, int]) -> float:
+        """Return the time of a step."""
         points = math.prod(grid)
-        part = min(1.0, (_MEASURED / points) ** 0.5)
-        measured = max(8, int(grid[0] * part)), max(8, int(grid[1] * part))
-        if measured not in self._known:
-            self._known[measured] = self._measure(measured)
-        size = math.prod(measured)
-        larger = points * math.log(points) / (size * math.log(size))
-        return _LEAST + self._pairs * larger * self._known[measured]
+        scale = min(1.0, (_TIMED_POINTS / points) ** 0.5)
+        timed = max(8, int(grid[0] * scale)), max(8, int(grid[1] * scale))
+        if timed not in self._timed:
+            self._timed[timed] = self._time_of_convolution(timed)
+        size = math.prod(timed)
+        ratio = points * math.log(points) / (size * math.log(size))
+        return _SHORTEST + self._pairs * ratio * self._timed[timed]
 
-    def _measure(self, grid: tuple[int, int]) -> float:
-        """Time of a convolution (s)."""
+    def _time_of_convolution(self, grid: tuple[int, int]) -> float:
         periodic = self._halfspace.periodic
         shape = grid if periodic else (grid[0] // 2, grid[1] // 2)
-        trial = self._halfspace.resized(shape, self._halfspace.spacing)
+        halfspace = self._halfspace.resized(shape, self._halfspace.spacing)
         pressure, times = np.ones(shape), []
         for _ in range(3):
             start = time.perf_counter()
-            trial.displacement(pressure)
+            halfspace.displacement(pressure)
             times.append(time.perf_counter() - start)
         return min(times)
 
 
 def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:
-    """Tell what is not calculated, and why that is allowed."""
-    told = [
-        "displacements along x and y: no friction drives them; that they do not couple "
-        "to those along z is exact for a Poisson ratio of 1/2, taken for all solids",
+    """Return what is not calculated, with the reasons."""
+    reasons = [
+        "displacements along x and y: without friction no force drives them, and they "
+        "do not couple to those along z for a Poisson ratio of 1/2, assumed for all "
+        "solids"
     ]
     if isinstance(halfspace, PeriodicHalfSpace):
-        return [*told, "nothing of the cell: it repeats along x and y"]
-    told.append(
+        return [*reasons, "nothing of the cell: it repeats along x and y"]
+    reasons.append(
         "images of the contact: the half space is free, by exact convolution on a grid "
         "of twice the window"
     )
     if window == "fixed":
-        told.append(
-            "atoms outside of the window: a contact that comes to its edge is an error"
+        reasons.append(
+            "atoms outside the window: a contact that reaches its edge is an error"
         )
     elif wall.attractive:
-        told.append(
-            "atoms that the wall does not reach: looked at after every step, and the "
-            "window grown until none is missed, to more than is planned where "
-            "attraction widens the contact"
+        reasons.append(
+            "atoms beyond the range of the wall: they are checked after every step, "
+            "and the window is enlarged until none is missing, beyond the planned one "
+            "where adhesion extends the contact"
         )
     else:
-        told.append(
-            "atoms that can't touch, since a wall that only pushes lifts none; a large "
-            "window is made for the contact alone, and the others are looked at after "
-            "the step"
+        reasons.append(
+            "atoms that can't touch, as a repulsive wall lifts none; a large window is "
+            "made for the contact only, and the other atoms are checked after the step"
         )
     if math.isfinite(wall.cutoff) and wall.cutoff > wall.contact_distance:
-        told.append(
+        reasons.append(
             f"the wall beyond a gap of {wall.cutoff:.4g} Å, where its energy is zero"
         )
-    return told
+    return reasons

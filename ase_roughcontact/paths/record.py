@@ -1,90 +1,35 @@
-"""What is known of a relaxed step, and the table in which it is kept."""
+"""Result of a load step: its columns, each with value, description, unit and label.
+
+A column is one entry of `LoadStep`. The CSV file, the trajectory, JSON lines and tables
+of columns follow from it. A subclass adds columns: ::
+
+    @dataclass(frozen=True)
+    class MyStep(LoadStep):
+        largest_gap: float = column(
+            lambda relaxed: relaxed.state.gap.max(), "largest gap in the window", "Å"
+        )
+
+    load_path(atoms, depths, record=MyStep, csv="curve.csv")
+"""
 
 from __future__ import annotations
 
-import csv
-import os
-from dataclasses import asdict, dataclass, fields
-from itertools import islice
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.contact import ContactState
+from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.windows.memory import memory_of, points_of
-
-
-@dataclass(frozen=True)
-class LoadStep:
-    """What is known of one relaxed step, and how it was obtained.
-
-    Attributes
-    ----------
-    step : int
-        Number of the step, from zero.
-    height : float
-        Height of the indenter (Å).
-    penetration : float
-        How far the indenter has come down since the height at which the flat substrate
-        began to repel it (Å).
-    normal_force : float
-        Of the wall on the indenter, positive in compression (eV/Å).
-    contact_area : float
-        Number of atoms that feel a repulsive force, times the area of one (Å^2).
-    repulsive_atoms, attractive_atoms : int
-        Number of atoms that the wall pushes, and that it pulls.
-    energy : float
-        Of substrate, wall and load (eV).
-    max_force : float
-        Largest force that is left on any atom (eV/Å).
-    gap_error : float
-        Of a hard wall, the largest gap of an atom that it pushes, or overlap of one
-        that it does not; zero for a soft wall (Å).
-    converged : bool
-        Whether the optimizer came below its tolerance.
-    message : str
-        Why it did not.
-    tolerance : float
-        Largest force that was to be left (eV/Å).
-    iterations : int
-        Steps of the optimizer.
-    pairs : float
-        Pairs of Fourier transforms that it took, in units of one on the grid.
-    window, grid : str
-        Shapes of the window of atoms that may touch and of the grid of the transforms.
-    precision : str
-        Of the transforms.
-    memory : float
-        That the step needs, estimated between 3/4 and 4/3 of it; see `memory_of`
-        (bytes).
-    seconds : float
-        Time that the step took.
-    """
-
-    step: int
-    height: float
-    penetration: float
-    normal_force: float
-    contact_area: float
-    repulsive_atoms: int
-    attractive_atoms: int
-    energy: float
-    max_force: float
-    gap_error: float
-    converged: bool
-    message: str
-    tolerance: float
-    iterations: int
-    pairs: float
-    window: str
-    grid: str
-    precision: str
-    memory: float
-    seconds: float
 
 
 @dataclass
 class SolverStatistics:
-    """How a step was relaxed; grows while it is.
+    """Outcome and cost of relaxing a step; summed over its runs of the optimizer.
 
     Attributes
     ----------
@@ -103,126 +48,258 @@ class SolverStatistics:
     pairs: float = 0.0
 
 
-def record_of(
-    atoms: Atoms,
-    step: int,
-    first_contact: float,
-    effort: SolverStatistics,
-    seconds: float,
-) -> LoadStep:
-    """Read a record off relaxed atoms.
+@dataclass(frozen=True)
+class RelaxedStep:
+    """Relaxed atoms, from which the columns of a step are calculated.
 
-    Parameters
+    Attributes
     ----------
     atoms : Atoms
         With a `RoughContact` calculator.
-    step : int
-        Number of the step.
+    number : int
+        Number of the step, from zero.
     first_contact : float
-        Height at which the flat substrate begins to repel the indenter (Å).
-    effort : SolverStatistics
-        How they were relaxed.
+        Height at which the indenter begins to repel the flat substrate (Å).
+    statistics : SolverStatistics
     seconds : float
-        Time that it took.
+        Wall-clock time of the relaxation.
+    """
+
+    atoms: Atoms
+    number: int
+    first_contact: float
+    statistics: SolverStatistics
+    seconds: float
+
+    @property
+    def height(self) -> float:
+        """Height of the indenter (Å)."""
+        return float(self.atoms.positions[-1, 2])
+
+    @cached_property
+    def state(self) -> ContactState:
+        """Forces, gaps and pressures, calculated from the positions."""
+        return self.atoms.calc.state(self.atoms)
+
+    @property
+    def halfspace(self) -> HalfSpace:
+        """The elastic half space, with the shapes of window and FFT grid."""
+        return self.atoms.calc.contact(self.atoms).halfspace
+
+
+@dataclass(frozen=True)
+class Column:
+    """An output column.
+
+    Attributes
+    ----------
+    value : callable
+        Called with a `RelaxedStep`; returns a number, a bool or a string.
+    description : str
+        Half a sentence for tables and reference pages.
+    unit : str
+        ASE's unit; empty for a number without unit.
+    label : str
+        Short name for the axes of figures, without the unit.
+    """
+
+    value: Callable[[RelaxedStep], Any]
+    description: str
+    unit: str = ""
+    label: str = ""
+
+
+def column(
+    value: Callable[[RelaxedStep], Any],
+    description: str,
+    unit: str = "",
+    label: str = "",
+) -> Any:
+    """Return a dataclass field that is an output column; see `Column`.
 
     Returns
     -------
-    LoadStep
-        Forces, energy and gaps are calculated afresh, not taken from the optimizer.
+    dataclasses.Field
     """
-    state, halfspace = atoms.calc.state(atoms), atoms.calc.contact(atoms).halfspace
-    height = float(atoms.positions[-1, 2])
-    return LoadStep(
-        step=step,
-        height=height,
-        penetration=first_contact - height,
-        normal_force=state.normal_force,
-        contact_area=state.contact_area,
-        repulsive_atoms=state.repulsive_atoms,
-        attractive_atoms=state.attractive_atoms,
-        energy=float(atoms.get_potential_energy()),
-        max_force=float(np.linalg.norm(atoms.get_forces(), axis=1).max()),
-        gap_error=_gap_error(atoms),
-        window=text_of(halfspace.shape),
-        grid=text_of(halfspace.grid),
-        precision=np.dtype(halfspace.fft.get("dtype", float)).name,
-        memory=_memory(atoms),
-        seconds=seconds,
-        **asdict(effort),
-    )
-
-
-class Table:
-    """CSV file of records, each line on disk before the next step begins.
-
-    Parameters
-    ----------
-    path : path
-        Of the file.
-    kept : int
-        Number of lines, below the head, that stay of a file that is there; all else is
-        written anew.
-    """
-
-    def __init__(self, path: str | os.PathLike, kept: int = 0) -> None:
-        # closed by __exit__
-        self._file = open(path, "a+" if kept else "w", newline="")  # noqa: SIM115
-        self._writer = csv.DictWriter(self._file, [f.name for f in fields(LoadStep)])
-        if not (kept and self._cut(kept)):
-            self._writer.writeheader()
-
-    def __enter__(self) -> Table:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
-
-    def write(self, record: LoadStep) -> None:
-        """Append a line.
-
-        Parameters
-        ----------
-        record : LoadStep
-        """
-        self._writer.writerow(asdict(record))
-        self._file.flush()
-
-    def _cut(self, kept: int) -> int:
-        """Cut the file off after some lines, and return its size."""
-        self._file.seek(0)
-        lines = csv.reader(iter(self._file.readline, ""))  # next() would not tell()
-        for _ in islice(lines, kept + 1):
-            pass
-        return self._file.truncate(self._file.tell())
-
-
-def _gap_error(atoms: Atoms) -> float:
-    if not atoms.calc.contact(atoms).interaction.hard:
-        return 0.0
-    state = atoms.calc.state(atoms)
-    pushed, gap = state.contact, state.gap
-    closed = abs(gap[pushed]).max(initial=0.0)
-    return float(max(closed, -gap[~pushed].min(initial=0.0)))
-
-
-def _memory(atoms: Atoms) -> float:
-    halfspace = atoms.calc.contact(atoms).halfspace
-    return memory_of(
-        halfspace.shape,
-        margin=halfspace.dof_shape != halfspace.shape,
-        points=points_of(atoms.calc.parameters["indenter"], halfspace.spacing),
-    )
+    return field(metadata={"column": Column(value, description, unit, label)})
 
 
 def text_of(shape: tuple[int, ...]) -> str:
-    """Return a shape as records have it.
+    """Return a shape as written in the columns: ``"128x96"``."""
+    return "x".join(map(str, shape))
+
+
+def _gap_error(step: RelaxedStep) -> float:
+    if not step.atoms.calc.contact(step.atoms).interaction.hard:
+        return 0.0
+    contact, gap = step.state.contact, step.state.gap
+    closed = abs(gap[contact]).max(initial=0.0)
+    return float(max(closed, -gap[~contact].min(initial=0.0)))
+
+
+def _memory(step: RelaxedStep) -> float:
+    halfspace = step.halfspace
+    return memory_of(
+        halfspace.shape,
+        margin=halfspace.dof_shape != halfspace.shape,
+        points=points_of(step.atoms.calc.parameters["indenter"], halfspace.spacing),
+    )
+
+
+Step = TypeVar("Step", bound="LoadStep")
+
+
+@dataclass(frozen=True)
+class LoadStep:
+    """Result of one load step; its attributes are the output columns."""
+
+    step: int = column(lambda step: step.number, "number of the step, from zero")
+    height: float = column(
+        lambda step: step.height, "height of the indenter", "Å", "height"
+    )
+    penetration: float = column(
+        lambda step: step.first_contact - step.height,
+        "distance that the indenter has moved down from the height at which it begins "
+        "to repel the flat substrate",
+        "Å",
+        "penetration",
+    )
+    normal_force: float = column(
+        lambda step: step.state.normal_force,
+        "force of the wall on the indenter, positive in compression; 1 nN is "
+        "0.624 eV/Å",
+        "eV/Å",
+        "normal force",
+    )
+    contact_area: float = column(
+        lambda step: step.state.contact_area,
+        "number of atoms under a repulsive force, times the area per atom",
+        "Å^2",
+        "contact area",
+    )
+    repulsive_atoms: int = column(
+        lambda step: step.state.repulsive_atoms,
+        "number of atoms that the wall repels",
+        label="repelled atoms",
+    )
+    attractive_atoms: int = column(
+        lambda step: step.state.attractive_atoms,
+        "number of atoms that the wall attracts",
+        label="attracted atoms",
+    )
+    energy: float = column(
+        lambda step: float(step.atoms.get_potential_energy()),
+        "energy of the solid, the wall and the load",
+        "eV",
+        "energy",
+    )
+    max_force: float = column(
+        lambda step: float(np.linalg.norm(step.atoms.get_forces(), axis=1).max()),
+        "largest remaining force on any atom",
+        "eV/Å",
+        "largest force",
+    )
+    gap_error: float = column(
+        _gap_error,
+        "hard wall: largest gap of an atom in contact, or overlap of one outside; "
+        "zero for soft walls",
+        "Å",
+        "error of the gap",
+    )
+    converged: bool = column(
+        lambda step: step.statistics.converged,
+        "whether the optimizer reached its tolerance",
+    )
+    message: str = column(
+        lambda step: step.statistics.message, "reason why it did not, else empty"
+    )
+    tolerance: float = column(
+        lambda step: step.statistics.tolerance,
+        "tolerance of the force on every atom",
+        "eV/Å",
+        "tolerance",
+    )
+    iterations: int = column(
+        lambda step: step.statistics.iterations,
+        "steps of the optimizer",
+        label="iterations",
+    )
+    pairs: float = column(
+        lambda step: step.statistics.pairs,
+        "forward/inverse FFT pairs, normalised to one full-grid pair",
+        label="FFT pairs",
+    )
+    window: str = column(
+        lambda step: text_of(step.halfspace.shape),
+        "shape of the window of atoms that may touch",
+    )
+    grid: str = column(
+        lambda step: text_of(step.halfspace.grid), "shape of the FFT grid"
+    )
+    precision: str = column(
+        lambda step: np.dtype(step.halfspace.fft.get("dtype", float)).name,
+        "floating-point type of the FFTs",
+    )
+    memory: float = column(
+        _memory,
+        "estimated peak memory of the step, between 3/4 and 4/3 of the actual one",
+        "bytes",
+        "memory",
+    )
+    seconds: float = column(
+        lambda step: step.seconds, "wall-clock time of the step", "s", "time"
+    )
+
+    @classmethod
+    def of(cls: type[Step], relaxed: RelaxedStep) -> Step:
+        """Calculate the columns of relaxed atoms.
+
+        Parameters
+        ----------
+        relaxed : RelaxedStep
+
+        Returns
+        -------
+        LoadStep
+            Of the class that it is called on. Forces, energy and gaps are calculated
+            from the positions, not taken from the optimizer.
+        """
+        return cls(
+            **{name: each.value(relaxed) for name, each in columns_of(cls).items()}
+        )
+
+
+def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
+    """Return the columns of a class of results by name, in the order of output.
 
     Parameters
     ----------
-    shape : tuple of int
+    record : type
+        `LoadStep` or a subclass with more columns.
 
     Returns
     -------
-    str
+    dict of Column
     """
-    return "x".join(map(str, shape))
+    return {each.name: each.metadata["column"] for each in fields(record)}
+
+
+def units_of(record: type[LoadStep] = LoadStep) -> dict[str, str]:
+    """Return the units of the columns that have one, by name; see `columns_of`."""
+    return {name: each.unit for name, each in columns_of(record).items() if each.unit}
+
+
+def _entry(name: str, kind: str, column: Column) -> str:
+    unit = f" ({column.unit})" if column.unit else ""
+    return f"    {name} : {kind}\n        {column.description}{unit}."
+
+
+LoadStep.__doc__ = "\n".join(
+    [
+        f"{LoadStep.__doc__}\n\n    Attributes\n    ----------",
+        *(
+            _entry(each.name, str(each.type), each.metadata["column"])
+            for each in fields(LoadStep)
+        ),
+    ]
+)

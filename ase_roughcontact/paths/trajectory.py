@@ -1,304 +1,208 @@
-"""Frames of a path in an ASE trajectory: kept whole or not at all, read one by one."""
+"""ASE trajectory of a path, one frame per step; safe against kills, and resumed.
+
+ASE writes a frame to the end of the file and counts it in the header afterwards: a
+process that is killed loses at most the frame that it is writing. Where the end of the
+file itself is lost, its complete frames are copied to a new file before a path goes on.
+"""
 
 from __future__ import annotations
 
+import io
 import os
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from ase import Atoms
-from ase.io import Trajectory
-from ase.io.ulm import N1
+from ase.io import Trajectory, ulm
 from ase.parallel import DummyMPI
 
-from ase_roughcontact.paths.record import LoadStep, Table
+from ase_roughcontact.paths.record import LoadStep, Step
 
 try:
     import fcntl
-except ImportError:  # no Unix: then nothing keeps a second run away
+except ImportError:  # not on Unix: a second run is not noticed
     fcntl = None  # type: ignore[assignment]
 
 PathName = str | os.PathLike
-# Keeps a record and its frame, which is made if it is asked for.
-Keep = Callable[[LoadStep, Callable[[], Atoms]], None]
-
-# What a trajectory begins with; then come the number of its frames and the place of
-# their table.
-_MAGIC = b"- of UlmASE-Trajectory  "
-_COUNT, _TABLE = slice(32, 40), slice(40, 48)
+_TAG = "ASE-Trajectory"
 
 
-@dataclass(frozen=True)
-class Frames:
-    """Where frames are kept, whole or not at all: all of them, or the last one.
+def read_infos(file: PathName) -> Iterator[dict[str, Any]]:
+    """Read the `info` of one complete frame after another, without arrays.
 
     Parameters
     ----------
-    file : path, optional
-        ASE trajectory; without one nothing is kept.
-    keep : {"all", "last"}
-        Frames that are kept.
-    """
+    file : path
+        As `load_path` writes it. It may be missing, empty, or damaged at its end.
 
-    file: PathName | None
-    keep: str = "all"
-
-    def infos(self) -> Iterator[dict[str, Any]]:
-        """Read the `info` of one frame after the other, but for a torn one at the end.
-
-        Arrays are read of the last frame only, to see that it is whole.
-
-        Yields
-        ------
-        dict
-
-        Raises
-        ------
-        ValueError
-            If the file holds something, but no frame can be read.
-        """
-        if self.file is None or not Path(self.file).exists() or _begun(self.file):
-            return
-        whole = 0
-        with open(self.file, "rb") as file:  # ASE leaves open what it can't read
-            try:
-                frames = Trajectory(file)
-                for number in range(len(frames)):
-                    last = number == len(frames) - 1
-                    info = frames[-1].info if last else _info(frames, number)
-                    if last and whole and "load_step" not in info:
-                        return
-                    yield info
-                    whole += 1
-            except Exception as error:
-                if not whole:
-                    raise ValueError(
-                        f"can't resume: no frame of {os.fspath(self.file)} can be "
-                        f"read, it is cut off or no trajectory ({error}): delete it, "
-                        "or give another file or folder"
-                    ) from error
-
-    def records(self) -> Iterator[LoadStep]:
-        """Read the record of one frame after the other; see `infos`.
-
-        Yields
-        ------
-        LoadStep
-
-        Raises
-        ------
-        ValueError
-            If the file holds something, but no frame can be read, or one without such a
-            record.
-        """
-        for info in self.infos():
-            try:
-                yield LoadStep(**info["load_step"])
-            except (KeyError, TypeError) as error:
-                raise ValueError(
-                    f"the frames of {os.fspath(self.file or '')} are not those of a "
-                    "load path: they have no record of a step, or another one"
-                ) from error
-
-    def frame(self, number: int) -> Atoms:
-        """Read a whole frame.
-
-        Parameters
-        ----------
-        number : int
-
-        Returns
-        -------
-        Atoms
-        """
-        with Trajectory(os.fspath(self.file or "")) as frames:
-            return frames[number]
-
-    def claim(self, files: ExitStack, done: Sequence[LoadStep] | None) -> None:
-        """Keep other runs from the file as long as this one lives, and mend it.
-
-        Parameters
-        ----------
-        files : ExitStack
-            Until when.
-        done : sequence of LoadStep, optional
-            Of the frames that the path goes on from; None if it begins anew.
-
-        Raises
-        ------
-        RuntimeError
-            If another run is writing the file, or has written it.
-        """
-        if self.file is None:
-            return
-        file = os.fspath(self.file)
-        if self.keep == "all":
-            _lock(files, file, file)
-        elif fcntl is not None:  # a file that is replaced can't hold the lock itself
-            _lock(files, f"{file}.lock", file)
-            files.callback(Path(f"{file}.lock").unlink, missing_ok=True)
-        if done is None:
-            return
-        if not self._holds(done):
-            raise RuntimeError(f"another run has written {file}: start again to go on")
-        if done and self.keep == "all":
-            _mend(file, len(done))
-
-    def open(self, files: ExitStack, append: bool) -> Callable[[Atoms], None] | None:
-        """Open the file.
-
-        Parameters
-        ----------
-        files : ExitStack
-            Until when.
-        append : bool
-            Whether the frames that are there stay.
-
-        Returns
-        -------
-        callable, optional
-            Writes a frame; None if there is no file.
-        """
-        if self.file is None:
-            return None
-        if self.keep == "last":
-            return partial(_replace, os.fspath(self.file))
-        mode = "a" if append else "w"
-        trajectory = Trajectory(os.fspath(self.file), mode, comm=DummyMPI())
-        return partial(_append, files.enter_context(trajectory))
-
-    def _holds(self, done: Sequence[LoadStep]) -> bool:
-        """Whether the file holds the frames of some steps still, and no others."""
-        if self.keep == "last":
-            return list(self.records()) == list(done)
-        file = os.fspath(self.file or "")
-        return _counted(file) == len(done) or count_steps(file) == len(done)
-
-
-def count_steps(trajectory: PathName) -> int:
-    """Count the steps that a trajectory holds, but for a torn one at the end.
-
-    Parameters
-    ----------
-    trajectory : path
-        As `load_path` writes it.
-
-    Returns
-    -------
-    int
-        Zero if there is no such file, or the first step was not finished.
+    Yields
+    ------
+    dict
 
     Raises
     ------
     ValueError
-        If the file holds something, but no frame can be read.
+        If the file is not empty, but no frame can be read.
     """
-    return sum(1 for _ in Frames(trajectory).infos())
+    if not Path(file).exists() or _is_empty(file):
+        return
+    whole = 0
+    with open(file, "rb") as opened:  # ASE does not close a file that it can't read
+        try:
+            frames = Trajectory(opened)
+            for whole in range(len(frames)):
+                yield frames.backend[whole].get("info", {})
+        except Exception as error:
+            if not whole:
+                raise ValueError(
+                    f"can't resume: no frame of {os.fspath(file)} can be read, it is "
+                    f"cut off or not a trajectory ({error}): delete it, or give "
+                    "another file or folder"
+                ) from error
 
 
-def keeper(
-    files: ExitStack,
-    frames: Frames,
-    table: PathName | None,
-    done: Sequence[LoadStep] | None = None,
-) -> Keep:
-    """Open the files of a path.
+def read_steps(file: PathName, record: type[Step] = LoadStep) -> Iterator[Step]:
+    """Read the result of one step after another from a trajectory.
 
     Parameters
     ----------
-    files : ExitStack
-        Until when.
-    frames : Frames
-    table : path, optional
-        File of the records, written anew from the first of the steps on.
-    done : sequence of LoadStep, optional
-        Steps whose frames stay; None if the path begins anew.
+    file : path
+        See `read_infos`.
+    record : type
+        Class of the results, `LoadStep` or the subclass that the path was written with.
+
+    Yields
+    ------
+    LoadStep
+
+    Raises
+    ------
+    ValueError
+        If no frame can be read, or one has no result of this class.
+    """
+    for info in read_infos(file):
+        try:
+            yield record(**info["load_step"])
+        except (KeyError, TypeError) as error:
+            raise ValueError(
+                f"the frames of {os.fspath(file)} are not those of a load path: they "
+                f"have no results of steps, or not the columns of {record.__name__}"
+            ) from error
+
+
+def count_steps(file: PathName) -> int:
+    """Count the complete frames of a trajectory; zero if there is no file.
+
+    Parameters
+    ----------
+    file : path
+        See `read_infos`.
 
     Returns
     -------
-    callable
-        Keeps a record and its frame, which is made if it is asked for.
+    int
+
+    Raises
+    ------
+    ValueError
+        If the file is not empty, but no frame can be read.
     """
-    frames.claim(files, done)
-    # the table first: a trajectory that is there is lost once it is opened to write
-    before = done[0].step if done else 0  # their frames were not kept
-    rows = None if table is None else files.enter_context(Table(table, before))
-    write = frames.open(files, append=bool(done))
-
-    def keep(record: LoadStep, frame: Callable[[], Atoms]) -> None:
-        if write is not None:
-            write(frame())
-        if rows is not None:
-            rows.write(record)
-
-    if rows is not None:
-        for record in done or ():
-            rows.write(record)
-    return keep
+    return sum(1 for _ in read_infos(file))
 
 
-def _lock(files: ExitStack, name: str, file: str) -> None:
-    """Lock a file, made if it is not there, in the name of the one that is written."""
-    held = files.enter_context(open(name, "ab"))  # noqa: SIM115
-    try:
-        if fcntl is not None:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        # its owner may have removed it since it was opened
-        alone = os.path.samestat(os.fstat(held.fileno()), os.stat(name))
-    except (BlockingIOError, FileNotFoundError):
-        alone = False
-    if not alone:
-        raise RuntimeError(f"another run is writing {file}")
+@contextmanager
+def locked(file: PathName) -> Iterator[None]:
+    """Keep other runs from writing a file, as long as this process lives.
+
+    Parameters
+    ----------
+    file : path
+        The lock is on a file beside it, ``file.lock``, removed in the end.
+
+    Raises
+    ------
+    RuntimeError
+        If another run is writing the file.
+    """
+    name = f"{os.fspath(file)}.lock"
+    with open(name, "ab") as lock:
+        try:
+            if fcntl is not None:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # the run that held the lock may have removed the file since it was opened
+            alone = os.path.samestat(os.fstat(lock.fileno()), os.stat(name))
+        except (BlockingIOError, FileNotFoundError):
+            alone = False
+        if not alone:
+            raise RuntimeError(f"another run is writing {os.fspath(file)}")
+        try:
+            yield
+        finally:
+            Path(name).unlink(missing_ok=True)
 
 
-def _head(file: PathName) -> bytes:
-    with open(file, "rb") as begun:
-        return begun.read(_TABLE.stop)
+@contextmanager
+def trajectory_writer(
+    file: PathName, keep: str, kept: int
+) -> Iterator[Callable[[Atoms], None]]:
+    """Open a trajectory; a frame is written completely or not at all.
+
+    Parameters
+    ----------
+    file : path
+    keep : {"all", "last"}
+        Frames that the file keeps.
+    kept : int
+        Number of complete frames at its beginning that stay; the rest is discarded.
+
+    Yields
+    ------
+    callable
+        Writes a frame.
+    """
+    file = os.fspath(file)
+    if keep == "last":
+        yield partial(_replace, file)
+        return
+    if kept:
+        _discard_rest(file, kept)
+    with Trajectory(file, "a" if kept else "w", comm=DummyMPI()) as trajectory:
+        yield partial(_append, trajectory)
 
 
-def _counted(file: PathName) -> int:
-    """Return the number of frames by a trajectory's own count, a torn one included."""
-    return int.from_bytes(_head(file)[_COUNT], "little")
+def _is_empty(file: PathName) -> bool:
+    """Whether a file ends in or before the header of a trajectory without frames."""
+    header = ulm.Writer(io.BytesIO(), tag=_TAG).header
+    with open(file, "rb") as opened:
+        return header.startswith(opened.read(len(header) + 1))
 
 
-def _begun(file: PathName) -> bool:
-    """Whether a trajectory was begun, and no frame of it was ever finished."""
-    return _MAGIC.startswith(_head(file)[: len(_MAGIC)]) and not _counted(file)
-
-
-def _mend(file: PathName, whole: int) -> None:
-    """Count whole frames only, and give back their table what was cut off its end."""
-    rows = 1  # as ASE has it
-    while rows < _counted(file):
-        rows *= N1
-    end = int.from_bytes(_head(file)[_TABLE], "little") + 8 * rows
-    with open(file, "r+b") as torn:
-        if torn.seek(0, os.SEEK_END) < end:
-            torn.truncate(end)
-        torn.seek(_COUNT.start)
-        torn.write(whole.to_bytes(8, "little"))
-
-
-def _info(frames: Any, number: int) -> dict[str, Any]:
-    """Return what is known of a frame, without reading its arrays."""
-    return frames.backend[number].get("info", {})
+def _discard_rest(file: str, kept: int) -> None:
+    """Copy the first frames to a new file if it is not safe to append to this one."""
+    with Trajectory(file, "a", comm=DummyMPI()) as trajectory:
+        index = trajectory.backend  # offsets of the frames, and room for further ones
+        end = index.pos0 + index.offsets.nbytes
+        if len(trajectory) == kept and end <= os.path.getsize(file):
+            return
+    with ulm.Reader(file) as old, ulm.Writer(f"{file}.new", tag=_TAG) as new:
+        for number in range(kept):
+            ulm.copy(old[number], new)
+            new.sync()
+    os.replace(f"{file}.new", file)
 
 
 def _append(trajectory: Any, frame: Atoms) -> None:
-    """Write a frame, or none: when it is closed, ASE counts what there is of one."""
     try:
         trajectory.write(frame)
-    except BaseException:
+    except BaseException:  # else ASE counts the incomplete frame when it closes
         trajectory.backend.data, trajectory.backend.nmissing = {}, 0
         raise
 
 
 def _replace(file: str, frame: Atoms) -> None:
-    """Write a trajectory of one frame in place of what is there, or not at all."""
     with Trajectory(f"{file}.new", "w", comm=DummyMPI()) as trajectory:
         _append(trajectory, frame)
     os.replace(f"{file}.new", file)

@@ -1,1 +1,1 @@
-"""Which surface atoms a step of a load path needs."""
+"""Windows: the surface atoms that a step of a load path needs."""

@@ -1,17 +1,14 @@
-"""How far attraction spreads a contact, known before anything is calculated.
+"""Adhesion-driven contact radius, estimated before anything is calculated.
 
-Where a rough surface touches everywhere, the roughness is pressed flat. That takes the
-elastic energy ``U`` per area, and leaves ``w - U`` of the work of adhesion ``w``. If
-this is positive, the state of least energy is a compact contact, as large as that of a
-smooth sphere with the work ``w - U``, by JKR. If it is negative, the surfaces touch
-here and there, and no contact spreads by itself. Under a load of 1e-3 E* a0^2 spheres
-of a rms slope of 0.1 were attracted up to radii of 151 a0 (R = 3000 a0, waves up to
-512 a0, w = 0.05 E* a0), 261 and 386 a0 (R = 10 000 a0, waves up to 64 a0, w = 0.02 and
-0.05 E* a0); expected were 154, 265 and 394 a0.
+Full contact presses the roughness flat, at an elastic energy ``U`` per area. If the
+work of adhesion ``w`` is larger, the state of least energy is a compact contact of the
+size of that of a smooth sphere with the work ``w - U``, by JKR. If it is smaller, the
+surfaces touch at separate asperities, and adhesion does not extend the contact.
 
 References
 ----------
-B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001): the work that is left.
+K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. A 324, 301 (1971): JKR.
+B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001): the work ``w - U``.
 """
 
 from __future__ import annotations
@@ -32,68 +29,72 @@ from ase_roughcontact.theory.rough_flats import flattening_energy
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
-# Side, in spacings, of the piece of a roughness whose energy is taken for that of all
-# of it. Cut out and wrapped around, it has 1.01 (waves up to 64 spacings) to 1.27 times
-# (512) the energy of its spectrum: the work that is left is not overrated.
+# Side, in spacings, of the piece of a roughness without known spectrum whose energy is
+# taken for that of all of it.
 _PIECE = 1024
 
 
 class AdhesionEstimate:
-    """Radius over which attraction spreads a contact, refused beyond the memory.
+    """Contact radius of a rough sphere under adhesion, by JKR with the effective work.
 
     Parameters
     ----------
     sphere : RoughSphere
         The indenter.
     wall : Interaction
-        That attracts.
+        An attractive wall.
     modulus : float
         Contact modulus (pressure).
     spacing : float
-        Distance of neighbours (length).
+        Spacing of the atoms (length).
+
+    Attributes
+    ----------
+    work : float
+        Work of adhesion (energy per area).
     """
 
     def __init__(
         self, sphere: RoughSphere, wall: Interaction, modulus: float, spacing: float
     ) -> None:
         self.sphere, self.modulus, self.spacing = sphere, modulus, spacing
-        at_rest = np.array([wall.contact_distance])
-        self.work = -float(wall.evaluate(at_rest)[0][0])
+        equilibrium = np.array([wall.contact_distance])
+        self.work = -float(wall.evaluate(equilibrium)[0][0])
 
     @cached_property
-    def work_left(self) -> float:
-        """Work of adhesion less the energy of the pressed roughness, per area."""
+    def effective_work(self) -> float:
+        """Work of adhesion less the energy of the flattened roughness, per area."""
         rough = self.sphere.roughness
         if rough is None:
             return self.work
-        return self.work - _energy_pressed_flat(rough, self.modulus, self.spacing)
+        return self.work - _flattening_energy(rough, self.modulus, self.spacing)
 
     def radius(self, depth: float, load: float | None) -> float:
-        """Radius of the contact of the smooth sphere with the work left, by JKR.
+        """Return the radius of the contact.
 
         Parameters
         ----------
         depth : float
-            How far the sphere is below the height where it touches (length).
+            Of the smooth sphere below the height at which it touches (length).
         load : float, optional
-            Instead of the depth, positive (force).
+            Positive load (force), instead of the depth.
 
         Returns
         -------
         float
-            Length; zero if there is no contact.
+            Length; zero without a contact that adhesion extends.
         """
-        if not self.work_left > 0.0:
+        if not self.effective_work > 0.0:
             return 0.0
-        system = self.sphere.radius, self.modulus, self.work_left
+        system = self.sphere.radius, self.modulus, self.effective_work
         if load is not None:
             return float(jkr_contact_radius(load, *system))
         if depth < jkr_pull_off_penetration(*system):
             return 0.0
         return float(jkr_contact_radius_from_penetration(depth, *system))
 
-    def checked(self, depth: float, load: float | None) -> float:
-        """Radius over which a rough contact spreads, if the memory holds that much.
+    def radius_within_memory(self, depth: float, load: float | None) -> float:
+        """Return the radius of the contact, if the memory suffices for it.
 
         Parameters
         ----------
@@ -103,32 +104,32 @@ class AdhesionEstimate:
         Returns
         -------
         float
-            Length; zero if the roughness keeps the contact from spreading.
+            See `radius`.
 
         Raises
         ------
         MemoryError
-            With what the attraction gains, and how large the contact becomes.
+            With the energies involved, and the size of the contact.
         """
         radius = self.radius(depth, load)
         atoms = 2 * math.ceil(radius / self.spacing)
-        needed, there = memory_of((atoms, atoms)), available_memory()
-        if not atoms or needed <= there:
+        needed, available = memory_of((atoms, atoms)), available_memory()
+        if not atoms or needed <= available:
             return radius
+        flattening = self.work - self.effective_work
         raise MemoryError(
-            f"attraction spreads this contact by itself: of its work of adhesion, "
-            f"{self.work:.3g} per area, the roughness takes "
-            f"{self.work - self.work_left:.3g} to be pressed flat, and the rest holds "
-            f"a contact of a radius of about {atoms // 2} spacings together (JKR). A "
-            f"window of {atoms} x {atoms} atoms needs about {needed / 1e9:.3g} GB of "
-            f"memory, but only {there / 1e9:.3g} GB are free: choose a smaller sphere, "
-            "less attraction or more roughness, or give a fixed window if the contact "
-            "is known to stay in it"
+            "adhesion extends this contact beyond the memory: of the work of adhesion, "
+            f"{self.work:.3g} per area, {flattening:.3g} is needed to flatten the "
+            "roughness, and the rest suffices for a contact with a radius of about "
+            f"{atoms // 2} spacings (JKR). A window of {atoms} x {atoms} atoms needs "
+            f"about {needed / 1e9:.3g} GB of memory, but only {available / 1e9:.3g} GB "
+            "are free: choose a smaller sphere, less adhesion or more roughness, or "
+            "use a fixed window if the contact is known to stay within it"
         )
 
 
-def _energy_pressed_flat(rough: Surface, modulus: float, spacing: float) -> float:
-    """Elastic energy per area of a roughness in full contact, by spectrum or piece."""
+def _flattening_energy(rough: Surface, modulus: float, spacing: float) -> float:
+    """Return the elastic energy per area of a roughness in full contact."""
     if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
         return float(
             flattening_energy(
@@ -140,8 +141,8 @@ def _energy_pressed_flat(rough: Surface, modulus: float, spacing: float) -> floa
                 rough.longest_wavelength,
             )
         )
-    known = 2.0 * getattr(rough, "extent", math.inf) / spacing
-    side = math.floor(min(_PIECE, known))
+    extent = 2.0 * getattr(rough, "extent", math.inf) / spacing
+    side = math.floor(min(_PIECE, extent))
     corner = -spacing * (side // 2)
     heights = rough.heights((side, side), spacing, (corner, corner))
     solid = PeriodicHalfSpace((side, side), spacing, modulus, measure=False)

@@ -11,7 +11,7 @@ from ase import Atoms
 from ase_roughcontact.atoms.grid import SurfaceGrid, set_displacement
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import without_rounding
-from ase_roughcontact.windows.footprint import rest_of
+from ase_roughcontact.windows.footprint import lattice_offset
 
 
 def window_of(layout: SurfaceGrid) -> Box:
@@ -102,7 +102,7 @@ def _positions(window: Box, layout: SurfaceGrid, height: float) -> np.ndarray:
     grid[..., 0] = spacing * np.arange(window.shape[0])[:, None]
     grid[..., 1] = spacing * np.arange(window.shape[1])
     x, y = (
-        -spacing * i - rest_of(x, spacing)
+        -spacing * i - lattice_offset(x, spacing)
         for i, x in zip(window.start, layout.origin, strict=True)
     )
     positions[-1] = x, y, height

@@ -1,4 +1,4 @@
-"""Footprint of the indenter: which atoms are below a level of it.
+"""Footprint of an indenter: bounding boxes of the atoms where it is below a level.
 
 Lengths are in any one unit.
 """
@@ -15,29 +15,32 @@ from ase_roughcontact.elasticity.fft import fast_length
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import BoundedSurface, Surface
 
-# Side of the tiles that a surface is searched in, and of the first look at its middle.
+# Side, in atoms, of the tiles in which a surface is searched, and half side of the
+# square about the axis that is searched first.
 _TILE = 512
-_MIDDLE = 64
-# Windows have one of few sizes, each about so many times the one before: small ones,
-# and large ones, where what is not needed costs most.
-_RUNG, _LARGE_RUNG = 1.12, 1.04
-_SMALLEST, _LARGE = 8, 256
-# Advice on a domain adds room.
-_ROOM = 1.3
-# Whole numbers of spacings up to this.
+_FIRST_HALF_SIDE = 64
+# When a larger square is searched, its side grows by this factor or more.
+_SEARCH_GROWTH = 1.25
+# Windows have sides from a geometric sequence, so that few FFT grids are needed: its
+# ratio, and that for sides from `_LARGE_SIDE` on, where superfluous atoms cost most.
+_SIDE_RATIO, _LARGE_SIDE_RATIO = 1.12, 1.04
+_SMALLEST_SIDE, _LARGE_SIDE = 8, 256
+# Factor by which a recommended domain is larger than the one required now.
+_DOMAIN_MARGIN = 1.3
+# Deviation from a whole number of spacings that counts as rounding.
 _ROUNDING = 1e-9
 
 
 class Footprint:
-    """Outline of an indenter seen along x and y, which tells what is below a level.
+    """Bounding boxes of the level sets of an indenter on the lattice of atoms.
 
-    It keeps the lowest height in every row and every column of atoms. From these
-    follows the bounding box of the atoms below any level.
+    The lowest heights of all rows and columns of atoms are kept; the bounding box of
+    the atoms below any level follows from them.
 
     Parameters
     ----------
     indenter : Surface
-        One that tells its `reach`, such as `RoughSphere`.
+        A `BoundedSurface`, such as `RoughSphere`.
     spacing : float
         Distance of neighbours (length).
     origin : (float, float)
@@ -46,7 +49,7 @@ class Footprint:
     Raises
     ------
     ValueError
-        If the indenter does not rise out of reach.
+        If the indenter is not bounded.
     """
 
     def __init__(
@@ -62,7 +65,10 @@ class Footprint:
                 "or choose a fixed window"
             )
         self.indenter, self.spacing = indenter, spacing
-        self.offset = (rest_of(origin[0], spacing), rest_of(origin[1], spacing))
+        self.offset = (
+            lattice_offset(origin[0], spacing),
+            lattice_offset(origin[1], spacing),
+        )
         self._half = -1
         self._first = 0
         self._rows = self._columns = np.zeros(0)
@@ -70,13 +76,16 @@ class Footprint:
     @cached_property
     def lowest(self) -> float:
         """Lowest height of any atom."""
-        self._search(_MIDDLE)
+        self._search(_FIRST_HALF_SIDE)
         self._search(self._reach(float(self._rows.min())))
         return float(self._rows.min())
 
     @cached_property
     def domain(self) -> Box | None:
-        """Atoms at which the surface is known, and does not repeat; None for all."""
+        """Box of the atoms where the surface is defined without repetition, if any.
+
+        None if it is defined everywhere.
+        """
         indenter = self.indenter
         if indenter.extent == math.inf:
             return None
@@ -87,8 +96,8 @@ class Footprint:
             half = math.floor(steps - max(map(abs, self.offset)) / self.spacing)
         return Box((-half, -half), (2 * half + 1, 2 * half + 1))
 
-    def below(self, level: float) -> Box:
-        """Smallest box of all atoms lower than a level, and of the lowest.
+    def box_below(self, level: float) -> Box:
+        """Return the bounding box of the lowest atom and all that are below a level.
 
         Parameters
         ----------
@@ -98,7 +107,7 @@ class Footprint:
         Returns
         -------
         Box
-            Also beyond the domain if the surface repeats, else up to its edge.
+            It extends beyond the domain if the surface repeats, else up to its edge.
         """
         level = max(level, np.nextafter(self.lowest, np.inf))
         self._search(self._reach(level))
@@ -110,33 +119,37 @@ class Footprint:
             (int(rows[0]), int(columns[0])), (int(rows[-1]) + 1, int(columns[-1]) + 1)
         )
 
-    def known(self, box: Box) -> Box:
-        """Part of a box that is in the domain."""
+    def clip(self, box: Box) -> Box:
+        """Return the part of a box that is in the domain."""
         return box if self.domain is None else box.intersection(self.domain)
 
     def check(self, level: float) -> None:
         """Raise `ValueError` unless all atoms below a level are in the domain."""
-        if self.domain is None or self.domain.contains(box := self._possible(level)):
+        if self.domain is None or self.domain.contains(
+            box := self._box_in_reach(level)
+        ):
             return
         atoms = max(*map(abs, box.start), *map(abs, box.stop))
         known = self.indenter.extent / self.spacing
         advice = "choose a smaller load or depth, or a larger map"
         if self.indenter.repeats:
-            side = math.ceil(_ROOM * 2 * atoms)  # the next level may be lower still
+            side = math.ceil(
+                _DOMAIN_MARGIN * 2 * atoms
+            )  # the next level may be lower still
             advice = (
                 f"give the roughness a domain of {side} spacings or more "
                 f"(domain={side * self.spacing:.12g} of SelfAffine)"
             )
         raise ValueError(
             f"atoms up to {atoms} spacings from the indenter's axis can touch, but its "
-            f"surface is known only up to {known:g} spacings: {advice}"
+            f"surface is defined only up to {known:g} spacings: {advice}"
         )
 
-    def roomy(self, box: Box) -> Box:
-        """Box of one of few sizes around another, within the domain."""
+    def standard_size(self, box: Box) -> Box:
+        """Return a box around another, of a standard size if the domain allows it."""
         start, shape = [], []
         for axis in (0, 1):
-            n, first = _rung(box.shape[axis]), box.start[axis]
+            n, first = _standard_side(box.shape[axis]), box.start[axis]
             low = first - (n - box.shape[axis]) // 2
             if self.domain is not None:
                 n = max(min(n, self.domain.shape[axis]), box.shape[axis])
@@ -153,10 +166,10 @@ class Footprint:
         )
         return self.indenter.heights(window.shape, self.spacing, (x, y))
 
-    def _possible(self, level: float) -> Box:
-        """Box of all atoms that may be below a level."""
+    def _box_in_reach(self, level: float) -> Box:
+        """Return a box of all atoms that can be below a level."""
         if self.indenter.repeats:
-            return self.below(level)
+            return self.box_below(level)
         half = self._reach(level)
         return Box((-half, -half), (2 * half + 1, 2 * half + 1))
 
@@ -168,9 +181,9 @@ class Footprint:
         """Find the lowest heights of rows and columns up to a distance."""
         if half <= self._half:
             return
-        self._half = half = max(half, round(1.25 * self._half))
+        self._half = half = max(half, round(_SEARCH_GROWTH * self._half))
         around = Box((-half, -half), (2 * half + 1, 2 * half + 1))
-        around = self.known(around) if not self.indenter.repeats else around
+        around = self.clip(around) if not self.indenter.repeats else around
         (self._first, _), (stop, _) = around.start, around.stop
         self._rows, self._columns = np.full((2, stop - self._first), np.inf)
         for tile in self._tiles(around):
@@ -193,14 +206,25 @@ class Footprint:
                 yield Box((first, second), (side, side)).intersection(box)
 
 
-def rest_of(place: float, spacing: float) -> float:
-    """Part of a place that is not a whole number of spacings; zero, not rounding."""
-    rest = place - spacing * round(place / spacing)
-    return 0.0 if abs(rest) < _ROUNDING * spacing else rest
+def lattice_offset(position: float, spacing: float) -> float:
+    """Return a position relative to the nearest multiple of the spacing.
+
+    Parameters
+    ----------
+    position, spacing : float
+        Lengths.
+
+    Returns
+    -------
+    float
+        Zero where it would be a rounding error.
+    """
+    offset = position - spacing * round(position / spacing)
+    return 0.0 if abs(offset) < _ROUNDING * spacing else offset
 
 
-def _rung(least: int) -> int:
-    """Length of a window from a ladder on which the padded grid is a fast one."""
-    rung = _RUNG if least < _LARGE else _LARGE_RUNG
-    steps = math.ceil(math.log(max(least, _SMALLEST), rung) - _ROUNDING)
-    return (fast_length(2 * math.ceil(rung**steps) - 1) + 1) // 2
+def _standard_side(least: int) -> int:
+    """Return the next side of the sequence, whose padded grid is a fast one."""
+    ratio = _SIDE_RATIO if least < _LARGE_SIDE else _LARGE_SIDE_RATIO
+    steps = math.ceil(math.log(max(least, _SMALLEST_SIDE), ratio) - _ROUNDING)
+    return (fast_length(2 * math.ceil(ratio**steps) - 1) + 1) // 2

@@ -1,0 +1,112 @@
+"""Files of a path: a CSV file of results and a trajectory of frames."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import asdict
+from itertools import islice
+
+from ase import Atoms
+
+from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.trajectory import (
+    PathName,
+    locked,
+    read_infos,
+    trajectory_writer,
+)
+
+# Writes the result of a step, and its frame, which is made only for a trajectory.
+Write = Callable[[LoadStep, Callable[[], Atoms]], None]
+
+
+@contextmanager
+def open_output(
+    trajectory: PathName | None,
+    table: PathName | None,
+    record: type[LoadStep] = LoadStep,
+    *,
+    keep: str = "all",
+    done: Sequence[LoadStep] | None = None,
+) -> Iterator[Write]:
+    """Open the files of a path.
+
+    Parameters
+    ----------
+    trajectory : path, optional
+        ASE trajectory of frames.
+    table : path, optional
+        CSV file. Its lines are on disk before the next step begins.
+    record : type
+        Class of the results.
+    keep : {"all", "last"}
+        Frames that the trajectory keeps.
+    done : sequence of LoadStep, optional
+        Results of the frames that the path goes on from; None to begin both files anew.
+        The CSV file keeps its lines for steps before the first of them.
+
+    Yields
+    ------
+    callable
+        Writes the result of a step, and its frame.
+
+    Raises
+    ------
+    RuntimeError
+        If another run is writing the trajectory, or has written it since it was read.
+    OSError
+        If a file can't be written.
+    """
+    rows = frames = None
+    with ExitStack() as files:
+        if trajectory is not None:
+            files.enter_context(locked(trajectory))
+            if done is not None and not _holds(trajectory, done):
+                raise RuntimeError(
+                    f"another run has written {trajectory}: start again to go on"
+                )
+        if table is not None:  # before an old trajectory is overwritten
+            rows = files.enter_context(_csv_writer(table, record, done or ()))
+        if trajectory is not None:
+            kept = len(done or ())
+            frames = files.enter_context(trajectory_writer(trajectory, keep, kept))
+
+        def write(step: LoadStep, frame: Callable[[], Atoms]) -> None:
+            if frames is not None:
+                frames(frame())
+            if rows is not None:
+                rows(step)
+
+        yield write
+
+
+def _holds(trajectory: PathName, done: Sequence[LoadStep]) -> bool:
+    """Whether a trajectory still has the frames of some steps, and no others."""
+    infos = [info.get("load_step") for info in read_infos(trajectory)]
+    return repr(infos) == repr([asdict(step) for step in done])  # NaN equals NaN
+
+
+@contextmanager
+def _csv_writer(
+    path: PathName, record: type[LoadStep], done: Sequence[LoadStep]
+) -> Iterator[Callable[[LoadStep], None]]:
+    """Open a CSV file; steps that are done are written again, earlier lines stay."""
+    earlier = done[0].step if done else 0
+    with open(path, "a+" if earlier else "w", newline="") as file:
+        rows = csv.DictWriter(file, list(columns_of(record)))
+
+        def write(step: LoadStep) -> None:
+            rows.writerow(asdict(step))
+            file.flush()
+
+        file.seek(0)
+        lines = csv.reader(iter(file.readline, ""))  # readline, as next() forbids tell
+        for _ in islice(lines, earlier + 1 if earlier else 0):
+            pass
+        if not file.truncate(file.tell()):
+            rows.writeheader()
+        for step in done:
+            write(step)
+        yield write

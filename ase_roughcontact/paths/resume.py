@@ -1,0 +1,187 @@
+"""Resuming a path: which frames of a trajectory are its first steps.
+
+Every frame carries a description of the path: the system, the control and the target.
+A path goes on from a file only if these are its own; if not, the error lists what
+differs.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.constraints import Hookean
+
+from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.trajectory import PathName, read_infos
+
+# Relative difference of targets that counts as rounding, as between the common part of
+# a path and of a longer one; near zero, relative to the neighbouring targets.
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class PathDescription:
+    """Parameters of a path as written to every frame of its trajectory.
+
+    Attributes
+    ----------
+    system : dict
+        All that a state depends on except target and displacement; numbers, strings,
+        lists and dicts as a file returns them. See `describe_system`.
+    control : {"penetrations", "heights", "loads"}
+    targets : ndarray, shape (steps,)
+    """
+
+    system: dict[str, Any]
+    control: str
+    targets: np.ndarray
+
+    def of_step(self, number: int) -> dict[str, Any]:
+        """Return the description that the frame of a step carries."""
+        return {
+            "system": self.system,
+            "control": self.control,
+            "target": self.targets[number],
+        }
+
+    def finished_steps(
+        self, file: PathName, keep: str, record: type[LoadStep]
+    ) -> list[LoadStep]:
+        """Read the results of the steps in a trajectory, which must be of this path.
+
+        Parameters
+        ----------
+        file : path
+        keep : {"all", "last"}
+            Frames that the trajectory keeps: with "last" it begins at any step.
+        record : type
+            Class of the results.
+
+        Returns
+        -------
+        list of LoadStep
+
+        Raises
+        ------
+        ValueError
+            If the frames are of another path, with what differs.
+        """
+        done: list[LoadStep] = []
+        for info in read_infos(file):
+            expected = done[-1].step + 1 if done else None if keep == "last" else 0
+            mismatch = self._mismatch(info, expected, record)
+            if mismatch:
+                raise ValueError(
+                    f"can't resume: {os.fspath(file)} holds steps of another path or "
+                    f"system: {'; '.join(mismatch)} (eV, Å): use the former "
+                    "parameters, delete the file, or give another file or folder"
+                )
+            done.append(record(**info["load_step"]))
+        return done
+
+    def _mismatch(
+        self, info: dict[str, Any], expected: int | None, record: type[LoadStep]
+    ) -> list[str]:
+        """Return what keeps a frame from being the expected step of this path."""
+        if not {"path", "load_step"} <= set(info):
+            return ["its frames are not those of a load path"]
+        path, columns = info["path"], info["load_step"]
+        if list(columns) != list(columns_of(record)):
+            return [f"its columns are {', '.join(columns)}"]
+        number = columns["step"]
+        if expected is not None and number != expected:
+            return [f"it has step {number} in place of step {expected}"]
+        if path["control"] != self.control:
+            return [f"its path is one of {path['control']}, this one of {self.control}"]
+        if number >= len(self.targets):
+            count = len(self.targets)
+            return [f"its path has {number + 1} steps or more, this one {count}"]
+        found = differences(path["system"], self.system)
+        if not self._same_target(path["target"], number):
+            name = f"{self.control}[{number}]"
+            found.append(f"{name} was {path['target']}, is {self.targets[number]}")
+        return found
+
+    def _same_target(self, target: float, number: int) -> bool:
+        neighbours = self.targets[max(number - 1, 0) : number + 2]
+        rounding = _ROUNDING * float(np.ptp(neighbours))
+        return math.isclose(
+            target, self.targets[number], rel_tol=_ROUNDING, abs_tol=rounding
+        )
+
+
+def describe_system(atoms: Atoms, **options: Any) -> dict[str, Any]:
+    """Describe all that a relaxed state depends on except height, load, displacement.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    **options
+        Of the path: its lattice and its tolerance.
+
+    Returns
+    -------
+    dict
+        Numbers, strings, lists and dicts as a JSON file returns them.
+
+    Raises
+    ------
+    ValueError
+        If something can't be described, such as an indenter without `todict`.
+    """
+    calc = atoms.calc
+    system = {k: v for k, v in calc.todict().items() if k not in ("load", "fft")}
+    system["interaction"] = calc.contact(atoms).interaction.todict()  # default, too
+    system["precision"] = np.dtype(calc.parameters["fft"].get("dtype", float)).name
+    springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
+    system["springs"] = [_describe_spring(spring) for spring in springs]
+    return json.loads(json.dumps(system | options, default=_encode))
+
+
+def differences(old: Any, new: Any, name: str = "") -> list[str]:
+    """Return one line for each parameter that differs between two nested dicts.
+
+    Parameters
+    ----------
+    old, new : dict
+    name : str
+        Of the dicts themselves, for the dotted names of what is in them.
+
+    Returns
+    -------
+    list of str
+    """
+    if not (isinstance(old, dict) and isinstance(new, dict)):
+        return [] if old == new else [f"{name or 'system'} was {old}, is {new}"]
+    return [
+        line
+        for key in {**old, **new}
+        for line in differences(old.get(key), new.get(key), f"{name}.{key}".strip("."))
+    ]
+
+
+def _describe_spring(spring: Hookean) -> dict[str, Any]:
+    """Return stiffness, length and height of the end; x and y move with windows."""
+    parameters = spring.todict()["kwargs"]
+    end = np.ravel(parameters["a2"]).tolist()[2:]
+    return {"k": parameters["k"], "rt": parameters["rt"], "end": end}
+
+
+def _encode(value: Any) -> Any:
+    if isinstance(value, np.ndarray):
+        return hashlib.sha256(value.tobytes()).hexdigest()[:16]
+    if isinstance(value, np.generic):
+        return value.item()
+    raise ValueError(
+        "a trajectory needs a description of the system, but "
+        f"{type(value).__name__} has none: give it a method todict that returns its "
+        "name and parameters, or leave the trajectory out"
+    )

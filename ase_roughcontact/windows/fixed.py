@@ -1,0 +1,54 @@
+"""Fixed windows: the atoms stay as they are, and the edge is checked."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from ase import Atoms
+
+
+class FixedWindow:
+    """Window that stays; it has the methods of `AutoWindow`.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    edge : {"raise", "ignore"}
+        What to do if the wall acts on an atom at the edge of the window of a free half
+        space.
+
+    Attributes
+    ----------
+    first_contact : float
+        Height at which the indenter begins to repel the flat substrate (Å).
+    """
+
+    def __init__(self, atoms: Atoms, edge: str) -> None:
+        self._edge = edge
+        self._layout = asdict(atoms.calc.layout(atoms))
+        self.first_contact = atoms.calc.contact(atoms).first_contact
+
+    def choose(self, atoms: Atoms, control: str) -> None:
+        """Keep the window."""
+
+    def accept(self, atoms: Atoms) -> None:
+        """Keep the window."""
+
+    def enlarge_if_needed(self, atoms: Atoms) -> bool:
+        """Return False; raise `RuntimeError` if the wall acts at the edge."""
+        if self._edge == "ignore" or atoms.pbc.any():
+            return False
+        acts = atoms.calc.state(atoms).pressure != 0.0
+        if acts[[0, -1]].any() or acts[:, [0, -1]].any():
+            raise RuntimeError(
+                "the contact or its attraction has reached the edge of the window of "
+                f"{acts.shape} atoms: give a larger shape (or edge='ignore' if the "
+                "indenter ends there)"
+            )
+        return False
+
+    def describe_lattice(self) -> dict[str, Any]:
+        """Return what distinguishes the atoms from others, for resuming a path."""
+        return self._layout

@@ -1,0 +1,139 @@
+r"""Expected depth and extent of a contact, before it is calculated.
+
+A rigid sphere at a depth :math:`d` overlaps the flat surface within a radius
+:math:`s = \sqrt{2 R d}`; by Hertz it touches the elastic one within
+:math:`a = \sqrt{R d} = s/\sqrt 2` under the load
+
+.. math:: N = \tfrac43 E^* \sqrt R\, d^{3/2} = c\, E^* d\, s, \qquad c = \sqrt 8/3.
+
+References
+----------
+K. L. Johnson, Contact Mechanics (Cambridge, 1985), Section 4.2: force and gap.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.windows.footprint import Footprint
+
+# Depths are searched from this part of the spacing on, by this factor.
+_FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
+# Gap at a radius a (1 + e) beside a Hertzian contact of radius a, for small e, in units
+# of e^(3/2) a^2/(pi R).
+_GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
+
+
+class DepthPrediction:
+    """Depth of the indenter under a load, by ``N = c E* d s``.
+
+    The half side ``s`` is that of the box of the atoms that the rigid indenter
+    overlaps; the factor ``c`` is adjusted to every relaxed state.
+
+    Parameters
+    ----------
+    footprint : Footprint
+    wall : Interaction
+    modulus : float
+        Contact modulus (pressure).
+    factor : float
+        Initial value of ``c``.
+    """
+
+    def __init__(
+        self, footprint: Footprint, wall: Interaction, modulus: float, factor: float
+    ) -> None:
+        self._footprint, self._wall = footprint, wall
+        self._modulus, self._factor = modulus, factor
+
+    def depth(self, load: float) -> float:
+        """Return a depth at which the indenter carries at least the load.
+
+        Parameters
+        ----------
+        load : float
+            Positive (force).
+
+        Returns
+        -------
+        float
+            At most 1.2 times that of the equation, or that at which the overlap leaves
+            the domain of the roughness. The depth is searched upwards, as the surface
+            has to be known only as far as the overlap reaches.
+        """
+        depth = _FIRST_DEPTH * self._footprint.spacing
+        largest = load / self._load(1.0, 0.5)
+        while depth < largest:
+            box = self._overlap(depth)
+            carried = self._load(depth, half_side(box))
+            if carried > load or self._footprint.clip(box) != box:
+                break
+            depth *= _DEPTH_RATIO
+        return min(depth, largest)
+
+    def adjust(self, load: float, depth: float, overlap: Box) -> None:
+        """Adjust the factor to a relaxed state.
+
+        Parameters
+        ----------
+        load, depth : float
+            Positive (force, length).
+        overlap : Box
+            Of the atoms that the rigid indenter overlaps at this depth.
+        """
+        self._factor *= load / self._load(depth, half_side(overlap))
+
+    def _overlap(self, depth: float) -> Box:
+        lowest, wall = self._footprint.lowest, self._wall
+        first_contact = wall.contact_distance - lowest
+        return self._footprint.box_below(wall.cutoff - first_contact + depth)
+
+    def _load(self, depth: float, half_side: float) -> float:
+        spacing = self._footprint.spacing
+        return self._factor * self._modulus * depth * half_side * spacing
+
+
+def contact_level(
+    level: float, lowest: float, wall: Interaction, scale: float
+) -> float:
+    r"""Return the level below which the atoms lie that are expected to touch.
+
+    Atoms beside the Hertzian contact touch where its gap is smaller than the depth
+    :math:`\delta` of the roughness and the range of the wall. With the depth
+    :math:`d` of the smooth sphere, as :math:`a^2/R = d`, these are the atoms within
+    :math:`a (1 + e)`,
+
+    .. math:: \frac{8 \sqrt 2}{3\pi}\, e^{3/2}\, d = \delta.
+
+    The side of a paraboloid's footprint is proportional to the root of its depth.
+
+    Parameters
+    ----------
+    level : float
+        Below which the rigid indenter overlaps (length).
+    lowest : float
+        Lowest height of the indenter at an atom (length).
+    wall : Interaction
+    scale : float
+        Factor of the side.
+
+    Returns
+    -------
+    float
+        At most `level`.
+    """
+    roughness = max(-lowest, 0.0) + wall.cutoff - wall.contact_distance
+    depth = level - lowest
+    smooth_depth = depth - roughness
+    if smooth_depth <= 0.0:
+        return level
+    beside = (math.pi * roughness / (_GAP_BESIDE * smooth_depth)) ** (2.0 / 3.0)
+    side = scale * (1.0 + beside) * math.sqrt(smooth_depth / (2.0 * depth))
+    return lowest + depth * min(side, 1.0) ** 2
+
+
+def half_side(box: Box) -> float:
+    """Return half of the mean side of a box, in spacings."""
+    return 0.25 * sum(box.shape)
