@@ -24,7 +24,7 @@ from ase_roughcontact.ensemble import product, run_ensemble, write_csv
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.progress import expected_costs
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import Frames, count_steps
+from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
 from ase_roughcontact.scene.config import SECTIONS, table_of, tomllib
 from ase_roughcontact.scene.reference import laws_of
@@ -147,7 +147,7 @@ def _show(scene: Scene, records: list[LoadStep], folder: Path, talks: bool) -> N
 def _figure(options: argparse.Namespace) -> int:
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
-    records = list(Frames(folder / "sweep.traj").records())
+    records = list(read_steps(folder / "sweep.traj"))
     pictures = figures.draw(scene, laws_of(scene), records, folder)
     if not pictures:
         raise RuntimeError("no pictures: matplotlib is not installed, or no contact")

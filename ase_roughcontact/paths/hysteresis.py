@@ -119,11 +119,12 @@ def adhesion_loop(
 
     *Smooth spheres.* With `LennardJones93.adhesive`, the pull-off force is that of
     Maugis-Dugdale theory for the same work and range, :math:`\sigma_0 = w/D`: smaller
-    by 0 to 1.3 % for Maugis parameters from 0.05 to 2 (:math:`R` from 50 to 1000 spacings).
-    For the same largest tension, :math:`\sigma_0 = 4kD/27`, Maugis-Dugdale theory is 3
-    to 5 % too small for parameters from 0.35 to 1.8. The contact area at zero load
-    corresponds to the part under pressure in theory, without the rim under tension: to
-    1 % if its radius is at least 25 times :math:`E^*/k`, to 3 % at 10 times.
+    by 0 to 1.3 % for Maugis parameters from 0.05 to 2 (:math:`R` from 50 to 1000
+    spacings). For the same largest tension, :math:`\sigma_0 = 4kD/27`, Maugis-Dugdale
+    theory is 3 to 5 % too small for parameters from 0.35 to 1.8. The contact area at
+    zero load corresponds to the part under pressure in theory, without the rim under
+    tension: to 1 % if its radius is at least 25 times :math:`E^*/k`, to 3 % at 10
+    times.
 
     *Resolution.* The spacing has to resolve the length :math:`E^*/k`, :math:`k` being
     the stiffness of the wall, at any work of adhesion. For :math:`R = 50\,E^*/k` and

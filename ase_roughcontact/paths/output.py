@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
 from itertools import islice
+from typing import TextIO
 
 from ase import Atoms
 
@@ -93,7 +94,7 @@ def _csv_writer(
     path: PathName, record: type[LoadStep], done: Sequence[LoadStep]
 ) -> Iterator[Callable[[LoadStep], None]]:
     """Open a CSV file; steps that are done are written again, earlier lines stay."""
-    earlier = done[0].step if done else 0
+    earlier = done[0].step if done else 0  # lines of frames that were not kept
     with open(path, "a+" if earlier else "w", newline="") as file:
         rows = csv.DictWriter(file, list(columns_of(record)))
 
@@ -101,12 +102,17 @@ def _csv_writer(
             rows.writerow(asdict(step))
             file.flush()
 
-        file.seek(0)
-        lines = csv.reader(iter(file.readline, ""))  # readline, as next() forbids tell
-        for _ in islice(lines, earlier + 1 if earlier else 0):
-            pass
-        if not file.truncate(file.tell()):
+        if not (earlier and _truncate(file, earlier + 1)):
             rows.writeheader()
         for step in done:
             write(step)
         yield write
+
+
+def _truncate(file: TextIO, count: int) -> int:
+    """Truncate a CSV file after some lines; return its size."""
+    file.seek(0)
+    lines = csv.reader(iter(file.readline, ""))  # next(file) would disable tell()
+    for _ in islice(lines, count):
+        pass
+    return file.truncate(file.tell())

@@ -228,7 +228,7 @@ def _in_auto_window(
         window = windows.forecast(control, target)
     except ValueError as error:
         return PlannedStep(target, problem=str(error))
-    grid = FreeHalfSpace.padded(window.shape)
+    grid = FreeHalfSpace.padded_shape(window.shape)
     memory, seconds = memory_of(window.shape, points=points), timer.seconds(grid)
     return PlannedStep(target, text_of(window.shape), text_of(grid), memory, seconds)
 

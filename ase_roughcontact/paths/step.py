@@ -161,7 +161,8 @@ class Stepper:
         if self._fmax:
             self._run_optimizer(statistics, self._fmax)
             return
-        tolerance = self._tolerance.expected(self.atoms.calc.parameters["load"])
+        load = self.atoms.calc.parameters["load"]
+        tolerance: float | None = self._tolerance.expected(load)
         while tolerance is not None:
             self._run_optimizer(statistics, tolerance)
             state = self.atoms.calc.state(self.atoms)

@@ -19,7 +19,7 @@ from ase import Atoms
 from ase.io import Trajectory, ulm
 from ase.parallel import DummyMPI
 
-from ase_roughcontact.paths.record import LoadStep, Step
+from ase_roughcontact.paths.record import LoadStep
 
 try:
     import fcntl
@@ -64,7 +64,7 @@ def read_infos(file: PathName) -> Iterator[dict[str, Any]]:
                 ) from error
 
 
-def read_steps(file: PathName, record: type[Step] = LoadStep) -> Iterator[Step]:
+def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[LoadStep]:
     """Read the result of one step after another from a trajectory.
 
     Parameters

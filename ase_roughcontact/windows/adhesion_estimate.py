@@ -58,8 +58,7 @@ class AdhesionEstimate:
         self, sphere: RoughSphere, wall: Interaction, modulus: float, spacing: float
     ) -> None:
         self.sphere, self.modulus, self.spacing = sphere, modulus, spacing
-        equilibrium = np.array([wall.contact_distance])
-        self.work = -float(wall.evaluate(equilibrium)[0][0])
+        self.work = wall.work_of_adhesion
 
     @cached_property
     def effective_work(self) -> float:

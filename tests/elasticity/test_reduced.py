@@ -23,9 +23,8 @@ from ase_roughcontact.elasticity.greens import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
-from ase_roughcontact.windows.exchange import exchange_window
+from ase_roughcontact.windows.exchange import exchange_window, window_of
 from ase_roughcontact.windows.footprint import Footprint
-from ase_roughcontact.windows.policy import window_of
 
 SHAPE = 9, 7
 ROUGH = SelfAffine(0.3, 0.8, 4.0, 16.0, seed=3, domain=64.0)
@@ -118,7 +117,7 @@ def test_forces_are_the_slope_of_the_energy(wall, rng):
 def test_relaxed_contact_is_the_same_with_and_without_the_margin(wall):
     optimizer = ActiveSet if isinstance(wall, HardWall) else NewtonKrylov
     whole = make_atoms(wall=wall, shape=(64, 64))
-    reach = Footprint(SPHERE, 1.0).below(wall.cutoff - whole.positions[-1, 2] + 0.5)
+    reach = Footprint(SPHERE, 1.0).box_below(wall.cutoff - whole.positions[-1, 2] + 0.5)
     states = []
     for atoms in (whole, make_atoms(reach, wall)):
         assert optimizer(atoms).run(fmax=1e-12)

@@ -199,8 +199,8 @@ def test_a_file_cut_off_before_a_step_was_finished_is_begun_again(tmp_path, size
             {"penetrations": [0.2, 0.5, 0.6]},
             r"penetrations\[1\] was 0\.4, is 0\.5 \(eV, Å\): .*delete the file",
         ),
-        ({"penetrations": [0.2]}, "had 2 steps or more, has 1"),
-        ({"heights": [0.8, 0.6]}, "one of penetrations, is of heights"),
+        ({"penetrations": [0.2]}, "has 2 steps or more, this one 1"),
+        ({"heights": [0.8, 0.6]}, "one of penetrations, this one of heights"),
         ({"atoms": make_atoms(modulus=2.0)}, r"contact_modulus was 1\.0, is 2\.0"),
         (
             {"atoms": make_atoms(shape=(9, 6))},
@@ -417,7 +417,7 @@ def test_a_surface_that_can_not_be_told_needs_no_trajectory(tmp_path):
 
 def test_a_surface_that_can_not_be_told_is_refused_a_trajectory_at_once(tmp_path):
     movie = tmp_path / "sweep.traj"
-    with pytest.raises(ValueError, match=r"Dome can't be told: give it .* todict"):
+    with pytest.raises(ValueError, match=r"Dome has none: give it .* todict"):
         load_path(below_a_dome(), DEPTHS, trajectory=movie)
     assert not movie.exists()
 

@@ -1,4 +1,4 @@
-"""Plans: what a path will take, told before anything is calculated."""
+"""Plans: windows, memory and time of a path before it is calculated."""
 
 import numpy as np
 import pytest
@@ -58,7 +58,7 @@ def test_windows_at_given_heights_are_planned_exactly(control):
     assert (step.window, step.grid) == (record.window, record.grid)
 
 
-def test_planning_leaves_the_atoms_as_they_are():
+def test_planning_does_not_change_the_atoms():
     atoms = make_atoms(fixed=False)
     before = atoms.copy()
     plan_path(atoms, "loads", [1.0], "auto")
@@ -66,14 +66,14 @@ def test_planning_leaves_the_atoms_as_they_are():
 
 
 @pytest.mark.parametrize("periodic", [False, True])
-def test_fixed_window_is_planned_as_it_is(periodic):
+def test_fixed_window_is_planned_with_its_shape(periodic):
     atoms = make_atoms(shape=(20, 30), periodic=periodic)
     (step,) = plan_path(atoms, "penetrations", [0.3], "fixed").steps
     record = next(load_path(atoms, [0.3], edge="ignore"))
     assert (step.window, step.grid) == (record.window, record.grid)
 
 
-def test_larger_windows_take_more_time_and_memory():
+def test_larger_windows_need_more_time_and_memory():
     atoms = make_atoms(RoughSphere(1e4), fixed=False)
     plan = plan_path(atoms, "loads", [1e2, 1e4, 1e6], "auto")
     for name in ("memory", "seconds"):
@@ -82,21 +82,21 @@ def test_larger_windows_take_more_time_and_memory():
     assert plan.memory == plan.steps[-1].memory
 
 
-def test_plan_tells_what_is_left_out_and_why():
+def test_plan_lists_what_is_left_out_and_why():
     hard = plan_path(make_atoms(), "heights", [0.0], "auto").left_out
     assert any("can't touch" in text for text in hard)
     sticky = plan_path(make_atoms(wall="adhesive"), "heights", [1.0], "auto").left_out
-    assert any("grown until none is missed" in text for text in sticky)
+    assert any("enlarged until none is missing" in text for text in sticky)
     assert any("beyond a gap of 1.346" in text for text in sticky)
     periodic = make_atoms(shape=(16, 16), periodic=True)
-    told = plan_path(periodic, "heights", [0.0], "fixed").left_out
-    assert any("repeats along x and y" in text for text in told)
+    reasons = plan_path(periodic, "heights", [0.0], "fixed").left_out
+    assert any("repeats along x and y" in text for text in reasons)
 
 
-def test_a_step_beyond_the_roughness_tells_so_and_the_others_are_planned():
+def test_step_beyond_the_roughness_has_a_problem_and_the_others_are_planned():
     plan = plan_path(make_atoms(), "heights", [0.0, -300.0], "auto")
     assert [bool(step.window) for step in plan.steps] == [True, False]
-    assert "surface is known only up to" in plan.steps[1].problem
+    assert "surface is defined only up to" in plan.steps[1].problem
     assert plan.fits and not plan.runs
     text = plan.table("height (Å)", 1.0)
     assert "CAN'T RUN: atoms up to" in text
@@ -104,7 +104,7 @@ def test_a_step_beyond_the_roughness_tells_so_and_the_others_are_planned():
 
 
 @pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])
-def test_a_fixed_window_that_the_contact_outgrows_is_told(control):
+def test_contact_wider_than_a_fixed_window_is_a_problem(control):
     sphere = RoughSphere(300.0)  # contact radius 30 at a depth of 3
     loads = control == "loads"
     targets = {
@@ -122,9 +122,9 @@ def test_a_fixed_window_that_the_contact_outgrows_is_told(control):
         next(path)
 
 
-def test_a_fixed_window_beside_the_first_contact_is_told():
+def test_fixed_window_beside_the_first_contact_is_reported():
     plan = plan_path(make_atoms(shape=(8, 8)), "penetrations", [0.1], "fixed")
-    assert "lowest outside of the window of 8x8 atoms" in plan.left_out[-1]
+    assert "lowest outside the window of 8x8 atoms" in plan.left_out[-1]
 
 
 def test_a_periodic_window_is_never_too_small():
@@ -133,7 +133,7 @@ def test_a_periodic_window_is_never_too_small():
 
 
 @pytest.mark.parametrize("words", [("load", "auto"), ("loads", "automatic")])
-def test_words_that_are_not_known_are_refused(words):
+def test_unknown_control_or_window_is_an_error(words):
     control, window = words
     with pytest.raises(ValueError, match=r"must be .* got '(load|automatic)'"):
         plan_path(make_atoms(fixed=False), control, [1.0], window)
@@ -155,16 +155,16 @@ def test_memory_grows_with_the_window_and_its_margin():
     assert memory_of((2000, 1)) < memory_of((1000, 1000))
 
 
-def test_machine_tells_its_memory():
+def test_free_memory_of_the_machine_is_plausible():
     assert 1e8 < available_memory() < 1e14
 
 
-def test_window_that_does_not_fit_is_refused_with_the_numbers():
+def test_window_too_large_for_the_memory_is_an_error_with_the_numbers():
     with pytest.raises(MemoryError, match=r"1000000 x 1000000 atoms .* 4e\+05 GB"):
         check_memory((10**6, 10**6))
 
 
-def test_path_that_outgrows_the_memory_stops_before_it_does(monkeypatch):
+def test_path_stops_before_it_exceeds_the_memory(monkeypatch):
     monkeypatch.setattr(
         "ase_roughcontact.windows.memory.available_memory", lambda: 138e6
     )

@@ -1,4 +1,4 @@
-"""Contacts that attraction spreads by itself: how far, and refused if too far."""
+"""Contact radius under adhesion: its estimate, and the error if it is too large."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ def sphere(radius):
     return RoughSphere(radius, rough)
 
 
-def spreading(indenter, work):
+def estimate(indenter, work):
     return AdhesionEstimate(indenter, wall(work), 1.0, 1.0)
 
 
@@ -49,61 +49,61 @@ def energy_of_the_spectrum(slope=0.1, hurst=0.8, long=LONG):
     return 0.25 * slope**2 * moment(1.0) / moment(2.0)
 
 
-def test_roughness_takes_the_energy_of_its_spectrum_off_the_work():
-    left = spreading(sphere(1e4), 0.05).work_left
+def test_effective_work_lacks_the_energy_of_the_spectrum():
+    left = estimate(sphere(1e4), 0.05).effective_work
     assert 0.05 - left == pytest.approx(energy_of_the_spectrum(), rel=1e-12)
 
 
-def test_long_waves_are_counted_once():
+def test_long_wavelengths_are_counted_once():
     rough = SelfAffine(0.1, 0.8, SHORT, 512.0)
-    left = spreading(RoughSphere(1e4, rough), 0.05).work_left
+    left = estimate(RoughSphere(1e4, rough), 0.05).effective_work
     assert 0.05 - left == pytest.approx(energy_of_the_spectrum(long=512.0))
 
 
 def test_roll_off_is_counted():
     rough = SelfAffine(0.1, 0.8, SHORT, LONG, longest_wavelength=512.0)
-    left = spreading(RoughSphere(1e4, rough), 0.05).work_left
+    left = estimate(RoughSphere(1e4, rough), 0.05).effective_work
     assert 0.05 - left == pytest.approx(1.19 * energy_of_the_spectrum(), rel=0.01)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_map_takes_the_energy_of_its_waves_off_the_work(seed):
+def test_effective_work_of_a_height_map_lacks_the_energy_of_its_waves(seed):
     heights = SelfAffine(0.1, 0.8, SHORT, LONG, seed=seed, domain=512.0).heights(
         (512, 512), 1.0
     )
     indenter = RoughSphere(1e4, HeightMap(heights, 1.0))
-    left = spreading(indenter, 0.05).work_left
+    left = estimate(indenter, 0.05).effective_work
     assert 0.05 - left == pytest.approx(energy_of_the_spectrum(), rel=0.03)
 
 
-def test_roughness_of_one_wavelength_takes_its_energy_off_the_work():
+def test_effective_work_of_a_single_wavelength_lacks_its_energy():
     rough = SelfAffine(0.1, 0.8, 8.0, 8.0, domain=256.0)
-    left = spreading(RoughSphere(1e4, rough), 0.05).work_left
+    left = estimate(RoughSphere(1e4, rough), 0.05).effective_work
     assert 0.05 - left == pytest.approx(0.1**2 / 4 * 8.0 / (2 * np.pi), rel=0.01)
 
 
-def test_smooth_sphere_spreads_as_by_jkr():
-    contact = spreading(RoughSphere(1e4), 0.05)
-    radius = contact.checked(0.0, 3.0)
+def test_contact_radius_of_a_smooth_sphere_is_that_of_jkr():
+    contact = estimate(RoughSphere(1e4), 0.05)
+    radius = contact.radius_within_memory(0.0, 3.0)
     assert radius == pytest.approx(float(jkr_contact_radius(3.0, 1e4, 1.0, 0.05)))
     depth = float(jkr_penetration(radius, 1e4, 1.0, 0.05))
-    assert contact.checked(depth, None) == pytest.approx(radius, rel=1e-9)
+    assert contact.radius_within_memory(depth, None) == pytest.approx(radius, rel=1e-9)
 
 
-def test_weak_attraction_spreads_over_no_roughness():
-    assert spreading(sphere(1e8), 0.005).checked(0.0, 1.0) == 0.0
+def test_weak_adhesion_does_not_extend_a_rough_contact():
+    assert estimate(sphere(1e8), 0.005).radius_within_memory(0.0, 1.0) == 0.0
 
 
-def test_sphere_above_its_pull_off_does_not_spread():
-    assert spreading(RoughSphere(100.0), 0.01).checked(-5.0, None) == 0.0
+def test_sphere_above_its_pull_off_has_no_contact():
+    assert estimate(RoughSphere(100.0), 0.01).radius_within_memory(-5.0, None) == 0.0
 
 
-def test_contact_is_as_large_as_expected_and_its_window_made_at_once():
+def test_contact_is_as_large_as_estimated_and_its_window_chosen_at_once():
     indenter = sphere(1500.0)
     atoms, record = first_step(indenter, 0.05, loads=[1e-3])
     assert record.converged
     acting = np.count_nonzero(atoms.calc.state(atoms).pressure)
-    radius = spreading(indenter, 0.05).checked(0.0, 1e-3)
+    radius = estimate(indenter, 0.05).radius_within_memory(0.0, 1e-3)
     assert np.sqrt(acting / np.pi) == pytest.approx(radius, rel=0.1)
     assert record.pairs < 1000.0
 
@@ -111,7 +111,7 @@ def test_contact_is_as_large_as_expected_and_its_window_made_at_once():
 @pytest.mark.parametrize(
     "path", [{"loads": [1e-3]}, {"penetrations": [0.0]}], ids=["load", "height"]
 )
-def test_contact_too_large_for_the_memory_is_refused_before_it_is_calculated(
+def test_contact_too_large_for_the_memory_is_an_error_before_the_calculation(
     path, monkeypatch
 ):
     monkeypatch.setattr(

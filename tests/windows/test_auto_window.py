@@ -1,4 +1,4 @@
-"""Windows that follow the contact: exact, grown when they must, never cut silently."""
+"""Automatic windows: exact, enlarged where needed, never too small without an error."""
 
 from functools import partial
 
@@ -24,6 +24,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.windows.exchange import exchange_window
 from ase_roughcontact.windows.exchange import window_of as window_of_layout
 from ase_roughcontact.windows.footprint import Footprint
+from ase_roughcontact.windows.options import WindowOptions
 
 HARD = HardWall(), ActiveSet
 SOFT = LennardJones93.repulsive(1.0, 1.0), NewtonKrylov
@@ -67,46 +68,6 @@ def same_state(atoms, others):
     assert len(contact_of(atoms)) > 0
 
 
-# What is below a level
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("depth", [0.0, 0.05, 0.5, 3.0])
-def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
-    sphere = rough_sphere(seed)
-    heights = sphere.heights((64, 64), 1.0, (-32.0, -32.0))
-    found = Footprint(sphere, 1.0)
-    assert found.lowest == heights.min()
-    low = heights <= heights.min() + depth
-    assert found.below(heights.min() + depth + 1e-12) == Box.bounding(low, (-32, -32))
-
-
-def test_window_of_a_deep_level_is_found_after_those_of_shallow_ones():
-    sphere = rough_sphere(radius=400.0, domain=128.0)
-    grown = Footprint(sphere, 1.0)
-    levels = grown.lowest + np.array([0.1, 1.0, 2.0, 4.0])
-    boxes = [grown.below(level) for level in levels]
-    assert boxes == [Footprint(sphere, 1.0).below(level) for level in levels]
-    assert boxes[-1].size > boxes[0].size
-
-
-def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
-    sphere, origin = RoughSphere(50.0), (-0.25, 7.5)
-    box = Footprint(sphere, 1.0, origin).below(0.5)
-    heights = sphere.heights((40, 40), 1.0, (-20.25, -20.5))
-    assert box.shape == Box.bounding(heights < 0.5, (0, 0)).shape
-
-
-@pytest.mark.parametrize(
-    "surface",
-    [rough_sphere().roughness, RoughSphere(np.inf), HeightMap(np.eye(4), 1.0)],
-    ids=["self-affine", "flat", "map"],
-)
-def test_surface_that_stays_in_reach_needs_a_fixed_window(surface):
-    with pytest.raises(ValueError, match=r"automatic windows need.*fixed\s+window"):
-        Footprint(surface, 1.0).below(1.0)
-
-
 # Exactness
 
 
@@ -127,36 +88,26 @@ def test_windowed_run_equals_the_run_on_a_full_grid(wall, seed):
         assert window_of(full).size > window_of(atoms).size
 
 
-@pytest.fixture
-def large_windows(monkeypatch):
-    """Windows that count as large whatever they are."""
-    monkeypatch.setattr("ase_roughcontact.windows.policy._LARGE", 0)
-
-
 @pytest.mark.parametrize("wall", [HARD, SOFT, ADHESIVE], ids=["hard", "soft", "sticky"])
-@pytest.mark.parametrize("part", [0.5, 1.0])
-def test_window_made_for_the_contact_alone_misses_nothing(
-    wall, part, large_windows, monkeypatch
-):
-    monkeypatch.setattr("ase_roughcontact.windows.policy._LONGER", part)
+@pytest.mark.parametrize("scale", [0.5, 1.0])
+def test_window_for_the_expected_contact_is_enlarged_to_the_actual_one(wall, scale):
     sphere = rough_sphere(2, radius=200.0, slope=0.05, domain=128.0)
     atoms = make_atoms(sphere, wall, fixed=False)
     full = make_atoms(sphere, wall, (95, 95), fixed=False)
-    for window, which in (("auto", atoms), ("fixed", full)):
+    small = WindowOptions(contact_window_size=0, contact_window_scale=scale)
+    for window, which in ((small, atoms), ("fixed", full)):
         list(load_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
     same_state(atoms, full)
 
 
 @REPULSIVE
-def test_large_window_is_smaller_than_what_the_rigid_indenter_overlaps(
-    wall, large_windows
-):
+def test_window_for_the_contact_is_smaller_than_the_overlap_of_the_rigid_indenter(wall):
     sphere = rough_sphere(2, radius=400.0, slope=0.02, domain=256.0)
     atoms = make_atoms(sphere, wall, fixed=False)
-    run(atoms, wall, loads=[200.0])
+    run(atoms, wall, loads=[200.0], window=WindowOptions(contact_window_size=0))
     level = wall[0].cutoff - atoms.positions[-1, 2]
-    overlapped = Footprint(sphere, 1.0).below(level)
-    assert window_of(atoms).size < 0.8 * overlapped.size
+    overlap = Footprint(sphere, 1.0).box_below(level)
+    assert window_of(atoms).size < 0.8 * overlap.size
 
 
 @REPULSIVE
@@ -200,7 +151,7 @@ def test_penetrations_count_from_the_first_contact_of_the_whole_indenter(wall):
 def test_any_window_that_holds_the_contact_gives_the_same(wall, shape):
     sphere = rough_sphere(seed=2, radius=20.0)
     outline = Footprint(sphere, 1.0)
-    touching = outline.below(outline.lowest + 1.2)
+    touching = outline.box_below(outline.lowest + 1.2)
     height = wall[0].cutoff - outline.lowest - 1.2
     atoms = make_atoms(sphere, wall)
     run(atoms, wall, heights=[height])
@@ -215,7 +166,7 @@ def test_any_window_that_holds_the_contact_gives_the_same(wall, shape):
 def test_contact_may_fill_the_window_to_its_edge(wall):
     sphere, height = RoughSphere(20.0), -0.5
     atoms = make_atoms(sphere, wall, height=height)
-    touching = Footprint(sphere, 1.0).below(wall[0].cutoff - height)
+    touching = Footprint(sphere, 1.0).box_below(wall[0].cutoff - height)
     run(atoms, wall, heights=[height])
     tight = make_atoms(sphere, wall, height=height)
     exchange_window(tight, touching)
@@ -245,15 +196,12 @@ def test_ten_decades_of_load_in_one_call(wall):
 
 
 @REPULSIVE
-def test_guess_that_is_too_small_grows_until_it_holds(wall, monkeypatch):
+def test_window_that_is_predicted_too_small_is_enlarged(wall):
     sphere = rough_sphere()
     expected = make_atoms(sphere, wall, fixed=False)
     run(expected, wall, loads=[20.0])
-    monkeypatch.setattr(
-        "ase_roughcontact.windows.policy.AutoWindow._expected", lambda self, *_: 5.0
-    )
     atoms = make_atoms(sphere, wall, fixed=False)
-    run(atoms, wall, loads=[20.0])
+    run(atoms, wall, loads=[20.0], window=WindowOptions(load_factor=1e3))
     same_state(atoms, expected)
     assert window_of(atoms).size <= 2 * window_of(expected).size
 
@@ -325,7 +273,7 @@ def test_window_grows_where_the_surface_bulges_into_the_range_of_the_wall():
     atoms, full = (make_atoms(sphere, wall, (n, n), height=height) for n in (8, 65))
     run(atoms, wall, heights=[height])
     run(full, wall, heights=[height], window="fixed")
-    touching = Footprint(sphere, 1.0).below(wall[0].cutoff - height)
+    touching = Footprint(sphere, 1.0).box_below(wall[0].cutoff - height)
     assert not touching.contains(
         Box.bounding(full.calc.state(full).pressure != 0.0, window_of(full).start)
     )

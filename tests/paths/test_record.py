@@ -1,0 +1,133 @@
+"""Output columns: units and descriptions of ours, and columns added from outside."""
+
+import csv
+import json
+import re
+from dataclasses import asdict, dataclass, fields
+
+import numpy as np
+import pytest
+from ase.io import read
+
+from ase_roughcontact import (
+    LoadStep,
+    RoughContact,
+    RoughSphere,
+    adhesion_loop,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.cli.jsonlines import json_line
+from ase_roughcontact.paths.record import column, columns_of, units_of
+from ase_roughcontact.paths.trajectory import read_steps
+
+UNITS = {
+    "height": "Å",
+    "penetration": "Å",
+    "normal_force": "eV/Å",
+    "contact_area": "Å^2",
+    "energy": "eV",
+    "max_force": "eV/Å",
+    "gap_error": "Å",
+    "tolerance": "eV/Å",
+    "memory": "bytes",
+    "seconds": "s",
+}
+NAMES = [
+    "step",
+    "height",
+    "penetration",
+    "normal_force",
+    "contact_area",
+    "repulsive_atoms",
+    "attractive_atoms",
+    "energy",
+    "max_force",
+    "gap_error",
+    "converged",
+    "message",
+    "tolerance",
+    "iterations",
+    "pairs",
+    "window",
+    "grid",
+    "precision",
+    "memory",
+    "seconds",
+]
+
+
+# A column from outside the package: one entry of a subclass
+
+
+@dataclass(frozen=True)
+class StepWithLargestGap(LoadStep):
+    largest_gap: float = column(
+        lambda step: float(step.state.gap.max()), "largest gap in the window", "Å"
+    )
+
+
+def make_atoms(**options):
+    sphere = RoughSphere(10.0)
+    atoms = substrate("Cu", (12, 12), sphere, spacing=1.0, **options)
+    atoms.calc = RoughContact(sphere, 1.0)
+    return atoms
+
+
+def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
+    table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
+    options = {"record": StepWithLargestGap, "csv": table, "trajectory": movie}
+    atoms = make_atoms()
+    (step,) = load_path(atoms, [0.4], **options)
+    assert step.largest_gap == atoms.calc.state(atoms).gap.max() > 0.0
+    with open(table, newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert list(row) == [*NAMES, "largest_gap"]
+    assert float(row["largest_gap"]) == step.largest_gap
+    assert read(movie).info["load_step"] == asdict(step)
+    assert list(read_steps(movie, StepWithLargestGap)) == [step]
+    line = json.loads(json_line(asdict(step), units_of(type(step))))
+    assert line["largest_gap"] == step.largest_gap
+    assert line["units"] == {**UNITS, "largest_gap": "Å"}
+
+
+def test_path_with_an_own_column_is_resumed(tmp_path):
+    options = {"record": StepWithLargestGap, "trajectory": tmp_path / "sweep.traj"}
+    (first,) = load_path(make_atoms(), [0.4], **options)
+    steps = list(load_path(make_atoms(), [0.4, 0.5], resume=True, **options))
+    assert steps[0] == first
+    assert steps[1].largest_gap < first.largest_gap
+    with pytest.raises(ValueError, match=r"its columns are .* largest_gap"):
+        options.pop("record")
+        load_path(make_atoms(), [0.4, 0.5], resume=True, **options)
+
+
+def test_loop_has_own_columns_too():
+    loop = adhesion_loop(make_atoms(), 0.1, 0.1, record=StepWithLargestGap)
+    assert loop.approach[-1].largest_gap < loop.approach[0].largest_gap
+
+
+# Columns of the package
+
+
+def test_names_and_units_of_columns():
+    assert [each.name for each in fields(LoadStep)] == list(columns_of()) == NAMES
+    assert units_of() == UNITS
+
+
+def test_every_number_with_a_unit_has_a_label():
+    assert all(each.label for each in columns_of().values() if each.unit)
+
+
+def test_documentation_of_the_class_describes_every_column():
+    for name, each in columns_of().items():
+        entry = rf"\n    {name} : \w+\n        {re.escape(each.description)}"
+        assert re.search(entry, LoadStep.__doc__)
+
+
+def test_values_have_the_type_of_their_column():
+    (step,) = load_path(make_atoms(), [0.4])
+    types = {"int": int, "float": float, "bool": bool, "str": str}
+    for each in fields(LoadStep):
+        assert isinstance(getattr(step, each.name), types[each.type])
+    assert np.isfinite(step.energy)
