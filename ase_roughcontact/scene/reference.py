@@ -12,7 +12,7 @@ from ase.units import J, m
 from ase_roughcontact import theory
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.scene import NANONEWTON, Scene
-from ase_roughcontact.theory.smooth import DMT_BELOW, JKR_ABOVE
+from ase_roughcontact.theory import DMT_BELOW, JKR_ABOVE
 
 # Points of a curve of force against penetration.
 _POINTS = 400

@@ -1,7 +1,7 @@
-"""What the laws of adhesion share: forces from pull-off on, and the two branches.
+"""Checks shared by the laws of adhesion: pull-off, and the stable and unstable branch.
 
-Under a force between pull-off and a greatest one, a contact has two radii: it is stable
-at the larger one, and at the smaller one it either grows or parts.
+In a range of forces from pull-off on there are two contact radii: the larger one is
+stable, the smaller one is not.
 """
 
 from typing import Literal, TypeAlias
@@ -15,7 +15,7 @@ Branch: TypeAlias = Literal["stable", "unstable"]
 
 
 def is_stable(branch: str) -> bool:
-    """Whether a branch is the stable one.
+    """Return whether a branch is the stable one.
 
     Parameters
     ----------
@@ -36,17 +36,17 @@ def is_stable(branch: str) -> bool:
     return branch == "stable"
 
 
-def refuse_beyond(name: str, values: FloatArray, end: float) -> None:
+def check_unstable(name: str, values: FloatArray, end: float) -> None:
     """Raise an error for values beyond the end of the unstable branch.
 
     Parameters
     ----------
     name : str
-        Of the values.
+        Name of the values, for the error.
     values : ndarray
         Forces or penetrations.
     end : float
-        Largest value with an unstable contact, where its radius is zero.
+        Value at which the radius on the unstable branch is zero.
 
     Raises
     ------
@@ -60,14 +60,14 @@ def refuse_beyond(name: str, values: FloatArray, end: float) -> None:
 
 
 def above_pull_off(normal_force: ArrayLike, pull_off: FloatArray) -> FloatArray:
-    """Force in excess of pull-off; rounding at pull-off itself counts as zero.
+    """Return the force above pull-off; rounding at pull-off itself counts as zero.
 
     Parameters
     ----------
     normal_force : array_like
         N, force.
     pull_off : ndarray
-        Least force, negative.
+        Pull-off force, negative.
 
     Returns
     -------
@@ -82,7 +82,7 @@ def above_pull_off(normal_force: ArrayLike, pull_off: FloatArray) -> FloatArray:
     excess = finite_array("normal_force", normal_force) - pull_off
     if not np.all(excess >= 1e-12 * pull_off):
         raise ValueError(
-            f"normal_force must not lie below the pull-off force {pull_off}, "
+            f"normal_force must not be below the pull-off force {pull_off}, "
             f"got {normal_force!r}"
         )
     return np.maximum(excess, 0.0)

@@ -1,7 +1,8 @@
-"""DMT: adhesion of a small stiff sphere, with attraction all around the contact.
+"""Derjaguin, Muller and Toporov: a smooth adhesive sphere, small and stiff.
 
-The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and take
-any consistent system of units. A contact is stable under every force above pull-off.
+The attraction acts around the contact and leaves its Hertzian profile unchanged. The
+contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and accept any
+consistent system of units. Contacts are stable at every force above pull-off.
 """
 
 import numpy as np
@@ -17,7 +18,7 @@ from ase_roughcontact.theory.hertz import hertz_contact_radius
 
 
 def dmt_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:
-    """Least force of the DMT contact, -2 pi w R.
+    """Return the pull-off force, -2 pi w R.
 
     Parameters
     ----------
@@ -51,12 +52,12 @@ def dmt_contact_radius(
     contact_modulus: ArrayLike,
     work_of_adhesion: ArrayLike,
 ) -> FloatArray:
-    """Radius of the DMT contact, a^3 = (3R/4E*)(N + 2 pi w R).
+    """Return the contact radius for a given force, a^3 = (3R/4E*)(N + 2 pi w R).
 
     Parameters
     ----------
     normal_force : array_like
-        N, force, not below pull-off.
+        N, force, at least the pull-off force.
     radius : array_like
         R of the sphere, length.
     contact_modulus : array_like
@@ -72,12 +73,12 @@ def dmt_contact_radius(
     Raises
     ------
     ValueError
-        If a force lies below pull-off, where no contact exists, or another argument
-        is not finite and positive.
+        If a force is below the pull-off force, where there is no contact, or another
+        argument is not finite and positive.
 
     References
     ----------
-    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the DMT limit.
     """
     pull_off = dmt_pull_off_force(radius, work_of_adhesion)
     excess = above_pull_off(normal_force, pull_off)
@@ -90,7 +91,7 @@ def dmt_force(
     contact_modulus: ArrayLike,
     work_of_adhesion: ArrayLike,
 ) -> FloatArray:
-    """Force of the DMT contact, N = 4 E* a^3/3R - 2 pi w R.
+    """Return the force for a given radius, N = 4 E* a^3/3R - 2 pi w R.
 
     Parameters
     ----------
@@ -115,7 +116,7 @@ def dmt_force(
 
     References
     ----------
-    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the DMT limit.
     """
     cube = nonnegative_array("contact_radius", contact_radius) ** 3
     modulus = positive_array("contact_modulus", contact_modulus)
@@ -124,7 +125,7 @@ def dmt_force(
 
 
 def dmt_penetration(contact_radius: ArrayLike, radius: ArrayLike) -> FloatArray:
-    """Penetration of the DMT contact, delta = a^2/R as for Hertz.
+    """Return the penetration for a given radius, delta = a^2/R as for Hertz.
 
     Parameters
     ----------
@@ -145,7 +146,7 @@ def dmt_penetration(contact_radius: ArrayLike, radius: ArrayLike) -> FloatArray:
 
     References
     ----------
-    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the limit of DMT.
+    D. Maugis, J. Colloid Interface Sci. 150, 243 (1992), on the DMT limit.
     """
     a = nonnegative_array("contact_radius", contact_radius)
     return a**2 / positive_array("radius", radius)

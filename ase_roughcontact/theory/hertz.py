@@ -1,6 +1,6 @@
-"""Hertz: a smooth rigid sphere on an elastic half space.
+"""Hertz: a smooth rigid sphere on an elastic half space, without adhesion.
 
-The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and take
+The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and accept
 any consistent system of units.
 """
 
@@ -17,7 +17,7 @@ from ase_roughcontact._util.validation import (
 def hertz_contact_radius(
     normal_force: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
 ) -> FloatArray:
-    """Radius of the Hertz contact under a force, a = (3 N R/4E*)^(1/3).
+    """Return the contact radius for a given force, a = (3 N R/4E*)^(1/3).
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def hertz_contact_radius(
 def hertz_contact_radius_from_penetration(
     penetration: ArrayLike, radius: ArrayLike
 ) -> FloatArray:
-    """Radius of the Hertz contact at a penetration, a = sqrt(R delta).
+    """Return the contact radius for a given penetration, a = sqrt(R delta).
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def hertz_contact_radius_from_penetration(
 def hertz_force(
     penetration: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
 ) -> FloatArray:
-    """Force of the Hertz contact, N = (4/3) E* sqrt(R) delta^(3/2).
+    """Return the force for a given penetration, N = (4/3) E* sqrt(R) delta^(3/2).
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def hertz_force(
 def hertz_penetration(
     normal_force: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
 ) -> FloatArray:
-    """Penetration of the Hertz contact, delta = a^2/R.
+    """Return the penetration for a given force, delta = a^2/R.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def hertz_penetration(
 def hertz_contact_area(
     normal_force: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
 ) -> FloatArray:
-    """Area of the Hertz contact, A = pi a^2.
+    """Return the contact area for a given force, A = pi a^2.
 
     Parameters
     ----------
@@ -180,7 +180,7 @@ def hertz_pressure(
     radius: ArrayLike,
     contact_modulus: ArrayLike,
 ) -> FloatArray:
-    """Pressure in the Hertz contact, p(r) = (2 E* a/pi R) sqrt(1 - r^2/a^2).
+    """Return the pressure in the contact, p(r) = (2 E* a/pi R) sqrt(1 - r^2/a^2).
 
     Parameters
     ----------

@@ -1,7 +1,8 @@
-"""JKR: adhesion of a large soft sphere, short-ranged attraction inside the contact.
+"""Johnson, Kendall and Roberts: a smooth adhesive sphere, large and soft.
 
-The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and take
-any consistent system of units.
+The attraction has no range: it acts inside the contact only. The contact modulus is
+E* = E/(1 - nu^2). All functions broadcast over arrays and accept any consistent system
+of units.
 """
 
 import numpy as np
@@ -16,14 +17,14 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.theory.branches import (
     Branch,
     above_pull_off,
+    check_unstable,
     is_stable,
-    refuse_beyond,
 )
 from ase_roughcontact.theory.hertz import hertz_contact_radius
 
 
 def jkr_pull_off_force(radius: ArrayLike, work_of_adhesion: ArrayLike) -> FloatArray:
-    """Least force of the JKR contact, -(3/2) pi w R.
+    """Return the pull-off force, -(3/2) pi w R.
 
     Parameters
     ----------
@@ -57,14 +58,14 @@ def jkr_contact_radius(
     work_of_adhesion: ArrayLike,
     branch: Branch = "stable",
 ) -> FloatArray:
-    """Radius of the JKR contact under a given force.
+    """Return the contact radius for a given force.
 
     a^3 = (3R/4E*) [N + 3 pi w R +- sqrt(6 pi w R N + (3 pi w R)^2)].
 
     Parameters
     ----------
     normal_force : array_like
-        N, force, not below pull-off, and not above zero on the unstable branch.
+        N, force, at least the pull-off force, and at most zero on the unstable branch.
     radius : array_like
         R of the sphere, length.
     contact_modulus : array_like
@@ -72,7 +73,7 @@ def jkr_contact_radius(
     work_of_adhesion : array_like
         w, energy per area.
     branch : {"stable", "unstable"}
-        Under the given force: plus or minus sign.
+        Branch at the given force: plus or minus sign.
 
     Returns
     -------
@@ -82,20 +83,21 @@ def jkr_contact_radius(
     Raises
     ------
     ValueError
-        If a force lies below pull-off, where no contact exists, or beyond the unstable
-        branch, or another argument is not finite and positive.
+        If a force is below the pull-off force, where there is no contact, or beyond the
+        end of the unstable branch, or another argument is not finite and positive.
 
     References
     ----------
     K. L. Johnson, K. Kendall, A. D. Roberts, Proc. R. Soc. Lond. A 324, 301 (1971).
     """
     pull_off = jkr_pull_off_force(radius, work_of_adhesion)
-    # The bracket is a square: N + 2 P +- 2 sqrt(P (N + P)) with P = 1.5 pi w R.
+    # The bracket is the square of sqrt(N + P) +- sqrt(P), with P = 1.5 pi w R; the
+    # minus sign is evaluated as a quotient to avoid cancellation.
     above = np.sqrt(above_pull_off(normal_force, pull_off))
     root = above + np.sqrt(-pull_off)
     if not is_stable(branch):
         force = finite_array("normal_force", normal_force)
-        refuse_beyond("normal_force", force, 0.0)
+        check_unstable("normal_force", force, 0.0)
         root = -np.minimum(force, 0.0) / root
     return hertz_contact_radius(root**2, radius, contact_modulus)
 
@@ -103,7 +105,7 @@ def jkr_contact_radius(
 def jkr_zero_load_area(
     radius: ArrayLike, contact_modulus: ArrayLike, work_of_adhesion: ArrayLike
 ) -> FloatArray:
-    """Area of the JKR contact at zero force, pi (9 pi w R^2/2E*)^(2/3).
+    """Return the contact area at zero force, pi (9 pi w R^2/2E*)^(2/3).
 
     Parameters
     ----------
@@ -138,9 +140,9 @@ def jkr_force(
     contact_modulus: ArrayLike,
     work_of_adhesion: ArrayLike,
 ) -> FloatArray:
-    """Force of the JKR contact, N = 4 E* a^3/3R - sqrt(8 pi w E* a^3).
+    """Return the force for a given radius, N = 4 E* a^3/3R - sqrt(8 pi w E* a^3).
 
-    Both branches: below a^3 = 9 pi w R^2/8E* a contact is unstable at a given force.
+    Contacts with a^3 < 9 pi w R^2/8E* are on the unstable branch at a given force.
 
     Parameters
     ----------
@@ -180,9 +182,9 @@ def jkr_penetration(
     contact_modulus: ArrayLike,
     work_of_adhesion: ArrayLike,
 ) -> FloatArray:
-    """Penetration of the JKR contact, delta = a^2/R - sqrt(2 pi w a/E*).
+    """Return the penetration for a given radius, delta = a^2/R - sqrt(2 pi w a/E*).
 
-    Both branches: below a^3 = pi w R^2/8E* a contact is unstable at a given height.
+    Contacts with a^3 < pi w R^2/8E* are on the unstable branch at a given penetration.
 
     Parameters
     ----------
@@ -219,9 +221,10 @@ def jkr_penetration(
 def jkr_pull_off_penetration(
     radius: ArrayLike, contact_modulus: ArrayLike, work_of_adhesion: ArrayLike
 ) -> FloatArray:
-    """Least penetration of the JKR contact, -(3/4) (pi^2 w^2 R/E*^2)^(1/3).
+    """Return the penetration at pull-off, -(3/4) (pi^2 w^2 R/E*^2)^(1/3).
 
-    There a contact parts when the height is held; a^3 = pi w R^2/8E*.
+    It is the smallest penetration of a contact, with a^3 = pi w R^2/8E*, at which the
+    contact is lost under displacement control.
 
     Parameters
     ----------
@@ -258,12 +261,12 @@ def jkr_contact_radius_from_penetration(
     work_of_adhesion: ArrayLike,
     branch: Branch = "stable",
 ) -> FloatArray:
-    """Radius of the JKR contact at a given penetration.
+    """Return the contact radius for a given penetration.
 
     Parameters
     ----------
     penetration : array_like
-        delta, length, not below `jkr_pull_off_penetration`, and not above zero on the
+        delta, length, at least `jkr_pull_off_penetration`, and at most zero on the
         unstable branch.
     radius : array_like
         R of the sphere, length.
@@ -272,7 +275,7 @@ def jkr_contact_radius_from_penetration(
     work_of_adhesion : array_like
         w, energy per area.
     branch : {"stable", "unstable"}
-        At the given penetration: larger or smaller radius.
+        Branch at the given penetration: the larger or the smaller radius.
 
     Returns
     -------
@@ -282,14 +285,15 @@ def jkr_contact_radius_from_penetration(
     Raises
     ------
     ValueError
-        If a penetration has no contact on the branch, or another argument is not finite
-        and positive.
+        If there is no contact on the branch at a penetration, or another argument is
+        not finite and positive.
 
     Notes
     -----
-    With a1 the radius at the least penetration, -3 a1^2/R, `jkr_penetration` reads
-    x^4 - 4 x = d, x = sqrt(a/a1), d = delta R/a1^2. Ferrari's resolvent m^3 + d m = 2
-    has one positive root for d >= -3, and x = sqrt(m/2) +- sqrt(sqrt(2/m) - m/2).
+    With the radius a1 at the smallest penetration, -3 a1^2/R, `jkr_penetration` is the
+    quartic x^4 - 4 x = d of x = sqrt(a/a1), with d = delta R/a1^2. Its resolvent
+    m^3 + d m = 2 (Ferrari) has one positive root for d >= -3, and
+    x = sqrt(m/2) +- sqrt(sqrt(2/m) - m/2).
 
     References
     ----------
@@ -301,7 +305,7 @@ def jkr_contact_radius_from_penetration(
     d = -3 * depth / least
     if not np.all(d >= -3 * (1 + 1e-12)):
         raise ValueError(
-            f"penetration must not lie below that of pull-off {least}, "
+            f"penetration must not be below that of pull-off, {least}, "
             f"got {penetration!r}"
         )
     d = np.maximum(d, -3.0)
@@ -311,8 +315,8 @@ def jkr_contact_radius_from_penetration(
     if is_stable(branch):
         x = np.sqrt(m / 2) + half
     else:
-        refuse_beyond("penetration", depth, 0.0)
+        check_unstable("penetration", depth, 0.0)
         x = np.sqrt(m / 2) - half
-        x = -d / (4 - x**3)  # what the difference lost to rounding
+        x = -d / (4 - x**3)  # one fixed-point step removes the cancellation above
     a1 = np.sqrt(-least / 3 * np.asarray(radius, dtype=float))
     return a1 * x**2

@@ -1,4 +1,4 @@
-"""Which law an experiment follows: a sphere of given size, roughness and adhesion."""
+"""Law of contact for a sphere of given size, roughness and adhesion."""
 
 from __future__ import annotations
 
@@ -11,28 +11,29 @@ from ase_roughcontact._util.validation import FloatArray, nonnegative
 from ase_roughcontact.theory.hertz import hertz_contact_radius
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
-from ase_roughcontact.theory.smooth import smooth_contact
+from ase_roughcontact.theory.smooth_sphere import smooth_contact
 
 LAWS = {
-    "Hertz": "as smooth, no adhesion: A = pi (3 N R/4E*)^(2/3)",
-    "JKR": "as smooth, short-ranged adhesion: jkr_contact_radius",
-    "DMT": "as smooth, long-ranged adhesion: dmt_contact_radius",
-    "Maugis-Dugdale": "as smooth, between both: maugis_dugdale_contact_radius",
-    "first asperity": "as a smooth sphere with the radius rho of the first peak",
-    "rough, linear": "many peaks, as on flats: A = N/p_rough",
-    "sticky rough": "rough flats stick by themselves: no formula, tabulate f(p)",
+    "Hertz": "smooth sphere without adhesion, A = pi (3 N R/4E*)^(2/3)",
+    "JKR": "smooth sphere, short-ranged adhesion, jkr_contact_radius",
+    "DMT": "smooth sphere, long-ranged adhesion, dmt_contact_radius",
+    "Maugis-Dugdale": "smooth sphere, intermediate, maugis_dugdale_contact_radius",
+    "first asperity": "smooth sphere with the radius rho of the first asperity",
+    "rough, linear": "many asperities as on rough flats, A = N/p_rough",
+    "sticky rough": "macroscopic adhesion of rough flats, f(p) must be tabulated",
 }
 
 
-def _number(meaning: str) -> Any:
-    return field(default=None, metadata={"meaning": meaning})
+def _number(description: str) -> Any:
+    return field(default=None, metadata={"description": description})
 
 
 @dataclass(frozen=True, kw_only=True)
 class Regime:
-    """The law that applies, and the numbers that tell so, in the units given.
+    """Law of contact and the characteristic numbers that determine it.
 
-    Print it to read it. A number is None where it has no meaning.
+    ``str()`` of the object describes all of them. A number that is not defined for the
+    sphere is None.
 
     Attributes
     ----------
@@ -44,50 +45,52 @@ class Regime:
     mean_pressure : float
         N/A, force per area.
     hertz_radius : float
-        a of a smooth sphere without adhesion, length.
+        Contact radius of a smooth sphere without adhesion, length.
     tabor_parameter, maugis_parameter : float
-        Of the smooth sphere with the effective work of adhesion.
+        Parameters of a smooth sphere with the effective work of adhesion.
     pull_off_force : float
-        Of that sphere; negative.
+        Pull-off force of that sphere, negative.
     effective_work_of_adhesion : float
-        w, less what it takes to flatten the roughness; energy per area.
+        w minus the energy of flattening the roughness, energy per area.
     inverse_kappa : float
-        1/kappa_adh: rough flats stick where it is not positive.
+        1/kappa_adh; rough flats adhere macroscopically if it is not positive.
     rough_pressure : float
         p_rough, force per area.
-    asperity_radius, first_contact_radius : float
-        rho, and the distance a' from the axis at which to find it; lengths.
+    asperity_radius : float
+        Radius rho of the first asperity, length.
+    first_contact_radius : float
+        Radius a' around the axis of the expected first contact, length.
     crossover_ratio : float
-        N/N_c: above one the sphere is as good as smooth.
+        N/N_c; above one the sphere behaves as if smooth.
     asperity_ratio : float
-        N/N_c(rho): below one a single asperity carries the load.
+        N/N_c(rho); below one a single asperity carries the load.
     linear_decades : float
-        Decades of load, from N_c(rho) to N_c, in which area is linear in load.
+        Decades of load from N_c(rho) to N_c, in which the area is linear in load.
     """
 
     law: str
     contact_area: float | None = _number("predicted contact area")
     mean_pressure: float | None = _number("mean pressure in the contact")
-    hertz_radius: float | None = _number("contact radius of Hertz")
+    hertz_radius: float | None = _number("contact radius of Hertz' theory")
     tabor_parameter: float | None = _number("Tabor's parameter")
     maugis_parameter: float | None = _number("Maugis' parameter (DMT < 0.1, JKR > 5)")
     pull_off_force: float | None = _number("pull-off force")
     effective_work_of_adhesion: float | None = _number("effective work of adhesion")
-    inverse_kappa: float | None = _number("1/kappa (rough flats stick <= 0)")
-    rough_pressure: float | None = _number("pressure p_rough between rough flats")
+    inverse_kappa: float | None = _number("1/kappa (rough flats adhere if <= 0)")
+    rough_pressure: float | None = _number("mean pressure p_rough of rough flats")
     asperity_radius: float | None = _number("radius rho of the first asperity")
-    first_contact_radius: float | None = _number("its distance a' from the axis")
-    crossover_ratio: float | None = _number("N/N_c (as smooth > 1)")
-    asperity_ratio: float | None = _number("N/N_c(rho) (one asperity < 1)")
+    first_contact_radius: float | None = _number("radius a' of first contact")
+    crossover_ratio: float | None = _number("N/N_c (like a smooth sphere if > 1)")
+    asperity_ratio: float | None = _number("N/N_c(rho) (one asperity if < 1)")
     linear_decades: float | None = _number("decades of load with A ~ N")
 
     def __str__(self) -> str:
-        """Law and numbers, a line each."""
+        """Return the law and its numbers, one on each line."""
         lines = [f"{self.law}: {LAWS[self.law]}"]
         for each in fields(self):
             value = getattr(self, each.name)
             if each.metadata and value is not None:
-                lines.append(f"  {each.metadata['meaning']:<40s} {value:.4g}")
+                lines.append(f"  {each.metadata['description']:<40s} {value:.4g}")
         return "\n".join(lines)
 
 
@@ -103,7 +106,7 @@ def regime(
     asperity_factor: float = 1.0,
     flat: Callable[[FloatArray], FloatArray] | None = None,
 ) -> Regime:
-    """Tell which law the contact of a sphere follows.
+    """Determine the law of contact of a sphere.
 
     Parameters
     ----------
@@ -114,18 +117,20 @@ def regime(
     contact_modulus : float
         E*, force per area.
     roughness : Roughness, optional
-        Of the sphere, such as `ase_roughcontact.SelfAffine`; by default it is smooth.
+        Roughness of the sphere, such as `ase_roughcontact.SelfAffine`; by default the
+        sphere is smooth.
     work_of_adhesion : float
         w, energy per area.
     attraction_range : float, optional
-        D, gap over which the attraction decays, length; needed with adhesion.
+        D, range of the attraction, length; required with adhesion.
     kappa_repulsive : float
-        Without attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or `compliant_kappa`.
+        kappa without the attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or
+        `compliant_kappa`.
     asperity_factor : float
-        What the wall's compliance makes of rho: 1 for the hard wall,
+        Factor by which the compliance of the wall increases rho: 1 for the hard wall,
         `ASPERITY_FACTOR_REPULSIVE` for the repulsive 9-3 wall.
     flat : callable, optional
-        Tabulated f(p), such as `FlatReference.fraction`, to predict the area with.
+        Tabulated f(p), such as `FlatReference.fraction`, for the area.
 
     Returns
     -------
@@ -134,16 +139,17 @@ def regime(
     Raises
     ------
     ValueError
-        If an argument is out of range or missing, or the force is below pull-off.
+        If an argument is out of range or missing, or the force is below the pull-off
+        force.
 
     Notes
     -----
-    Smooth spheres follow `smooth_contact`. So do rough ones above N_c, and those that
-    are sharper than their roughness, R <= rho. Below N_c(rho) one asperity
-    carries the load; in between area is linear in load. Adhesion enters through kappa,
-    and where rough flats in full contact still gain energy, w > `flattening_energy`,
-    what is left of w acts as on a smooth sphere. Where rough flats stick although
-    nothing is left, there is no formula below the N_c of the wall without attraction.
+    `smooth_contact` describes smooth spheres, rough ones above N_c, and those that are
+    sharper than their roughness, R <= rho. Below N_c(rho) one asperity carries the
+    load; in between the area is linear in load. Adhesion changes kappa. If the work of
+    adhesion exceeds `flattening_energy`, a sticky rough sphere behaves like a smooth
+    one with the difference. If it does not, there is no closed form for a sticky sphere
+    below the N_c of the wall without attraction.
 
     References
     ----------
@@ -151,11 +157,11 @@ def regime(
 
     Examples
     --------
-    The tip of an AFM on a polymer, in nm, nN and GPa, with 50 mJ/m^2 over 0.3 nm:
+    An AFM tip on a polymer in nm, nN and GPa, with 50 mJ/m^2 over a range of 0.3 nm:
 
     >>> tip = regime(10, 30, 10, work_of_adhesion=0.05, attraction_range=0.3)
     >>> print(str(tip).splitlines()[0])
-    Maugis-Dugdale: as smooth, between both: maugis_dugdale_contact_radius
+    Maugis-Dugdale: smooth sphere, intermediate, maugis_dugdale_contact_radius
     """
     adhesion = work_of_adhesion, attraction_range
     if roughness is None:
@@ -175,10 +181,10 @@ def regime(
         )
         numbers = _rough_numbers(sphere, normal_force, flat)
     area = numbers["contact_area"]
-    pressing = max(normal_force, 0.0)
+    a = hertz_contact_radius(max(normal_force, 0.0), radius, contact_modulus)
     return Regime(
         mean_pressure=normal_force / area if area else None,
-        hertz_radius=float(hertz_contact_radius(pressing, radius, contact_modulus)),
+        hertz_radius=float(a),
         **numbers,
     )
 
@@ -188,7 +194,7 @@ def _rough_numbers(
     normal_force: float,
     flat: Callable[[FloatArray], FloatArray] | None,
 ) -> dict[str, Any]:
-    """Return what `Regime` says of a rough sphere."""
+    """Return the attributes of `Regime` for a rough sphere."""
     numbers = asdict(sphere.smooth(normal_force)) | {
         "law": sphere.law(normal_force),
         "contact_area": sphere.area(normal_force, flat),

@@ -1,13 +1,13 @@
-"""Kappa: how hard rough flats must press to be in contact, and when they stick.
+"""Contact of nominally flat rough surfaces: kappa, contact fraction, adhesion.
 
-Nominally flat surfaces touch at the mean pressure p_rough = h' E*/kappa, with the rms
-slope h' = ``<|grad h|^2>^(1/2)`` and E* = E/(1 - nu^2). All functions broadcast over
-arrays and take any consistent system of units.
+The mean pressure in the contacts is p_rough = h' E*/kappa, with the rms slope
+h' = ``<|grad h|^2>^(1/2)`` and E* = E/(1 - nu^2). All functions broadcast over arrays
+and accept any consistent system of units.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import hyp2f1
+from scipy.special import erf, hyp2f1
 
 from ase_roughcontact._util.validation import (
     FloatArray,
@@ -15,7 +15,7 @@ from ase_roughcontact._util.validation import (
     nonnegative_array,
     positive_array,
 )
-from ase_roughcontact.theory.roughness import (
+from ase_roughcontact.theory.self_affine import (
     hurst_exponent,
     spectral_moment,
     wavelength_ratios,
@@ -33,7 +33,7 @@ KAPPA_REPULSIVE = 2.9
 def mean_contact_pressure(
     rms_slope: ArrayLike, contact_modulus: ArrayLike, kappa: ArrayLike = KAPPA_HARD
 ) -> FloatArray:
-    """Mean pressure in the contacts of rough flats, p_rough = h' E*/kappa.
+    """Return the mean pressure in the contacts, p_rough = h' E*/kappa.
 
     Parameters
     ----------
@@ -63,6 +63,36 @@ def mean_contact_pressure(
     return slope * modulus / positive_array("kappa", kappa)
 
 
+def contact_fraction(pressure: ArrayLike, rough_pressure: ArrayLike) -> FloatArray:
+    """Return the fraction of the area in contact, f(p) = erf(sqrt(pi) p/(2 p_rough)).
+
+    Parameters
+    ----------
+    pressure : array_like
+        Nominal pressure p = N/A0 >= 0, force per area.
+    rough_pressure : array_like
+        p_rough of `mean_contact_pressure`, force per area.
+
+    Returns
+    -------
+    ndarray
+        f between 0 and 1; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (2).
+    """
+    pressure = nonnegative_array("pressure", pressure)
+    scale = positive_array("rough_pressure", rough_pressure)
+    fraction: FloatArray = erf(np.sqrt(np.pi) / 2 * pressure / scale)
+    return fraction
+
+
 def compliant_kappa(
     wall_stiffness: ArrayLike,
     contact_modulus: ArrayLike,
@@ -73,10 +103,10 @@ def compliant_kappa(
     *,
     longest_wavelength: ArrayLike | None = None,
 ) -> FloatArray:
-    """First estimate of kappa for a wall of finite stiffness.
+    """Return an estimate of kappa for a repulsive wall of finite stiffness.
 
-    kappa = kappa_hard [<q^2 C>/<q^2 C/(1 + E* q/2k)^2>]^(1/2), C ~ q^(-2-2H) between
-    lambda_s and lambda_L, and constant from there to lambda_max.
+    kappa = kappa_hard [<q^2 C>/<q^2 C/(1 + E* q/2k)^2>]^(1/2), with the spectrum
+    C ~ q^(-2-2H) between lambda_s and lambda_L, constant from there to lambda_max.
 
     Parameters
     ----------
@@ -107,9 +137,10 @@ def compliant_kappa(
 
     Notes
     -----
-    The wall in series with the half space turns E* q/2 into 1/(2/(E* q) + 1/k), which
-    lowers the rms pressure at full contact. The averages follow, with mu = 2 - 2H,
-    mu = 4 for the roll-off, and b = E*/2k, from
+    In series with the wall the stiffness of the half space, E* q/2, becomes
+    1/(2/(E* q) + 1/k), which lowers the rms pressure at full contact. The averages are
+    integrals, with b = E*/2k, mu = 2 - 2H in the self-affine range and mu = 4 in the
+    roll-off,
 
     int q^(mu-1)/(1 + b q)^2 dq = (q^mu/mu) 2F1(2, mu; mu + 1; -b q).
 
@@ -127,7 +158,7 @@ def compliant_kappa(
     softness = np.pi * modulus / (stiffness * short)
     mu = 2 - 2 * hurst_exponent(hurst)
 
-    # In units of 2 pi/lambda_s: the self-affine range, and the roll-off.
+    # wave numbers in units of 2 pi/lambda_s
     knee, end = softness * rho, softness * rho * r
     compliant = _compliant(mu, softness) - rho**mu * _compliant(mu, knee)
     compliant += rho**mu * (_compliant(4.0, knee) - r**4 * _compliant(4.0, end))
@@ -135,7 +166,7 @@ def compliant_kappa(
 
 
 def _compliant(mu: FloatArray | float, softness: FloatArray) -> FloatArray:
-    """Integral of x^(mu-1)/(1 + b x)^2 up to 1."""
+    """Return the integral of x^(mu-1)/(1 + b x)^2 from 0 to 1."""
     integral: FloatArray = hyp2f1(2, mu, mu + 1, -softness) / mu
     return integral
 
@@ -147,7 +178,7 @@ def inverse_kappa_attractive(
     rms_slope: ArrayLike,
     rms_curvature: ArrayLike,
 ) -> FloatArray:
-    """Attractive part of the inverse of kappa.
+    """Return the attractive part of 1/kappa.
 
     1/kappa_att = pi (3/16)^(2/3) (w/E*)/(h' D) [4 D/(h' d)]^(2/3), d = 4 h'/h''.
 
@@ -158,7 +189,7 @@ def inverse_kappa_attractive(
     contact_modulus : array_like
         E*, force per area.
     attraction_range : array_like
-        D, gap over which the attraction decays, length.
+        D, range of the attraction, length.
     rms_slope : array_like
         h', dimensionless.
     rms_curvature : array_like
@@ -180,23 +211,23 @@ def inverse_kappa_attractive(
     """
     work = positive_array("work_of_adhesion", work_of_adhesion)
     modulus = positive_array("contact_modulus", contact_modulus)
-    reach = positive_array("attraction_range", attraction_range)
+    distance = positive_array("attraction_range", attraction_range)
     slope = positive_array("rms_slope", rms_slope)
-    width = 4 * slope / positive_array("rms_curvature", rms_curvature)
-    geometry = np.cbrt(3 / 16 * 4 * reach / (slope * width)) ** 2
-    inverse: FloatArray = np.pi * work / (modulus * slope * reach) * geometry
+    diameter = 4 * slope / positive_array("rms_curvature", rms_curvature)
+    geometry = np.cbrt(3 / 16 * 4 * distance / (slope * diameter)) ** 2
+    inverse: FloatArray = np.pi * work / (modulus * slope * distance) * geometry
     return inverse
 
 
 def inverse_kappa_adhesive(
     kappa_repulsive: ArrayLike, inverse_kappa_attractive: ArrayLike
 ) -> FloatArray:
-    """Inverse of kappa with adhesion, 1/kappa_adh = 1/kappa_rep - 1/kappa_att.
+    """Return 1/kappa with adhesion, 1/kappa_adh = 1/kappa_rep - 1/kappa_att.
 
     Parameters
     ----------
     kappa_repulsive : array_like
-        kappa_rep without the attraction, dimensionless.
+        kappa_rep, without the attraction, dimensionless.
     inverse_kappa_attractive : array_like
         1/kappa_att >= 0, dimensionless.
 
@@ -218,8 +249,8 @@ def inverse_kappa_adhesive(
     return 1 / positive_array("kappa_repulsive", kappa_repulsive) - attractive
 
 
-def sticks(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
-    """Whether rough flats adhere macroscopically, 1/kappa_adh <= 0.
+def is_sticky(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
+    """Return whether rough flats adhere macroscopically, 1/kappa_adh <= 0.
 
     Parameters
     ----------
@@ -251,12 +282,14 @@ def flattening_energy(
     long_wavelength: ArrayLike,
     longest_wavelength: ArrayLike | None = None,
 ) -> FloatArray:
-    """Elastic energy per area of rough flats in full contact, (E*/4) <q h^2>.
+    """Return the elastic energy per area of rough flats in full contact.
 
-    Adhesion of more than this work pulls the surfaces flat, and what is left of it acts
-    between them as if they were smooth. With the moments M of `spectral_moment`
+    The mean energy (E*/4) <q h^2> is, with the moments M_m of the spectrum,
 
     U = (E*/4) h'^2 (lambda_s/2 pi) M_1/M_2.
+
+    If the work of adhesion w exceeds it, full contact is stable, and the surfaces
+    behave like smooth ones with the work of adhesion w - U.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A rough sphere by its characteristic numbers: when it is rough, sticky, or smooth."""
+"""Characteristic loads, lengths and energies of a rough sphere, and its law."""
 
 from __future__ import annotations
 
@@ -8,27 +8,24 @@ from functools import cached_property
 from typing import Protocol
 
 from ase_roughcontact._util.validation import FloatArray, positive
-from ase_roughcontact.theory.rough import crossover_load, predicted_area
+from ase_roughcontact.theory.first_asperity import asperity_radius, first_contact_radius
+from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
     flattening_energy,
     inverse_kappa_adhesive,
     inverse_kappa_attractive,
+    is_sticky,
     mean_contact_pressure,
-    sticks,
 )
-from ase_roughcontact.theory.roughness import (
-    asperity_radius,
-    first_contact_radius,
-    slope_to_curvature_ratio,
-)
-from ase_roughcontact.theory.smooth import SmoothContact, smooth_contact
+from ase_roughcontact.theory.self_affine import slope_to_curvature_ratio
+from ase_roughcontact.theory.smooth_sphere import SmoothContact, smooth_contact
 
 
 class Roughness(Protocol):
-    """Self-affine roughness, such as `ase_roughcontact.SelfAffine`.
+    """Parameters of a self-affine roughness, such as `ase_roughcontact.SelfAffine`.
 
-    A `longest_wavelength` that it has is that of its roll-off, a length or None.
+    An attribute `longest_wavelength` that is not None is the end of the roll-off.
     """
 
     @property
@@ -50,7 +47,7 @@ class Roughness(Protocol):
 
 @dataclass(frozen=True)
 class RoughSphereTheory:
-    """Scales of load, length and energy of a rough sphere.
+    """Characteristic loads, lengths and energies of a rough sphere.
 
     Parameters
     ----------
@@ -59,15 +56,16 @@ class RoughSphereTheory:
     contact_modulus : float
         E*, force per area.
     roughness : Roughness
-        Of the sphere, such as `ase_roughcontact.SelfAffine`.
+        Roughness of the sphere, such as `ase_roughcontact.SelfAffine`.
     work_of_adhesion : float
         w, energy per area.
     attraction_range : float, optional
-        D, gap over which the attraction decays, length; needed with adhesion.
+        D, range of the attraction, length; required with adhesion.
     kappa_repulsive : float
-        Without attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or `compliant_kappa`.
+        kappa without the attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or
+        `compliant_kappa`.
     asperity_factor : float
-        What the wall's compliance makes of rho: 1 for the hard wall,
+        Factor by which the compliance of the wall increases rho: 1 for the hard wall,
         `ASPERITY_FACTOR_REPULSIVE` for the repulsive 9-3 wall.
 
     Raises
@@ -89,7 +87,7 @@ class RoughSphereTheory:
     asperity_factor: float = 1.0
 
     def __post_init__(self) -> None:
-        """Check what the formulas do not."""
+        """Check the parameters."""
         positive(
             kappa_repulsive=self.kappa_repulsive, asperity_factor=self.asperity_factor
         )
@@ -97,11 +95,11 @@ class RoughSphereTheory:
 
     @cached_property
     def inverse_kappa(self) -> float:
-        """1/kappa_adh, dimensionless; 1/kappa_rep without adhesion."""
+        """Value of 1/kappa_adh; 1/kappa_rep without adhesion."""
         if self.attraction_range is None or self.work_of_adhesion == 0:
             return 1 / self.kappa_repulsive
         slope = self.roughness.rms_slope
-        width = slope_to_curvature_ratio(
+        ratio = slope_to_curvature_ratio(
             self.roughness.hurst, self.roughness.short_wavelength
         )
         attraction = inverse_kappa_attractive(
@@ -109,29 +107,29 @@ class RoughSphereTheory:
             self.contact_modulus,
             self.attraction_range,
             slope,
-            slope / width,
+            slope / ratio,
         )
         return float(inverse_kappa_adhesive(self.kappa_repulsive, attraction))
 
     @property
     def sticky(self) -> bool:
         """Whether rough flats adhere macroscopically."""
-        return bool(sticks(self.inverse_kappa))
+        return bool(is_sticky(self.inverse_kappa))
 
     @property
     def kappa(self) -> float:
-        """kappa_adh, or where rough flats stick kappa_rep: what resists flattening."""
+        """Value of kappa_adh; kappa_rep if rough flats adhere macroscopically."""
         return self.kappa_repulsive if self.sticky else 1 / self.inverse_kappa
 
     @property
     def rough_pressure(self) -> float:
-        """p_rough for `kappa`, force per area."""
+        """p_rough with `kappa`, force per area."""
         slope = self.roughness.rms_slope
         return float(mean_contact_pressure(slope, self.contact_modulus, self.kappa))
 
     @property
     def crossover_load(self) -> float:
-        """N_c for `kappa`, above which the sphere is as good as smooth; force."""
+        """N_c with `kappa`, above which the sphere behaves as if smooth, force."""
         return float(
             crossover_load(
                 self.radius, self.contact_modulus, self.roughness.rms_slope, self.kappa
@@ -140,24 +138,24 @@ class RoughSphereTheory:
 
     @property
     def asperity_radius(self) -> float:
-        """Radius rho of the first asperity, but at most R; length."""
+        """Radius rho of the first asperity, at most R, length."""
         rough = self.roughness
         rho = asperity_radius(rough.rms_slope, rough.hurst, rough.short_wavelength)
         return min(self.asperity_factor * float(rho), self.radius)
 
     @property
-    def single(self) -> bool:
-        """Whether the sphere is sharper than its roughness, and its only asperity."""
+    def single_asperity(self) -> bool:
+        """Whether the sphere is as sharp as an asperity of its roughness, R <= rho."""
         return self.asperity_radius == self.radius
 
     @property
     def asperity_load(self) -> float:
-        """N_c(rho), below which one asperity carries the load; force."""
+        """N_c(rho), below which one asperity carries the load, force."""
         return self.crossover_load * (self.asperity_radius / self.radius) ** 2
 
     @property
     def first_contact_radius(self) -> float:
-        """Distance a' from the axis at which to find the first asperity, length."""
+        """Radius a' around the axis of the expected first contact, length."""
         rough = self.roughness
         return float(
             first_contact_radius(
@@ -167,11 +165,11 @@ class RoughSphereTheory:
 
     @property
     def effective_work_of_adhesion(self) -> float:
-        """What flattening the roughness leaves of w, energy per area."""
-        if self.single:
+        """Work of adhesion less `flattening_energy`, at least zero, energy per area."""
+        if self.single_asperity:
             return self.work_of_adhesion
         rough = self.roughness
-        cost = flattening_energy(
+        energy = flattening_energy(
             rough.rms_slope,
             self.contact_modulus,
             rough.hurst,
@@ -179,10 +177,10 @@ class RoughSphereTheory:
             rough.long_wavelength,
             getattr(rough, "longest_wavelength", None),
         )
-        return max(self.work_of_adhesion - float(cost), 0.0)
+        return max(self.work_of_adhesion - float(energy), 0.0)
 
     def smooth(self, normal_force: float) -> SmoothContact:
-        """Contact of the sphere with its roughness flattened.
+        """Return the contact of the sphere if adhesion flattens its roughness.
 
         Parameters
         ----------
@@ -196,7 +194,7 @@ class RoughSphereTheory:
         return self._smooth(normal_force, self.radius, self.effective_work_of_adhesion)
 
     def law(self, normal_force: float) -> str:
-        """Name of the law that holds under a force.
+        """Return the name of the law at a force.
 
         Parameters
         ----------
@@ -210,19 +208,21 @@ class RoughSphereTheory:
             smooth spheres.
         """
         flattened = self.sticky and self.effective_work_of_adhesion > 0
-        if self.single or flattened or normal_force >= self.crossover_load:
+        smooth = flattened or normal_force >= self.crossover_load
+        if smooth or self.single_asperity:
             return self.smooth(normal_force).law
         if self.sticky:
             return "sticky rough"
-        lone = normal_force < self.asperity_load
-        return "first asperity" if lone else "rough, linear"
+        if normal_force < self.asperity_load:
+            return "first asperity"
+        return "rough, linear"
 
     def area(
         self,
         normal_force: float,
         flat: Callable[[FloatArray], FloatArray] | None = None,
     ) -> float | None:
-        """Contact area under a force.
+        """Return the contact area at a force.
 
         Parameters
         ----------
@@ -234,17 +234,15 @@ class RoughSphereTheory:
         Returns
         -------
         float or None
-            A, area; None where rough flats stick and `flat` is not given.
+            A, area; None if rough flats adhere macroscopically and `flat` is not given.
 
         Notes
         -----
-        With adhesion, the first asperity is a smooth adhesive sphere of radius rho.
-        That is a lower estimate at small loads: for R = 1000 a0, h' = 0.1 and
-        w = 0.005 E* a0, three realisations had 780 a0^2 on average, not 102 (repulsive
-        wall, rho three times eq. 6).
+        With adhesion, the first asperity is treated as a smooth adhesive sphere of
+        radius rho, which underestimates the area at small loads.
         """
         law = self.law(normal_force)
-        if self.single or law in ("JKR", "DMT", "Maugis-Dugdale"):
+        if self.single_asperity or law in ("JKR", "DMT", "Maugis-Dugdale"):
             return self.smooth(normal_force).contact_area
         if law == "sticky rough" and flat is None:
             return None

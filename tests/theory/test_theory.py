@@ -113,7 +113,7 @@ def test_dmt_contact_is_hertz_with_the_pull_off_force_added():
     "contact_radius", [theory.jkr_contact_radius, theory.dmt_contact_radius]
 )
 def test_force_below_pull_off_is_refused(contact_radius):
-    with pytest.raises(ValueError, match="not lie below the pull-off force"):
+    with pytest.raises(ValueError, match="not be below the pull-off force"):
         contact_radius(-2.1 * np.pi * W * R, R, E, W)
 
 
@@ -388,8 +388,8 @@ def test_attractive_inverse_kappa_takes_the_known_values(work, expected):
 def test_surfaces_stick_where_attraction_outweighs_repulsion():
     inverse = theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, [0.0, 0.28, 0.4])
     assert_allclose(inverse, [1 / 2.9, 1 / 2.9 - 0.28, 1 / 2.9 - 0.4])
-    assert theory.sticks(inverse).tolist() == [False, False, True]
-    assert theory.sticks(0.0)
+    assert theory.is_sticky(inverse).tolist() == [False, False, True]
+    assert theory.is_sticky(0.0)
 
 
 # All

@@ -161,8 +161,8 @@ def test_flat_reference_goes_through_its_points_and_is_constant_beyond_them():
     ("pressures", "fractions", "message"),
     [
         ([0.0, 1.0], [0.0, 1.1], "must not exceed 1"),
-        ([0.1, 1.0], [0.0, 1.0], "rise from zero"),
-        ([0.0, 1.0, 1.0], [0.0, 0.5, 1.0], "rise from zero"),
+        ([0.1, 1.0], [0.0, 1.0], "increase from zero"),
+        ([0.0, 1.0, 1.0], [0.0, 0.5, 1.0], "increase from zero"),
         ([0.0, 1.0], [0.0, 0.5, 1.0], "of one length"),
         ([0.0, np.nan], [0.0, 0.5], "must be finite"),
     ],
@@ -199,9 +199,9 @@ def test_script_makes_a_table_that_is_read(tmp_path, monkeypatch):
 
 
 def test_tables_say_how_they_were_made():
-    with open(theory.flat.TABLE) as file:
+    with open(theory.flat_reference.TABLE) as file:
         head = [line for line in file if line.startswith("#")]
     assert any("examples/paper/flat_reference.py --work" in line for line in head)
-    with open(theory.flat.TABLE) as file:
+    with open(theory.flat_reference.TABLE) as file:
         rows = list(csv.reader(line for line in file if line[0] != "#"))
     assert rows[0] == ["work_of_adhesion", "pressure", "contact_fraction", "spread"]

@@ -147,5 +147,5 @@ def test_unstable_branch_ends_and_unknown_branches_are_refused(radius_of):
 
 
 def test_penetration_below_that_of_pull_off_is_refused():
-    with pytest.raises(ValueError, match="must not lie below that of pull-off"):
+    with pytest.raises(ValueError, match="must not be below that of pull-off"):
         theory.jkr_contact_radius_from_penetration(-100.0, R, E, W)

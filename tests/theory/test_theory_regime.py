@@ -200,7 +200,7 @@ def test_regime_does_not_depend_on_the_units():
 def test_regime_prints_law_and_numbers_with_their_meaning():
     text = str(regime(1e4, BIG, 1.0, ROUGH, **paper_adhesion(0.0005)))
     lines = text.splitlines()
-    assert lines[0] == "rough, linear: many peaks, as on flats: A = N/p_rough"
+    assert lines[0] == "rough, linear: many asperities as on rough flats, A = N/p_rough"
     assert any("decades of load with A ~ N" in line and "7.3" in line for line in lines)
     assert "None" not in text
 

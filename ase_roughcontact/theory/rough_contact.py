@@ -1,52 +1,22 @@
-"""The rough sphere: contact area and crossover load.
+"""Contact area of a rough sphere, and the load at which it becomes Hertzian.
 
-Rms slope h' = ``<|grad h|^2>^(1/2)``, contact modulus E* = E/(1 - nu^2). All functions
-broadcast over arrays and take any consistent system of units.
+The rms slope is h' = ``<|grad h|^2>^(1/2)``, the contact modulus E* = E/(1 - nu^2). All
+functions broadcast over arrays and accept any consistent system of units.
 """
 
 from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import erf
 
 from ase_roughcontact._util.validation import (
     FloatArray,
     nonnegative_array,
     positive_array,
 )
+from ase_roughcontact.theory.first_asperity import low_load_plateau
 from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.rough_flats import KAPPA_HARD
-
-
-def contact_fraction(pressure: ArrayLike, rough_pressure: ArrayLike) -> FloatArray:
-    """Fraction of rough flats in contact, f(p) = erf(sqrt(pi) p/(2 p_rough)).
-
-    Parameters
-    ----------
-    pressure : array_like
-        Nominal pressure p = N/A0 >= 0, force per area.
-    rough_pressure : array_like
-        p_rough of `mean_contact_pressure`, force per area.
-
-    Returns
-    -------
-    ndarray
-        f between 0 and 1; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (2).
-    """
-    pressure = nonnegative_array("pressure", pressure)
-    scale = positive_array("rough_pressure", rough_pressure)
-    fraction: FloatArray = erf(np.sqrt(np.pi) / 2 * pressure / scale)
-    return fraction
+from ase_roughcontact.theory.rough_flats import KAPPA_HARD, contact_fraction
 
 
 def contact_area(
@@ -55,9 +25,9 @@ def contact_area(
     contact_modulus: ArrayLike,
     rough_pressure: ArrayLike,
 ) -> FloatArray:
-    """Contact area of a rough sphere, A = A_Hertz f(N/A_Hertz).
+    """Return the contact area of a rough sphere, A = A_Hertz f(N/A_Hertz).
 
-    It tends to N/p_rough at small and to A_Hertz at large force.
+    It tends to N/p_rough at small force and to A_Hertz at large force.
 
     Parameters
     ----------
@@ -96,10 +66,10 @@ def predicted_area(
     asperity_radius: ArrayLike | None = None,
     asperity_area: ArrayLike = 0.0,
 ) -> FloatArray:
-    """Contact area of a rough sphere from the first asperity to full contact.
+    """Return the contact area of a rough sphere at any load.
 
-    A = max(A_Hertz(rho), A_adh, A_Hertz f(N/A_Hertz)) with A_Hertz(rho) the
-    area of a smooth sphere of radius rho, at most R.
+    A = max(A_Hertz(rho), A_adh, A_Hertz f(N/A_Hertz)), where A_Hertz(rho) is the area
+    of a smooth sphere with the radius rho of the first asperity, at most R.
 
     Parameters
     ----------
@@ -110,14 +80,14 @@ def predicted_area(
     contact_modulus : array_like
         E*, force per area.
     flat : array_like or callable
-        What is known of nominally flat surfaces: p_rough of `mean_contact_pressure`, or
-        a function f of the nominal pressure (force per area), such as
-        `FlatReference.fraction`.
+        Contact of nominally flat surfaces: p_rough of `mean_contact_pressure` for the
+        error function, or a function f of the nominal pressure (force per area), such
+        as `FlatReference.fraction`.
     asperity_radius : array_like, optional
         rho of `asperity_radius`, times `ASPERITY_FACTOR_REPULSIVE` for the repulsive
-        wall; length. Default: no first asperity.
+        wall, length; by default no first asperity is considered.
     asperity_area : array_like
-        A_adh >= 0 that an adhesive first asperity has at any small load, area.
+        A_adh >= 0, area of an adhesive first asperity at small load.
 
     Returns
     -------
@@ -131,18 +101,11 @@ def predicted_area(
 
     Notes
     -----
-    Of both curves the larger one holds: one asperity is enough as long as its pressure
-    N/A_Hertz(rho) is below p_rough. Where both are equal, at `crossover_load` with
-    rho in place of R while f is linear, more asperities begin to share the load at
-    p_rough, and touch on more area than the first one would alone. The corner is
-    sharp; a measured curve is round. With adhesion, A_adh is fitted to a realisation.
-
-    For R = 1000 a0, h' = 0.1 and the repulsive wall, three realisations had 0.11 to
-    0.16 of the area of Hertz below N_c(rho), where this says 0.16 (rho three times eq.
-    6), and 0.68 of it at 0.92 N_c, where the error function says 0.78 and the tabulated
-    `FlatReference` 0.65. With w = 0.005 E* a0 and N_c of the repulsive wall the sphere
-    had 0.79 at 0.1 N_c and 0.84 at 0.92 N_c, the table 0.49 and 0.74. Likely
-    its contact, smaller than lambda_L, lacks the long waves that part flats.
+    A single asperity carries the load as long as its pressure N/A_Hertz(rho) is below
+    p_rough. Beyond the load at which both are equal, `crossover_load` with rho in place
+    of R as long as f is linear, more asperities share the load. The transition has a
+    kink, unlike that of a simulated sphere. With adhesion, A_adh is fitted to a
+    realisation.
 
     References
     ----------
@@ -150,14 +113,14 @@ def predicted_area(
     (6), and fig. 2.
     """
     a = hertz_contact_radius(normal_force, radius, contact_modulus)
-    # N/A_Hertz without dividing by the area, which vanishes with N.
+    # N/A_Hertz, also at N = 0
     pressure = 4 / (3 * np.pi) * np.divide(contact_modulus, radius) * a
     fraction = flat(pressure) if callable(flat) else contact_fraction(pressure, flat)
     if asperity_radius is not None:
         plateau = low_load_plateau(asperity_radius, radius)
         fraction = np.maximum(fraction, np.minimum(plateau, 1.0))
-    least = nonnegative_array("asperity_area", asperity_area)
-    return np.maximum(np.pi * a**2 * fraction, least)
+    adhesive = nonnegative_array("asperity_area", asperity_area)
+    return np.maximum(np.pi * a**2 * fraction, adhesive)
 
 
 def crossover_load(
@@ -166,7 +129,9 @@ def crossover_load(
     rms_slope: ArrayLike,
     kappa: ArrayLike = KAPPA_HARD,
 ) -> FloatArray:
-    """Load from rough to Hertzian contact, N_c = (9 pi^3/16) E* R^2 (h'/kappa)^3.
+    """Return the load of the crossover from rough to Hertzian contact.
+
+    N_c = (9 pi^3/16) E* R^2 (h'/kappa)^3.
 
     Parameters
     ----------
@@ -202,7 +167,7 @@ def crossover_load(
 def crossover_radius_ratio(
     rms_slope: ArrayLike, kappa: ArrayLike = KAPPA_HARD
 ) -> FloatArray:
-    """Contact radius at the crossover load, a/R = (3 pi/4) h'/kappa.
+    """Return the contact radius at the crossover load, a/R = (3 pi/4) h'/kappa.
 
     Parameters
     ----------
@@ -227,31 +192,3 @@ def crossover_radius_ratio(
     """
     slope = positive_array("rms_slope", rms_slope)
     return 0.75 * np.pi * slope / positive_array("kappa", kappa)
-
-
-def low_load_plateau(asperity_radius: ArrayLike, radius: ArrayLike) -> FloatArray:
-    """Value of A/A_Hertz while one asperity carries the load, (rho/R)^(2/3).
-
-    Parameters
-    ----------
-    asperity_radius : array_like
-        rho, length.
-    radius : array_like
-        R of the sphere, length.
-
-    Returns
-    -------
-    ndarray
-        A/A_Hertz, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), with eq. (6).
-    """
-    rho = positive_array("asperity_radius", asperity_radius)
-    return np.cbrt(rho / positive_array("radius", radius)) ** 2

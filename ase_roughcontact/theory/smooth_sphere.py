@@ -1,4 +1,4 @@
-"""The law that a smooth sphere follows, with or without adhesion."""
+"""Choice of the law for a smooth sphere: Hertz, JKR, DMT or Maugis-Dugdale."""
 
 from __future__ import annotations
 
@@ -13,31 +13,32 @@ from ase_roughcontact.theory.jkr import jkr_contact_radius, jkr_pull_off_force
 from ase_roughcontact.theory.maugis import (
     maugis_dugdale_contact_radius,
     maugis_dugdale_pull_off_force,
+    maugis_parameter,
+    tabor_parameter,
 )
-from ase_roughcontact.theory.parameters import maugis_parameter, tabor_parameter
 
-#: Maugis parameters below which DMT, and above which JKR is good: R. W. Carpick,
+#: Maugis' parameters below which DMT, and above which JKR is accurate: R. W. Carpick,
 #: D. F. Ogletree, M. Salmeron, J. Colloid Interface Sci. 211, 395 (1999).
 DMT_BELOW, JKR_ABOVE = 0.1, 5.0
 
-#: Part of the area of Hertz by which adhesion must enlarge it to count.
-ADHESION_COUNTS = 0.1
+#: Relative increase of the area by adhesion below which the law is called Hertz.
+NEGLIGIBLE_ADHESION = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class SmoothContact:
-    """Law and numbers of a smooth sphere, in the units given.
+    """Contact of a smooth sphere and the law that describes it.
 
     Attributes
     ----------
     law : {"Hertz", "JKR", "DMT", "Maugis-Dugdale"}
         Name of the law.
     contact_area : float
-        A by that law, area.
+        A, area.
     tabor_parameter, maugis_parameter : float or None
         Dimensionless; None without adhesion.
     pull_off_force : float or None
-        Least force, negative; None without adhesion.
+        Force, negative; None without adhesion.
     """
 
     law: str
@@ -54,12 +55,12 @@ def smooth_contact(
     work_of_adhesion: float = 0.0,
     attraction_range: float | None = None,
 ) -> SmoothContact:
-    """Tell which law a smooth sphere follows, and its contact area.
+    """Return the contact area of a smooth sphere and the law that describes it.
 
     Parameters
     ----------
     normal_force : float
-        N, force, not below pull-off.
+        N, force, at least the pull-off force.
     radius : float
         R of the sphere, length.
     contact_modulus : float
@@ -67,8 +68,8 @@ def smooth_contact(
     work_of_adhesion : float
         w, energy per area.
     attraction_range : float, optional
-        D, gap over which the attraction decays, length; needed with adhesion. It is the
-        distance in Tabor's parameter, and w/D the tension in Maugis'.
+        D, range of the attraction, length; required with adhesion. It is the distance
+        in Tabor's parameter, and w/D is the tension in Maugis' parameter.
 
     Returns
     -------
@@ -77,17 +78,18 @@ def smooth_contact(
     Raises
     ------
     ValueError
-        If an argument is out of range or missing, or the force is below pull-off.
+        If an argument is out of range or missing, or the force is below the pull-off
+        force.
 
     Notes
     -----
-    Under a force that presses, the law is Hertz where adhesion enlarges the area by
-    less than a tenth; the area is still that with adhesion.
+    The law is called Hertz, too, if adhesion increases the area by less than
+    `NEGLIGIBLE_ADHESION`; the area is that with adhesion even then.
 
     References
     ----------
-    K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997), on which
-    law holds where.
+    K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997): map of
+    the ranges of these laws.
     """
     finite(normal_force=normal_force)
     nonnegative(work_of_adhesion=work_of_adhesion)
@@ -96,7 +98,9 @@ def smooth_contact(
         a = hertz_contact_radius(normal_force, radius, contact_modulus)
         return SmoothContact(law="Hertz", contact_area=float(np.pi * a**2))
     if attraction_range is None:
-        raise ValueError("with a work_of_adhesion, attraction_range must be given")
+        raise ValueError(
+            "attraction_range must be given with a work_of_adhesion, got None"
+        )
     positive(attraction_range=attraction_range)
 
     system = radius, contact_modulus, work_of_adhesion
@@ -115,7 +119,7 @@ def smooth_contact(
         pull_off = float(reduced * np.pi * work_of_adhesion * radius)
 
     hertz = hertz_contact_radius(max(normal_force, 0.0), radius, contact_modulus)
-    if a**2 < (1 + ADHESION_COUNTS) * hertz**2:
+    if a**2 < (1 + NEGLIGIBLE_ADHESION) * hertz**2:
         law = "Hertz"
     return SmoothContact(
         law=law,

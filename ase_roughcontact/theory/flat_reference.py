@@ -1,7 +1,8 @@
-"""Tabulated contact of nominally flat rough surfaces, in place of a formula.
+"""Tabulated contact fraction of nominally flat rough surfaces.
 
-With strong adhesion no formula is good enough for the fraction f(p) of rough flats in
-contact: it is calculated once per interaction and roughness, and looked up here.
+With strong adhesion no closed form is accurate for the fraction f(p) of the area in
+contact at the nominal pressure p. It is calculated once for an interaction and a
+roughness, and interpolated here.
 """
 
 from __future__ import annotations
@@ -27,19 +28,19 @@ TABLE = Path(__file__).with_name("flat_reference.csv")
 
 @dataclass(frozen=True, eq=False)
 class FlatReference:
-    """Fraction of rough flats in contact, interpolated between calculated values.
+    """Contact fraction of rough flats, interpolated between tabulated values.
 
     Parameters
     ----------
     pressures : array_like, shape (n,)
-        Nominal pressures, rising from zero, force per area.
+        Nominal pressures, increasing from zero, force per area.
     fractions : array_like, shape (n,)
-        Fractions of the area in contact, 0 to 1.
+        Fractions of the area in contact, between 0 and 1.
 
     Raises
     ------
     ValueError
-        If the values are not finite, out of range or out of order.
+        If the values are not finite, out of range or not in order.
 
     Examples
     --------
@@ -52,7 +53,7 @@ class FlatReference:
     fractions: FloatArray
 
     def __post_init__(self) -> None:
-        """Check the table, and keep it as arrays."""
+        """Check the values and convert them to arrays."""
         pressures = nonnegative_array("pressures", self.pressures)
         fractions = nonnegative_array("fractions", self.fractions)
         if pressures.ndim != 1 or pressures.shape != fractions.shape:
@@ -61,7 +62,9 @@ class FlatReference:
                 f"{pressures.shape} and {fractions.shape}"
             )
         if pressures.size < 2 or pressures[0] != 0 or np.any(np.diff(pressures) <= 0):
-            raise ValueError(f"pressures must rise from zero, got {self.pressures!r}")
+            raise ValueError(
+                f"pressures must increase from zero, got {self.pressures!r}"
+            )
         if fractions.max() > 1:
             raise ValueError(f"fractions must not exceed 1, got {self.fractions!r}")
         object.__setattr__(self, "pressures", pressures)
@@ -74,18 +77,18 @@ class FlatReference:
         contact_modulus: float = 1.0,
         file: str | os.PathLike[str] = TABLE,
     ) -> FlatReference:
-        """Read the curve of one interaction from a table.
+        """Read the curve for one work of adhesion from a table.
 
         Parameters
         ----------
         work_of_adhesion : float
-            w/(E* a0), one of the table's.
+            w/(E* a0), one of the values in the table.
         contact_modulus : float
             E*, the unit of the pressures in the table, force per area.
         file : path
-            Written by `examples/paper/flat_reference.py`. By default the package's own
-            table for the paper's roughness and walls; its first lines say how it was
-            made.
+            Table written by ``examples/paper/flat_reference.py``; by default that of
+            the package for the roughness and the walls of the paper, whose header
+            contains the commands that made it.
 
         Returns
         -------
@@ -94,12 +97,12 @@ class FlatReference:
         Raises
         ------
         ValueError
-            If the table has no such curve, or is not a table of this kind.
+            If the table has no such curve, or lacks the columns of such a table.
 
         References
         ----------
-        Calculated with this package, in the way of L. Pastewka, M. O. Robbins, Appl.
-        Phys. Lett. 108, 221601 (2016), fig. 2c.
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), fig. 2c: the
+        procedure; the table was calculated with this package.
         """
         nonnegative(work_of_adhesion=work_of_adhesion)
         positive(contact_modulus=contact_modulus)
@@ -115,9 +118,10 @@ class FlatReference:
         )
 
     def fraction(self, pressure: ArrayLike) -> FloatArray:
-        """Fraction of the nominal area in contact, f(p).
+        """Return the fraction of the nominal area in contact, f(p).
 
-        Monotonic cubic interpolation; constant beyond the last pressure of the table.
+        The interpolation is cubic and monotonic; beyond the last pressure of the table
+        the fraction is constant.
 
         Parameters
         ----------
@@ -145,7 +149,7 @@ class FlatReference:
 
 
 def _curves(file: Path) -> dict[float, list[tuple[float, float]]]:
-    """Pressures and fractions of a table, by work of adhesion."""
+    """Return the pressures and fractions of a table by work of adhesion."""
     with open(file, newline="") as lines:
         rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
     curves: dict[float, list[tuple[float, float]]] = {}

@@ -1,0 +1,202 @@
+"""First contact of a rough sphere: where it is, and how sharp the asperity is.
+
+The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
+h'' = ``<(lap h)^2>^(1/2)``. All functions broadcast over arrays and accept any
+consistent system of units.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact._util.validation import FloatArray, positive_array
+from ase_roughcontact.theory.self_affine import (
+    hurst_exponent,
+    slope_to_curvature_ratio,
+)
+
+#: Factor by which the compliance of the repulsive 9-3 wall increases rho, for the
+#: stiffness of the bulk and lambda_s = 4 a0: L. Pastewka, M. O. Robbins, Appl. Phys.
+#: Lett. 108, 221601 (2016).
+ASPERITY_FACTOR_REPULSIVE = 3.0
+
+
+def first_contact_radius(
+    radius: ArrayLike,
+    rms_slope: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+) -> FloatArray:
+    """Return the radius around the axis within which the first contact is expected.
+
+    This is the equation as printed, a'/lambda_s =
+    {2 R h'/lambda_s [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
+
+    Parameters
+    ----------
+    radius : array_like
+        R of the sphere, length.
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        a', length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    Notes
+    -----
+    The condition a'^2 = 2 R h_rms(a') with `rms_height` gives a further factor 1/(2 pi)
+    in the brace, which makes a' smaller by (2 pi)^(1/(2-H)), 4.6 for H = 0.8:
+    `first_contact_radius_from_height`.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (3).
+    """
+    radius = positive_array("radius", radius)
+    slope = positive_array("rms_slope", rms_slope)
+    hurst = hurst_exponent(hurst)
+    short = positive_array("short_wavelength", short_wavelength)
+    brace = 2 * radius * slope / short * np.sqrt((1 - hurst) / hurst)
+    return short * brace ** (1 / (2 - hurst))
+
+
+def first_contact_radius_from_height(
+    radius: ArrayLike,
+    rms_slope: ArrayLike,
+    hurst: ArrayLike,
+    short_wavelength: ArrayLike,
+) -> FloatArray:
+    """Return the radius at which the sphere has risen by the rms height.
+
+    The solution of a'^2 = 2 R h_rms(a') is a'/lambda_s =
+    {R h'/(pi lambda_s) [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
+
+    Parameters
+    ----------
+    radius : array_like
+        R of the sphere, length.
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        a', length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), before eq. (3).
+    """
+    printed = first_contact_radius(radius, rms_slope, hurst, short_wavelength)
+    return printed / (2 * np.pi) ** (1 / (2 - np.asarray(hurst, dtype=float)))
+
+
+def asperity_radius(
+    rms_slope: ArrayLike, hurst: ArrayLike, short_wavelength: ArrayLike
+) -> FloatArray:
+    """Return the radius of the first asperity in contact.
+
+    This is the equation as printed, rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
+
+    Parameters
+    ----------
+    rms_slope : array_like
+        h', dimensionless.
+    hurst : array_like
+        H, between 0 and 1.
+    short_wavelength : array_like
+        lambda_s, length.
+
+    Returns
+    -------
+    ndarray
+        rho, length; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range.
+
+    Notes
+    -----
+    The paper equates it with 2/h'', which by `slope_to_curvature_ratio` is larger by
+    sqrt(2): `asperity_radius_from_curvature`.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), right.
+    """
+    slope = positive_array("rms_slope", rms_slope)
+    return np.sqrt(2) * slope_to_curvature_ratio(hurst, short_wavelength) / slope
+
+
+def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:
+    """Return the radius of the first asperity from the rms curvature, rho = 2/h''.
+
+    Parameters
+    ----------
+    rms_curvature : array_like
+        h'', inverse length.
+
+    Returns
+    -------
+    ndarray
+        rho, length; shape of the argument.
+
+    Raises
+    ------
+    ValueError
+        If the argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), left.
+    """
+    return 2 / positive_array("rms_curvature", rms_curvature)
+
+
+def low_load_plateau(asperity_radius: ArrayLike, radius: ArrayLike) -> FloatArray:
+    """Return A/A_Hertz while one asperity carries the load, (rho/R)^(2/3).
+
+    Parameters
+    ----------
+    asperity_radius : array_like
+        rho, length.
+    radius : array_like
+        R of the sphere, length.
+
+    Returns
+    -------
+    ndarray
+        A/A_Hertz, dimensionless; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), with eq. (6).
+    """
+    rho = positive_array("asperity_radius", asperity_radius)
+    return np.cbrt(rho / positive_array("radius", radius)) ** 2
