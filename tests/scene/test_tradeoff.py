@@ -9,7 +9,6 @@ import pytest
 from ase_roughcontact._util.kernels import threads
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.tradeoff import study as study_module
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 TEXT = """
@@ -28,6 +27,8 @@ values = [0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1]
 optimizer = "FIRE2"
 fmax = 1e-3
 """
+# Accuracy of what trials are compared with.
+REFERENCE = 1e-10
 AUTO = TEXT.replace("shape = [36, 36]", "").partition("[solver]")[0]
 FULL = AUTO + '[interaction]\nkind = "full"\nwork_of_adhesion = 0.1\n'
 
@@ -84,18 +85,17 @@ def test_the_reference_is_far_better_than_what_is_judged_by_it():
 
 
 def stuck(monkeypatch, left):
-    """Let references get stuck at some part of their tolerance."""
-    relaxed = study_module._relaxed
+    """Stop the reference at a multiple of its tolerance."""
+    original = Scene.relax
 
-    def relax(scene, choice, targets):
-        records = relaxed(scene, choice, targets)
-        if choice.accuracy != study_module._REFERENCE:
-            return records
-        force = left * records[0].tolerance
-        lost = {"converged": False, "max_force": force, "message": "stalled"}
-        return [replace(records[0], **lost), *records[1:]]
+    def relax(scene, *steps, **options):
+        first, *others = original(scene, *steps, **options)
+        if scene.solver.accuracy == REFERENCE:
+            force = left * first.tolerance
+            first = replace(first, converged=False, max_force=force, message="stalled")
+        return iter([first, *others])
 
-    monkeypatch.setattr(study_module, "_relaxed", relax)
+    monkeypatch.setattr(Scene, "relax", relax)
 
 
 def test_a_reference_that_rounding_stops_is_good_for_errors_far_above_its_own(
@@ -104,7 +104,7 @@ def test_a_reference_that_rounding_stops_is_good_for_errors_far_above_its_own(
     stuck(monkeypatch, left=1e3)
     with threads(1):
         study = tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
-    assert study.reference_error == pytest.approx(1e3 * study_module._REFERENCE)
+    assert study.reference_error == pytest.approx(1e3 * REFERENCE)
     assert study.best is not None
 
 
