@@ -169,9 +169,10 @@ def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
 
 def test_printed_ratios_are_those_of_the_formulas(case):
     wall, _, _, text, records = case
-    if wall == "sticky":
-        pytest.skip("the law of Maugis and Dugdale is no formula")
     table = table_of(text)
+    if wall == "sticky":  # the law of Maugis and Dugdale is no formula
+        assert "A/A_Hertz" not in table and "Eq. (4)" not in table
+        return
     radius, modulus = 60.0 * 2.5, 100.0 * UNITS["GPa"]
     force, area = column(records, "normal_force"), column(records, "contact_area")
     hertz = np.pi * (0.75 * force * radius / modulus) ** (2.0 / 3.0)

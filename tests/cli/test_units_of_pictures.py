@@ -1,0 +1,184 @@
+"""What pictures of a run show is what ``curve.csv`` and ``sweep.traj`` hold.
+
+Figures are looked at where they would be saved, and not drawn.
+"""
+
+import csv
+import io
+import re
+from contextlib import redirect_stdout
+
+import numpy as np
+import pytest
+from ase.io import read
+
+from ase_roughcontact.cli import main
+
+figure_module = pytest.importorskip("matplotlib.figure")
+
+CHARGE = 1.602176634e-19  # eV in J
+NN = 1e-19 / CHARGE  # in eV/Å
+J_PER_M2 = 1e-20 / CHARGE  # in eV/Å^2
+GPA = 1e-21 / CHARGE  # in eV/Å^3
+NM = 10.0  # in Å
+RADIUS, MODULUS, WORK = 150.0, 100.0 * GPA, 0.5 * J_PER_M2
+
+SCENE = """
+substrate = {{ spacing = 2.5, contact_modulus = 100.0 }}
+sphere = {{ radius = 60.0 }}
+interaction = {{ {wall} }}
+path = {{ control = "{control}", values = {values} }}
+"""
+STICKY = 'kind = "adhesive", work_of_adhesion = 0.5'
+CASES = {
+    "load": ('kind = "repulsive"', [20.0, 60.0]),
+    "penetration": ('kind = "hard"', [1.0, 2.5]),
+    "height": (STICKY, [1.5, -1.0, 1.0]),
+}
+
+
+@pytest.fixture(scope="module", params=CASES)
+def run(request, tmp_path_factory):
+    """Control, records, frames and figures of a run."""
+    control, (wall, values) = request.param, CASES[request.param]
+    folder, figures = tmp_path_factory.mktemp("run"), {}
+    (folder / "scene.toml").write_text(
+        SCENE.format(wall=wall, control=control, values=values)
+    )
+
+    def saved(figure, file, **_):
+        figures[str(file).rpartition("/")[2]] = figure
+
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()):
+        patch.setattr(figure_module.Figure, "savefig", saved)
+        out = str(folder / "out")
+        assert main(["run", str(folder / "scene.toml"), "--out", out]) == 0
+    with open(folder / "out" / "curve.csv", newline="") as file:
+        records = list(csv.DictReader(file))
+    frames = read(folder / "out" / "sweep.traj", ":")
+    return control, records, frames, figures
+
+
+def column(records, name):
+    return np.array([float(record[name]) for record in records])
+
+
+def points(axes, label):
+    """Points of all lines that have a label, in their order."""
+    lines = [line for line in axes.get_lines() if line.get_label().startswith(label)]
+    assert lines, f"no line {label!r}"
+    return np.concatenate([line.get_xydata() for line in lines])
+
+
+def hertz_area(force):
+    return np.pi * (0.75 * RADIUS * force / MODULUS) ** (2.0 / 3.0)
+
+
+def dmt_area(force):
+    return hertz_area(force + 2.0 * np.pi * WORK * RADIUS)
+
+
+def test_areas_are_relative_to_hertz_and_loads_in_nanonewton(run):
+    _, records, _, figures = run
+    (axes,) = figures["curve.png"].axes
+    assert axes.get_xlabel().endswith("(nN)")
+    force, area = column(records, "normal_force"), column(records, "contact_area")
+    push = force > 0.0
+    x, y = points(axes, "simulation").T
+    np.testing.assert_allclose(x, force[push] / NN)
+    np.testing.assert_allclose(y, (area / hertz_area(abs(force)))[push], rtol=1e-6)
+
+
+def test_lines_of_theory_are_in_the_units_of_the_axes(run):
+    control, _, _, figures = run
+    (axes,) = figures["curve.png"].axes
+    if control != "height":
+        assert not any("DMT" in line.get_label() for line in axes.get_lines())
+        return
+    x, y = points(axes, "DMT").T
+    np.testing.assert_allclose(y, dmt_area(x * NN) / hertz_area(x * NN), rtol=1e-6)
+
+
+def test_forces_are_drawn_against_what_is_given(run):
+    control, records, _, figures = run
+    if control == "load":
+        assert "force.png" not in figures
+        return
+    (axes,) = figures["force.png"].axes
+    assert axes.get_xlabel().endswith("(Å)") and control in axes.get_xlabel()
+    assert axes.get_ylabel().endswith("(nN)")
+    expected = np.column_stack(
+        [column(records, control), column(records, "normal_force") / NN]
+    )
+    if control == "height":  # in, and out again from the deepest step
+        found = [points(axes, way) for way in ("approach", "retraction")]
+        np.testing.assert_allclose(found[0], expected[:2])
+        np.testing.assert_allclose(found[1], expected[1:])
+    else:
+        np.testing.assert_allclose(points(axes, "simulation"), expected)
+
+
+def test_forces_of_theory_belong_to_their_depths(run):
+    control, records, _, figures = run
+    if control == "load":
+        assert figures.keys() == {"curve.png", "contact.png"}
+        return
+    (axes,) = figures["force.png"].axes
+    name, work = ("DMT", WORK) if control == "height" else ("Hertz", 0.0)
+    x, y = points(axes, name).T
+    touch = float(records[0]["height"]) + float(records[0]["penetration"])
+    depth = touch - x if control == "height" else x
+    assert depth.min() >= -1e-9 and depth.max() > 1.0
+    a = np.sqrt(RADIUS * depth.clip(0.0))
+    force = 4.0 / 3.0 * MODULUS * a**3 / RADIUS - 2.0 * np.pi * work * RADIUS
+    np.testing.assert_allclose(y, force / NN, rtol=1e-6, atol=1e-9)
+
+
+def test_maps_show_contacts_where_they_are_with_pressures_in_gigapascal(run):
+    _, records, frames, figures = run
+    *panels, bar = figures["contact.png"].axes
+    assert bar.get_ylabel() == "pressure (GPa)"
+    touching = [i for i, row in enumerate(records) if int(row["repulsive_atoms"])]
+    assert len(panels) == len(touching)
+    for panel, i in zip(panels, touching, strict=True):
+        frame, image = frames[i], panel.get_images()[0]
+        left, right, bottom, top = image.get_extent()
+        shown = image.get_array()
+        assert panel.get_xlabel() == "$x$ (nm)"
+        cells = np.array([right - left, top - bottom]) * NM / 2.5
+        np.testing.assert_allclose(cells, shown.shape[::-1])
+        area = np.count_nonzero(~np.ma.getmaskarray(shown)) * 2.5**2
+        assert area == pytest.approx(float(records[i]["contact_area"]))
+        force = 2.5**2 * GPA * np.ma.sum(shown)
+        pull = frame.get_initial_charges().clip(max=0.0).sum() * GPA * 2.5**2
+        assert force + pull == pytest.approx(float(records[i]["normal_force"]))
+        x = left * NM + frame.positions[-1, 0] - frame.positions[:, 0].min()
+        assert x == pytest.approx(-0.5 * 2.5)
+
+
+def test_circles_of_theory_have_the_radius_of_the_contact(run):
+    control, records, _, figures = run
+    panels = figures["contact.png"].axes[:-1]
+    for panel, record in zip(panels, records, strict=True):
+        label = {"height": "Maugis"}.get(control, "Hertz")
+        found = np.linalg.norm(points(panel, label), axis=1) * NM
+        force = float(record["normal_force"])
+        limits = hertz_area(max(force, 0.0)), dmt_area(force)
+        if control == "height":
+            jkr = 0.75 * RADIUS / MODULUS * 6.0 * np.pi * WORK * RADIUS
+            assert 0.9 * np.sqrt(limits[1] / np.pi) < found[0] < 2.0 * np.cbrt(jkr)
+        else:
+            np.testing.assert_allclose(found, np.sqrt(limits[0] / np.pi), rtol=1e-6)
+
+
+def test_titles_of_maps_state_force_and_place_on_the_path(run):
+    control, records, _, figures = run
+    for panel, record in zip(figures["contact.png"].axes, records, strict=False):
+        title = panel.get_title()
+        force = float(re.search(r"(-?[0-9.]+) nN", title)[1])
+        assert force == pytest.approx(float(record["normal_force"]) / NN, rel=6e-3)
+        if control != "load":
+            place = float(re.search(rf"{control} (-?[0-9.]+) Å", title)[1])
+            assert place == pytest.approx(float(record[control]), rel=6e-3)
+        way = {"0": "approach", "1": "approach", "2": "retraction"}[record["step"]]
+        assert (way in title) == (control == "height")
