@@ -1,4 +1,4 @@
-"""The examples and the README's code, run."""
+"""The Python code of the README and of the guide, and the comparison of optimizers."""
 
 import os
 import re
@@ -11,7 +11,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text()
-BLOCKS = re.findall(r"^```python\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+PAGES = {
+    page.stem: blocks
+    for page in (ROOT / "README.md", *sorted(ROOT.glob("examples/guide/*.md")))
+    if (blocks := re.findall(r"(?ms)^```python\n(.*?)^```$", page.read_text()))
+}
 
 
 def run_python(arguments, folder):
@@ -62,14 +66,15 @@ def test_optimizers_end_in_stationary_states_with_adhesion(comparison):
         assert not run.converged or run.history[-1][2] < 1e-6
 
 
-def test_readme_has_python_to_run():
-    assert BLOCKS
+def test_readme_has_a_script_of_twelve_lines():
+    (script,) = PAGES["README"]
+    assert len([line for line in script.splitlines() if line.strip()]) <= 12
 
 
-@pytest.mark.parametrize("number", range(len(BLOCKS)))
-def test_python_of_the_readme_runs_from_top_to_bottom(number, tmp_path):
-    script = tmp_path / "block.py"
-    script.write_text("\n".join(BLOCKS[: number + 1]))
+@pytest.mark.parametrize("page", PAGES)
+def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path):
+    script = tmp_path / "page.py"
+    script.write_text("\n".join(PAGES[page]))
     result = run_python([script.name], tmp_path)
     assert result.returncode == 0, result.stderr
 

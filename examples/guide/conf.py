@@ -10,7 +10,7 @@ become MathML, which browsers show without a script.
 import sys
 from pathlib import Path
 
-from docutils.nodes import Element
+from docutils.nodes import Element, SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.util.math import get_node_equation_number
@@ -42,17 +42,36 @@ default_role = "py:obj"
 nitpicky = True
 nitpick_ignore_regex = [("py:obj", ".*"), ("py:class", r"collections\..*")]
 
+add_module_names = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autosummary_generate = True
 numpydoc_show_class_members = False
+
+
+class GalleryOrder:
+    """Order of the scripts in a folder of the gallery."""
+
+    names = (
+        *("first_contact", "load_sweep", "hertz_optimizers", "cantilever"),
+        *("adhesion_loop", "measured_topography", "own_wall", "mixed_calculator"),
+        *("ensemble_database", "figure1", "figure2", "flat_reference", "reproduction"),
+    )
+
+    def __init__(self, folder: str) -> None:
+        """Do nothing: the order is that of the names."""
+
+    def __call__(self, file: str) -> int:
+        """Return the place of a script."""
+        return self.names.index(Path(file).stem)
+
 
 sphinx_gallery_conf = {
     "examples_dirs": ["../gallery", "../paper"],
     "gallery_dirs": ["gallery", "paper"],
     "filename_pattern": "/gallery/",
     "ignore_pattern": r"paper_scenes\.py",
-    "within_subsection_order": "FileNameSortKey",
+    "within_subsection_order": GalleryOrder,
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
@@ -65,12 +84,13 @@ html_theme = "pydata_sphinx_theme"
 html_title = "ase_roughcontact"
 html_static_path = ["_static"]
 html_css_files = ["guide.css"]
+html_sidebars = {"getting_started": []}
 html_show_sourcelink = False
 html_show_copyright = False
 html_theme_options = {
-    "show_prev_next": True,
     "navigation_with_keys": False,
-    "header_links_before_dropdown": 6,
+    "header_links_before_dropdown": 7,
+    "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["sphinx-version"],
     "footer_end": ["theme-version"],
@@ -80,6 +100,7 @@ html_theme_options = {
 def visit_math(self: HTML5Translator, node: Element) -> None:
     """Write a formula within a line."""
     self.body.append(tex2mathml(node.astext()))
+    raise SkipNode
 
 
 def visit_displaymath(self: HTML5Translator, node: Element) -> None:
@@ -89,17 +110,12 @@ def visit_displaymath(self: HTML5Translator, node: Element) -> None:
         number = get_node_equation_number(self, node)
         self.body.append(f'<span class="eqno">({number})</span>')
     self.body.append(tex2mathml(node.astext(), as_block=True) + "</div>\n")
-
-
-def depart(self: HTML5Translator, node: Element) -> None:
-    """Do nothing more."""
+    raise SkipNode
 
 
 def setup(app: Sphinx) -> None:
     """Let browsers set the formulas."""
-    app.add_html_math_renderer(
-        "mathml", (visit_math, depart), (visit_displaymath, depart)
-    )
+    app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
 
 
 html_math_renderer = "mathml"
