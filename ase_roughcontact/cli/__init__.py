@@ -27,7 +27,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
 from ase_roughcontact.scene.config import SECTIONS, table_of, tomllib
-from ase_roughcontact.scene.reference import laws_of
+from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 
@@ -112,7 +112,7 @@ def _relax(
     """Relax step after step, and tell of each."""
     folder, text = options.out, _text(options)[0]
     total, kept = len(scene.steps), count_steps(folder / "sweep.traj")
-    laws, costs = laws_of(scene), expected_costs(scene)
+    laws, costs = reference_for(scene), expected_costs(scene)
     for record in scene.run(folder):
         if not records:
             (folder / "scene.toml").write_text(text, encoding="utf-8")
@@ -132,7 +132,7 @@ def _relax(
 
 def _show(scene: Scene, records: list[LoadStep], folder: Path, talks: bool) -> None:
     """Make what there is to see of some steps, and tell where it is."""
-    laws = laws_of(scene)
+    laws = reference_for(scene)
     pictures = figures.draw(scene, laws, records, folder)
     figures.write_view(scene, folder)
     if talks:
@@ -148,7 +148,7 @@ def _figure(options: argparse.Namespace) -> int:
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
     records = list(read_steps(folder / "sweep.traj"))
-    pictures = figures.draw(scene, laws_of(scene), records, folder)
+    pictures = figures.draw(scene, reference_for(scene), records, folder)
     if not pictures:
         raise RuntimeError("no pictures: matplotlib is not installed, or no contact")
     figures.write_view(scene, folder)

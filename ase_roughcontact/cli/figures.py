@@ -17,7 +17,8 @@ from ase_roughcontact.atoms.view import centred, with_indenter
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.scene import NANONEWTON, Scene
-from ase_roughcontact.scene.reference import Law, Laws
+from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.sphere_theory import SphereTheory
 
 # Atoms of a frame to look at: more are slow to draw, and smaller than a pixel.
 _SHOWN = 6000
@@ -53,14 +54,14 @@ def write_view(scene: Scene, folder: Path) -> None:
 
 
 def draw(
-    scene: Scene, laws: Laws, records: Sequence[LoadStep], folder: Path
+    scene: Scene, laws: Reference, records: Sequence[LoadStep], folder: Path
 ) -> list[str]:
     """Draw what can be drawn of a run, if matplotlib is there.
 
     Parameters
     ----------
     scene : Scene
-    laws : Laws
+    laws : Reference
         Of the scene.
     records : sequence of LoadStep
         All steps.
@@ -106,7 +107,7 @@ def _converged(records: Sequence[LoadStep]) -> list[bool]:
 
 
 def _draw_curve(
-    scene: Scene, laws: Laws, records: Sequence[LoadStep], file: Path
+    scene: Scene, laws: Reference, records: Sequence[LoadStep], file: Path
 ) -> None:
     from matplotlib import pyplot
 
@@ -115,7 +116,7 @@ def _draw_curve(
     pushed = [record for record in records if _pushes(record)]
     forces = np.array([record.normal_force for record in pushed])
     areas = np.array([record.contact_area for record in pushed])
-    predicted = laws.rough_area(scene, forces)
+    predicted = laws.rough_area(forces)
     along = np.geomspace(forces.min() / _BEYOND, _BEYOND * forces.max(), _POINTS)
     sticky = [law for law in _drawn(laws) if law.pull_off_force < 0.0]
     figure, axes = pyplot.subplots(
@@ -128,7 +129,10 @@ def _draw_curve(
         scene.hertz_area(forces),
         None if np.isnan(predicted).all() else predicted,
         {
-            law.label: (along / NANONEWTON, law.area(along) / scene.hertz_area(along))
+            law.label: (
+                along / NANONEWTON,
+                law.contact_area(along) / scene.hertz_area(along),
+            )
             for law in sticky
         },
         _converged(pushed),
@@ -143,7 +147,7 @@ def _draw_curve(
 
 
 def _draw_force(
-    scene: Scene, laws: Laws, records: Sequence[LoadStep], file: Path
+    scene: Scene, laws: Reference, records: Sequence[LoadStep], file: Path
 ) -> None:
     from matplotlib import pyplot
 
@@ -176,11 +180,11 @@ def _draw_force(
     pyplot.close(figure)
 
 
-def _drawn(laws: Laws) -> tuple[Law, ...]:
+def _drawn(laws: Reference) -> tuple[SphereTheory, ...]:
     return laws.smooth, *laws.limits
 
 
-def _hertz_label(laws: Laws) -> str:
+def _hertz_label(laws: Reference) -> str:
     sticky = " without adhesion" if laws.smooth.work_of_adhesion else ""
     return f"Hertz: theory, smooth sphere{sticky}"
 
@@ -205,7 +209,7 @@ def _short(value: float) -> str:
 
 
 def _draw_maps(
-    laws: Laws, touching: Sequence[LoadStep], titles: Sequence[str], folder: Path
+    laws: Reference, touching: Sequence[LoadStep], titles: Sequence[str], folder: Path
 ) -> None:
     from matplotlib import pyplot
 
@@ -249,12 +253,12 @@ def _legend_below(figure: Any, panels: Sequence[Any]) -> None:
 
 
 def _draw_map(
-    laws: Laws, record: LoadStep, frame: Atoms, panel: Any, largest: float
+    laws: Reference, record: LoadStep, frame: Atoms, panel: Any, largest: float
 ) -> Any:
     """Draw a step, and the contact of a smooth sphere under its load."""
     from ase_roughcontact.plot import plot_contact
 
-    area = float(laws.smooth.area(np.array(record.normal_force)))
+    area = float(laws.smooth.contact_area(np.array(record.normal_force)))
     radius = math.sqrt(area / np.pi) if area > 0.0 else None
     return plot_contact(panel, frame, radius, largest, circle=laws.smooth.label)
 

@@ -11,18 +11,18 @@ from ase.units import GPa
 
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene
-from ase_roughcontact.scene.reference import Laws
+from ase_roughcontact.scene.reference import Reference
 
 _RATIOS = {"Maugis-Dugdale": "A/A_MD"}
 
 
-def heading(scene: Scene, laws: Laws) -> str:
+def heading(scene: Scene, laws: Reference) -> str:
     """Return what is calculated, and the head of the table of steps.
 
     Parameters
     ----------
     scene : Scene
-    laws : Laws
+    laws : Reference
         Of the scene.
 
     Returns
@@ -34,15 +34,15 @@ def heading(scene: Scene, laws: Laws) -> str:
         f"E* = {scene.contact_modulus / GPa:.4g} GPa; sphere of radius "
         f"{scene.radius / 10:.4g} nm, {scene.wall.label}"
     ]
-    if laws.told:
-        lines.append(f"Theory: {laws.told}")
+    if laws.explanation:
+        lines.append(f"Theory: {laws.explanation}")
     if laws.smooth.pull_off_force < 0.0:
         pull_off = laws.smooth.pull_off_force / NANONEWTON
         lines.append(f"Pull-off force: {pull_off:.4g} nN ({laws.smooth.label})")
     name = laws.smooth.name
     depth = "" if scene.path.control == "load" else f"{_depth(scene):>13}"
     ratio = _RATIOS.get(name, f"A/A_{name}")
-    predicted = "" if laws.rough_from is None else "   Eq. (4)"
+    predicted = "" if laws.rough_above is None else "   Eq. (4)"
     lines.append(f"{ratio}: relative to theory, {laws.smooth.sphere}")
     return "\n".join(
         [
@@ -56,7 +56,7 @@ def heading(scene: Scene, laws: Laws) -> str:
 
 def row(
     scene: Scene,
-    laws: Laws,
+    laws: Reference,
     record: LoadStep,
     total: int,
     left: float | None = None,
@@ -67,7 +67,7 @@ def row(
     Parameters
     ----------
     scene : Scene
-    laws : Laws
+    laws : Reference
         Of the scene.
     record : LoadStep
     total : int
@@ -83,13 +83,13 @@ def row(
         It begins with the number of the step, as the record has it, and of the last.
     """
     force, touches = record.normal_force, record.repulsive_atoms > 0
-    smooth = float(laws.smooth.area(np.array(force))) if touches else np.nan
+    smooth = float(laws.smooth.contact_area(np.array(force))) if touches else np.nan
     depth = {"load": "", "penetration": f"{record.penetration:13.4f}"}.get(
         scene.path.control, f"{record.height:13.4f}"
     )
     predicted = ""
-    if laws.rough_from is not None:
-        predicted = _ratio(float(laws.rough_area(scene, np.array(force))), smooth, 10)
+    if laws.rough_above is not None:
+        predicted = _ratio(float(laws.rough_area(np.array(force))), smooth, 10)
     time = "       kept" if kept else f"{record.seconds:11.2f}"
     seconds = round(left or 0.0)
     after = f"   about {timedelta(seconds=seconds)} left" if seconds else ""
@@ -197,12 +197,12 @@ def touching_height(scene: Scene, records: Sequence[LoadStep]) -> str:
     return f"The sphere touches the flat surface at a height of {first:.4g} Å."
 
 
-def largest_tension(laws: Laws, records: Sequence[LoadStep]) -> str:
+def largest_tension(laws: Reference, records: Sequence[LoadStep]) -> str:
     """Return a line on the largest tension of a path, empty if there is none.
 
     Parameters
     ----------
-    laws : Laws
+    laws : Reference
     records : sequence of LoadStep
 
     Returns

@@ -83,7 +83,7 @@ class Model:
     def surface(self) -> RoughSphere:
         """The indenter's surface."""
         given = self.sphere
-        return RoughSphere(self.radius, self._rough(), given.profile)
+        return RoughSphere(self.radius, self.self_affine, given.profile)
 
     @property
     def wall(self) -> Interaction:
@@ -107,7 +107,7 @@ class Model:
 
         Not positive where rough flats would stick to each other.
         """
-        wall, surface = self.wall, self._rough()
+        wall, surface = self.wall, self.self_affine
         if not wall.attractive or surface is None:
             return 1.0 / self.kappa_repulsive
         rough = surface.statistics()
@@ -168,7 +168,9 @@ class Model:
             normal_force, self.radius, self.contact_modulus
         )
 
-    def _rough(self) -> SelfAffine | None:
+    @property
+    def self_affine(self) -> SelfAffine | None:
+        """Roughness of the sphere; None if it is smooth."""
         if self.roughness is None:
             return None
         given = SelfAffine(**asdict(self.roughness))  # checked in units of the file

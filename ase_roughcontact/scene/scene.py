@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.units import J, m
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, positive
 from ase_roughcontact.atoms.build import substrate
 from ase_roughcontact.atoms.calculator import RoughContact
@@ -30,7 +30,7 @@ from ase_roughcontact.windows.memory import check_memory, check_roughness, point
 _FIRST_SHAPE = (8, 8)
 
 #: One nanonewton in ASE's unit of force, eV/Å.
-NANONEWTON = 1e-9 * J / m
+NANONEWTON = UNITS["nN"]
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class Scene(Model):
         parts: dict[str, Callable[[], Any]] = {
             "substrate": lambda: (self.spacing, self.contact_modulus, self.shape),
             "sphere": lambda: RoughSphere(self.radius, None, self.sphere.profile),
-            "roughness": self._rough,
+            "roughness": lambda: self.self_affine,
             "solver": lambda: (
                 self.fmax,
                 self.accuracy,
@@ -169,8 +169,13 @@ class Scene(Model):
     @property
     def steps(self) -> np.ndarray:
         """The path: loads (eV/Å), penetrations or heights (Å)."""
-        units = {"load": NANONEWTON, "penetration": 1.0, "height": 1.0}
-        return choice(self.path.control, units, "control") * self.path.targets
+        return UNITS[self.target_unit] * self.path.targets
+
+    @property
+    def target_unit(self) -> str:
+        """Unit of the path in scene files and printed output: nN or Å."""
+        units = {"load": "nN", "penetration": "Å", "height": "Å"}
+        return choice(self.path.control, units, "control")
 
     @property
     def fmax(self) -> float | None:

@@ -1,12 +1,10 @@
-"""What a run tells: laws that it is compared with, lines of text, pictures."""
+"""Printed output and pictures of a run."""
 
 import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from ase_roughcontact import theory
 from ase_roughcontact.cli.figures import draw, write_view
 from ase_roughcontact.cli.report import (
     heading,
@@ -16,7 +14,7 @@ from ase_roughcontact.cli.report import (
     touching_height,
 )
 from ase_roughcontact.scene import NANONEWTON, Scene
-from ase_roughcontact.scene.reference import laws_of
+from ase_roughcontact.scene.reference import reference_for
 
 SMOOTH = """
 [substrate]
@@ -43,96 +41,7 @@ def sticky(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sticky")
     records = list(scene.run(folder))
     write_view(scene, folder)
-    return scene, laws_of(scene), records, folder
-
-
-# Laws
-
-
-@pytest.mark.parametrize(
-    "radius, work, kind, name",
-    [
-        (60.0, 0.5, "adhesive", "Maugis-Dugdale"),
-        (1e6, 5.0, "full", "JKR"),
-        (5.0, 0.05, "full", "DMT"),
-    ],
-)
-def test_a_smooth_sticky_sphere_is_compared_with_the_law_of_its_maugis_parameter(
-    radius, work, kind, name
-):
-    text = SMOOTH.replace("radius = 60.0", f"radius = {radius}")
-    laws = laws_of(adhesive(text, work, kind))
-    assert laws.smooth.name == name and laws.rough_from is None
-    limits = ["JKR", "DMT"] if name == "Maugis-Dugdale" else []
-    assert [law.name for law in laws.limits] == limits
-
-
-def test_without_adhesion_the_law_is_hertz():
-    scene = Scene.parse(SMOOTH)
-    laws, force = laws_of(scene), np.array([-1.0, 0.0, 2.0])
-    assert (laws.smooth.name, laws.smooth.pull_off_force) == ("Hertz", 0.0)
-    np.testing.assert_array_equal(laws.smooth.area(force)[1:], scene.hertz_area([0, 2]))
-    assert np.isnan(laws.smooth.area(force)[0])
-
-
-def test_areas_and_curves_of_a_law_belong_together_and_pull_off_is_the_least_force():
-    scene = adhesive(SMOOTH, 0.5)
-    laws = laws_of(scene)
-    for law in (laws.smooth, *laws.limits):
-        depth, force = law.curve(40.0)
-        assert force.min() == pytest.approx(law.pull_off_force, rel=1e-4)
-        stable = slice(int(force.argmin()) + 1, None)
-        assert (np.diff(depth[stable]) > 0).all() and (np.diff(force[stable]) > 0).all()
-        last = np.sqrt(law.area(force[-1:]) / np.pi)
-        assert last == pytest.approx([40.0], rel=0.02)
-        assert np.isnan(law.area(1.01 * law.pull_off_force))
-
-
-def test_hertz_s_curve_is_its_force():
-    scene = Scene.parse(SMOOTH)
-    depth, force = laws_of(scene).smooth.curve(10.0)
-    expected = theory.hertz_force(depth, scene.radius, scene.contact_modulus)
-    np.testing.assert_array_equal(force, expected)
-    assert depth[-1] == pytest.approx(100.0 / scene.radius)
-
-
-@pytest.mark.parametrize(
-    "longest, work, told, left",
-    [
-        (16.0, 0.05, "Eq. (4) with adhesion", 0.05),
-        (256.0, 0.2, "no closed form, as rough flats stick", 0.2),
-        (40.0, 0.5, "no closed form, as the contact without load", 0.5),
-        (8.0, 0.5, "adhesion of w = 0.5 J/m² flattens the roughness", 0.442),
-    ],
-)
-def test_a_rough_sticky_sphere_is_compared_with_what_theory_has_for_it(
-    longest, work, told, left
-):
-    scene = adhesive(ROUGH.replace("16.0", str(longest)), work)
-    laws = laws_of(scene)
-    assert laws.told.startswith(told) and laws.smooth.pull_off_force < 0.0
-    assert laws.smooth.sphere == f"smooth sphere, w = {left:.3g} J/m²"
-    assert laws.smooth.sphere in laws.told
-    assert (laws.rough_from is not None) == (told == "Eq. (4) with adhesion")
-    assert (scene.inverse_kappa > 0.0) == (told == "Eq. (4) with adhesion")
-
-
-def test_adhesion_flattens_only_what_is_not_wider_than_the_contact():
-    for longest in (8.0, 40.0):
-        scene = adhesive(ROUGH.replace("16.0", str(longest)), 0.5)
-        law = laws_of(adhesive(SMOOTH, 0.5)).smooth
-        radius = np.sqrt(law.area(np.array(0.0)) / np.pi)
-        wide = radius >= 0.5 * longest * scene.spacing
-        assert ("flattens" in laws_of(scene).told) == wide == (longest == 8.0)
-
-
-def test_equation_4_with_adhesion_is_not_told_below_its_range():
-    scene = adhesive(ROUGH, 0.05)
-    laws = laws_of(scene)
-    area = laws.rough_area(scene, laws.rough_from * np.array([-1.0, 0.99, 1.0, 9.0]))
-    assert list(np.isnan(area)) == [True, True, False, False]
-    assert area[3] == scene.predicted_area(9.0 * laws.rough_from)
-    assert "too low below about" in laws.told
+    return scene, reference_for(scene), records, folder
 
 
 # Text
@@ -164,10 +73,10 @@ def test_an_indenter_that_was_pulled_off_tells_the_load_that_was_asked_for(stick
     text = SMOOTH.replace('"penetration"', '"load"')
     scene = adhesive(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, -60.0]"), 0.5)
     lost = replace(sticky[2][0], step=1, converged=False, message="stalled at a force")
-    told = row(scene, laws_of(scene), lost, 2)
+    told = row(scene, reference_for(scene), lost, 2)
     assert told.endswith("PULLED OFF: no contact holds -60 nN")
     stalled = replace(lost, repulsive_atoms=1)
-    told = row(scene, laws_of(scene), stalled, 2)
+    told = row(scene, reference_for(scene), stalled, 2)
     assert told.endswith("NOT CONVERGED: stalled at a force (forces in eV/Å)")
 
 
@@ -247,7 +156,7 @@ def test_loads_that_only_press_need_no_picture_of_the_force(tmp_path):
     text = ROUGH.replace('"penetration"', '"load"')
     scene = Scene.parse(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, 20.0]"))
     records = list(scene.run(tmp_path))
-    assert draw(scene, laws_of(scene), records, tmp_path) == [
+    assert draw(scene, reference_for(scene), records, tmp_path) == [
         "curve.png",
         "contact.png",
     ]

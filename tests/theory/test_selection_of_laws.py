@@ -11,7 +11,7 @@ from ase.units import GPa, J, m
 
 from ase_roughcontact import SelfAffine
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.reference import laws_of
+from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.theory import (
     KAPPA_REPULSIVE,
     RoughSphereTheory,
@@ -85,7 +85,7 @@ def test_scenes_are_compared_with_the_law_of_maugis_parameter(limit, laws, side)
         interaction = {{ kind = "full", work_of_adhesion = 0.2 }}
         """
     )
-    assert laws_of(scene).smooth.name == chosen(laws, side)
+    assert reference_for(scene).smooth.name == chosen(laws, side)
 
 
 @SIDES

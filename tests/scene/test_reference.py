@@ -1,0 +1,118 @@
+"""Theory with which the results of a scene are compared."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import theory
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
+
+SMOOTH = """
+[substrate]
+contact_modulus = 100.0
+[sphere]
+radius = 60.0
+[path]
+control = "penetration"
+values = [-4.0, 0.0, 2.0, 0.0, -4.0]
+"""
+ROUGH = SMOOTH + "[roughness]\nlong_wavelength = 16.0\n"
+
+
+def adhesive(text, work, kind="adhesive"):
+    return Scene.parse(
+        f'{text}[interaction]\nkind = "{kind}"\nwork_of_adhesion = {work}\n'
+    )
+
+
+# Smooth spheres
+
+
+@pytest.mark.parametrize(
+    "radius, work, kind, name",
+    [
+        (60.0, 0.5, "adhesive", "Maugis-Dugdale"),
+        (1e6, 5.0, "full", "JKR"),
+        (5.0, 0.05, "full", "DMT"),
+    ],
+)
+def test_maugis_parameter_selects_the_theory_of_an_adhesive_sphere(
+    radius, work, kind, name
+):
+    text = SMOOTH.replace("radius = 60.0", f"radius = {radius}")
+    reference = reference_for(adhesive(text, work, kind))
+    assert reference.smooth.name == name and reference.rough_above is None
+    limits = ["JKR", "DMT"] if name == "Maugis-Dugdale" else []
+    assert [limit.name for limit in reference.limits] == limits
+
+
+def test_without_adhesion_the_theory_is_hertz():
+    scene = Scene.parse(SMOOTH)
+    hertz = reference_for(scene).smooth
+    assert (hertz.name, hertz.pull_off_force) == ("Hertz", 0.0)
+    area = hertz.contact_area([-1.0, 0.0, 2.0])
+    np.testing.assert_array_equal(area[1:], scene.hertz_area([0.0, 2.0]))
+    assert np.isnan(area[0])
+
+
+def test_the_curve_of_hertz_is_its_force():
+    scene = Scene.parse(SMOOTH)
+    depth, force = reference_for(scene).smooth.curve(10.0)
+    expected = theory.hertz_force(depth, scene.radius, scene.contact_modulus)
+    np.testing.assert_array_equal(force, expected)
+    assert depth[-1] == pytest.approx(100.0 / scene.radius)
+
+
+def test_areas_and_curves_agree_and_the_smallest_force_is_pull_off():
+    reference = reference_for(adhesive(SMOOTH, 0.5))
+    for sphere in (reference.smooth, *reference.limits):
+        depth, force = sphere.curve(40.0)
+        assert force.min() == pytest.approx(sphere.pull_off_force, rel=1e-4)
+        stable = slice(int(force.argmin()) + 1, None)
+        assert (np.diff(depth[stable]) > 0).all() and (np.diff(force[stable]) > 0).all()
+        last = np.sqrt(sphere.contact_area(force[-1:]) / np.pi)
+        assert last == pytest.approx([40.0], rel=0.02)
+        assert np.isnan(sphere.contact_area(1.01 * sphere.pull_off_force))
+
+
+# Rough spheres
+
+
+@pytest.mark.parametrize(
+    "longest, work, explanation, remaining",
+    [
+        (16.0, 0.05, "Eq. (4) with adhesion", 0.05),
+        (256.0, 0.2, "no closed form, as rough flats adhere", 0.2),
+        (40.0, 0.5, "no closed form, as the contact at zero load", 0.5),
+        (8.0, 0.5, "adhesion of w = 0.5 J/m² flattens the roughness", 0.442),
+    ],
+)
+def test_theory_of_a_rough_adhesive_sphere(longest, work, explanation, remaining):
+    scene = adhesive(ROUGH.replace("16.0", str(longest)), work)
+    reference = reference_for(scene)
+    assert reference.explanation.startswith(explanation)
+    assert reference.smooth.pull_off_force < 0.0
+    assert reference.smooth.sphere == f"smooth sphere, w = {remaining:.3g} J/m²"
+    assert reference.smooth.sphere in reference.explanation
+    has_closed_form = explanation.startswith("Eq. (4)")
+    assert (reference.rough_above is not None) == has_closed_form
+    assert (scene.inverse_kappa > 0.0) == has_closed_form
+
+
+def test_adhesion_flattens_only_waves_that_are_not_wider_than_the_contact():
+    smooth = reference_for(adhesive(SMOOTH, 0.5)).smooth
+    radius = np.sqrt(smooth.contact_area(0.0) / np.pi)
+    for longest, flattened in ((8.0, True), (40.0, False)):
+        scene = adhesive(ROUGH.replace("16.0", str(longest)), 0.5)
+        assert (radius >= 0.5 * longest * scene.spacing) == flattened
+        assert ("flattens" in reference_for(scene).explanation) == flattened
+
+
+def test_equation_4_with_adhesion_is_not_shown_below_its_range():
+    scene = adhesive(ROUGH, 0.05)
+    reference = reference_for(scene)
+    smallest = reference.rough_above
+    area = reference.rough_area(smallest * np.array([-1.0, 0.99, 1.0, 9.0]))
+    assert list(np.isnan(area)) == [True, True, False, False]
+    assert area[3] == scene.predicted_area(9.0 * smallest)
+    assert "too small below about" in reference.explanation
