@@ -1,4 +1,4 @@
-"""Result of a load step: its columns, each with value, description, unit and label.
+"""Result of a load step: output columns, each with value, description and unit.
 
 A column is one entry of `LoadStep`. The CSV file, the trajectory, JSON lines and tables
 of columns follow from it. A subclass adds columns: ::
@@ -6,7 +6,7 @@ of columns follow from it. A subclass adds columns: ::
     @dataclass(frozen=True)
     class MyStep(LoadStep):
         largest_gap: float = column(
-            lambda relaxed: relaxed.state.gap.max(), "largest gap in the window", "Å"
+            lambda s: float(s.state.gap.max()), "largest gap in the window", "Å"
         )
 
     load_path(atoms, depths, record=MyStep, csv="curve.csv")
@@ -99,21 +99,15 @@ class Column:
         Half a sentence for tables and reference pages.
     unit : str
         ASE's unit; empty for a number without unit.
-    label : str
-        Short name for the axes of figures, without the unit.
     """
 
     value: Callable[[RelaxedStep], Any]
     description: str
     unit: str = ""
-    label: str = ""
 
 
 def column(
-    value: Callable[[RelaxedStep], Any],
-    description: str,
-    unit: str = "",
-    label: str = "",
+    value: Callable[[RelaxedStep], Any], description: str, unit: str = ""
 ) -> Any:
     """Return a dataclass field that is an output column; see `Column`.
 
@@ -121,7 +115,7 @@ def column(
     -------
     dataclasses.Field
     """
-    return field(metadata={"column": Column(value, description, unit, label)})
+    return field(metadata={"column": Column(value, description, unit)})
 
 
 def text_of(shape: tuple[int, ...]) -> str:
@@ -153,102 +147,75 @@ Step = TypeVar("Step", bound="LoadStep")
 class LoadStep:
     """Result of one load step; its attributes are the output columns."""
 
-    step: int = column(lambda step: step.number, "number of the step, from zero")
-    height: float = column(
-        lambda step: step.height, "height of the indenter", "Å", "height"
-    )
+    step: int = column(lambda s: s.number, "number of the step, from zero")
+    height: float = column(lambda s: s.height, "height of the indenter", "Å")
     penetration: float = column(
-        lambda step: step.first_contact - step.height,
-        "distance that the indenter has moved down from the height at which it begins "
-        "to repel the flat substrate",
+        lambda s: s.first_contact - s.height,
+        "distance that the indenter has moved down since it first repels the flat "
+        "substrate",
         "Å",
-        "penetration",
     )
     normal_force: float = column(
-        lambda step: step.state.normal_force,
-        "force of the wall on the indenter, positive in compression; 1 nN is "
-        "0.624 eV/Å",
+        lambda s: s.state.normal_force,
+        "force of the wall on the indenter, positive in compression; 1 nN is 0.624 "
         "eV/Å",
-        "normal force",
+        "eV/Å",
     )
     contact_area: float = column(
-        lambda step: step.state.contact_area,
-        "number of atoms under a repulsive force, times the area per atom",
+        lambda s: s.state.contact_area,
+        "number of repelled atoms times the area per atom",
         "Å^2",
-        "contact area",
     )
     repulsive_atoms: int = column(
-        lambda step: step.state.repulsive_atoms,
-        "number of atoms that the wall repels",
-        label="repelled atoms",
+        lambda s: s.state.repulsive_atoms, "number of atoms that the wall repels"
     )
     attractive_atoms: int = column(
-        lambda step: step.state.attractive_atoms,
-        "number of atoms that the wall attracts",
-        label="attracted atoms",
+        lambda s: s.state.attractive_atoms, "number of atoms that the wall attracts"
     )
     energy: float = column(
-        lambda step: float(step.atoms.get_potential_energy()),
-        "energy of the solid, the wall and the load",
+        lambda s: float(s.atoms.get_potential_energy()),
+        "energy of solid, wall and load",
         "eV",
-        "energy",
     )
     max_force: float = column(
-        lambda step: float(np.linalg.norm(step.atoms.get_forces(), axis=1).max()),
+        lambda s: float(np.linalg.norm(s.atoms.get_forces(), axis=1).max()),
         "largest remaining force on any atom",
         "eV/Å",
-        "largest force",
     )
     gap_error: float = column(
         _gap_error,
-        "hard wall: largest gap of an atom in contact, or overlap of one outside; "
-        "zero for soft walls",
+        "for a hard wall, the largest gap of an atom in contact or overlap of another; "
+        "otherwise zero",
         "Å",
-        "error of the gap",
     )
     converged: bool = column(
-        lambda step: step.statistics.converged,
-        "whether the optimizer reached its tolerance",
+        lambda s: s.statistics.converged, "whether the optimizer reached its tolerance"
     )
-    message: str = column(
-        lambda step: step.statistics.message, "reason why it did not, else empty"
-    )
+    message: str = column(lambda s: s.statistics.message, "why it did not, else empty")
     tolerance: float = column(
-        lambda step: step.statistics.tolerance,
-        "tolerance of the force on every atom",
-        "eV/Å",
-        "tolerance",
+        lambda s: s.statistics.tolerance, "tolerance of the force on any atom", "eV/Å"
     )
     iterations: int = column(
-        lambda step: step.statistics.iterations,
-        "steps of the optimizer",
-        label="iterations",
+        lambda s: s.statistics.iterations, "steps of the optimizer"
     )
     pairs: float = column(
-        lambda step: step.statistics.pairs,
+        lambda s: s.statistics.pairs,
         "forward/inverse FFT pairs, normalised to one full-grid pair",
-        label="FFT pairs",
     )
     window: str = column(
-        lambda step: text_of(step.halfspace.shape),
-        "shape of the window of atoms that may touch",
+        lambda s: text_of(s.halfspace.shape), "shape of the window of atoms"
     )
-    grid: str = column(
-        lambda step: text_of(step.halfspace.grid), "shape of the FFT grid"
-    )
+    grid: str = column(lambda s: text_of(s.halfspace.grid), "shape of the FFT grid")
     precision: str = column(
-        lambda step: np.dtype(step.halfspace.fft.get("dtype", float)).name,
+        lambda s: np.dtype(s.halfspace.fft.get("dtype", float)).name,
         "floating-point type of the FFTs",
     )
     memory: float = column(
         _memory,
-        "estimated peak memory of the step, between 3/4 and 4/3 of the actual one",
+        "estimated peak memory, between 3/4 and 4/3 of the actual one",
         "bytes",
-        "memory",
     )
-    seconds: float = column(
-        lambda step: step.seconds, "wall-clock time of the step", "s", "time"
-    )
+    seconds: float = column(lambda s: s.seconds, "wall-clock time of the step", "s")
 
     @classmethod
     def of(cls: type[Step], relaxed: RelaxedStep) -> Step:
@@ -289,17 +256,17 @@ def units_of(record: type[LoadStep] = LoadStep) -> dict[str, str]:
     return {name: each.unit for name, each in columns_of(record).items() if each.unit}
 
 
-def _entry(name: str, kind: str, column: Column) -> str:
-    unit = f" ({column.unit})" if column.unit else ""
-    return f"    {name} : {kind}\n        {column.description}{unit}."
+def _attributes(record: type[LoadStep]) -> str:
+    """Return the section on attributes of a class of results, for its docstring."""
+    lines = ["", "", "    Attributes", "    ----------"]
+    for each in fields(record):
+        entry = each.metadata["column"]
+        unit = f" ({entry.unit})" if entry.unit else ""
+        lines += [
+            f"    {each.name} : {each.type}",
+            f"        {entry.description}{unit}",
+        ]
+    return "\n".join(lines)
 
 
-LoadStep.__doc__ = "\n".join(
-    [
-        f"{LoadStep.__doc__}\n\n    Attributes\n    ----------",
-        *(
-            _entry(each.name, str(each.type), each.metadata["column"])
-            for each in fields(LoadStep)
-        ),
-    ]
-)
+LoadStep.__doc__ = f"{LoadStep.__doc__}{_attributes(LoadStep)}"
