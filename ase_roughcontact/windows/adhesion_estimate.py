@@ -27,7 +27,7 @@ from ase_roughcontact.theory.jkr import (
 )
 from ase_roughcontact.theory.rough_flats import flattening_energy
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
-from ase_roughcontact.windows.memory import available_memory, memory_of
+from ase_roughcontact.windows.memory import check_memory
 
 # Side, in spacings, of the piece of a roughness without known spectrum whose energy is
 # taken for that of all of it.
@@ -69,7 +69,7 @@ class AdhesionEstimate:
         return self.work - _flattening_energy(rough, self.modulus, self.spacing)
 
     def radius(self, depth: float, load: float | None) -> float:
-        """Return the radius of the contact.
+        """Return the radius of the contact; zero without one that adhesion extends.
 
         Parameters
         ----------
@@ -81,50 +81,35 @@ class AdhesionEstimate:
         Returns
         -------
         float
-            Length; zero without a contact that adhesion extends.
+            Length.
+
+        Raises
+        ------
+        MemoryError
+            If a window of this size exceeds the memory.
         """
         if not self.effective_work > 0.0:
             return 0.0
         system = self.sphere.radius, self.modulus, self.effective_work
         if load is not None:
-            return float(jkr_contact_radius(load, *system))
-        if depth < jkr_pull_off_penetration(*system):
+            radius = float(jkr_contact_radius(load, *system))
+        elif depth < jkr_pull_off_penetration(*system):
             return 0.0
-        return float(jkr_contact_radius_from_penetration(depth, *system))
-
-    def radius_within_memory(self, depth: float, load: float | None) -> float:
-        """Return the radius of the contact, if the memory suffices for it.
-
-        Parameters
-        ----------
-        depth, load
-            See `radius`.
-
-        Returns
-        -------
-        float
-            See `radius`.
-
-        Raises
-        ------
-        MemoryError
-            With the energies involved, and the size of the contact.
-        """
-        radius = self.radius(depth, load)
-        atoms = 2 * math.ceil(radius / self.spacing)
-        needed, available = memory_of((atoms, atoms)), available_memory()
-        if not atoms or needed <= available:
-            return radius
-        flattening = self.work - self.effective_work
-        raise MemoryError(
-            "adhesion extends this contact beyond the memory: of the work of adhesion, "
-            f"{self.work:.3g} per area, {flattening:.3g} is needed to flatten the "
-            "roughness, and the rest suffices for a contact with a radius of about "
-            f"{atoms // 2} spacings (JKR). A window of {atoms} x {atoms} atoms needs "
-            f"about {needed / 1e9:.3g} GB of memory, but only {available / 1e9:.3g} GB "
-            "are free: choose a smaller sphere, less adhesion or more roughness, or "
-            "use a fixed window if the contact is known to stay within it"
-        )
+        else:
+            radius = float(jkr_contact_radius_from_penetration(depth, *system))
+        side = 2 * math.ceil(radius / self.spacing)
+        try:
+            check_memory((side, side))
+        except MemoryError as error:
+            flattening = self.work - self.effective_work
+            raise MemoryError(
+                f"the work of adhesion, {self.work:.3g} per area, exceeds the "
+                f"{flattening:.3g} needed to flatten the roughness, and extends the "
+                f"contact to a radius of about {side // 2} spacings (JKR): {error}, "
+                "less adhesion or more roughness, or use a fixed window if the contact "
+                "is known to stay within it"
+            ) from error
+        return radius
 
 
 def _flattening_energy(rough: Surface, modulus: float, spacing: float) -> float:

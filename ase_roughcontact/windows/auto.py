@@ -231,7 +231,7 @@ class AutoWindow:
         if self._adhesion is None or not touches or _displaced(atoms):
             return None
         depth = self._wall.contact_distance - height
-        radius = self._adhesion.radius_within_memory(depth, load)
+        radius = self._adhesion.radius(depth, load)
         if not radius:
             return None
         half = math.ceil(radius / self.footprint.spacing)

@@ -73,26 +73,27 @@ def available_memory() -> float:
 
 def check_roughness(points: int) -> None:
     """Raise `MemoryError` if there is too little for a roughness; see `points_of`."""
-    needed, available = memory_of((0, 0), points=points), available_memory()
-    if needed > available:
-        side = math.isqrt(points)
-        raise MemoryError(
-            f"a domain of {side} x {side} points needs about {needed / 1e9:.3g} GB of "
-            "memory while the roughness is made, but only "
-            f"{available / 1e9:.3g} GB are free: choose a smaller domain (by default 4 "
-            "times the longest wavelength)"
-        )
+    side = math.isqrt(points)
+    _check(
+        memory_of((0, 0), points=points),
+        f"to synthesise the roughness on a domain of {side} x {side} points",
+        "choose a smaller domain (by default 4 times the longest wavelength)",
+    )
 
 
-def check_memory(
-    window: tuple[int, int], *, margin: bool = False, points: int = 0
-) -> None:
+def check_memory(window: tuple[int, int], *, margin: bool = False) -> None:
     """Raise `MemoryError` if there is too little for a window; see `memory_of`."""
-    needed = memory_of(window, margin=margin, points=points)
+    _check(
+        memory_of(window, margin=margin),
+        f"for a window of {window[0]} x {window[1]} atoms",
+        "choose a smaller load, sphere or window",
+    )
+
+
+def _check(needed: float, purpose: str, advice: str) -> None:
     available = available_memory()
     if needed > available:
         raise MemoryError(
-            f"a window of {window[0]} x {window[1]} atoms needs about "
-            f"{needed / 1e9:.3g} GB of memory, but only {available / 1e9:.3g} GB are "
-            "free: choose a smaller load, sphere or window"
+            f"about {needed / 1e9:.3g} GB of memory are needed {purpose}, but only "
+            f"{available / 1e9:.3g} GB are free: {advice}"
         )

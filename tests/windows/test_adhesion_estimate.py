@@ -84,18 +84,18 @@ def test_effective_work_of_a_single_wavelength_lacks_its_energy():
 
 def test_contact_radius_of_a_smooth_sphere_is_that_of_jkr():
     contact = estimate(RoughSphere(1e4), 0.05)
-    radius = contact.radius_within_memory(0.0, 3.0)
+    radius = contact.radius(0.0, 3.0)
     assert radius == pytest.approx(float(jkr_contact_radius(3.0, 1e4, 1.0, 0.05)))
     depth = float(jkr_penetration(radius, 1e4, 1.0, 0.05))
-    assert contact.radius_within_memory(depth, None) == pytest.approx(radius, rel=1e-9)
+    assert contact.radius(depth, None) == pytest.approx(radius, rel=1e-9)
 
 
 def test_weak_adhesion_does_not_extend_a_rough_contact():
-    assert estimate(sphere(1e8), 0.005).radius_within_memory(0.0, 1.0) == 0.0
+    assert estimate(sphere(1e8), 0.005).radius(0.0, 1.0) == 0.0
 
 
 def test_sphere_above_its_pull_off_has_no_contact():
-    assert estimate(RoughSphere(100.0), 0.01).radius_within_memory(-5.0, None) == 0.0
+    assert estimate(RoughSphere(100.0), 0.01).radius(-5.0, None) == 0.0
 
 
 def test_contact_is_as_large_as_estimated_and_its_window_chosen_at_once():
@@ -103,7 +103,7 @@ def test_contact_is_as_large_as_estimated_and_its_window_chosen_at_once():
     atoms, record = first_step(indenter, 0.05, loads=[1e-3])
     assert record.converged
     acting = np.count_nonzero(atoms.calc.state(atoms).pressure)
-    radius = estimate(indenter, 0.05).radius_within_memory(0.0, 1e-3)
+    radius = estimate(indenter, 0.05).radius(0.0, 1e-3)
     assert np.sqrt(acting / np.pi) == pytest.approx(radius, rel=0.1)
     assert record.pairs < 1000.0
 
@@ -115,10 +115,10 @@ def test_contact_too_large_for_the_memory_is_an_error_before_the_calculation(
     path, monkeypatch
 ):
     monkeypatch.setattr(
-        "ase_roughcontact.windows.adhesion_estimate.available_memory", lambda: 16e9
+        "ase_roughcontact.windows.memory.available_memory", lambda: 16e9
     )
     message = (
-        r"(?s)work of adhesion, 0.05 .*radius of about \d{4} .* GB .* smaller sphere"
+        r"work of adhesion, 0.05 .*radius of about \d{4} .* GB .* smaller load, sphere"
     )
     with pytest.raises(MemoryError, match=message):
         first_step(sphere(1e6), 0.05, **path)
