@@ -47,7 +47,7 @@ scale = "linear"
 SCENE = Scene.parse(TEXT)
 COMMAND = "import sys; from ase_roughcontact.cli import main; sys.exit(main())"
 slow = partial(pytest.param, marks=pytest.mark.slow)  # a process of its own each
-# Runs a scene, and kills itself at a call of what writes trajectories.
+# Runs a scene, and kills itself at a call of a method that writes trajectories.
 KILLED = """
 import os, signal, sys
 import ase.io.ulm as ulm
@@ -86,7 +86,7 @@ def undisturbed(tmp_path_factory):
 
 
 def begin(file, folder, **options):
-    """Start the command in a process of its own."""
+    """Start the command in another process."""
     command = [sys.executable, "-c", COMMAND, "run", str(file), "--out", str(folder)]
     return subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options
@@ -108,8 +108,8 @@ def wait_for_rows(folder, count):
         time.sleep(0.001)
 
 
-def assert_whole(folder, undisturbed, before):
-    """Go on, and compare with a run that nothing has disturbed."""
+def assert_resumes(folder, undisturbed, before):
+    """Resume, and compare with an undisturbed run."""
     records = list(SCENE.run(folder))
     assert [asdict(record) for record in records[: len(before)]] == before
     assert [record.step for record in records] == list(range(STEPS))
@@ -122,7 +122,7 @@ def assert_whole(folder, undisturbed, before):
 
 
 def kept(folder):
-    """Records of the frames that ASE finds."""
+    """Results in the frames that ASE reads."""
     with Trajectory(folder / "sweep.traj") as frames:
         return [frame.info["load_step"] for frame in frames]
 
@@ -131,14 +131,14 @@ def kept(folder):
 
 
 @pytest.mark.parametrize("count", [slow(1), 8, slow(16)])
-def test_a_sweep_killed_at_any_step_loses_nothing(file, folder, undisturbed, count):
+def test_run_killed_at_any_step_loses_nothing(file, folder, undisturbed, count):
     with begin(file, folder) as process:
         wait_for_rows(folder, count)
         process.kill()
     before = kept(folder)
     # a frame is written before its row
     assert count <= len(rows(folder)) <= len(before) < STEPS
-    assert_whole(folder, undisturbed, before)
+    assert_resumes(folder, undisturbed, before)
 
 
 @pytest.mark.parametrize(
@@ -152,17 +152,17 @@ def test_a_sweep_killed_at_any_step_loses_nothing(file, folder, undisturbed, cou
         ("sync", 5),
     ],
 )
-def test_a_frame_that_is_half_written_when_the_process_dies_is_no_obstacle(
+def test_run_killed_while_writing_a_frame_resumes(
     file, folder, undisturbed, part, call
 ):
     command = [sys.executable, "-c", KILLED, str(file), str(folder), part, str(call)]
     assert subprocess.run(command).returncode == -signal.SIGKILL
     before = kept(folder) if (folder / "sweep.traj").stat().st_size else []
     assert len(before) < STEPS
-    assert_whole(folder, undisturbed, before)
+    assert_resumes(folder, undisturbed, before)
 
 
-def test_the_last_frame_alone_is_replaced_at_once_or_not_at_all(tmp_path, monkeypatch):
+def test_single_frame_is_replaced_completely_or_not_at_all(tmp_path, monkeypatch):
     movie = tmp_path / "last.traj"
     path = SCENE.relax(trajectory=movie, keep="last")
     record = next(path)
@@ -180,23 +180,23 @@ def interrupt(*_):
 
 
 @pytest.mark.parametrize("count", [slow(1), 8])
-def test_an_interrupted_sweep_says_that_it_goes_on(file, folder, undisturbed, count):
+def test_interrupted_run_says_that_it_can_be_resumed(file, folder, undisturbed, count):
     with begin(file, folder) as process:
         wait_for_rows(folder, count)
         process.send_signal(signal.SIGINT)
-        _, told = process.communicate(timeout=30)
+        _, message = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert told.strip().startswith("stopped; what was calculated is kept")
-    assert_whole(folder, undisturbed, kept(folder))
+    assert message.strip().startswith("stopped; what was calculated is kept")
+    assert_resumes(folder, undisturbed, kept(folder))
 
 
-# Frames whose writing fails
+# Incomplete frames
 
 
 @pytest.mark.parametrize("part", ["fill", "write"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
 @pytest.mark.parametrize("call", [2, 5, 8])
-def test_a_frame_whose_writing_is_interrupted_is_as_if_never_begun(
+def test_frame_whose_writing_is_interrupted_is_not_in_the_file(
     folder, monkeypatch, part, error, call
 ):
     path = SCENE.run(folder)
@@ -222,7 +222,7 @@ def test_a_frame_whose_writing_is_interrupted_is_as_if_never_begun(
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("lost", [1, 100, 1000])
-def test_a_trajectory_whose_last_frame_is_torn_goes_on_from_the_others(folder, lost):
+def test_run_resumes_from_the_frames_before_a_damaged_one(folder, lost):
     path = SCENE.run(folder)
     for _ in range(4):
         next(path)
@@ -237,7 +237,7 @@ def test_a_trajectory_whose_last_frame_is_torn_goes_on_from_the_others(folder, l
     assert [step["step"] for step in kept(folder)] == [0, 1, 2, 3]
 
 
-def test_a_trajectory_of_another_program_is_not_mended(folder):
+def test_trajectory_of_another_program_is_not_changed(folder):
     folder.mkdir()
     Atoms("Cu").write(folder / "sweep.traj")
     written = (folder / "sweep.traj").read_bytes()
@@ -246,22 +246,24 @@ def test_a_trajectory_of_another_program_is_not_mended(folder):
     assert (folder / "sweep.traj").read_bytes() == written
 
 
-# Two at once
+# Two runs at once
 
 
-def test_a_second_process_on_a_folder_is_sent_away(file, folder, undisturbed):
+def test_second_process_in_a_folder_gets_an_error(file, folder, undisturbed):
     path = SCENE.run(folder)
     before = [asdict(next(path)) for _ in range(3)]
     with begin(file, folder) as process:
-        _, told = process.communicate(timeout=30)
+        _, message = process.communicate(timeout=30)
     assert process.returncode == 2
-    assert told == f"ase-roughcontact: another run is writing {folder / 'sweep.traj'}\n"
+    assert (
+        message == f"ase-roughcontact: another run is writing {folder / 'sweep.traj'}\n"
+    )
     assert len(rows(folder)) == 3
     path.close()
-    assert_whole(folder, undisturbed, before)
+    assert_resumes(folder, undisturbed, before)
 
 
-def test_a_run_that_another_one_overtook_is_sent_away(folder, undisturbed):
+def test_run_does_not_resume_from_frames_written_meanwhile(folder, undisturbed):
     next(SCENE.run(folder))
     late = SCENE.relax(trajectory=folder / "sweep.traj", resume=True)  # has read it
     path = SCENE.run(folder)
@@ -269,34 +271,34 @@ def test_a_run_that_another_one_overtook_is_sent_away(folder, undisturbed):
     path.close()
     with pytest.raises(RuntimeError, match="another run has written"):
         next(late)
-    assert_whole(folder, undisturbed, before)
+    assert_resumes(folder, undisturbed, before)
 
 
-# No room, no right
+# Full disks and missing permissions
 
 
 @pytest.mark.parametrize("size", [slow(100), slow(30_000), 300_000])
-def test_a_full_disk_is_one_line_and_loses_nothing(file, folder, undisturbed, size):
+def test_full_disk_is_one_line_and_loses_nothing(file, folder, undisturbed, size):
     def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
     with begin(file, folder, preexec_fn=limit) as process:
-        _, told = process.communicate(timeout=60)
+        _, message = process.communicate(timeout=60)
     assert process.returncode == 2
-    assert told.startswith("ase-roughcontact: ") and told.count("\n") == 1
+    assert message.startswith("ase-roughcontact: ") and message.count("\n") == 1
     trajectory = folder / "sweep.traj"
     before = kept(folder) if size > 100 and trajectory.stat().st_size else []
-    assert_whole(folder, undisturbed, before)
+    assert_resumes(folder, undisturbed, before)
 
 
-def test_a_device_without_room_is_one_line(file, folder, capsys):
+def test_full_device_is_one_line(file, folder, capsys):
     folder.mkdir()
     (folder / "curve.csv").symlink_to("/dev/full")
     assert main(["run", str(file), "--out", str(folder)]) == 2
     assert "No space left" in capsys.readouterr().err
 
 
-def test_a_folder_of_another_user_is_one_line(capsys):
+def test_folder_of_another_user_is_one_line(capsys):
     with TemporaryDirectory() as place:
         scene, folder = Path(place, "scene.toml"), Path(place, "out")
         scene.write_text(TEXT)
@@ -313,11 +315,11 @@ def test_a_folder_of_another_user_is_one_line(capsys):
         assert not list(folder.iterdir())
 
 
-# Files that are cut off
+# Truncated files
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_the_command_names_a_trajectory_that_is_cut_off(file, folder, capsys):
+def test_command_names_a_truncated_trajectory(file, folder, capsys):
     next(SCENE.run(folder))
     movie = folder / "sweep.traj"
     movie.write_bytes(movie.read_bytes()[:100])
@@ -326,7 +328,7 @@ def test_the_command_names_a_trajectory_that_is_cut_off(file, folder, capsys):
 
 
 @pytest.mark.parametrize("size", [60, 2000])
-def test_a_trajectory_without_a_whole_frame_is_kept_as_it_is_and_told(folder, size):
+def test_trajectory_without_a_complete_frame_is_an_error_and_kept(folder, size):
     next(SCENE.run(folder))
     movie = folder / "sweep.traj"
     movie.write_bytes(movie.read_bytes()[:size])
@@ -340,7 +342,7 @@ def test_a_trajectory_without_a_whole_frame_is_kept_as_it_is_and_told(folder, si
 
 @settings(max_examples=60, deadline=None, derandomize=True, database=None)
 @given(end=st.integers(0, len(default_text())))
-def test_a_scene_that_is_cut_off_is_a_scene_or_refused(end):
+def test_truncated_scene_is_a_scene_or_an_error(end):
     try:
         scene = Scene.parse(default_text()[:end])
     except ValueError as error:
@@ -351,7 +353,7 @@ def test_a_scene_that_is_cut_off_is_a_scene_or_refused(end):
 
 @settings(max_examples=100, deadline=None, derandomize=True, database=None)
 @given(text=st.text(max_size=60))
-def test_any_text_is_a_scene_or_refused(text):
+def test_any_text_is_a_scene_or_an_error(text):
     try:
         scene = Scene.parse(text)
     except ValueError as error:
@@ -361,7 +363,7 @@ def test_any_text_is_a_scene_or_refused(text):
 
 
 @pytest.mark.parametrize("size", [50, 5000])
-def test_a_database_that_is_cut_off_is_not_taken_for_an_empty_one(tmp_path, size):
+def test_truncated_database_is_not_taken_for_an_empty_one(tmp_path, size):
     database = tmp_path / "e.db"
     short = Scene.parse(TEXT.replace("steps = 24", "steps = 2"))
     with ThreadPoolExecutor(1) as pool:
@@ -375,7 +377,7 @@ def test_a_database_that_is_cut_off_is_not_taken_for_an_empty_one(tmp_path, size
     assert database.read_bytes() == whole[:size]
 
 
-# A scene of a stranger
+# Hostile scene files
 
 CODE = "__import__('os').system('touch evil')"
 PATHS = ("../evil", "/tmp/evil", "~/evil", "$(touch evil)", "evil\x00", "; touch evil")
@@ -392,7 +394,7 @@ WORDS = [f"{table}.{key}" for table, keys in SECTIONS.items() for key in keys]
 
 @pytest.mark.parametrize("word", (CODE, *PATHS))
 @pytest.mark.parametrize("key", WORDS)
-def test_no_word_of_a_scene_is_run_or_taken_for_a_file(key, word, tmp_path):
+def test_no_value_of_a_scene_is_executed_or_opened(key, word, tmp_path):
     scene, folder, work = tmp_path / "s.toml", tmp_path / "out", tmp_path / "work"
     table, name = key.split(".")
     text = TEXT.replace("shape = [32, 32]\n", "") if name == "shape" else TEXT

@@ -1,6 +1,6 @@
-"""An accuracy is what it says: relative errors of force and area, at most.
+"""Accuracy: errors of force and area stay below the allowed ones.
 
-The spheres, loads and seeds here are others than those from which the levels were set.
+Spheres, loads and seeds differ from those by which the tolerances were chosen.
 """
 
 from functools import cache
@@ -29,17 +29,17 @@ WALLS = {
 }
 SEEDS = (101, 102)
 PATHS = {
-    "far steps": {"penetrations": (0.3, 1.0, 2.0)},
+    "large steps": {"penetrations": (0.3, 1.0, 2.0)},
     "small steps": {"penetrations": tuple(np.linspace(0.8, 1.0, 6))},
     "loads": {"loads": (0.05, 1.0, 10.0)},
 }
-# far below the levels that are judged by it
+# far more accurate than the levels that are compared with it
 REFERENCE = 1e-10
 
 
 @cache
 def states(wall, path, seed, accuracy):
-    """Records of a path, and the push on the atoms in contact at each of its steps."""
+    """Results of a path, and the total repulsive force at each of its steps."""
     rough = SelfAffine(0.1, 0.8, 4.0, 48.0, seed=seed, domain=256.0)
     sphere = RoughSphere(150.0, rough)
     fixed = "loads" not in PATHS[path]
@@ -53,7 +53,7 @@ def states(wall, path, seed, accuracy):
 
 
 def compared(wall, path, seed, accuracy):
-    """Record, reference and push of every step."""
+    """Result, reference and repulsive force of every step."""
     reference = states(wall, path, seed, REFERENCE)
     for (record, _), (truth, push) in zip(
         states(wall, path, seed, accuracy), reference, strict=True
@@ -72,34 +72,36 @@ of_level = pytest.mark.parametrize("level", ["fast", "normal"])
 @each
 @along
 @against
-def test_the_force_is_as_accurate_as_promised(wall, path, seed, level):
-    promised = accuracy_of(level).error
+def test_error_of_the_force_is_at_most_the_allowed_one(wall, path, seed, level):
+    allowed = accuracy_of(level).error
     for record, truth, push in compared(wall, path, seed, level):
-        assert abs(record.normal_force - truth.normal_force) <= promised * push
+        assert abs(record.normal_force - truth.normal_force) <= allowed * push
 
 
 @of_level
 @each
 @along
 @against
-def test_the_area_is_as_accurate_as_promised_but_for_one_atom(wall, path, seed, level):
-    promised = accuracy_of(level).error
+def test_error_of_the_area_is_at_most_the_allowed_one_and_one_atom(
+    wall, path, seed, level
+):
+    allowed = accuracy_of(level).error
     for record, truth, _ in compared(wall, path, seed, level):
         amiss = abs(record.repulsive_atoms - truth.repulsive_atoms)
-        assert amiss <= 1 + promised * truth.repulsive_atoms
+        assert amiss <= 1 + allowed * truth.repulsive_atoms
 
 
 @each
 @against
-def test_high_accuracy_agrees_with_an_even_higher_one(wall, seed):
-    for record, truth, push in compared(wall, "far steps", seed, "high"):
+def test_high_accuracy_agrees_with_the_reference(wall, seed):
+    for record, truth, push in compared(wall, "large steps", seed, "high"):
         error = abs(record.normal_force - truth.normal_force)
         assert error <= LEVELS["high"].error * push
         assert record.repulsive_atoms == truth.repulsive_atoms
 
 
 @pytest.mark.parametrize("pair", [("fast", "normal"), ("normal", "high")])
-def test_a_lower_level_takes_fewer_transforms(pair):
+def test_lower_accuracy_needs_fewer_transforms(pair):
     low, high = (
         sum(record.pairs for record, _ in states("repulsive", "loads", 101, level))
         for level in pair
@@ -108,7 +110,7 @@ def test_a_lower_level_takes_fewer_transforms(pair):
 
 
 @pytest.mark.parametrize("accuracy", [*LEVELS, 1e-6])
-def test_an_accuracy_leaves_the_wall_as_it_is(accuracy):
+def test_accuracy_does_not_change_the_wall(accuracy):
     def wall(solver):
         kind = "[interaction]\nkind = 'full'\nwork_of_adhesion = 0.05\n"
         return Scene.parse(f"{kind}[solver]\n{solver}").wall
@@ -118,7 +120,7 @@ def test_an_accuracy_leaves_the_wall_as_it_is(accuracy):
 
 
 @pytest.mark.parametrize("depth", [0.3, 4.0])
-def test_the_cutoff_of_a_full_wall_costs_what_it_says(depth):
+def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
     def force(cutoff):
         sphere = RoughSphere(100.0)
         atoms = substrate("Cu", (8, 8), sphere, spacing=1.0)
@@ -134,16 +136,16 @@ def test_the_cutoff_of_a_full_wall_costs_what_it_says(depth):
     assert long < short / 6.0
 
 
-def test_a_number_is_a_promise_as_the_level_of_the_same_error_is():
+def test_number_and_level_of_the_same_error_have_the_same_tolerance():
     for level in LEVELS.values():
         assert accuracy_of(level.error).tolerance == level.tolerance
         assert accuracy_of(level.error).error == level.error
 
 
 @pytest.mark.parametrize(
-    "wanted, told",
+    "wanted, message",
     [("fst", "did you mean 'fast'"), (1.0, "from 1e-12 to 1"), (0.0, "> 0")],
 )
-def test_what_is_no_accuracy_is_refused(wanted, told):
-    with pytest.raises(ValueError, match=told):
+def test_invalid_accuracy_is_an_error(wanted, message):
+    with pytest.raises(ValueError, match=message):
         accuracy_of(wanted)

@@ -1,4 +1,4 @@
-"""Adhesion loops: jumps, energy balance, and the smooth sphere against theory.
+"""Adhesion loops: instabilities, energy balance, and smooth spheres against theory.
 
 In units of the contact modulus and the spacing.
 """
@@ -61,15 +61,15 @@ def repulsive():
 
 
 @cache
-def sticky(**options):
-    """Loop with a jump on either way: Maugis parameter 0.7."""
+def adhesive(**options):
+    """Loop with a jump on either branch: Maugis parameter 0.7."""
     options = {"step": 0.25, "tolerance": 3e-3, **options}
     return adhesion_loop(sphere_above(50.0, 0.05, 40), 1.2, **options)
 
 
 @cache
 def stiff():
-    """Loop of a solid that hardly gives way: Maugis parameter 0.16."""
+    """Loop on a stiff solid, without a jump: Maugis parameter 0.16."""
     return adhesion_loop(sphere_above(50.0, 0.005, 30, stiffness=0.1), 0.4, 0.1)
 
 
@@ -79,7 +79,7 @@ def rough():
     return adhesion_loop(atoms, 1.2, 0.25, tolerance=3e-3)
 
 
-def both_ways(loop):
+def both_branches(loop):
     return (*loop.approach, *loop.retraction)
 
 
@@ -88,14 +88,14 @@ def jumps(loop):
 
 
 def forces_at(heights, records):
-    """Normal forces between the states of one way."""
+    """Normal forces interpolated between the states of one branch."""
     records = sorted(records, key=lambda record: record.height)
     known = [record.height for record in records]
     return np.interp(heights, known, [record.normal_force for record in records])
 
 
 def record(height, force, area=0.0):
-    """A state of which nothing else counts."""
+    """A state with zeros in all other columns."""
     values = {field.name: 0 for field in fields(LoadStep)}
     return LoadStep(
         **{**values, "height": height, "normal_force": force, "contact_area": area}
@@ -105,33 +105,33 @@ def record(height, force, area=0.0):
 # Without adhesion
 
 
-def test_a_wall_that_only_repels_makes_no_jumps():
+def test_repulsive_wall_makes_no_jumps():
     assert jumps(repulsive()) == ()
     assert repulsive().jump_in is None
     assert repulsive().jump_out is None
 
 
-def test_a_wall_that_only_repels_gives_back_all_work():
+def test_repulsive_wall_dissipates_no_energy():
     loop = repulsive()
     stored = loop.approach[-1].energy
     assert stored > 0.1
     assert abs(loop.dissipated_energy) < 2e-3 * stored
 
 
-def test_a_wall_that_only_repels_takes_one_way_down_and_up():
+def test_repulsive_wall_has_equal_forces_on_both_branches():
     loop = repulsive()
     down = forces_at([r.height for r in loop.retraction], loop.approach)
     up = [r.normal_force for r in loop.retraction]
     np.testing.assert_allclose(down, up, atol=3e-3 * max(up))
 
 
-def test_a_wall_that_only_repels_needs_no_force_to_part():
+def test_repulsive_wall_has_no_pull_off_force():
     loop = repulsive()
     assert loop.pull_off_force == 0.0
     assert zero_load_area(loop.approach) == zero_load_area(loop.retraction) == 0.0
 
 
-def test_a_hard_wall_is_followed_too():
+def test_hard_wall_makes_no_jumps():
     atoms = sphere_above(20.0, 0.0, 8)
     atoms.calc.set(interaction=HardWall())
     loop = adhesion_loop(atoms, 0.2, 0.1, tolerance=0.02)
@@ -142,19 +142,19 @@ def test_a_hard_wall_is_followed_too():
 # Jumps
 
 
-def test_a_soft_sticky_sphere_jumps_in_and_out():
-    loop = sticky()
+def test_adhesive_sphere_jumps_in_and_out():
+    loop = adhesive()
     assert len(loop.approach_jumps) == len(loop.retraction_jumps) == 1
     assert loop.jump_in < loop.jump_out
 
 
 def test_jump_in_raises_the_pull_and_jump_out_ends_it():
-    jump_in, jump_out = jumps(sticky())
+    jump_in, jump_out = jumps(adhesive())
     assert jump_in.after.normal_force < 10.0 * jump_in.before.normal_force < 0.0
     assert jump_out.before.normal_force < 0.0 == jump_out.after.normal_force
 
 
-def test_of_many_jumps_the_first_down_and_the_last_up_are_jump_in_and_jump_out():
+def test_jump_in_is_the_first_jump_and_jump_out_the_last():
     down = [Jump(record(h, -1.0), record(h - 0.5, -2.0)) for h in (5.0, 4.0, 3.0)]
     up = [Jump(record(h, -2.0), record(h + 0.5, -1.0)) for h in (3.0, 4.0, 6.0)]
     loop = AdhesionLoop((), (), tuple(down), tuple(up))
@@ -162,42 +162,42 @@ def test_of_many_jumps_the_first_down_and_the_last_up_are_jump_in_and_jump_out()
     assert loop.jump_out == pytest.approx(6.25)
 
 
-def test_a_jump_is_bracketed_by_a_smallest_step():
-    for jump in jumps(sticky()):
+def test_jump_is_bracketed_by_the_smallest_step():
+    for jump in jumps(adhesive()):
         assert abs(jump.after.height - jump.before.height) <= 0.25 / 256
 
 
-def test_a_smaller_smallest_step_brackets_the_same_jumps():
+def test_larger_smallest_step_brackets_the_same_jumps():
     for wide, fine in zip(
-        jumps(sticky(smallest_step=0.02)), jumps(sticky()), strict=True
+        jumps(adhesive(smallest_step=0.02)), jumps(adhesive()), strict=True
     ):
         ends = sorted([wide.before.height, wide.after.height])
         assert ends[0] - 1e-3 <= fine.height <= ends[1] + 1e-3
         assert ends[1] - ends[0] <= 0.02
 
 
-def test_the_path_begins_out_of_reach_and_ends_out_of_contact():
-    loop = sticky()
+def test_loop_begins_beyond_the_range_and_ends_out_of_contact():
+    loop = adhesive()
     for end in (loop.approach[0], loop.retraction[-1]):
         assert end.normal_force == end.repulsive_atoms == end.attractive_atoms == 0
     assert loop.approach[-1] is loop.retraction[0]
     assert loop.approach[-1].penetration == pytest.approx(1.2)
 
 
-def test_heights_fall_and_rise_by_no_more_than_a_step():
-    loop = sticky()
+def test_heights_change_by_at_most_a_step():
+    loop = adhesive()
     down = np.diff([r.height for r in loop.approach])
     up = np.diff([r.height for r in loop.retraction])
     assert down.max() < 0.0 < up.min()
     assert max(-down.min(), up.max()) <= 0.25 * (1 + 1e-12)
 
 
-def test_every_state_is_relaxed():
-    assert all(record.converged for record in both_ways(sticky()))
+def test_every_state_is_converged():
+    assert all(record.converged for record in both_branches(adhesive()))
 
 
 def test_states_are_numbered_in_order():
-    loop = sticky()
+    loop = adhesive()
     numbers = [r.step for r in (*loop.approach, *loop.retraction[1:])]
     assert numbers == list(range(len(numbers)))
 
@@ -205,7 +205,7 @@ def test_states_are_numbered_in_order():
 # Energy
 
 
-def test_along_a_way_without_jumps_the_force_is_the_slope_of_the_energy():
+def test_force_is_the_derivative_of_the_energy_without_jumps():
     loop = stiff()
     for way in (loop.approach, loop.retraction):
         heights, energies, forces = np.transpose(
@@ -216,47 +216,49 @@ def test_along_a_way_without_jumps_the_force_is_the_slope_of_the_energy():
         np.testing.assert_allclose(slopes, middle, atol=2e-3 * abs(forces).max())
 
 
-@pytest.mark.parametrize("loop", [sticky, rough])
-def test_the_area_of_the_loop_is_the_energy_lost_in_jumps(loop):
+@pytest.mark.parametrize("loop", [adhesive, rough])
+def test_area_of_the_loop_is_the_energy_lost_in_jumps(loop):
     assert loop().dissipated_energy > 0.1
     lost = loop().energy_lost_in_jumps
     assert loop().dissipated_energy == pytest.approx(lost, rel=0.02)
 
 
-@pytest.mark.parametrize("loop", [sticky, rough])
-def test_every_jump_loses_energy(loop):
+@pytest.mark.parametrize("loop", [adhesive, rough])
+def test_every_jump_dissipates_energy(loop):
     assert jumps(loop())
     assert all(jump.dissipated_energy > 0.0 for jump in jumps(loop()))
 
 
-def test_a_solid_that_hardly_gives_way_shows_no_hysteresis():
+def test_stiff_solid_shows_no_hysteresis():
     loop = stiff()
     assert jumps(loop) == ()
     deepest_well = -min(record.energy for record in loop.approach)
     assert abs(loop.dissipated_energy) < 5e-3 * deepest_well
 
 
-# How far the result depends on how it is obtained
+# Independence of step, tolerance, accuracy and window
 
 
 @pytest.mark.parametrize(
     "options", [{"step": 0.125}, {"tolerance": 1e-3}, {"accuracy": "fast"}]
 )
-def test_the_result_does_not_depend_on_how_the_path_is_followed(options):
-    loop, other = sticky(), sticky(**options)
+def test_result_does_not_depend_on_step_tolerance_and_accuracy(options):
+    loop, other = adhesive(), adhesive(**options)
     assert other.pull_off_force == pytest.approx(loop.pull_off_force, rel=5e-3)
     assert other.jump_in == pytest.approx(loop.jump_in, abs=2e-3)
     assert other.jump_out == pytest.approx(loop.jump_out, abs=2e-3)
     assert len(jumps(other)) == 2
 
 
-def test_windows_that_follow_the_contact_lead_to_the_same_loop():
-    automatic = sticky(window="auto")
-    assert automatic.pull_off_force == pytest.approx(sticky().pull_off_force, rel=1e-3)
-    assert automatic.jump_out == pytest.approx(sticky().jump_out, abs=1e-3)
+def test_automatic_windows_lead_to_the_same_loop():
+    automatic = adhesive(window="auto")
+    assert automatic.pull_off_force == pytest.approx(
+        adhesive().pull_off_force, rel=1e-3
+    )
+    assert automatic.jump_out == pytest.approx(adhesive().jump_out, abs=1e-3)
 
 
-def test_a_step_that_does_not_converge_is_halved():
+def test_step_that_does_not_converge_is_halved():
     options = {"fmax": 1e-7, "tolerance": 10.0, "smallest_step": 1e-3}
     whole = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.25, 0.25, **options)
     limited = adhesion_loop(
@@ -264,10 +266,10 @@ def test_a_step_that_does_not_converge_is_halved():
     )
     assert max(r.iterations for r in whole.approach) > 6
     assert max(r.iterations for r in limited.approach) <= 6
-    assert all(r.converged for r in both_ways(limited))
+    assert all(r.converged for r in both_branches(limited))
 
 
-def test_a_state_that_does_not_converge_is_marked():
+def test_state_that_does_not_converge_is_marked():
     atoms = sphere_above(20.0, 0.0, 12)
     loop = adhesion_loop(
         atoms, 0.2, 0.1, smallest_step=0.1, fmax=1e-9, max_steps=1, accuracy=1e-6
@@ -275,11 +277,11 @@ def test_a_state_that_does_not_converge_is_marked():
     assert not loop.approach[-1].converged
 
 
-# The smooth sphere against theory
+# Smooth spheres against theory
 
 
 def dugdale_parameter(radius, work, stiffness):
-    """Maugis parameter of the Dugdale wall of the same work and the same range."""
+    """Maugis parameter of the Dugdale wall with the same work and range."""
     reach = np.sqrt(12.0 * work / stiffness)
     return float(maugis_parameter(radius, 1.0, work, work / reach))
 
@@ -291,7 +293,7 @@ def reduced_pull_off(loop, radius, work):
 def pushed_area(radius, work, stress):
     """Area under pressure of a Maugis-Dugdale contact at zero force.
 
-    Within the contact, Hertz's pressure less Dugdale's tension, which is known from
+    The pressure is the Hertzian one less the tension of the Dugdale wall,
     D. Maugis, J. Colloid Interface Sci. 150, 243 (1992):
     p = (2 E*/pi R) sqrt(a^2 - r^2) - (2 s/pi) arctan sqrt((c^2 - a^2)/(a^2 - r^2)).
     """
@@ -309,7 +311,7 @@ def pushed_area(radius, work, stress):
 
 @pytest.mark.parametrize(
     "loop, radius, work, stiffness",
-    [(sticky, 50.0, 0.05, 1.0), (stiff, 50.0, 0.005, 0.1)],
+    [(adhesive, 50.0, 0.05, 1.0), (stiff, 50.0, 0.005, 0.1)],
 )
 def test_pull_off_follows_maugis_and_dugdale(loop, radius, work, stiffness):
     expected = -maugis_dugdale_pull_off_force(
@@ -320,7 +322,7 @@ def test_pull_off_follows_maugis_and_dugdale(loop, radius, work, stiffness):
 
 
 def test_dmt_and_jkr_bound_the_pull_off():
-    assert 1.5 < reduced_pull_off(sticky(), 50.0, 0.05) < 1.65
+    assert 1.5 < reduced_pull_off(adhesive(), 50.0, 0.05) < 1.65
     assert 1.88 < reduced_pull_off(stiff(), 50.0, 0.005) < 2.0
 
 
@@ -337,14 +339,14 @@ def test_pull_off_and_area_follow_maugis_and_dugdale(radius, work, stiffness, er
     expected = -maugis_dugdale_pull_off_force(parameter)
     assert reduced_pull_off(loop, radius, work) == pytest.approx(expected, rel=0.02)
     stress = work / np.sqrt(12.0 * work / stiffness)
-    # atoms count as in contact while they are pushed; a soft wall adds a rim to them
+    # atoms are in contact where they are repelled; a soft wall adds a rim to them
     expected = pushed_area(radius, work, stress)
     assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=error)
     assert zero_load_area(loop.approach) == pytest.approx(expected, rel=error)
 
 
 @pytest.mark.slow  # two hundred states of 56 x 56 atoms
-def test_the_limit_of_dmt_is_reached_from_below():
+def test_pull_off_approaches_dmt_from_below():
     atoms = sphere_above(100.0, 0.005, 56, stiffness=0.01)
     loop = adhesion_loop(atoms, 1.0, 0.25)
     assert 1.96 < reduced_pull_off(loop, 100.0, 0.005) < 2.0
@@ -352,7 +354,7 @@ def test_the_limit_of_dmt_is_reached_from_below():
 
 
 @pytest.mark.slow  # the contact of JKR is some 200 atoms wide
-def test_the_limit_of_jkr_is_reached_from_above():
+def test_pull_off_approaches_jkr_from_above():
     atoms = sphere_above(1000.0, 0.05, 16)
     loop = adhesion_loop(
         atoms, 4.0, 1.0, tolerance=3e-3, accuracy="fast", window="auto"
@@ -369,7 +371,7 @@ def same_sphere(spacings):
 
 
 @pytest.mark.slow  # the finest of three grids has 70 x 70 atoms
-def test_a_spacing_of_the_modulus_over_the_walls_stiffness_resolves_the_wall():
+def test_spacing_equal_to_modulus_over_stiffness_resolves_the_wall():
     coarse, bulk_matched, fine = map(same_sphere, (0.5, 1.0, 2.0))
     assert bulk_matched[0] == pytest.approx(fine[0], rel=2e-3)
     assert bulk_matched[1] == fine[1] == 1
@@ -380,34 +382,37 @@ def test_a_spacing_of_the_modulus_over_the_walls_stiffness_resolves_the_wall():
 # Areas at low load
 
 
-def test_area_at_zero_load_is_interpolated_where_the_force_vanishes():
+def test_zero_load_area_is_interpolated_where_the_force_vanishes():
     way = [record(3.0, -1.0, 2.0), record(2.0, -1.0, 10.0), record(1.0, 3.0, 30.0)]
     assert zero_load_area(way) == zero_load_area(way[::-1]) == pytest.approx(15.0)
 
 
-def test_area_at_zero_load_is_that_of_the_contact_and_not_of_an_earlier_touch():
+def test_zero_load_area_is_that_next_to_the_deepest_state():
     way = [record(h, n, a) for h, n, a in [(4, 1, 9), (3, -1, 5), (2, 0, 7), (1, 2, 8)]]
     assert zero_load_area(way) == pytest.approx(7.0)
 
 
 @pytest.mark.parametrize("way", [[], [record(1.0, 2.0)], [record(1.0, -2.0)]])
-def test_area_at_zero_load_needs_both_signs_of_the_force(way):
+def test_zero_load_area_needs_both_signs_of_the_force(way):
     with pytest.raises(ValueError, match="states on both sides"):
         zero_load_area(way)
 
 
-def test_areas_of_adhesive_contacts_at_zero_load_hardly_differ_on_both_ways():
-    down, up = zero_load_area(sticky().approach), zero_load_area(sticky().retraction)
+def test_zero_load_areas_of_both_branches_agree():
+    down, up = (
+        zero_load_area(adhesive().approach),
+        zero_load_area(adhesive().retraction),
+    )
     assert down > 100.0
     assert up == pytest.approx(down, rel=0.02)
 
 
-def test_low_load_area_is_the_constant_nearest_on_a_logarithmic_scale():
+def test_low_load_area_is_the_geometric_mean():
     way = [record(0, n, a) for n, a in [(-1, 1), (0.1, 2), (1, 8), (2, 99), (0.5, 0)]]
     assert low_load_area(way, 1.0) == pytest.approx(4.0)
 
 
-def test_low_load_area_of_a_contact_that_sticks_is_near_that_without_load():
+def test_low_load_area_is_about_the_zero_load_area():
     way = rough().approach
     assert low_load_area(way, 1.0) == pytest.approx(zero_load_area(way), rel=0.1)
 
@@ -434,7 +439,7 @@ def test_all_states_are_written(tmp_path):
     assert [frame.positions[-1, 2] for frame in frames] == [r.height for r in records]
 
 
-# What is left of a loop that is stopped
+# Killed and interrupted loops
 
 KILLED = """
 import os, signal, sys
@@ -461,12 +466,12 @@ adhesion_loop(atoms, 0.5, 0.1, trajectory=file)
 
 
 def kept(movie):
-    """Numbers of the states that ASE finds."""
+    """Numbers of the states that ASE reads."""
     return [frame.info["load_step"]["step"] for frame in read(movie, ":")]
 
 
 @pytest.mark.parametrize("part, call", [("fill", 20), ("sync", 5)])
-def test_a_loop_killed_while_it_writes_keeps_the_states_before(tmp_path, part, call):
+def test_loop_killed_while_writing_keeps_the_states_before(tmp_path, part, call):
     movie = tmp_path / "loop.traj"
     command = [sys.executable, "-c", KILLED, str(movie), part, str(call)]
     assert subprocess.run(command).returncode == -signal.SIGKILL
@@ -477,7 +482,7 @@ def test_a_loop_killed_while_it_writes_keeps_the_states_before(tmp_path, part, c
 
 @pytest.mark.parametrize("part", ["fill", "write"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError])
-def test_a_state_whose_writing_is_interrupted_is_as_if_never_begun(
+def test_state_whose_writing_is_interrupted_is_not_in_the_files(
     tmp_path, monkeypatch, part, error
 ):
     movie, table = tmp_path / "loop.traj", tmp_path / "loop.csv"
@@ -499,14 +504,14 @@ def test_a_state_whose_writing_is_interrupted_is_as_if_never_begun(
     assert rows == kept(movie) == list(range(count_steps(movie))) != []
 
 
-def test_a_loop_cut_off_in_its_last_frame_has_the_others(tmp_path):
+def test_loop_with_a_damaged_last_frame_keeps_the_others(tmp_path):
     movie = tmp_path / "loop.traj"
     loop = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
     os.truncate(movie, movie.stat().st_size - 1)
     assert count_steps(movie) == len(loop.approach) + len(loop.retraction) - 2
 
 
-def test_a_loop_does_not_write_where_another_run_does(tmp_path):
+def test_loop_does_not_write_to_the_file_of_another_run(tmp_path):
     movie = tmp_path / "loop.traj"
     path = load_path(sphere_above(20.0, 0.0, 12), [0.1, 0.2], trajectory=movie)
     next(path)
@@ -515,7 +520,7 @@ def test_a_loop_does_not_write_where_another_run_does(tmp_path):
     assert len(list(path)) == 1 and kept(movie) == [0, 1]
 
 
-# Bad input
+# Invalid input
 
 
 @pytest.mark.parametrize(
@@ -531,7 +536,7 @@ def test_a_loop_does_not_write_where_another_run_does(tmp_path):
         ({"window": "large"}, "window must be"),
     ],
 )
-def test_bad_loops_are_refused_before_anything_moves(arguments, message):
+def test_invalid_arguments_are_errors_before_anything_moves(arguments, message):
     atoms = sphere_above(50.0, 0.05, 8)
     positions = atoms.positions.copy()
     with pytest.raises(ValueError, match=message):
@@ -539,7 +544,7 @@ def test_bad_loops_are_refused_before_anything_moves(arguments, message):
     np.testing.assert_array_equal(atoms.positions, positions)
 
 
-def test_an_indenter_that_is_free_or_loaded_is_refused():
+def test_free_or_loaded_indenter_is_an_error():
     with pytest.raises(ValueError, match="it is free"):
         adhesion_loop(sphere_above(50.0, 0.05, 8, fixed=False), 0.5, 0.1)
     atoms = sphere_above(50.0, 0.05, 8)
@@ -548,7 +553,7 @@ def test_an_indenter_that_is_free_or_loaded_is_refused():
         adhesion_loop(atoms, 0.5, 0.1)
 
 
-def test_a_wall_without_an_end_is_refused():
+def test_wall_of_infinite_range_is_an_error():
     atoms = sphere_above(50.0, 0.05, 8)
     wall = LennardJones93.full(1.0, 0.05, cutoff=3.0)
     object.__setattr__(wall, "cutoff", np.inf)
@@ -557,6 +562,6 @@ def test_a_wall_without_an_end_is_refused():
         adhesion_loop(atoms, 0.5, 0.1)
 
 
-def test_a_window_that_is_too_small_is_an_error():
+def test_window_that_is_too_small_is_an_error():
     with pytest.raises(RuntimeError, match="edge of the window"):
         adhesion_loop(sphere_above(50.0, 0.05, 10), 0.5, 0.2)

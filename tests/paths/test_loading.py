@@ -1,4 +1,4 @@
-"""Load paths: what is recorded, written, marked and resumed."""
+"""Load paths: results, files, resuming, and errors."""
 
 import csv
 import os
@@ -41,7 +41,7 @@ def rows_of(path):
 
 
 def same(records, others, tolerance):
-    """Whether records agree, but for time and effort."""
+    """Whether results agree, except time and cost."""
     names = ("step", "height", "normal_force", "contact_area", "energy", "converged")
     return len(records) == len(others) and all(
         getattr(a, name) == pytest.approx(getattr(b, name), abs=tolerance)
@@ -67,21 +67,21 @@ def test_heights_are_the_indenters():
     assert [record.height for record in records] == heights
 
 
-def test_loads_are_carried_by_the_wall(periodic):
+def test_wall_carries_the_load(periodic):
     loads = [0.1, 0.5, 1.0]
     atoms = make_atoms(fixed=False, periodic=periodic, height=0.9)
     records = list(load_path(atoms, loads=loads, fmax=FMAX))
     assert [record.normal_force for record in records] == pytest.approx(loads, abs=FMAX)
 
 
-def test_loads_may_start_out_of_contact():
+def test_path_of_loads_may_start_out_of_contact():
     atoms = make_atoms(fixed=False, height=1.5)
     record = next(load_path(atoms, loads=[0.5], fmax=FMAX, max_steps=500))
     assert record.converged
     assert record.normal_force == pytest.approx(0.5, abs=FMAX)
 
 
-def test_heights_and_loads_are_two_ways_to_one_state():
+def test_height_and_load_lead_to_the_same_state():
     first = list(load_path(make_atoms(), DEPTHS, fmax=FMAX))[-1]
     atoms = make_atoms(fixed=False, height=0.9)
     last = next(load_path(atoms, loads=[first.normal_force], fmax=FMAX))
@@ -102,13 +102,13 @@ def test_record_describes_the_atoms():
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS, partial(LBFGS, memory=5)])
-def test_any_optimizer_takes_the_same_path(optimizer):
+def test_all_optimizers_lead_to_the_same_states(optimizer):
     records = list(load_path(make_atoms(), DEPTHS, optimizer, fmax=FMAX))
     assert all(record.converged for record in records)
     assert same(records, list(load_path(make_atoms(), DEPTHS, fmax=FMAX)), 1e-3)
 
 
-def test_every_step_starts_from_the_last_one():
+def test_step_starts_from_the_last_state():
     atoms = make_atoms()
     again = list(load_path(atoms, [0.4, 0.4], fmax=FMAX))[1]
     assert again.iterations == 0
@@ -117,7 +117,7 @@ def test_every_step_starts_from_the_last_one():
 # Files
 
 
-def test_records_are_on_disk_as_they_come(tmp_path):
+def test_each_step_is_on_disk_before_the_next(tmp_path):
     table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
     path = load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie, csv=table)
     for count, record in enumerate(path, start=1):
@@ -127,7 +127,7 @@ def test_records_are_on_disk_as_they_come(tmp_path):
     assert list(rows[0]) == [field.name for field in fields(LoadStep)]
 
 
-def test_trajectory_shows_contact_and_tells_the_step(tmp_path):
+def test_frames_have_tags_and_the_result_of_the_step(tmp_path):
     movie = tmp_path / "sweep.traj"
     records = list(load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie))
     for frame, record, depth in zip(read(movie, ":"), records, DEPTHS, strict=True):
@@ -138,7 +138,7 @@ def test_trajectory_shows_contact_and_tells_the_step(tmp_path):
         assert frame.info["path"]["target"] == depth
 
 
-def test_step_that_does_not_converge_is_marked_and_written(tmp_path):
+def test_step_that_does_not_converge_is_written_and_marked(tmp_path):
     table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
     path = load_path(
         make_atoms(), DEPTHS, fmax=1e-9, max_steps=2, trajectory=movie, csv=table
@@ -154,7 +154,7 @@ def test_step_that_does_not_converge_is_marked_and_written(tmp_path):
 
 
 @pytest.mark.parametrize("done", [0, 1, 2, 3])
-def test_interrupted_path_goes_on_as_if_nothing_had_happened(tmp_path, periodic, done):
+def test_interrupted_path_resumes_to_the_same_results(tmp_path, periodic, done):
     table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
     options = {"fmax": FMAX, "trajectory": movie, "csv": table}
     whole = list(load_path(make_atoms(periodic=periodic), DEPTHS, fmax=FMAX))
@@ -170,7 +170,7 @@ def test_interrupted_path_goes_on_as_if_nothing_had_happened(tmp_path, periodic,
     assert len(read(movie, ":")) == len(rows_of(table)) == 3
 
 
-def test_loads_resume_too(tmp_path):
+def test_path_of_loads_resumes(tmp_path):
     options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
     loads = [0.2, 0.5]
     path = load_path(make_atoms(fixed=False, height=0.9), loads=loads, **options)
@@ -182,7 +182,7 @@ def test_loads_resume_too(tmp_path):
 
 
 @pytest.mark.parametrize("size", [0, 10, 32, 56])
-def test_a_file_cut_off_before_a_step_was_finished_is_begun_again(tmp_path, size):
+def test_file_without_a_complete_frame_is_started_again(tmp_path, size):
     movie = tmp_path / "sweep.traj"
     with Trajectory(movie, "w"):
         pass
@@ -193,7 +193,7 @@ def test_a_file_cut_off_before_a_step_was_finished_is_begun_again(tmp_path, size
 
 
 @pytest.mark.parametrize(
-    "other, told",
+    "other, message",
     [
         (
             {"penetrations": [0.2, 0.5, 0.6]},
@@ -211,19 +211,19 @@ def test_a_file_cut_off_before_a_step_was_finished_is_begun_again(tmp_path, size
         ({"fmax": None}, "fmax was 1e-05, is None; accuracy was None, is 0.0001"),
     ],
 )
-def test_another_path_is_not_resumed_but_told_what_differs(tmp_path, other, told):
+def test_another_path_is_an_error_that_lists_what_differs(tmp_path, other, message):
     movie = tmp_path / "sweep.traj"
     list(load_path(make_atoms(), DEPTHS[:2], fmax=FMAX, trajectory=movie))
     written = movie.read_bytes()
     path = {"atoms": make_atoms(), "fmax": FMAX, **other}
     if "heights" not in path:
         path.setdefault("penetrations", DEPTHS)
-    with pytest.raises(ValueError, match=f"can't resume: .*sweep.traj .*: .*{told}"):
+    with pytest.raises(ValueError, match=f"can't resume: .*sweep.traj .*: .*{message}"):
         next(load_path(**path, trajectory=movie, resume=True))
     assert movie.read_bytes() == written
 
 
-def test_what_differs_deep_in_the_system_is_told_by_name(tmp_path):
+def test_nested_parameters_that_differ_are_named(tmp_path):
     movie = tmp_path / "sweep.traj"
     list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
     atoms = make_atoms()
@@ -231,15 +231,15 @@ def test_what_differs_deep_in_the_system_is_told_by_name(tmp_path):
     atoms.calc = RoughContact(RoughSphere(radius=11.0), 1.0, wall)
     with pytest.raises(ValueError, match="another path") as refused:
         load_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
-    for told in (
+    for message in (
         "indenter.radius was 10.0, is 11.0",
         "interaction.kind was repulsive, is adhesive",
     ):
-        assert told in str(refused.value)
+        assert message in str(refused.value)
 
 
 @pytest.mark.parametrize("keep", ["all", "last"])
-def test_a_finished_path_that_got_longer_goes_on_from_its_last_frame(tmp_path, keep):
+def test_finished_path_that_is_extended_resumes_from_its_last_frame(tmp_path, keep):
     options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj", "keep": keep}
     before = list(load_path(make_atoms(), DEPTHS, **options))
     longer = [*DEPTHS, 0.8, 1.0]
@@ -252,7 +252,7 @@ def test_a_finished_path_that_got_longer_goes_on_from_its_last_frame(tmp_path, k
     assert len(read(tmp_path / "sweep.traj", ":")) == (5 if keep == "all" else 1)
 
 
-def test_a_path_is_the_same_but_for_the_rounding_of_its_targets(tmp_path):
+def test_rounding_of_the_targets_does_not_make_another_path(tmp_path):
     options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
     short, long = np.geomspace(0.1, 0.4, 3), np.geomspace(0.1, 1.6, 5)[:4]
     long[:3] *= 1.0 + 2e-16
@@ -261,7 +261,7 @@ def test_a_path_is_the_same_but_for_the_rounding_of_its_targets(tmp_path):
     assert list(load_path(make_atoms(), long, resume=True, **options))[:3] == before
 
 
-def test_a_target_near_zero_is_the_same_but_for_rounding(tmp_path):
+def test_rounding_of_a_target_near_zero_does_not_make_another_path(tmp_path):
     options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
     short, long = np.linspace(-0.5, 0.5, 11), np.linspace(-0.5, 0.7, 13)
     assert short[5] == 0.0 != long[5]
@@ -269,7 +269,7 @@ def test_a_target_near_zero_is_the_same_but_for_rounding(tmp_path):
     assert list(load_path(make_atoms(), long, resume=True, **options))[:11] == before
 
 
-def test_another_light_load_on_a_path_to_heavy_ones_is_another_path(tmp_path):
+def test_another_small_load_on_a_path_to_large_ones_is_another_path(tmp_path):
     options = {"trajectory": tmp_path / "sweep.traj", "max_steps": 1}
     list(load_path(make_atoms(fixed=False), loads=[1e-14, 1e-12, 1e3], **options))
     with pytest.raises(ValueError, match=r"loads\[0\] was 1e-14, is 2e-14"):
@@ -277,7 +277,7 @@ def test_another_light_load_on_a_path_to_heavy_ones_is_another_path(tmp_path):
         load_path(atoms, loads=[2e-14, 1e-12, 1e3], resume=True, **options)
 
 
-def test_memory_of_going_on_does_not_grow_with_the_frames(tmp_path):
+def test_memory_for_resuming_does_not_grow_with_the_frames(tmp_path):
     movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
     frames, peaks = (10, 110), []
     heights = np.full(max(frames), 3.0)  # out of reach: nothing to relax
@@ -295,7 +295,7 @@ def test_memory_of_going_on_does_not_grow_with_the_frames(tmp_path):
 
 
 @pytest.mark.parametrize("lost", [1, 20, 300])
-def test_the_end_of_the_table_of_frames_may_be_cut_off(tmp_path, lost):
+def test_end_of_the_index_of_frames_may_be_cut_off(tmp_path, lost):
     options = {"trajectory": tmp_path / "sweep.traj", "resume": True}
     heights = np.linspace(3.0, 2.0, 50)  # out of reach: the atoms lie flat
     list(load_path(make_atoms(), heights=heights[:2], **options))
@@ -311,7 +311,7 @@ def test_the_end_of_the_table_of_frames_may_be_cut_off(tmp_path, lost):
             np.testing.assert_array_equal(frame.arrays[name], values)
 
 
-def test_steps_are_counted_without_a_torn_one(tmp_path):
+def test_incomplete_frame_is_not_counted(tmp_path):
     movie = tmp_path / "sweep.traj"
     assert count_steps(movie) == 0
     list(load_path(make_atoms(), DEPTHS, fmax=FMAX, trajectory=movie))
@@ -339,7 +339,9 @@ def test_steps_are_counted_without_a_torn_one(tmp_path):
         ({"penetrations": [0.2], "max_steps": 2.5}, "max_steps"),
     ],
 )
-def test_bad_paths_are_refused_before_anything_happens(tmp_path, arguments, message):
+def test_invalid_arguments_are_errors_before_anything_happens(
+    tmp_path, arguments, message
+):
     atoms, movie = make_atoms(), tmp_path / "sweep.traj"
     positions = atoms.positions.copy()
     with pytest.raises(ValueError, match=message):
@@ -349,19 +351,19 @@ def test_bad_paths_are_refused_before_anything_happens(tmp_path, arguments, mess
 
 
 @pytest.mark.parametrize("control", ["penetrations", "heights"])
-def test_free_indenter_is_refused_where_it_must_be_fixed(control):
+def test_free_indenter_where_it_must_be_fixed_is_an_error(control):
     with pytest.raises(ValueError, match=r"it is free.*FixAtoms"):
         load_path(make_atoms(fixed=False), **{control: [0.2]})
 
 
-def test_atoms_without_the_calculator_are_refused():
+def test_atoms_without_the_calculator_are_an_error():
     atoms = make_atoms()
     atoms.calc = None
     with pytest.raises(ValueError, match="RoughContact"):
         load_path(atoms, DEPTHS)
 
 
-def test_file_that_cannot_be_written_costs_no_older_one(tmp_path):
+def test_table_that_cannot_be_written_does_not_delete_the_trajectory(tmp_path):
     movie = tmp_path / "sweep.traj"
     list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
     table = tmp_path / "nowhere" / "curve.csv"
@@ -373,7 +375,7 @@ def test_file_that_cannot_be_written_costs_no_older_one(tmp_path):
 # The edge of the window
 
 
-def test_contact_at_the_edge_of_a_free_window_is_an_error_with_advice(tmp_path):
+def test_contact_at_the_edge_of_a_fixed_window_is_an_error_with_advice(tmp_path):
     table = tmp_path / "curve.csv"
     path = load_path(make_atoms(shape=(6, 6)), [0.1, 1.5], fmax=FMAX, csv=table)
     with pytest.raises(
@@ -383,21 +385,21 @@ def test_contact_at_the_edge_of_a_free_window_is_an_error_with_advice(tmp_path):
     assert len(rows_of(table)) == 1
 
 
-def test_contact_at_the_edge_can_be_meant():
+def test_contact_at_the_edge_can_be_ignored():
     path = load_path(make_atoms(shape=(6, 6)), [1.5], fmax=FMAX, edge="ignore")
     assert next(path).converged
 
 
-def test_a_periodic_window_has_no_edge():
+def test_periodic_cell_has_no_edge():
     atoms = make_atoms(shape=(6, 6), periodic=True)
     assert next(load_path(atoms, [1.5], fmax=FMAX)).converged
 
 
-# What a path can't be resumed with
+# Indenters without a description
 
 
 class Dome:
-    """A surface that does not tell what it is."""
+    """A surface without `todict`."""
 
     def heights(self, shape, spacing, origin=(0.0, 0.0)):
         x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
@@ -410,19 +412,19 @@ def below_a_dome():
     return atoms
 
 
-def test_a_surface_that_can_not_be_told_needs_no_trajectory(tmp_path):
+def test_indenter_without_todict_runs_without_a_trajectory(tmp_path):
     records = list(load_path(below_a_dome(), DEPTHS, csv=tmp_path / "curve.csv"))
     assert same(records, list(load_path(make_atoms(), DEPTHS)), 1e-9)
 
 
-def test_a_surface_that_can_not_be_told_is_refused_a_trajectory_at_once(tmp_path):
+def test_trajectory_with_an_indenter_without_todict_is_an_error_at_once(tmp_path):
     movie = tmp_path / "sweep.traj"
     with pytest.raises(ValueError, match=r"Dome has none: give it .* todict"):
         load_path(below_a_dome(), DEPTHS, trajectory=movie)
     assert not movie.exists()
 
 
-def test_another_spring_is_not_resumed(tmp_path):
+def test_path_with_another_spring_is_not_resumed(tmp_path):
     def on_spring(stiffness):
         atoms = make_atoms(fixed=False)
         x, y, z = atoms.positions[-1]
@@ -437,7 +439,7 @@ def test_another_spring_is_not_resumed(tmp_path):
         load_path(on_spring(2.0), resume=True, **options)
 
 
-def test_threads_do_not_keep_a_path_from_being_resumed(tmp_path):
+def test_path_resumes_with_another_number_of_threads(tmp_path):
     movie = tmp_path / "sweep.traj"
     list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
     atoms = make_atoms()
@@ -446,7 +448,7 @@ def test_threads_do_not_keep_a_path_from_being_resumed(tmp_path):
     assert len(list(path)) == len(DEPTHS)
 
 
-def test_table_of_a_resumed_path_is_whole_from_the_first_record_on(tmp_path):
+def test_table_of_a_resumed_path_has_all_steps_at_once(tmp_path):
     movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
     files = {"trajectory": movie, "csv": table}
     list(load_path(make_atoms(), DEPTHS, fmax=FMAX, **files))
@@ -454,7 +456,7 @@ def test_table_of_a_resumed_path_is_whole_from_the_first_record_on(tmp_path):
     assert len(rows_of(table)) == len(DEPTHS)
 
 
-def test_keeping_the_last_frame_is_enough_to_go_on(tmp_path):
+def test_last_frame_is_enough_to_resume(tmp_path):
     movie = tmp_path / "last.traj"
     options = {"fmax": 1e-9, "trajectory": movie, "keep": "last"}
     whole = list(load_path(make_atoms(), DEPTHS, fmax=1e-9))
@@ -469,7 +471,7 @@ def test_keeping_the_last_frame_is_enough_to_go_on(tmp_path):
 
 
 @pytest.mark.parametrize("keep", ["all", "last"])
-def test_a_second_writer_is_sent_away_and_the_first_one_goes_on(tmp_path, keep):
+def test_second_writer_gets_an_error_and_the_first_one_continues(tmp_path, keep):
     options = {"trajectory": tmp_path / "sweep.traj", "keep": keep}
     first = load_path(make_atoms(), DEPTHS, **options)
     record = next(first)
@@ -481,12 +483,12 @@ def test_a_second_writer_is_sent_away_and_the_first_one_goes_on(tmp_path, keep):
     assert read(options["trajectory"]).info["load_step"]["step"] == 2
 
 
-def test_nothing_stays_beside_the_last_frame(tmp_path):
+def test_no_other_file_remains_beside_the_trajectory(tmp_path):
     list(load_path(make_atoms(), DEPTHS, trajectory=tmp_path / "a.traj", keep="last"))
     assert [path.name for path in tmp_path.iterdir()] == ["a.traj"]
 
 
-def test_a_lock_that_its_owner_has_removed_is_none(tmp_path, monkeypatch):
+def test_lock_removed_by_its_owner_is_not_held(tmp_path, monkeypatch):
     fcntl = pytest.importorskip("fcntl")
     options = {"trajectory": tmp_path / "a.traj", "keep": "last"}
     lock, held = fcntl.flock, tmp_path / "a.traj.lock"
@@ -500,7 +502,7 @@ def test_a_lock_that_its_owner_has_removed_is_none(tmp_path, monkeypatch):
         next(load_path(make_atoms(), DEPTHS, **options))
 
 
-def test_a_last_frame_that_another_run_has_replaced_is_not_gone_on_from(tmp_path):
+def test_path_does_not_resume_from_a_frame_replaced_meanwhile(tmp_path):
     options = {"trajectory": tmp_path / "a.traj", "keep": "last", "resume": True}
     next(load_path(make_atoms(), DEPTHS, **options))
     late = load_path(make_atoms(), DEPTHS, **options)  # has read it
@@ -510,7 +512,7 @@ def test_a_last_frame_that_another_run_has_replaced_is_not_gone_on_from(tmp_path
 
 
 @pytest.mark.parametrize("lost", [0, 1, 500], ids=["whole", "torn", "no row"])
-def test_table_keeps_the_steps_whose_frames_are_not_kept(tmp_path, lost):
+def test_table_keeps_steps_whose_frames_were_discarded(tmp_path, lost):
     table = tmp_path / "curve.csv"
     options = {"trajectory": tmp_path / "last.traj", "csv": table, "keep": "last"}
     before = list(load_path(make_atoms(), DEPTHS, **options))
@@ -524,7 +526,7 @@ def test_table_keeps_the_steps_whose_frames_are_not_kept(tmp_path, lost):
     assert [int(row["step"]) for row in rows_of(table)] == [0, 1, 2, 3]
 
 
-def test_a_table_that_is_not_there_is_begun_with_its_head(tmp_path):
+def test_missing_table_of_a_resumed_path_is_started_with_its_header(tmp_path):
     options = {"trajectory": tmp_path / "last.traj", "keep": "last"}
     list(load_path(make_atoms(), DEPTHS, **options))
     table = tmp_path / "curve.csv"
@@ -532,7 +534,7 @@ def test_a_table_that_is_not_there_is_begun_with_its_head(tmp_path):
     assert [row["step"] for row in rows_of(table)] == ["2"]
 
 
-def test_the_optimizer_is_chosen_by_the_wall():
+def test_default_optimizer_fits_the_wall():
     atoms = make_atoms()
     atoms.calc.set(interaction=HardWall())
     record = next(load_path(atoms, DEPTHS[-1:]))
@@ -541,14 +543,14 @@ def test_the_optimizer_is_chosen_by_the_wall():
 
 
 @pytest.mark.parametrize("load", [1e-9, 1e-3, 1.0])
-def test_an_accuracy_is_relative_to_the_force_on_an_atom_in_contact(load):
+def test_tolerance_is_relative_to_the_mean_force_on_atoms_in_contact(load):
     atoms = make_atoms(fixed=False)
     record = next(load_path(atoms, loads=[load], accuracy=1e-3))
     mean = record.normal_force / record.repulsive_atoms
     assert record.max_force <= record.tolerance <= 1e-3 * mean
 
 
-def test_a_record_tells_how_it_was_obtained():
+def test_result_describes_how_it_was_obtained():
     atoms = make_atoms()
     record = next(load_path(atoms, DEPTHS[:1], fmax=FMAX))
     shapes = atoms.calc.contact(atoms).halfspace
@@ -558,13 +560,13 @@ def test_a_record_tells_how_it_was_obtained():
     assert record.pairs >= record.iterations > 0
 
 
-def test_a_step_that_did_not_converge_says_why():
+def test_message_says_why_a_step_did_not_converge():
     record = next(load_path(make_atoms(), DEPTHS[-1:], LBFGS, fmax=FMAX, max_steps=2))
     assert not record.converged
     assert record.message == "not converged after 2 steps"
 
 
-def test_no_load_on_a_sticky_indenter_is_carried():
+def test_adhesive_contact_without_load_converges():
     atoms = make_atoms(fixed=False)
     atoms.calc.set(interaction=LennardJones93.adhesive(1.0, 1.0, 0.02))
     (record,) = load_path(atoms, loads=[0.0], window="auto")

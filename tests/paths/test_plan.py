@@ -85,9 +85,9 @@ def test_larger_windows_need_more_time_and_memory():
 def test_plan_lists_what_is_left_out_and_why():
     hard = plan_path(make_atoms(), "heights", [0.0], "auto").left_out
     assert any("can't touch" in text for text in hard)
-    sticky = plan_path(make_atoms(wall="adhesive"), "heights", [1.0], "auto").left_out
-    assert any("enlarged until none is missing" in text for text in sticky)
-    assert any("beyond a gap of 1.346" in text for text in sticky)
+    adhesive = plan_path(make_atoms(wall="adhesive"), "heights", [1.0], "auto").left_out
+    assert any("enlarged until none is missing" in text for text in adhesive)
+    assert any("beyond a gap of 1.346" in text for text in adhesive)
     periodic = make_atoms(shape=(16, 16), periodic=True)
     reasons = plan_path(periodic, "heights", [0.0], "fixed").left_out
     assert any("repeats along x and y" in text for text in reasons)

@@ -15,7 +15,7 @@ def rough_sphere(seed=1, radius=60.0, domain=64.0):
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("depth", [0.0, 0.05, 0.5, 3.0])
-def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
+def test_box_contains_exactly_the_atoms_below_a_level(seed, depth):
     sphere = rough_sphere(seed)
     heights = sphere.heights((64, 64), 1.0, (-32.0, -32.0))
     found = Footprint(sphere, 1.0)
@@ -26,16 +26,16 @@ def test_box_holds_exactly_the_atoms_below_a_level(seed, depth):
     )
 
 
-def test_window_of_a_deep_level_is_found_after_those_of_shallow_ones():
+def test_box_of_a_level_does_not_depend_on_levels_asked_for_before():
     sphere = rough_sphere(radius=400.0, domain=128.0)
-    grown = Footprint(sphere, 1.0)
-    levels = grown.lowest + np.array([0.1, 1.0, 2.0, 4.0])
-    boxes = [grown.box_below(level) for level in levels]
+    footprint = Footprint(sphere, 1.0)
+    levels = footprint.lowest + np.array([0.1, 1.0, 2.0, 4.0])
+    boxes = [footprint.box_below(level) for level in levels]
     assert boxes == [Footprint(sphere, 1.0).box_below(level) for level in levels]
     assert boxes[-1].size > boxes[0].size
 
 
-def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
+def test_lattice_may_be_shifted_relative_to_the_axis():
     sphere, origin = RoughSphere(50.0), (-0.25, 7.5)
     box = Footprint(sphere, 1.0, origin).box_below(0.5)
     heights = sphere.heights((40, 40), 1.0, (-20.25, -20.5))
@@ -47,6 +47,6 @@ def test_lattice_beside_the_axis_is_searched_where_its_atoms_are():
     [rough_sphere().roughness, RoughSphere(np.inf), HeightMap(np.eye(4), 1.0)],
     ids=["self-affine", "flat", "map"],
 )
-def test_surface_that_stays_in_reach_needs_a_fixed_window(surface):
+def test_unbounded_surface_needs_a_fixed_window(surface):
     with pytest.raises(ValueError, match=r"automatic windows need.*fixed\s+window"):
         Footprint(surface, 1.0).box_below(1.0)

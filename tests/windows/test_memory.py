@@ -1,4 +1,4 @@
-"""Memory: the estimate beside the largest resident size of a fresh process."""
+"""Memory: the estimate compared with the largest resident size of a fresh process."""
 
 import json
 import subprocess
@@ -12,7 +12,9 @@ from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.windows.memory import memory_of, points_of
 
 STATUS = Path("/proc/self/status")
-pytestmark = pytest.mark.skipif(not STATUS.exists(), reason="it tells the memory")
+pytestmark = pytest.mark.skipif(
+    not STATUS.exists(), reason="the memory of a process is read there"
+)
 ROUGH = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=512.0, seed=1)
 # Sphere of 1000 spacings; of a periodic cell, and of a fixed window, that many atoms
 # along a side, else of the contact of a rigid one.
@@ -61,7 +63,7 @@ CELLS = ("auto", "periodic", "fixed")
         slow("repulsive", "auto", 256, 4096),
     ],
 )
-def test_the_estimate_is_within_a_third_of_what_a_process_takes(
+def test_estimate_is_within_a_third_of_the_memory_of_a_process(
     wall, cell, size, domain
 ):
     command = [sys.executable, "-c", STEP, wall, cell, str(size), str(domain)]
@@ -71,13 +73,13 @@ def test_the_estimate_is_within_a_third_of_what_a_process_takes(
     assert 3 / 4 <= estimate / peak <= 4 / 3
 
 
-def test_a_roughness_takes_its_points_and_a_smooth_or_measured_surface_none():
+def test_only_a_synthesised_roughness_has_points():
     assert points_of(ROUGH, 2.0) == points_of(RoughSphere(10.0, ROUGH), 2.0) == 1024**2
     assert points_of(RoughSphere(10.0), 2.0) == 0
     assert points_of(HeightMap([[0.0, 1.0], [1.0, 0.0]], spacing=1.0), 1.0) == 0
 
 
-def test_making_a_rough_surface_may_take_more_than_a_step():
+def test_synthesising_a_roughness_may_need_more_memory_than_a_step():
     small, large = (100, 100), (4000, 4000)
     smooth, rough = memory_of(small), memory_of(small, points=4096**2)
     assert rough - smooth > 2.0 * (memory_of(large, points=4096**2) - memory_of(large))
