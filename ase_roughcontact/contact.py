@@ -1,20 +1,18 @@
-"""Contact of a rigid surface with an elastic half space: arrays in, arrays out.
+r"""Contact of a rigid surface with an elastic half space: arrays in, arrays out.
 
-The energy of a displacement ``u`` under an indenter at height ``Z`` is
+The energy of a displacement :math:`u` under an indenter at height :math:`Z` is
 
-::
+.. math:: U(u, Z) = a_0^2 \left[\tfrac12 \sum u\, K u + \sum V(g)\right], \qquad
+          g = Z + h - (u - \langle u \rangle),
 
-    U(u, Z) = a0^2 [ 1/2 sum u (K u)  +  sum V(g) ],     g = Z + h - (u - <u>)
+summed over the displaced atoms (elastic energy) and those of the window (wall). The
+mean :math:`\langle u \rangle` is that of a periodic cell, and zero for a free half
+space. With the pressure :math:`p = -V'(g)` of the wall, the force on an atom and the
+normal force on the indenter are
 
-over the cells of the grid (elastic part) and of the window (wall), ``<u>`` being the
-mean of a periodic cell and zero for a free half space. From it follow the force on an
-atom and the normal force on the indenter,
-
-::
-
-    f = -dU/du = -a0^2 [ K u + (p - <p>) ],     N = -dU/dZ = a0^2 sum p,
-
-with the wall's pressure ``p = -V'(g)``.
+.. math:: f = -\frac{\partial U}{\partial u}
+            = -a_0^2 \left[K u + p - \langle p \rangle\right], \qquad
+          N = -\frac{\partial U}{\partial Z} = a_0^2 \sum p.
 """
 
 from __future__ import annotations
@@ -23,12 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import by_rows, combined
+from ase_roughcontact._util.kernels import rowwise
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction
 
-# A hard wall's atom is in contact if its gap is below this part of the spacing, and
-# carries load if its pressure is above this part of the largest one.
+# An atom is in contact with a hard wall if its gap is below this part of the spacing,
+# and carries load if its pressure is above this part of the largest one.
 _HARD_GAP = 1e-5
 _HARD_PRESSURE = 1e-9
 
@@ -41,16 +39,16 @@ class ContactState:
     ----------
     energy : float
         Elastic and wall energy.
-    energies : ndarray, shape of the layer
-        The same, atom by atom.
-    forces : ndarray, shape of the layer
+    energies : ndarray, shape of the displaced atoms
+        Energy of each atom.
+    forces : ndarray, shape of the displaced atoms
         Force on each atom, positive upward.
     gap : ndarray, shape (n, m)
         Distance to the indenter (length).
     pressure : ndarray, shape (n, m)
-        Of the wall, positive where it repels (pressure).
+        Pressure of the wall, positive in repulsion.
     normal_force : float
-        Of the wall on the indenter, positive upward.
+        Force of the wall on the indenter, positive upward.
     cell_area : float
         Area of an atom.
     """
@@ -65,7 +63,7 @@ class ContactState:
 
     @property
     def contact(self) -> np.ndarray:
-        """Mask of the atoms that feel a repulsive force, shape (n, m)."""
+        """Mask of the atoms under a repulsive pressure, shape (n, m)."""
         return self.pressure > 0.0
 
     @property
@@ -75,12 +73,12 @@ class ContactState:
 
     @property
     def attractive_atoms(self) -> int:
-        """Number of atoms that the wall pulls."""
+        """Number of atoms under an attractive pressure."""
         return int(np.count_nonzero(self.pressure < 0.0))
 
     @property
     def contact_area(self) -> float:
-        """Number of atoms in contact times the area of one."""
+        """Area of the atoms in contact."""
         return self.repulsive_atoms * self.cell_area
 
 
@@ -92,16 +90,15 @@ class Contact:
     halfspace : HalfSpace
         The elastic solid.
     heights : ndarray, shape (n, m)
-        Height of the indenter's lower surface above its reference height at every
-        atom of the window (length).
+        Lower surface of the indenter above its reference height, at every atom of the
+        window (length).
     interaction : Interaction
         The wall.
 
     Raises
     ------
     ValueError
-        If `heights` does not have the shape of the half space's window, or is not
-        finite.
+        If `heights` does not have the shape of the window, or is not finite.
     """
 
     def __init__(
@@ -124,18 +121,18 @@ class Contact:
 
     @property
     def first_contact(self) -> float:
-        """Height of the indenter at which the flat substrate begins to repel it."""
+        """Height of the indenter at which the wall begins to repel a flat surface."""
         return float(self.interaction.contact_distance - self.heights.min())
 
     def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:
-        """Gap at every atom of the window.
+        """Return the gap ``Z + h - u`` at every atom of the window.
 
         Parameters
         ----------
-        displacement : ndarray, shape of the layer or (n, m)
-            Of all atoms or of the window (length).
+        displacement : ndarray, shape of the displaced atoms or (n, m)
+            Displacement of all atoms or of the window (length).
         height : float
-            Of the indenter (length).
+            Height of the indenter (length).
 
         Returns
         -------
@@ -145,69 +142,62 @@ class Contact:
         window = displacement[:n, :m]
         if self.halfspace.periodic:
             window = window - window.mean()
-        gap = combined([(1.0, self.heights), (-1.0, window)])
+        gap = self.heights - window
         gap += height
         return gap
 
     def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
-        """Pressure that holds all atoms at a displacement; see `HalfSpace`.
+        """Return the pressure that causes a displacement; see `HalfSpace`.
 
         Parameters
         ----------
-        displacement : ndarray, shape of the layer
-            Length.
+        displacement : ndarray, shape of the displaced atoms
+            Displacement (length).
 
         Returns
         -------
-        ndarray, shape of the layer
-            Zero, without a transform, where the surface is flat.
+        ndarray, shape of the displaced atoms
+            Zero, without a transform, if the surface is flat.
         """
         if not displacement.any():
             return np.zeros(displacement.shape)
         return self.halfspace.elastic_pressure(displacement)
 
     def wall(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Energy per area and pressure of the wall; only atoms in range cost.
+        """Return energy per area and pressure of the wall.
 
         Parameters
         ----------
         gap : ndarray, shape (n, m)
-            As `gap` returns it (length).
+            Gap as returned by `gap` (length).
 
         Returns
         -------
         energy, pressure : ndarray, shape (n, m)
         """
         energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
-
-        def evaluate(rows: slice) -> None:
-            near = gap[rows] < self.interaction.cutoff
-            if near.any():
-                values = self.interaction.evaluate(gap[rows][near])
-                energy[rows][near], pressure[rows][near], _ = values
-
-        by_rows(evaluate, gap.shape)
+        _evaluate_in_range(energy, pressure, gap, self.interaction)
         return energy, pressure
 
     def evaluate(
         self,
         displacement: np.ndarray,
         height: float,
-        held: np.ndarray | None = None,
+        known_pressure: np.ndarray | None = None,
     ) -> ContactState:
-        """Energy, forces and fields of a configuration.
+        """Return energy, forces and fields of a configuration.
 
         Parameters
         ----------
-        displacement : ndarray, shape of the half space's layer
-            Of every atom (length).
+        displacement : ndarray, shape of the displaced atoms
+            Displacement of every atom (length).
         height : float
-            Of the indenter (length).
-        held : ndarray, shape (n, m), optional
-            The pressure on the window that displaces it so, where a solver knows it:
-            no transform is needed then. A hard wall exerts it. By default the wall
-            exerts what holds the atoms that touch; under all atoms of a periodic
-            surface, the least that does.
+            Height of the indenter (length).
+        known_pressure : ndarray, shape (n, m), optional
+            Elastic pressure on the window, if a solver knows it: it replaces a
+            transform of the displacement. It is also the pressure of a hard wall, which
+            is otherwise the elastic pressure on the atoms that touch it; if all atoms
+            of a periodic surface do, the smallest one.
 
         Returns
         -------
@@ -216,9 +206,8 @@ class Contact:
         Raises
         ------
         ValueError
-            If the displacement does not have the shape of the layer, or the wall is
-            hard and atoms overlap with the indenter: the reaction of a hard wall is no
-            function of the positions then.
+            If the displacement has a wrong shape, or atoms overlap with a hard wall,
+            whose reaction is not a function of the positions then.
         """
         if displacement.shape != self.halfspace.dof_shape:
             raise ValueError(
@@ -227,34 +216,27 @@ class Contact:
             )
         if self.halfspace.periodic:
             displacement = displacement - displacement.mean()
-        area = self.halfspace.cell_area
-        if held is None:
+        if known_pressure is None:
             elastic = self.elastic_pressure(displacement)
         else:
-            elastic = self._on_layer(held)
+            elastic = self._padded(known_pressure)
         gap = self.gap(displacement, height)
-        if self.interaction.hard:
-            wall_energy = np.zeros(gap.shape)
-            pressure = self._reaction(gap, elastic) if held is None else held
-        else:
+        if not self.interaction.hard:
             wall_energy, pressure = self.wall(gap)
+        elif known_pressure is None:
+            wall_energy, pressure = np.zeros(gap.shape), self._reaction(gap, elastic)
+        else:
+            wall_energy, pressure = np.zeros(gap.shape), known_pressure
 
-        n, m = gap.shape
-        forces, energies = elastic, np.empty(elastic.shape)
-        mean = float(pressure.mean()) if self.halfspace.periodic else 0.0
-
-        def bulk(rows: slice) -> None:
-            np.multiply(displacement[rows], elastic[rows], out=energies[rows])
-            energies[rows] *= -0.5 * area
-            forces[rows] += mean
-            forces[rows] *= area
-
-        def wall(rows: slice) -> None:
-            energies[:n, :m][rows] += area * wall_energy[rows]
-            forces[:n, :m][rows] -= area * pressure[rows]
-
-        by_rows(bulk, energies.shape)
-        by_rows(wall, gap.shape)
+        area, (n, m) = self.halfspace.cell_area, gap.shape
+        energies = displacement * elastic
+        energies *= -0.5 * area
+        energies[:n, :m] += area * wall_energy
+        forces = elastic
+        if self.halfspace.periodic:
+            forces += pressure.mean()
+        forces *= area
+        forces[:n, :m] -= area * pressure
         return ContactState(
             energy=float(energies.sum()),
             energies=energies,
@@ -265,29 +247,38 @@ class Contact:
             cell_area=area,
         )
 
-    def _on_layer(self, pressure: np.ndarray) -> np.ndarray:
-        """Pressure on all atoms of one on the window, without its mean if periodic."""
+    def _padded(self, pressure: np.ndarray) -> np.ndarray:
+        """Return a pressure on the window as one on all atoms; without a mean."""
         if self.halfspace.periodic:
             return pressure - pressure.mean()
-        everywhere = np.zeros(self.halfspace.dof_shape)
+        padded = np.zeros(self.halfspace.dof_shape)
         n, m = pressure.shape
-        everywhere[:n, :m] = pressure
-        return everywhere
+        padded[:n, :m] = pressure
+        return padded
 
     def _reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
-        """Pressure of a hard wall: what holds the atoms that touch it."""
-        touching = _HARD_GAP * self.halfspace.spacing
-        if gap.min() < -touching:
+        """Return the elastic pressure on the atoms that touch a hard wall."""
+        tolerance = _HARD_GAP * self.halfspace.spacing
+        if gap.min() < -tolerance:
             raise ValueError(
-                f"the hard wall overlaps with {np.count_nonzero(gap < -touching)} "
-                f"atoms by up to {-gap.min():.3g}, and exerts no force that would "
-                "push them out: relax it with ActiveSet, or take "
-                "LennardJones93.repulsive with any other optimizer"
+                f"{np.count_nonzero(gap < -tolerance)} atoms overlap with the hard "
+                f"wall by up to {-gap.min():.3g}, where its force is not defined: "
+                "relax them with ActiveSet, or use LennardJones93.repulsive with "
+                "another optimizer"
             )
         window = elastic[: gap.shape[0], : gap.shape[1]]
         if self.halfspace.periodic:
-            # the mean pressure does not show in the displacement: an open atom's is 0
+            # the displacement determines the pressure up to its mean
             window = window - window.min()
         least = _HARD_PRESSURE * max(window.max(), 0.0)
-        holds = (gap <= touching) & (window > least)
-        return np.where(holds, window, 0.0)
+        return np.where((gap <= tolerance) & (window > least), window, 0.0)
+
+
+@rowwise()
+def _evaluate_in_range(
+    energy: np.ndarray, pressure: np.ndarray, gap: np.ndarray, wall: Interaction
+) -> None:
+    """Set ``V(g)`` and ``-V'(g)`` where the wall is in range."""
+    near = gap < wall.cutoff
+    if near.any():
+        energy[near], pressure[near], _ = wall.evaluate(gap[near])

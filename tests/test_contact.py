@@ -171,7 +171,7 @@ def test_hard_wall_carries_the_pressure_that_holds_its_atoms(periodic, rng):
 def test_overlap_with_a_hard_wall_is_refused_with_advice(periodic):
     half = half_space(periodic)
     contact = Contact(half, np.zeros(half.shape), HardWall())
-    with pytest.raises(ValueError, match=r"overlaps with 30 atoms by up to 0\.1.*take"):
+    with pytest.raises(ValueError, match=r"30 atoms overlap .* by up to 0\.1.*use"):
         contact.evaluate(np.zeros(half.grid), -0.1)
 
 

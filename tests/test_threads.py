@@ -1,11 +1,10 @@
-"""Solvers that share their work among threads, in many small parts."""
+"""Solvers with arrays in many small blocks, shared by threads."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
-from ase_roughcontact._util import kernels as parallel
-from ase_roughcontact._util.kernels import threads
+from ase_roughcontact._util.threads import threads
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.fft import Blocking
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
@@ -28,8 +27,9 @@ WALLS = {
 
 
 @pytest.fixture(autouse=True)
-def small_parts(monkeypatch):
-    monkeypatch.setattr(parallel, "_PART", 200)
+def small_blocks():
+    with threads(2, block_size=200):
+        yield
 
 
 def rough_hill():
@@ -57,19 +57,19 @@ def relaxed(contact, load=20.0):
 
 @pytest.mark.parametrize("wall", WALLS)
 @pytest.mark.parametrize("kind", ["free", "periodic"])
-def test_any_number_of_threads_finds_the_same_to_the_last_digit(kind, wall):
+def test_results_do_not_depend_on_the_number_of_threads(kind, wall):
     states = []
     for count in (1, 3):
-        with threads(count):
+        with threads(count, block_size=200):
             states.append(relaxed(contact_of(kind, WALLS[wall])))
-    alone, shared = states
-    assert alone.converged
-    assert shared.height == alone.height
-    assert_array_equal(shared.pressure, alone.pressure)
+    one, three = states
+    assert one.converged
+    assert three.height == one.height
+    assert_array_equal(three.pressure, one.pressure)
 
 
 class OneArray(Interaction):
-    """Energy, pressure and stiffness of exp(-g) are one number, and here one array."""
+    """An exponential wall that returns the same array three times."""
 
     cutoff, contact_distance = 20.0, 0.0
     work_of_adhesion = attraction_range = 0.0
@@ -79,7 +79,7 @@ class OneArray(Interaction):
         return value, value, value
 
 
-def test_arrays_of_a_wall_of_the_user_are_left_alone():
+def test_arrays_returned_by_a_wall_are_not_overwritten():
     assert relaxed(contact_of("free", OneArray())).converged
 
 
@@ -91,10 +91,10 @@ class Broken(RepulsiveLennardJones93):
         return energy, np.where(gap < 0.5, np.nan, pressure), stiffness
 
 
-@pytest.mark.parametrize("place", [0, SIDE - 1])
-def test_a_number_that_is_none_is_told_wherever_it_is(place):
+@pytest.mark.parametrize("row", [0, SIDE - 1])
+def test_a_wall_that_returns_nan_is_reported(row):
     heights = np.full((SIDE, SIDE), 3.0)
-    heights[place, 5] = 0.0
+    heights[row, 5] = 0.0
     wall = Broken(distance=1.0, stiffness=1.0, core=0.5)
     contact = Contact(FreeHalfSpace(heights.shape, 1.0, 1.0), heights, wall)
     *_, last = newton_krylov(

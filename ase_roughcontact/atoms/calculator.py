@@ -8,7 +8,7 @@ import numpy as np
 from ase import Atoms
 from ase.calculators.calculator import Calculator, all_changes
 
-from ase_roughcontact._util.kernels import same
+from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import finite, positive, surface, unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.contact import Contact, ContactState
@@ -294,8 +294,8 @@ class RoughContact(Calculator):
         """Return what has changed since the last calculation; quick if nothing has."""
         if self.atoms is not None and len(self.atoms) == len(atoms):
             pairs = zip(_setting(self.atoms), _setting(atoms), strict=True)
-            known = same(self.atoms.positions, atoms.positions)
-            if known and all(same(*pair) for pair in pairs):
+            known = array_equal(self.atoms.positions, atoms.positions)
+            if known and all(array_equal(*pair) for pair in pairs):
                 return []
         return super().check_state(atoms, tol)
 
@@ -320,7 +320,7 @@ class RoughContact(Calculator):
 
     def _scene(self, atoms: Atoms) -> tuple[SurfaceGrid, Contact]:
         setting = _setting(atoms)
-        if self._kept is None or not all(map(same, setting, self._kept[0])):
+        if self._kept is None or not all(map(array_equal, setting, self._kept[0])):
             layout = SurfaceGrid.of(atoms)
             copies = tuple(part.copy() for part in setting)
             self._kept = copies, (layout, self._build(layout))
@@ -344,7 +344,7 @@ class RoughContact(Calculator):
 
     def _holding(self, values: np.ndarray) -> np.ndarray | None:
         """Pressure that a solver has told, if the atoms are where they were then."""
-        if self._held is None or not same(self._held[0], values):
+        if self._held is None or not array_equal(self._held[0], values):
             return None
         return self._held[1]
 

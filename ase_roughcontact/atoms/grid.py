@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.kernels import by_rows
+from ase_roughcontact._util.kernels import rowwise
 from ase_roughcontact._util.validation import surface
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import (
@@ -171,24 +171,25 @@ def _grid_of(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float]:
 
 
 def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:
-    i, j = (spacing * np.arange(n) for n in grid)
     x, y = (part.reshape(grid) for part in xy.T)
-
-    def off_in(rows: slice) -> tuple[float, int]:
-        """Largest distance from the grid of some rows, and of which atom."""
-        along = abs(x[rows] - x[0, 0] - i[rows, None])
-        off = np.maximum(along, abs(y[rows] - y[0, 0] - j), out=along)
-        worst = int(off.argmax())
-        return float(off.flat[worst]), worst + rows.start * grid[1]
-
-    off, worst = max(by_rows(off_in, grid), key=lambda found: found[0])
+    i, j = (np.broadcast_to(part, grid) for part in np.ogrid[: grid[0], : grid[1]])
+    off = max(_distance(x, x[0, 0], spacing, i), _distance(y, y[0, 0], spacing, j))
     # a spacing read off two rounded positions drifts with the index
     tolerance = _OFF_GRID * spacing * max(1.0, 1e-3 * max(grid))
     if off > tolerance:
+        worst = np.maximum(
+            abs(x - x[0, 0] - spacing * i), abs(y - y[0, 0] - spacing * j)
+        ).argmax()
         raise ValueError(
             f"atom {worst} is off the square grid by {off:.3g} (spacing "
             f"{spacing:.6g}): surface atoms may move along z only"
         )
+
+
+@rowwise(np.maximum)
+def _distance(x: np.ndarray, first: float, spacing: float, i: np.ndarray) -> float:
+    """Return the largest ``|x - first - spacing i|``."""
+    return float(abs(x - first - spacing * i).max())
 
 
 def _window_of(cell: Any, spacing: float) -> tuple[int, int]:

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from scipy.fft import next_fast_len
 
-from ase_roughcontact._util.kernels import available_threads, parts, together
+from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft_backends import (
@@ -295,13 +295,14 @@ class RealFFT2:
         self, blocks: list[slice], work: Callable[..., None], *arrays: np.ndarray
     ) -> None:
         """Call ``work(buffer, block, *arrays)`` for all blocks, shared by threads."""
-        remaining = iter(blocks)
+        idle = self._buffers[::-1]
 
-        def share(worker: int) -> None:
-            for block in remaining:
-                work(self._buffers[worker], block, *arrays)
+        def run(block: slice) -> None:
+            buffer = idle.pop()
+            work(buffer, block, *arrays)
+            idle.append(buffer)
 
-        together(share, min(self.workers, len(blocks)))
+        thread_map(run, blocks, self.workers)
 
     def _blocks(self) -> tuple[list[slice], list[slice]]:
         """Return the blocks of rows of the window and of columns of the spectrum."""
@@ -313,8 +314,8 @@ class RealFFT2:
             return [slice(0, rows)], [slice(0, columns)]
         tall = math.ceil(self.blocking.column_height / height)
         return (
-            parts(rows, self.blocking.row_block // width),
-            parts(columns, self.blocking.column_block * tall),
+            split(rows, self.blocking.row_block // width),
+            split(columns, self.blocking.column_block * tall),
         )
 
     def _complex_rows(self, rows: int) -> np.ndarray:

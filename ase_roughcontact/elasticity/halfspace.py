@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from scipy.fft import dct, irfft2, rfft, rfft2
 
-from ase_roughcontact._util.kernels import available_threads
+from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic

@@ -8,7 +8,7 @@ import signal
 import threading
 from concurrent.futures import ProcessPoolExecutor
 
-from ase_roughcontact._util.kernels import processors
+from ase_roughcontact._util.threads import processors
 
 
 def process_pool(workers: int | None = None) -> ProcessPoolExecutor:

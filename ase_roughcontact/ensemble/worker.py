@@ -10,7 +10,7 @@ from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-from ase_roughcontact._util.kernels import available_threads, threads
+from ase_roughcontact._util.threads import available_threads, threads
 from ase_roughcontact.ensemble.cases import scene_as_dict
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase, PathName

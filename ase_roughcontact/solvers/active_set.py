@@ -1,19 +1,25 @@
-r"""The contact problem of a hard wall with a cheap model of the half space.
+r"""Active-set method for the contact problem of the circulant model.
 
-From a pressure :math:`p` with the exact gap :math:`g`, find the change :math:`x` with
+From a pressure :math:`p` with the exact gap :math:`g`, find the change :math:`x` of the
+pressure and, under a load, the change :math:`s` of the height with
 
-.. math:: p + x \ge 0, \qquad g + C x + z \ge 0,
+.. math:: p + x \ge 0, \qquad g + C x + s \ge 0, \qquad (p + x)(g + C x + s) = 0,
 
-one of the two zero at every atom, where :math:`C` is the model, and :math:`z`, a change
-of the indenter's height, is zero unless the load is to be kept.
+and :math:`\sum x = 0` under a load, :math:`s = 0` at a fixed height. :math:`C` is the
+model. With the set :math:`A` of atoms in contact, repeat
 
-*Inexact active set*: with the present set of atoms in contact the linear system is
-solved by conjugate gradients, preconditioned by the model's inverse, to a tenth of the
-violation only; then atoms under tension leave and atoms that overlap enter.
+1. *Clip*: :math:`x = \max(x, -p)` in :math:`A`, :math:`x = -p` outside.
+2. *Solve* :math:`g + C x + s = 0` in :math:`A` by conjugate gradients, preconditioned
+   by the inverse of the model, until a tenth of the violation is left.
+3. *Exchange*: atoms under tension leave :math:`A`, atoms that overlap enter it,
 
-All fields are arrays over the model's box, of its precision, in units of the violation:
-without lists of atoms a step costs little more than its transforms. It is the change of
-the pressure that is carried along, so that single precision does not round the rest.
+until the set does not change. The linear systems are solved inexactly, since the sets
+of the first iterations are wrong anyway.
+
+All fields are arrays on the box of the model, in its precision and in units of the
+violation; the set is an array of zeros and ones. Without lists of atoms a step costs
+little more than its two Fourier transforms. Since the change of the pressure is the
+unknown, single precision does not limit the accuracy of the result.
 
 References
 ----------
@@ -28,31 +34,27 @@ import math
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import by_rows, dot, dots
+from ase_roughcontact._util.kernels import dot, dots, rowwise, scale
 from ase_roughcontact.elasticity.circulant import CirculantModel
-
-# Part of a violation that the linear systems may leave before the set of atoms in
-# contact is looked at again.
-_FORCING = 0.1
-# Steps of conjugate gradients for one correction.
-_BUDGET = 300
+from ase_roughcontact.solvers.options import ActiveSetOptions
 
 
-class ActiveSetSolver:
-    """The correction of a pressure, as far as it has come.
+class ComplementarityProblem:
+    """Contact problem of the model, and its solution so far.
 
     Parameters
     ----------
     model : CirculantModel
-        Of the half space; its box holds all atoms under pressure.
+        Model of the half space; its box contains all atoms under pressure.
     pressure : ndarray, shape (n, m)
-        On the window, nowhere negative (pressure).
+        Nonnegative pressure on the window.
     gap : ndarray, shape (n, m)
-        Of this pressure, exactly (length).
-    unit : float
-        Size of the violation (length).
+        Exact gap of this pressure (length).
+    violation : float
+        Largest gap in contact or overlap (length), the unit of length here.
     loaded : bool
-        Whether the load is to be kept.
+        Whether the sum of the pressures is kept.
+    options : ActiveSetOptions
     """
 
     def __init__(
@@ -60,196 +62,250 @@ class ActiveSetSolver:
         model: CirculantModel,
         pressure: np.ndarray,
         gap: np.ndarray,
-        unit: float,
+        violation: float,
         loaded: bool,
+        options: ActiveSetOptions,
     ) -> None:
-        self._model, self._loaded = model, loaded
-        self._old, self._unit = pressure, unit / model.local
-        self._pressure = self._field(pressure, self._unit)
-        self._gap = self._field(gap, unit)
-        self._touching: np.ndarray = (self._pressure > self._gap).astype(model.dtype)
-        self._change = np.zeros(self._pressure.shape, model.dtype)
-        # of the conjugate gradients
-        self._residual, self._last, self._z, self._direction = (
-            np.empty(self._pressure.shape, model.dtype) for _ in range(4)
-        )
-        self._shift = 0.0
-        self._budget = _BUDGET
-        # nothing holds the mean of a periodic surface of which all atoms are looked at
-        self._floating = model.exact and not loaded
+        self._model, self._loaded, self._options = model, loaded, options
+        self._window, self._unit = pressure, violation / model.self_compliance
+        self._pressure = self._on_box(pressure, 1.0 / self._unit)
+        self._gap = self._on_box(gap, 1.0 / violation)  # g + C x
+        self._contact = (self._pressure > self._gap).astype(model.dtype)
+        self._change = np.zeros_like(self._pressure)
+        self._residual = np.empty_like(self._pressure)
+        self._last_residual = np.empty_like(self._pressure)
+        self._direction = np.empty_like(self._pressure)
+        self._scratch = np.empty_like(self._pressure)
+        self._height_change = 0.0
+        self._steps = options.inner_steps  # that are left
+        # the model of a periodic surface in full contact is singular at a fixed height
+        self._may_be_singular = model.exact and not loaded
 
     def solve(self, target: float) -> np.ndarray:
-        """Pressure on the window, to a part of the violation or as far as it gets."""
+        """Return a pressure that satisfies the conditions of contact for the model.
+
+        Parameters
+        ----------
+        target : float
+            Violation that may be left, relative to the present one.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            The result of the last iteration, also if the steps do not suffice.
+        """
         while True:
-            self._budget -= 1
-            self._let_go()
+            self._steps -= 1
+            self._open_lowest_pressure()
             self._clip()
-            self._equilibrate(target)
-            if not self._exchanged(target) or self._budget <= 0:
+            self._close_gaps(target)
+            changed = _exchange(
+                self._contact,
+                self._pressure,
+                self._change,
+                self._gap,
+                -target - self._height_change,
+            )
+            if not changed or self._steps <= 0:
                 return self._result()
 
-    def _field(self, values: np.ndarray, unit: float) -> np.ndarray:
-        """Values on the box in a unit, of the model's precision."""
-        box = self._model.box
-        inside, field = values[box.slices], np.empty(box.shape, self._model.dtype)
-
-        def fill(rows: slice) -> None:
-            np.multiply(inside[rows], 1.0 / unit, out=field[rows], casting="same_kind")
-
-        by_rows(fill, field.shape)
+    def _on_box(self, values: np.ndarray, factor: float) -> np.ndarray:
+        """Return values on the box of the model times a factor, in its precision."""
+        field = np.empty(self._model.box.shape, self._model.dtype)
+        scale(field, values[self._model.box.slices], factor)
         return field
 
     def _result(self) -> np.ndarray:
-        """Pressure on the window at the end; under a load the same total."""
-        clipped = self._clipped()
-        new = np.zeros(self._old.shape)
-        inside, old = (values[self._model.box.slices] for values in (new, self._old))
-
-        def put(rows: slice) -> float:
-            change = clipped[rows]
-            result = old[rows] + self._unit * change
-            result *= result > 0.0
-            result *= self._pressure[rows] + change > 0.0
-            inside[rows] = result
-            return float(result.sum())
-
-        total = sum(by_rows(put, inside.shape))
+        """Return the new pressure on the window; under a load of the same total."""
+        old, new = self._window, np.zeros(self._window.shape)
+        inside = self._model.box.slices
+        total = _add_change(
+            new[inside], old[inside], self._unit, self._clipped(), self._pressure
+        )
         if self._loaded:
-            new *= self._old.sum() / total
+            new *= old.sum() / total
         return new
 
-    def _let_go(self) -> None:
-        """Open an atom of a periodic surface in full contact: nothing holds it."""
-        if self._floating and self._touching.all():
+    def _open_lowest_pressure(self) -> None:
+        """In a singular full contact, reduce the pressures until one is zero."""
+        if self._may_be_singular and self._contact.all():
             total = self._pressure + self._change
             self._change -= total.min()
-            self._touching[total <= total.min()] = 0.0
-
-    def _exchanged(self, target: float) -> bool:
-        """Let atoms under tension leave and those that overlap enter."""
-
-        def exchange(rows: slice) -> bool:
-            touching = self._touching[rows]
-            total = self._pressure[rows] + self._change[rows]
-            stays = (touching > 0.0) & (total >= 0.0)
-            enters = (touching == 0.0) & (self._gap[rows] < -target - self._shift)
-            now = (stays | enters).astype(touching.dtype)
-            changed = bool((now != touching).any())
-            touching[:] = now
-            return changed
-
-        return any(by_rows(exchange, self._gap.shape))
+            self._contact[total <= total.min()] = 0.0
 
     def _clipped(self) -> np.ndarray:
-        """Change to a pressure in contact alone and without tension.
-
-        Under a load, to one of the same total.
-        """
-        clipped = self._z
-
-        def clip(rows: slice) -> tuple[float, float]:
-            pressure, touching = self._pressure[rows], self._touching[rows]
-            part = np.maximum(self._change[rows], -pressure, out=clipped[rows])
-            part *= touching
-            part -= (1.0 - touching) * pressure
-            return float(part.sum()), float((pressure + part).sum())
-
-        def balance(rows: slice) -> None:
-            part = clipped[rows]
-            part -= excess * (self._pressure[rows] + part)
-
-        gained, total = np.sum(by_rows(clip, clipped.shape), axis=0).tolist()
+        """Return the change clipped to pressures >= 0; under a load, of no total."""
+        clipped = self._scratch
+        gained, total = _clip(clipped, self._change, self._pressure, self._contact)
         if self._loaded:
-            excess = gained / total
-            by_rows(balance, clipped.shape)
+            _rescale(clipped, gained / total, self._pressure)
         return clipped
 
     def _clip(self) -> None:
-        """Clip the change, and let the gap follow."""
-        clipped = self._clipped()
+        """Clip the change, and update the gap."""
+        difference = self._clipped()
+        if _replace(self._change, difference):
+            self._gap += self._model.compliance(difference, difference)
 
-        def move(rows: slice) -> bool:
-            moved = clipped[rows] - self._change[rows]
-            self._change[rows] = clipped[rows]
-            clipped[rows] = moved
-            return bool(moved.any())
+    def _close_gaps(self, target: float) -> None:
+        r"""Close the gaps in contact by conjugate gradients.
 
-        if any(by_rows(move, clipped.shape)):
-            self._gap += self._model.compliance(clipped, clipped)
+        With the residual :math:`r` and its predecessor :math:`r'`, both zero out of
+        contact,
 
-    def _equilibrate(self, target: float) -> None:
-        """Close the gap of the atoms in contact by conjugate gradients.
+        .. math:: z = C^{-1} r, \quad
+                  \beta = \max\left(0, \frac{z \cdot (r - r')}{(z \cdot r)'}\right),
+                  \quad t \leftarrow z + \beta t, \quad
+                  \alpha = \frac{t \cdot r}{t \cdot C t}, \quad
+                  x \leftarrow x + \alpha t
 
-        They end at a tenth of the first violation, at the target or with the budget.
-        Under a load their directions carry none.
+        (Polak-Ribière). Under a load the mean of :math:`z` is subtracted from it.
         """
-        count = int(np.count_nonzero(self._touching))
+        count = int(np.count_nonzero(self._contact))
         if not count:
             return
-        left = self._look(count)
-        target = max(target, _FORCING * max(left, self._overlap()))
+        largest = self._update_residual(count)
+        overlap = -_least_open_gap(self._gap, self._contact) - self._height_change
+        target = max(target, self._options.forcing * max(largest, overlap))
         self._direction[:] = 0.0
-        self._last[:] = self._residual
+        self._last_residual[:] = self._residual
         last_work = math.inf
-        while left > target and self._budget > 0:
+        while largest > target and self._steps > 0:
             last_work = self._turn(count, last_work)
             self._advance()
-            left = self._look(count)
-            self._budget -= 1
+            largest = self._update_residual(count)
+            self._steps -= 1
+
+    def _update_residual(self, count: int) -> float:
+        """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
+        if self._loaded:
+            self._height_change = -dot(self._gap, self._contact) / count
+        self._last_residual, self._residual = self._residual, self._last_residual
+        return _set_residual(
+            self._residual, self._gap, self._height_change, self._contact
+        )
 
     def _turn(self, count: int, last_work: float) -> float:
-        """Choose the next direction, return the work of the residual along the way."""
-        z, direction = self._model.stiffness(self._residual, self._z), self._direction
-        fields = self._residual, self._last, self._touching
-        work, overlap, total = dots([(z, field) for field in fields]).tolist()
-        # the residuals have no mean: it does not matter to the work
+        """Set the next direction, and return the work ``z . r``."""
+        z = self._model.stiffness(self._residual, self._scratch)
+        fields = self._residual, self._last_residual, self._contact
+        # under a load the residuals have no mean: that of z does not change the work
+        work, overlap, total = dots([(z, field) for field in fields])
         mean = total / count if self._loaded else 0.0
-        # Polak-Ribiere, restarted when it turns negative
-        kept = max(0.0, (work - overlap) / last_work)
-
-        def turn(rows: slice) -> None:
-            part = direction[rows]
-            part *= kept
-            part += (z[rows] - mean) * self._touching[rows]
-
-        by_rows(turn, z.shape)
+        beta = max(0.0, (work - overlap) / last_work)
+        _set_direction(self._direction, beta, z, mean, self._contact)
         return work
 
     def _advance(self) -> None:
         """Go along the direction to the least energy."""
-        direction, change, gap = self._direction, self._change, self._gap
-        sunk = self._model.compliance(direction, self._z)
-        length = dot(direction, self._residual) / dot(direction, sunk)
+        opening = self._model.compliance(self._direction, self._scratch)
+        work = dot(self._direction, self._residual)
+        length = work / dot(self._direction, opening)
+        _advance(self._change, self._gap, length, self._direction, opening)
 
-        def advance(rows: slice) -> None:
-            change[rows] += length * direction[rows]
-            gap[rows] += length * sunk[rows]
 
-        by_rows(advance, gap.shape)
+@rowwise(np.logical_or)
+def _exchange(
+    contact: np.ndarray,
+    pressure: np.ndarray,
+    change: np.ndarray,
+    gap: np.ndarray,
+    least_gap: float,
+) -> bool:
+    """Update the set: keep ``p + x >= 0``, add gaps below `least_gap`.
 
-    def _look(self, count: int) -> float:
-        """Keep the last residual, and return the largest of the new one.
+    Returns whether it has changed.
+    """
+    stays = (contact > 0.0) & (pressure + change >= 0.0)
+    enters = (contact == 0.0) & (gap < least_gap)
+    new = (stays | enters).astype(contact.dtype)
+    changed = bool((new != contact).any())
+    contact[:] = new
+    return changed
 
-        It is the overlap in contact; under a load without its mean, which is a shift.
-        """
-        gap, touching = self._gap, self._touching
-        if self._loaded:
-            self._shift = -dot(gap, touching) / count
-        self._last, self._residual = self._residual, self._last
 
-        def overlap(rows: slice) -> tuple[float, float]:
-            part = np.add(gap[rows], self._shift, out=self._residual[rows])
-            part *= touching[rows]
-            np.negative(part, out=part)
-            return float(part.max()), -float(part.min())
+@rowwise(np.add)
+def _clip(
+    clipped: np.ndarray, change: np.ndarray, pressure: np.ndarray, contact: np.ndarray
+) -> tuple[float, float]:
+    """Clip ``x`` to ``max(x, -p)`` in contact, ``-p`` elsewhere.
 
-        return float(np.max(by_rows(overlap, gap.shape)))
+    Returns the sums of ``x`` and ``p + x``.
+    """
+    np.maximum(change, -pressure, out=clipped)
+    clipped *= contact
+    clipped -= (1.0 - contact) * pressure
+    return float(clipped.sum()), float((pressure + clipped).sum())
 
-    def _overlap(self) -> float:
-        """Deepest overlap of an atom out of contact."""
 
-        def deepest(rows: slice) -> float:
-            away = self._touching[rows] == 0.0
-            return float(self._gap[rows].min(where=away, initial=math.inf))
+@rowwise()
+def _rescale(change: np.ndarray, excess: float, pressure: np.ndarray) -> None:
+    """Set ``x -= excess (p + x)``."""
+    change -= excess * (pressure + change)
 
-        return -min(by_rows(deepest, self._gap.shape)) - self._shift
+
+@rowwise(np.logical_or)
+def _replace(change: np.ndarray, new: np.ndarray) -> bool:
+    """Set ``x = new`` and ``new`` to the difference; return whether it is not zero."""
+    difference = new - change
+    change[:] = new
+    new[:] = difference
+    return bool(difference.any())
+
+
+@rowwise(np.maximum)
+def _set_residual(
+    residual: np.ndarray, gap: np.ndarray, height_change: float, contact: np.ndarray
+) -> float:
+    """Set ``r = -(g + s)`` in contact, zero elsewhere; return ``max |r|``."""
+    np.add(gap, height_change, out=residual)
+    residual *= contact
+    np.negative(residual, out=residual)
+    return float(max(residual.max(), -residual.min()))
+
+
+@rowwise(np.minimum)
+def _least_open_gap(gap: np.ndarray, contact: np.ndarray) -> float:
+    """Return the smallest gap out of contact; infinite if there is none."""
+    return float(gap.min(where=contact == 0.0, initial=math.inf))
+
+
+@rowwise()
+def _set_direction(
+    direction: np.ndarray, beta: float, z: np.ndarray, mean: float, contact: np.ndarray
+) -> None:
+    """Set ``t = beta t + z - mean`` in contact, zero elsewhere."""
+    direction *= beta
+    direction += (z - mean) * contact
+
+
+@rowwise()
+def _advance(
+    change: np.ndarray,
+    gap: np.ndarray,
+    length: float,
+    direction: np.ndarray,
+    opening: np.ndarray,
+) -> None:
+    """Set ``x += length t`` and ``g += length C t``."""
+    change += length * direction
+    gap += length * opening
+
+
+@rowwise(np.add)
+def _add_change(
+    new: np.ndarray,
+    old: np.ndarray,
+    unit: float,
+    change: np.ndarray,
+    pressure: np.ndarray,
+) -> float:
+    """Set the new pressure ``max(old + unit x, 0)``, zero where ``p + x`` is.
+
+    Returns its sum.
+    """
+    result = old + unit * change
+    result *= result > 0.0
+    result *= pressure + change > 0.0
+    new[:] = result
+    return float(result.sum())

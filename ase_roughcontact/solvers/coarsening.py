@@ -1,4 +1,4 @@
-"""The same contact on coarser grids and on a part of its window."""
+"""Contacts on coarser grids and on parts of a window."""
 
 from __future__ import annotations
 
@@ -7,37 +7,36 @@ import numpy as np
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
 
-# Windows are not coarsened below this number of atoms along their shorter side.
-COARSEST = 32
 
+def can_coarsen(contact: Contact, coarsest: int) -> bool:
+    """Return whether a grid of twice the spacing has at least `coarsest` atoms.
 
-def can_coarsen(contact: Contact) -> bool:
-    """Whether a grid of twice the spacing still says something of the contact."""
+    Along the shorter side; a periodic grid must have an even number of atoms, too.
+    """
     shape = contact.halfspace.shape
-    whole = not contact.halfspace.periodic or all(n % 2 == 0 for n in shape)
-    return whole and min(shape) >= 2 * COARSEST
+    divisible = not contact.halfspace.periodic or all(n % 2 == 0 for n in shape)
+    return divisible and min(shape) >= 2 * coarsest
 
 
 def coarsen(contact: Contact) -> Contact:
     """Return the contact on every other atom, at twice the spacing.
 
-    The wall's energy per area stays the same, and with it pressure and stiffness.
+    The energy per area of the wall stays the same, and with it pressure and stiffness.
 
     Parameters
     ----------
     contact : Contact
-        With a window of ``(n, m)`` atoms.
+        Contact on a window of ``(n, m)`` atoms.
 
     Returns
     -------
     Contact
-        With a window of ``((n + 1)//2, (m + 1)//2)`` atoms.
+        On a window of ``((n + 1)//2, (m + 1)//2)`` atoms.
     """
     heights = np.ascontiguousarray(contact.heights[::2, ::2])
-    halfspace = contact.halfspace.resized(
-        heights.shape, 2.0 * contact.halfspace.spacing
-    )
-    return Contact(halfspace, heights, contact.interaction)
+    halfspace = contact.halfspace
+    coarse = halfspace.resized(heights.shape, 2.0 * halfspace.spacing)
+    return Contact(coarse, heights, contact.interaction)
 
 
 def refine(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
@@ -46,7 +45,7 @@ def refine(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
     Parameters
     ----------
     values : ndarray, shape ((n + 1)//2, (m + 1)//2)
-        On the grid of `coarsen`.
+        Values on the grid of `coarsen`.
     shape : (int, int)
         ``(n, m)``.
 
@@ -75,33 +74,28 @@ def crop(contact: Contact, box: Box) -> Contact:
 def reachable(
     contact: Contact, height: float, pressure: np.ndarray | None = None
 ) -> Box:
-    """Smallest window of a repulsive wall's contact at a height of the indenter.
+    """Return the smallest window of a contact with a repulsive wall.
 
-    A surface that is only pushed lies nowhere above its plane, so that an atom can
-    touch only where the undeformed gap is within the range of the wall. On a free half
-    space the window can be cut to these atoms, which changes nothing.
+    A surface under pressure is nowhere above its plane, so that an atom can touch only
+    where the undeformed gap is within the range of the wall. On a free half space the
+    window may be cropped to these atoms without an effect on the result.
 
     Parameters
     ----------
     contact : Contact
-        With a wall that does not attract, on a free half space.
+        Contact with a repulsive wall on a free half space.
     height : float
-        Of the indenter, or a lower bound (length).
+        Height of the indenter, or a lower bound (length).
     pressure : ndarray, shape (n, m), optional
-        The atoms that it pushes are within the window, too.
+        The window also contains the atoms under this pressure.
 
     Returns
     -------
     Box
-        At least the atom below the lowest point.
+        Contains at least the atom below the lowest point of the indenter.
     """
     near = contact.heights + height < contact.interaction.cutoff
     if pressure is not None:
         near |= pressure > 0.0
     i, j = divmod(int(contact.heights.argmin()), near.shape[1])
-    return Box((i, j), (1, 1)).union(Box.bounding(near, (0, 0)))
-
-
-def whole(contact: Contact) -> Box:
-    """Window of all atoms."""
-    return Box((0, 0), contact.halfspace.shape)
+    return Box((i, j), (1, 1)).union(Box.bounding(near))

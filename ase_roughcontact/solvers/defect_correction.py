@@ -1,12 +1,20 @@
-r"""The contact problem of a hard wall on one grid.
+r"""Defect correction for the contact with a hard wall on one grid.
 
-*Defect correction.* One exact convolution gives the exact gap. Then :math:`G` is
-replaced by a cheap model on a box of the atoms that may touch, and the contact problem
-of this model is solved for the correction of the pressure (see `activeset`). The
-model's gradient is exact at the present pressure, hence its minimum lies in a direction
-of descent: a step that overshoots is cut to the least energy
-:math:`p \cdot G p/2 + (Z + h) \cdot p` along it, which so never rises. Where the model
-is not good enough, the last moves are combined to the least energy among them.
+The energy :math:`E(p) = \tfrac12 p \cdot G p + (Z + h) \cdot p` is minimised over
+pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \sum p`.
+
+1. Calculate the gap :math:`g = Z + h + G p` by a convolution. Under a load, :math:`Z`
+   makes the smallest and the largest gap in contact opposite. Stop if the violation,
+   the largest gap in contact or overlap, is below the tolerance.
+2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
+   correction :math:`x` of the pressure, to a tenth of the violation; see `active_set`.
+   The gradient of the model is exact at :math:`p`, so that :math:`E` falls along
+   :math:`x`.
+3. Calculate :math:`G x` by a convolution, and shorten :math:`x` to the least energy
+   along it if it is too long by a factor of two or does not change the set in contact.
+4. If the violation had not decreased to 30 % in the step before, minimise the energy
+   over the span of this correction and the two before it instead: they make up for the
+   errors of the model in the longest waves.
 """
 
 from __future__ import annotations
@@ -17,53 +25,38 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import by_rows, combined, dot, dots
+from ase_roughcontact._util.kernels import dot, dots, linear_combination, rowwise
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.active_set import ActiveSetSolver
+from ase_roughcontact.solvers.active_set import ComplementarityProblem
+from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import precision_advice
-
-# Part of a violation that the model's solution may leave.
-_CONTRACTION = 0.1
-# The same of a model that is exact, in roundings of its numbers: to less, all of a
-# budget was spent on a small periodic cell (604 pairs instead of 56).
-_ROUNDINGS = 1000.0
-# Moves before the last that are combined with it, where a violation stays above this
-# part of the one before: large contacts that fill their window (a contact of 1500 atoms
-# across took 82 pairs instead of 127).
-_MEMORY = 2
-_SLOW = 0.3
-# Steps without progress.
-_PATIENCE = 10
 
 
 @dataclass(frozen=True)
-class Step:
-    """Where the solver has come to.
+class HardWallState:
+    """State of the defect correction.
 
     Attributes
     ----------
     pressure : ndarray, shape (n, m)
-        Nowhere negative (pressure).
-    displacement : ndarray, shape (n, m), or None
-        ``-G pressure`` (length), if it is known.
+        Nonnegative pressure on the window.
     height : float
-        Of the indenter (length).
+        Height of the indenter (length).
     elastic_energy : float
-        Of the half space.
+        Energy of the half space.
     violation : float
-        Largest gap in contact or overlap outside of it (length).
+        Largest gap in contact or overlap (length).
     converged : bool
-        Whether the violation is small enough.
+        Whether the violation is below the tolerance.
     message : str
-        Why there is no way on.
+        Why there is no further step; empty while there is one.
     work : float
-        Number of grid points transformed (forth and back) since the last step.
+        Grid points transformed, forward and back, since the last state.
     """
 
     pressure: np.ndarray
-    displacement: np.ndarray | None
     height: float
     elastic_energy: float
     violation: float
@@ -73,52 +66,54 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Move:
-    """Change of the pressure, and of the depth that goes with it."""
+class Correction:
+    """Change ``x`` of the pressure, and the opening ``G x`` of the gap."""
 
-    step: np.ndarray
-    deepening: np.ndarray
+    pressure: np.ndarray
+    opening: np.ndarray
 
 
-def descend(
+def defect_correction(
     contact: Contact,
     height: float,
     load: float | None,
     start: np.ndarray | None,
     tolerance: float,
-) -> Iterator[Step]:
-    """Solve the contact problem on the grid as it is.
+    options: ActiveSetOptions,
+) -> Iterator[HardWallState]:
+    """Solve the contact problem of a hard wall on one grid.
 
     Parameters
     ----------
     contact : Contact
-        Its wall is taken for hard.
+        The wall counts as hard.
     height : float
-        Of the indenter (length); ignored if there is a load.
+        Height of the indenter (length); ignored if there is a load.
     load : float, optional
-        Positive (force).
+        Positive load (force).
     start : ndarray, shape (n, m), optional
-        Pressure to start from, nowhere negative.
+        Nonnegative initial pressure.
     tolerance : float
-        Largest violation that is left (length).
+        Largest violation that may be left (length).
+    options : ActiveSetOptions
 
     Yields
     ------
-    Step
-        The start, and one for each outer step. The last one is converged, or has a
+    HardWallState
+        The start, and the state after each step. The last one is converged, or has a
         message.
     """
-    descent = _Descent(contact, height, load, start, tolerance)
+    solver = _DefectCorrection(contact, height, load, start, tolerance, options)
     while True:
-        step = descent.look()
-        yield step
-        if step.converged or step.message:
+        state = solver.evaluate()
+        yield state
+        if state.converged or state.message:
             return
-        descent.advance()
+        solver.correct()
 
 
-class _Descent:
-    """Where the solver is, and what it remembers of the way."""
+class _DefectCorrection:
+    """Pressure and opening, and the corrections so far."""
 
     def __init__(
         self,
@@ -127,126 +122,151 @@ class _Descent:
         load: float | None,
         start: np.ndarray | None,
         tolerance: float,
+        options: ActiveSetOptions,
     ) -> None:
-        self.contact, self.halfspace, self.work = contact, contact.halfspace, 0.0
-        self.height, self.load, self.tolerance = height, load, tolerance
-        self.pressure = _first(contact, load, start)
-        self.displacement = self._displaced(self.pressure)
+        self._contact, self._halfspace = contact, contact.halfspace
+        self._height, self._load, self._tolerance = height, load, tolerance
+        self._options = options
+        self._work = 0.0
+        self._pressure = _initial_pressure(contact, load, start)
+        self._opening = self._opened(self._pressure)
         if load is None:
             undeformed = contact.heights + height
-            share = _share(self.pressure, self.displacement, undeformed)
-            self.pressure = combined([(share, self.pressure)])
-            self.displacement = combined([(share, self.displacement)])
-        self.model: CirculantModel | None = None
-        self.violations: list[float] = []
-        self.moves: list[Move] = []
-        self.part = 1.0
+            factor = _start_factor(self._pressure, self._opening, undeformed)
+            self._pressure = factor * self._pressure
+            self._opening *= factor
+        self._model: CirculantModel | None = None
+        self._violations: list[float] = []
+        self._corrections: list[Correction] = []  # the last one first
+        self._length = 1.0
 
-    def look(self) -> Step:
-        """Return the present step, and remember its gap."""
-        self.gap, self.height = _gap(
-            self.contact, self.pressure, self.displacement, self.height, self.load
-        )
-        violation = _violation(self.pressure, self.gap)
-        self.violations.append(violation)
-        converged = violation <= self.tolerance
-        obstacle = _obstacle(self.violations, self.part, self.tolerance)
-        message = obstacle and obstacle + precision_advice(self.halfspace)
-        work = dot(self.pressure, self.displacement)
-        return Step(
-            pressure=self.pressure,
-            displacement=self.displacement,
-            height=self.height,
-            elastic_energy=-0.5 * self.halfspace.cell_area * work,
+    def evaluate(self) -> HardWallState:
+        """Calculate the gap; return the present state."""
+        gap = linear_combination([(1.0, self._contact.heights), (1.0, self._opening)])
+        if self._load is not None:
+            highest, minus_lowest = _extremes_in_contact(gap, self._pressure)
+            self._height = (minus_lowest - highest) / 2.0
+        gap += self._height
+        self._gap = gap
+        violation = _violation(gap, self._pressure)
+        self._violations.append(violation)
+        converged = violation <= self._tolerance
+        work, self._work = self._work, 0.0
+        energy = 0.5 * self._halfspace.cell_area * dot(self._pressure, self._opening)
+        return HardWallState(
+            pressure=self._pressure,
+            height=self._height,
+            elastic_energy=energy,
             violation=violation,
             converged=converged,
-            message="" if converged else message,
-            work=self.work,
+            message="" if converged else self._obstacle(),
+            work=work,
         )
 
-    def advance(self) -> None:
-        """Correct the pressure by the model, as far as the energy falls."""
-        violation = self.violations[-1]
-        trial = self._corrected(violation)
-        sunk = self._displaced(trial)
-        move = Move(
-            combined([(1.0, trial), (-1.0, self.pressure)]),
-            combined([(1.0, self.displacement), (-1.0, sunk)]),
+    def correct(self) -> None:
+        """Correct the pressure by the model, so that the energy falls."""
+        violations, options = self._violations, self._options
+        trial = self._solve_model(violations[-1])
+        trial_opening = self._opened(trial)
+        correction = Correction(trial - self._pressure, trial_opening - self._opening)
+        self._corrections = [correction, *self._corrections[: options.history]]
+        self._length = 1.0
+        slowest = options.slow_contraction
+        if len(violations) > 1 and violations[-1] > slowest * violations[-2]:
+            self._pressure = self._combined(trial)
+            self._opening = self._opened(self._pressure)
+            return
+        self._length = _step_length(self._pressure, trial, self._gap, correction)
+        if self._length == 1.0:
+            self._pressure, self._opening = trial, trial_opening
+            return
+        self._pressure = linear_combination(
+            [(1.0, self._pressure), (self._length, correction.pressure)]
         )
-        self.moves = [move, *self.moves[:_MEMORY]]
-        if len(self.violations) > 1 and violation > _SLOW * self.violations[-2]:
-            loaded = self.load is not None
-            self.pressure = _combined(self.pressure, self.gap, self.moves, loaded)
-            self.displacement, self.part = self._displaced(self.pressure), 1.0
-            return
-        self.part = _part(self.pressure, trial, self.gap, move)
-        if self.part == 1.0:
-            self.pressure, self.displacement = trial, sunk
-            return
-        self.pressure = combined([(1.0, self.pressure), (self.part, move.step)])
-        deepened = [(1.0, self.displacement), (-self.part, move.deepening)]
-        self.displacement = combined(deepened)
+        self._opening = linear_combination(
+            [(1.0, self._opening), (self._length, correction.opening)]
+        )
 
-    def _corrected(self, violation: float) -> np.ndarray:
-        """Pressure of less violation by the model."""
-        model = self._covering(violation)
-        before = model.transforms
-        # to an exact model there is no need to come back, but for its rounding
-        rounding = _ROUNDINGS * float(np.finfo(model.dtype).eps)
-        contraction = rounding if model.exact else _CONTRACTION
-        target = max(0.3 * self.tolerance / violation, contraction)
-        loaded = self.load is not None
-        correction = ActiveSetSolver(model, self.pressure, self.gap, violation, loaded)
-        trial = correction.solve(target)
-        self.work = model.points * (model.transforms - before)
+    def _obstacle(self) -> str:
+        """Return why there is no further step; empty if there is one."""
+        violation, patience = self._violations[-1], self._options.patience
+        if not math.isfinite(violation):
+            return "the gap is not finite"
+        late, early = self._violations[-patience:], self._violations[:-patience]
+        if self._length == 0.0:
+            reason = "rounding errors hide any further decrease of the energy"
+        elif early and min(late) >= min(early):
+            reason = f"no progress in {patience} steps"
+        else:
+            return ""
+        reached = f"the largest gap is {violation:.3g}, not {self._tolerance:.3g}"
+        return f"{reason}: {reached}{precision_advice(self._halfspace)}"
+
+    def _solve_model(self, violation: float) -> np.ndarray:
+        """Return the pressure that the model finds."""
+        model = self._covering_model(violation)
+        before = model.work
+        contraction = self._options.contraction
+        if model.exact:  # only rounding errors make another step necessary
+            rounding = float(np.finfo(model.dtype).eps)
+            contraction = self._options.exact_contraction * rounding
+        target = max(0.3 * self._tolerance / violation, contraction)
+        loaded = self._load is not None
+        problem = ComplementarityProblem(
+            model, self._pressure, self._gap, violation, loaded, self._options
+        )
+        trial = problem.solve(target)
+        self._work += model.work - before
         return trial
 
-    def _covering(self, violation: float) -> CirculantModel:
-        """Model whose box holds all atoms that may touch, the last one if it does."""
-        if self.model is None or _overlaps_beyond(self.model.box, self.gap):
-            near = (self.pressure > 0.0) | (self.gap < violation)
-            box = Box.bounding(near, (0, 0)) or Box((0, 0), near.shape)
-            box = box.union(self.model.box if self.model else None)
-            self.model = CirculantModel(self.halfspace, box)
-        return self.model
+    def _covering_model(self, violation: float) -> CirculantModel:
+        """Return a model of all atoms that may touch, the last one if it suffices."""
+        if self._model is None or _overlaps_outside(self._model.box, self._gap):
+            near = (self._pressure > 0.0) | (self._gap < violation)
+            box = Box.bounding(near) or Box((0, 0), near.shape)
+            box = box.union(self._model.box if self._model else None)
+            self._model = CirculantModel(self._halfspace, box)
+        return self._model
 
-    def _displaced(self, pressure: np.ndarray) -> np.ndarray:
-        self.work += math.prod(self.halfspace.grid)
-        return self.halfspace.displacement(pressure)
+    def _opened(self, pressure: np.ndarray) -> np.ndarray:
+        """Return ``G p``, and count its transforms."""
+        self._work += math.prod(self._halfspace.grid)
+        displacement = self._halfspace.displacement(pressure)
+        return np.negative(displacement, out=displacement)
+
+    def _combined(self, trial: np.ndarray) -> np.ndarray:
+        """Return the pressure of the least energy in the span of the corrections."""
+        corrections = self._corrections
+        slopes = dots([(x.pressure, self._gap) for x in corrections])
+        pairs = [(x.pressure, y.opening) for x in corrections for y in corrections]
+        hessian = np.reshape(dots(pairs), (len(corrections), len(corrections)))
+        weights, *_ = np.linalg.lstsq(hessian, -np.array(slopes), rcond=1e-8)
+        terms = [(w, x.pressure) for w, x in zip(weights, corrections, strict=True)]
+        new = linear_combination([(1.0, self._pressure), *terms])
+        _clip(new, trial)
+        if self._load is not None:
+            new *= self._pressure.sum() / new.sum()
+        return new
 
 
-def _overlaps_beyond(box: Box, gap: np.ndarray) -> bool:
-    """Whether there are atoms outside of a box that overlap."""
-    overlap = gap < 0.0
-    overlap[box.slices] = False
-    return bool(overlap.any())
-
-
-def _first(
+def _initial_pressure(
     contact: Contact, load: float | None, start: np.ndarray | None
 ) -> np.ndarray:
-    """Pressure to start from, which carries the load."""
+    """Return an initial pressure that carries the load."""
     if load is None:
         return np.zeros(contact.heights.shape) if start is None else start
     halfspace = contact.halfspace
     total = load / halfspace.cell_area
     if start is None or not start.any():
-        start = _springs(contact.heights, total, 1.0 / halfspace.self_compliance)
+        stiffness = 1.0 / halfspace.self_compliance
+        start = _winkler_pressure(contact.heights, total, stiffness)
     return start * (total / start.sum())
 
 
-def _share(
-    pressure: np.ndarray, displacement: np.ndarray, undeformed: np.ndarray
-) -> float:
-    """Part of a start to take: less than all if it is much too large for a gap."""
-    stored, done = -dot(pressure, displacement), -dot(pressure, undeformed)
-    if done >= 0.5 * stored:
-        return 1.0
-    return done / stored if done > 0.0 else 0.0
-
-
-def _springs(heights: np.ndarray, total: float, stiffness: float) -> np.ndarray:
-    """Pressures of springs without neighbours which add up to a total."""
+def _winkler_pressure(
+    heights: np.ndarray, total: float, stiffness: float
+) -> np.ndarray:
+    """Return the pressure of an elastic foundation (independent springs) by its sum."""
     above = heights - heights.min()
     h = np.sort(above, axis=None)
     carried = stiffness * (np.arange(1, h.size) * h[1:] - np.cumsum(h[:-1]))
@@ -255,102 +275,68 @@ def _springs(heights: np.ndarray, total: float, stiffness: float) -> np.ndarray:
     return stiffness * np.maximum(level - above, 0.0)
 
 
-def _gap(
-    contact: Contact,
-    pressure: np.ndarray,
-    displacement: np.ndarray,
-    height: float,
-    load: float | None,
-) -> tuple[np.ndarray, float]:
-    """Gap and height; under a load the one at which the gaps in contact balance."""
-    gap = combined([(1.0, contact.heights), (-1.0, displacement)])
-
-    def ends(rows: slice) -> tuple[float, float]:
-        touching = gap[rows][pressure[rows] > 0.0]
-        return (
-            float(touching.min(initial=math.inf)),
-            float(touching.max(initial=-math.inf)),
-        )
-
-    def lift(rows: slice) -> None:
-        gap[rows] += height
-
-    if load is not None:
-        lowest, highest = zip(*by_rows(ends, gap.shape), strict=True)
-        height = -(min(lowest) + max(highest)) / 2.0
-    by_rows(lift, gap.shape)
-    return gap, height
+def _start_factor(
+    pressure: np.ndarray, opening: np.ndarray, undeformed: np.ndarray
+) -> float:
+    """Return a factor for the start: that of the least energy if it is below 0.5."""
+    curvature, slope = dot(pressure, opening), dot(pressure, undeformed)
+    if -slope >= 0.5 * curvature:
+        return 1.0
+    return -slope / curvature if slope < 0.0 else 0.0
 
 
-def _violation(pressure: np.ndarray, gap: np.ndarray) -> float:
-    """Largest gap in contact, or overlap anywhere."""
-
-    def ends(rows: slice) -> tuple[float, float]:
-        part = gap[rows]
-        touching = part.max(where=pressure[rows] > 0.0, initial=0.0)
-        return float(touching), -float(part.min())
-
-    return float(np.max(by_rows(ends, gap.shape)))
+def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:
+    """Return whether atoms outside of a box overlap with the indenter."""
+    overlap = gap < 0.0
+    overlap[box.slices] = False
+    return bool(overlap.any())
 
 
-def _obstacle(violations: list[float], part: float, tolerance: float) -> str:
-    """Why there is no way on, or nothing."""
-    if not math.isfinite(violations[-1]):
-        return "the gap is not finite"
-    reached = f"a gap of {violations[-1]:.3g} is left, not {tolerance:.3g}"
-    if part == 0.0:
-        return f"rounding: the energy can't be lowered, {reached}"
-    late, early = violations[-_PATIENCE:], violations[:-_PATIENCE]
-    if early and min(late) >= min(early):
-        return f"no progress in {_PATIENCE} steps: {reached}"
-    return ""
+def _step_length(
+    old: np.ndarray, new: np.ndarray, gap: np.ndarray, correction: Correction
+) -> float:
+    """Return the length of a step along a correction.
 
-
-def _part(old: np.ndarray, new: np.ndarray, gap: np.ndarray, move: Move) -> float:
-    """Part of the way from the old to the new pressure to go: the least energy.
-
-    The whole way, if that lowers the energy and the set in contact changes: else the
-    atoms that leave would keep a part of their pressure for ever.
+    That of the least energy; one, if this lowers the energy and the set in contact
+    changes: otherwise atoms that leave would keep a part of their pressure forever.
     """
-    slope = dot(move.step, gap)
-    curvature = dot(move.step, move.deepening)
+    slope = dot(correction.pressure, gap)
+    curvature = dot(correction.pressure, correction.opening)
     if slope >= 0.0:
         return 0.0
-    if curvature <= 0.0:  # the mean of a periodic surface moves at no cost
+    if curvature <= 0.0:  # a shift of the mean of a periodic surface
         return 1.0
-    part = -slope / curvature
-    if part < 0.5:
-        return part
-
-    def stays(rows: slice) -> bool:
-        """Whether the same atoms touch, and stay under pressure on the way."""
-        before = old[rows]
-        if ((new[rows] > 0.0) != (before > 0.0)).any():
-            return False
-        return bool((before + part * move.step[rows]).min() >= 0.0)
-
-    return part if all(by_rows(stays, old.shape)) else 1.0
+    length = -slope / curvature
+    if length < 0.5 or _same_contact(old, new, length, correction.pressure):
+        return length
+    return 1.0
 
 
-def _combined(
-    pressure: np.ndarray, gap: np.ndarray, moves: list[Move], loaded: bool
-) -> np.ndarray:
-    """Pressure of the least energy among moves, the last one and those before.
+@rowwise(np.maximum)
+def _extremes_in_contact(gap: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
+    """Return the largest gap in contact, and minus the smallest."""
+    gaps = gap[pressure > 0.0]
+    return float(gaps.max(initial=-math.inf)), -float(gaps.min(initial=math.inf))
 
-    Together they make up for the long waves that the model misses.
-    """
-    slopes = dots([(move.step, gap) for move in moves])
-    pairs = [(one.step, other.deepening) for one in moves for other in moves]
-    hessian = dots(pairs).reshape(len(moves), len(moves))
-    weights, *_ = np.linalg.lstsq(hessian, -slopes, rcond=1e-8)
-    terms = zip(weights.tolist(), (move.step for move in moves), strict=True)
-    new = combined([(1.0, pressure), *terms])
 
-    def clip(rows: slice) -> None:
-        part = new[rows]
-        part *= (part > 0.0) & (pressure[rows] + moves[0].step[rows] > 0.0)
+@rowwise(np.maximum)
+def _violation(gap: np.ndarray, pressure: np.ndarray) -> float:
+    """Return the largest gap in contact or overlap."""
+    in_contact = gap.max(where=pressure > 0.0, initial=0.0)
+    return float(np.maximum(in_contact, -gap.min()))
 
-    by_rows(clip, new.shape)
-    if loaded:
-        new *= pressure.sum() / new.sum()
-    return new
+
+@rowwise(np.logical_and)
+def _same_contact(
+    old: np.ndarray, new: np.ndarray, length: float, change: np.ndarray
+) -> bool:
+    """Return whether the same atoms carry pressure before, after and on the way."""
+    if ((new > 0.0) != (old > 0.0)).any():
+        return False
+    return bool((old + length * change).min() >= 0.0)
+
+
+@rowwise()
+def _clip(pressure: np.ndarray, trial: np.ndarray) -> None:
+    """Set negative pressures to zero, and those that are zero in the trial."""
+    pressure *= (pressure > 0.0) & (trial > 0.0)

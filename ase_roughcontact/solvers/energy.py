@@ -1,72 +1,74 @@
-"""Energy of a soft contact as a function of pressure and height.
+r"""Energy of a contact with a soft wall, as a function of pressure and height.
 
-With the elastic pressure ``q`` on the window, the Green's function ``G`` of the half
-space and the gap ``g = Z + h + G q``,
+With the elastic pressure :math:`q` on the window, the Green's function :math:`G` of the
+half space, the height :math:`Z` of the indenter, its surface :math:`h` and the gap
+:math:`g = Z + h + G q`,
 
-::
+.. math:: E(q, Z) = a_0^2 \left[\tfrac12 \sum q\, G q + \sum V(g)\right] + U(Z)
 
-    E(q, Z) = a0^2 [ 1/2 sum q (G q) + sum V(g) ] + U(Z)
-
-has the gradient ``a0^2 G (q - p)`` in ``q``, with the wall's pressure ``p = -V'(g)``,
-and ``-(a0^2 sum p + F)`` in ``Z``, with the force ``F = -U'`` of load and springs on
-the indenter. ``G`` is linear: once the lift ``G x`` of a step is known, energy and
-derivatives anywhere along it cost no transform.
+has the gradient :math:`-a_0^2 G r` in :math:`q`, with the residual :math:`r = p - q`
+and the pressure :math:`p = -V'(g)` of the wall, and :math:`-(a_0^2 \sum p + F)` in
+:math:`Z`, with the force :math:`F = -U'` of load and springs on the indenter. An
+increment :math:`(x, G x, z)` contains the opening :math:`G x` of the gap: energy and
+derivatives along it cost no further convolution.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ase_roughcontact._util.kernels import (
-    by_rows,
-    combined,
     dot,
     dots,
-    each,
-    largest,
-    part_dot,
+    inner,
+    linear_combination,
+    max_abs,
+    rowwise,
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.solvers.relaxation import External
 
-# Rounding of an energy, relative to the sum of its terms' magnitudes.
+# Rounding error of an energy, relative to the sum of the magnitudes of its terms.
 _ROUNDING = 1e-14
-# Least curvature, of one, that a combination of steps takes a mode for.
-_LEAST_CURVATURE = 0.03
-# Steps of the indenter alone, each of which squares what is missing of the load.
-_BALANCE = 3
-# A line search stops at this part of the first slope.
-_SLOPE_LEFT = 0.3
+# Search for the height that carries the load: first step in spacings, growth of the
+# steps, and their number, which covers any height.
+_FIRST_STEP = 0.01
+_GROWTH = 1.5
+_SEARCH_STEPS = 100
 
 
 @dataclass(frozen=True)
-class State:
-    """A point of the contact_energy.
+class EnergyState:
+    """Energy and gradient at a pressure and a height.
 
     Attributes
     ----------
-    pressure, lift : ndarray, shape (n, m)
-        Elastic pressure ``q``, and ``G q`` (length).
+    pressure, opening : ndarray, shape (n, m)
+        Elastic pressure ``q`` and the opening ``G q`` of the gap (length).
     height : float
-        Of the indenter (length).
+        Height of the indenter (length).
     box : Box
-        Around the atoms in range of the wall or under pressure; at least one.
+        Bounding box of the atoms in range of the wall or under pressure; at least one
+        atom.
     stiffness, residual : ndarray, shape (n, m)
-        The wall's stiffness and ``p - q``.
+        Stiffness ``V''`` of the wall and residual ``p - q``.
     load_residual : float
-        Upward force on the indenter, zero if it is fixed.
+        Upward force on the indenter; zero if the height is fixed.
     surface_error : float
-        Largest force on any atom of the surface.
-    energy, noise : float
-        The energy, and how large its rounding may be.
+        Largest force on an atom of the surface.
+    energy, rounding : float
+        Energy and an estimate of its rounding error.
     """
 
     pressure: np.ndarray
-    lift: np.ndarray
+    opening: np.ndarray
     height: float
     box: Box
     stiffness: np.ndarray
@@ -74,40 +76,42 @@ class State:
     load_residual: float
     surface_error: float
     energy: float
-    noise: float
+    rounding: float
 
     @property
     def error(self) -> float:
-        """Largest force on any atom or the indenter."""
+        """Largest force on an atom or the indenter."""
         return max(self.surface_error, abs(self.load_residual))
 
 
 @dataclass(frozen=True)
-class Step:
-    """Change of pressure, of the lift that goes with it, and of the height."""
+class Increment:
+    """Change of the pressure, the opening that it causes, and change of the height."""
 
     pressure: np.ndarray
-    lift: np.ndarray
+    opening: np.ndarray
     height: float
 
     @classmethod
-    def sum(cls, parts: list[float], steps: list[Step]) -> Step:
-        """Return the sum of parts of steps."""
-        pairs = list(zip(parts, steps, strict=True))
+    def combination(
+        cls, weights: list[float], increments: list[Increment]
+    ) -> Increment:
+        """Return the sum of increments times weights."""
+        pairs = list(zip(weights, increments, strict=True))
         return cls(
-            combined([(part, step.pressure) for part, step in pairs]),
-            combined([(part, step.lift) for part, step in pairs]),
-            sum(part * step.height for part, step in pairs),
+            linear_combination([(w, increment.pressure) for w, increment in pairs]),
+            linear_combination([(w, increment.opening) for w, increment in pairs]),
+            sum(w * increment.height for w, increment in pairs),
         )
 
 
 class ContactEnergy:
-    """Energy and its derivatives, at states and along steps.
+    """Energy of a contact and its derivatives, at states and along increments.
 
     Parameters
     ----------
     contact : Contact
-        With a soft wall.
+        Contact with a soft wall.
     external : callable, optional
         Energy and upward force of load and springs on the indenter at a height; by
         default the height is fixed.
@@ -120,120 +124,102 @@ class ContactEnergy:
         self.loaded = external is not None
         self.external = external or (lambda height: (0.0, 0.0))
 
-    def lift(self, pressure: np.ndarray) -> np.ndarray:
+    def opening(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
-        lift = self.contact.halfspace.displacement(pressure)
-        return np.negative(lift, out=lift)
+        displacement = self.contact.halfspace.displacement(pressure)
+        return np.negative(displacement, out=displacement)
 
-    def spring(self, height: float) -> float:
-        """Stiffness of the springs on the indenter, by a difference of forces."""
-        if not self.loaded:
-            return 0.0
-        d = 1e-4 * self.contact.halfspace.spacing
-        fall = self.external(height - d)[1] - self.external(height + d)[1]
-        return max(fall / (2.0 * d), 0.0)
-
-    def state(self, pressure: np.ndarray, lift: np.ndarray, height: float) -> State:
-        """Evaluate the wall, the energy and its gradient."""
-        stiffness, residual = np.empty(lift.shape), np.empty(lift.shape)
-        near = np.empty(lift.shape, bool)
-
-        def evaluate(rows: slice) -> list[float]:
-            gap, here = self._gap(lift, height, rows), near[rows]
-            np.less(gap, self.wall.cutoff, out=here)
-            here |= pressure[rows] != 0.0
-            stiffness[rows] = residual[rows] = 0.0
-            if not here.any():
-                return [0.0, 0.0, 0.0]
-            energies, repulsion, stiffness[rows][here] = self.wall.evaluate(gap[here])
-            residual[rows][here] = repulsion
-            residual[rows] -= pressure[rows]
-            return [float(x.sum()) for x in (energies, abs(energies), repulsion)]
-
-        sums = np.sum(by_rows(evaluate, lift.shape), axis=0)
-        stored, magnitude, pushed = (self.area * sums).tolist()
-        if self.contact.halfspace.periodic and near.all():
-            # an even pressure displaces nothing, and no energy tells how large it is
+    def state(
+        self, pressure: np.ndarray, opening: np.ndarray, height: float
+    ) -> EnergyState:
+        """Evaluate the energy and its gradient."""
+        residual, stiffness = np.empty(opening.shape), np.empty(opening.shape)
+        active = np.empty(opening.shape, bool)
+        stored, magnitude, pushed = _evaluate_wall(
+            residual,
+            stiffness,
+            active,
+            pressure,
+            opening,
+            self.contact.heights,
+            height,
+            self.wall,
+        )
+        if self.contact.halfspace.periodic and active.all():
+            # the energy does not depend on the mean of q: set it to that of p
             shift = float(residual.mean())
             pressure, residual = pressure + shift, residual - shift
-        elastic = 0.5 * self.area * dot(pressure, lift)
+        elastic = 0.5 * self.area * dot(pressure, opening)
         outside, force = self.external(height)
         if self.loaded:
-            force += pushed
-        return State(
+            force += self.area * pushed
+        magnitudes = elastic + self.area * magnitude + abs(outside)
+        return EnergyState(
             pressure=pressure,
-            lift=lift,
+            opening=opening,
             height=height,
-            box=self._around(near, lift),
+            box=Box.bounding(active) or self._lowest_gap(opening),
             stiffness=stiffness,
             residual=residual,
             load_residual=force,
-            surface_error=self.area * largest(residual),
-            energy=elastic + stored + outside,
-            noise=_ROUNDING * (elastic + magnitude + abs(outside)),
+            surface_error=self.area * max_abs(residual),
+            energy=elastic + self.area * stored + outside,
+            rounding=_ROUNDING * magnitudes,
         )
 
-    def afresh(self, state: State) -> State:
-        """Return the same state, its lift convolved anew."""
-        return self.state(state.pressure, self.lift(state.pressure), state.height)
+    def recomputed(self, state: EnergyState) -> EnergyState:
+        """Return the same state with its opening from a new convolution."""
+        return self.state(state.pressure, self.opening(state.pressure), state.height)
 
-    def moved(self, state: State, step: Step, length: float) -> State:
-        """Return the state after a step."""
+    def moved(
+        self, state: EnergyState, increment: Increment, length: float
+    ) -> EnergyState:
+        """Return the state after an increment times a length."""
         return self.state(
-            combined([(1.0, state.pressure), (length, step.pressure)]),
-            combined([(1.0, state.lift), (length, step.lift)]),
-            state.height + length * step.height,
+            linear_combination([(1.0, state.pressure), (length, increment.pressure)]),
+            linear_combination([(1.0, state.opening), (length, increment.opening)]),
+            state.height + length * increment.height,
         )
 
-    def balanced(self, state: State, tolerance: float) -> State:
-        """Move the indenter alone, where only its force is larger than a tolerance.
+    def spring_stiffness(self, height: float) -> float:
+        """Return the stiffness of the springs, by a difference of forces."""
+        if not self.loaded:
+            return 0.0
+        d = 1e-4 * self.contact.halfspace.spacing
+        difference = self.external(height - d)[1] - self.external(height + d)[1]
+        return max(difference / (2.0 * d), 0.0)
 
-        Then the wall's stiffness spreads what is missing of the load over the atoms in
-        contact: no transform is needed. A contact of 2.4 million atoms, to 2.5e-5 of
-        the mean force on each, so took 8 Newton steps at its last spacing instead of
-        17. Not under attraction, where the frozen surface may hold an indenter that
-        the real one lets go.
-        """
-        for _ in range(_BALANCE):
-            missing = state.load_residual
-            only = state.surface_error <= tolerance < abs(missing)
-            if self.wall.attractive or not only:
-                break
-            resistance = self.area * float(state.stiffness.sum())
-            resistance += self.spring(state.height)
-            if not resistance > 0.0:
-                break
-            height = state.height + missing / resistance
-            moved = self.state(state.pressure, state.lift, height)
-            higher = moved.energy > state.energy + state.noise
-            if higher or not moved.error < state.error:
-                break
-            state = moved
-        return state
+    def height_stiffness(self, state: EnergyState) -> float:
+        """Return the stiffness ``a0^2 sum V'' + U''`` against a change of height."""
+        wall = self.area * float(state.stiffness.sum())
+        return wall + self.spring_stiffness(state.height)
 
-    def resists(self, state: State) -> bool:
-        """Whether wall or springs resist a change of the indenter's height."""
-        wall = bool((state.stiffness > 0.0).any())
-        return wall or self.spring(state.height) > 0.0
+    def supports_indenter(self, state: EnergyState) -> bool:
+        """Return whether the wall or a spring resists a change of height."""
+        repulsive = bool((state.stiffness > 0.0).any())
+        return repulsive or self.spring_stiffness(state.height) > 0.0
 
     def carrying_height(
-        self, lift: np.ndarray | float = 0.0, highest: float = np.inf
+        self, opening: np.ndarray | float = 0.0, highest: float = np.inf
     ) -> float | None:
-        """Height where the wall on a frozen surface first carries the load, from above.
+        """Return the largest height at which the wall carries the load.
+
+        The surface is held fixed.
 
         Parameters
         ----------
-        lift : ndarray, shape (n, m)
-            Of the surface (length); by default it is flat.
+        opening : ndarray, shape (n, m)
+            Opening of the gap by the displacement of the surface (length); by default
+            the surface is flat.
         highest : float
-            Where to begin, if not where the wall does.
+            Upper bound to the height; by default the one at which the wall begins.
 
         Returns
         -------
         float or None
-            None if the indenter is not pulled down, or nowhere held.
+            None if the indenter is not pulled down, or no height carries the load.
         """
-        shape = self.contact.heights + lift
+        shape = self.contact.heights + opening
 
         def force(height: float) -> float:
             gap = height + shape[shape < self.wall.cutoff - height]
@@ -243,137 +229,127 @@ class ContactEnergy:
         high = low = min(float(self.wall.cutoff - shape.min()), highest)
         if force(high) >= 0.0:
             return None
-        step = 0.01 * self.contact.halfspace.spacing
-        for _ in range(100):
-            high, low, step = low, low - step, 1.5 * step
+        spacing = self.contact.halfspace.spacing
+        for k in range(_SEARCH_STEPS):
+            high, low = low, low - _FIRST_STEP * spacing * _GROWTH**k
             if force(low) > 0.0:
-                break
-        else:
-            return None
-        for _ in range(60):
-            middle = (low + high) / 2.0
-            low, high = (low, middle) if force(middle) <= 0.0 else (middle, high)
-        return low
+                root = float(brentq(force, low, high, xtol=1e-16 * spacing))
+                while force(root) <= 0.0:  # rounding errors: the wall may not reach
+                    root = math.nextafter(root, low)
+                return root
+        return None
 
-    def slope(self, state: State, step: Step) -> float:
-        """First derivative of the energy along a step."""
-        work = dot(state.residual, step.lift)
-        return -self.area * work - step.height * state.load_residual
+    def slope(self, state: EnergyState, increment: Increment) -> float:
+        """Return the first derivative of the energy along an increment."""
+        work = dot(state.residual, increment.opening)
+        return -self.area * work - increment.height * state.load_residual
 
-    def curvatures(self, state: State, steps: list[Step]) -> np.ndarray:
-        """Second derivatives of the energy along steps.
+    def hessian(self, state: EnergyState, increments: list[Increment]) -> np.ndarray:
+        r"""Return the second derivatives of the energy along increments.
+
+        .. math:: H_{ij} = a_0^2 \left[\sum x_i\, G x_j
+                  + \sum V'' (G x_i + z_i)(G x_j + z_j)\right] + U'' z_i z_j
 
         Parameters
         ----------
-        state : State
-        steps : list of Step
+        state : EnergyState
+        increments : list of Increment
 
         Returns
         -------
-        ndarray, shape (number of steps, number of steps)
+        ndarray, shape (k, k)
         """
-        pairs = [(i, j) for i in range(len(steps)) for j in range(i + 1)]
-
-        def wall(rows: slice) -> np.ndarray:
-            gaps = [step.lift[rows] + step.height for step in steps]
-            stressed = [state.stiffness[rows] * gap for gap in gaps]
-            return np.array([part_dot(stressed[i], gaps[j]) for i, j in pairs])
-
-        bulk = dots([(steps[i].pressure, steps[j].lift) for i, j in pairs])
-        works = bulk + np.sum(by_rows(wall, state.stiffness.shape), axis=0)
-        spring = self.spring(state.height)
-        result = np.empty((len(steps), len(steps)))
-        for (i, j), work in zip(pairs, works.tolist(), strict=True):
-            held = spring * steps[i].height * steps[j].height
-            result[i, j] = result[j, i] = self.area * work + held
+        pairs = [(i, j) for i in range(len(increments)) for j in range(i + 1)]
+        openings = [increment.opening for increment in increments]
+        heights = [increment.height for increment in increments]
+        bulk = dots([(increments[i].pressure, openings[j]) for i, j in pairs])
+        wall = _wall_hessian(state.stiffness, openings, heights, pairs)
+        spring = self.spring_stiffness(state.height)
+        result = np.empty((len(increments), len(increments)))
+        for (i, j), elastic, stressed in zip(pairs, bulk, wall, strict=True):
+            held = spring * heights[i] * heights[j]
+            result[i, j] = result[j, i] = self.area * (elastic + stressed) + held
         return result
 
-    def combination(self, state: State, steps: list[Step]) -> Step:
-        """Combine steps to the least energy, by the exact Hessian among them.
-
-        Negative curvature is taken for positive: the result always leads downhill.
-        """
-        slopes = np.array([self.slope(state, step) for step in steps])
-        hessian = self.curvatures(state, steps)
-        scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
-        values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
-        along = modes.T @ (scale * slopes) / np.maximum(abs(values), _LEAST_CURVATURE)
-        parts = -scale * (modes @ along)
-        return Step.sum(parts.tolist(), steps)
-
-    def line_search(self, state: State, step: Step) -> float:
-        """Length, at most one, where the energy has fallen and most of its slope gone.
-
-        Returns
-        -------
-        float
-            Zero if no length was found at which the energy falls.
-        """
-        along = self._line(state, step)
-        wanted = _SLOPE_LEFT * abs(self.slope(state, step))
-        length, low, high = 1.0, 0.0, 1.0
-        for _ in range(40):
-            energy, slope = along(length)
-            falls = energy <= state.noise
-            if falls and (abs(slope) <= wanted or (length == 1.0 and slope < 0.0)):
-                return length
-            if falls and slope < 0.0:
-                low = length
-            else:
-                high = length
-            length = (low + high) / 2.0
-            if high - low < 0.05 * low:
-                break
-        return low
-
-    def _gap(self, lift: np.ndarray, height: float, rows: slice) -> np.ndarray:
-        """Gap of some rows."""
-        gap: np.ndarray = self.contact.heights[rows] + lift[rows]
-        gap += height
-        return gap
-
-    def _around(self, near: np.ndarray, lift: np.ndarray) -> Box:
-        """Box around some atoms, or else of the one of the least gap."""
-        box = Box.bounding(near, (0, 0))
-        if box is not None:
-            return box
-        i, j = np.unravel_index((self.contact.heights + lift).argmin(), lift.shape)
-        return Box((int(i), int(j)), (1, 1))
-
-    def _line(self, state: State, step: Step) -> Callable[[float], tuple[float, float]]:
-        """Change of energy, and slope, as functions of the length of a step."""
-        products = (state.pressure, step.lift), (step.pressure, step.lift)
-        linear, square = (self.area * dots(list(products))).tolist()
+    def along(
+        self, state: EnergyState, increment: Increment
+    ) -> Callable[[float], tuple[float, float]]:
+        """Return change of energy and slope as a function of the length of a step."""
+        products = [(state.pressure, increment.opening)]
+        products += [(increment.pressure, increment.opening)]
+        linear, square = (self.area * product for product in dots(products))
         outside = self.external(state.height)[0]
-        reached = self._reached(state, step)
+        gap = self.contact.heights + state.opening
+        gap += state.height
+        change = increment.opening + increment.height
+        reached = gap + np.minimum(change, 0.0) < self.wall.cutoff
+        gap, change = gap[reached], change[reached]
+        start = self.wall.evaluate(gap)[0] if gap.size else gap
 
-        def along(t: float) -> tuple[float, float]:
-            def part(atoms: tuple[np.ndarray, ...]) -> tuple[float, float]:
-                gap, change, start = atoms
-                energies, repulsion, _ = self.wall.evaluate(gap + t * change)
-                rise = float((energies - start).sum())
-                return rise, part_dot(repulsion, change)
-
-            found = [(0.0, 0.0), *each(part, reached)]
-            rise, work = np.sum(found, axis=0).tolist()
-            now, force = self.external(state.height + t * step.height)
+        def energy_and_slope(t: float) -> tuple[float, float]:
+            rise, work = _along_wall(gap, change, start, t, self.wall)
+            now, force = self.external(state.height + t * increment.height)
             energy = t * linear + 0.5 * t * t * square + now - outside
-            slope = linear + t * square - self.area * work - force * step.height
+            slope = linear + t * square - self.area * work - force * increment.height
             return energy + self.area * rise, slope
 
-        return along
+        return energy_and_slope
 
-    def _reached(self, state: State, step: Step) -> list[tuple[np.ndarray, ...]]:
-        """Gap, its change and the energy of the atoms in range along a step.
+    def _lowest_gap(self, opening: np.ndarray) -> Box:
+        """Return a box with the atom of the smallest gap."""
+        i, j = np.unravel_index(
+            (self.contact.heights + opening).argmin(), opening.shape
+        )
+        return Box((int(i), int(j)), (1, 1))
 
-        In parts, as lists.
-        """
 
-        def lists(rows: slice) -> tuple[np.ndarray, ...]:
-            gap = self._gap(state.lift, state.height, rows)
-            change = step.lift[rows] + step.height
-            near = gap + np.minimum(change, 0.0) < self.wall.cutoff
-            gap, change = gap[near], change[near]
-            return gap, change, self.wall.evaluate(gap)[0] if gap.size else gap
+@rowwise(np.add)
+def _evaluate_wall(
+    residual: np.ndarray,
+    stiffness: np.ndarray,
+    active: np.ndarray,
+    pressure: np.ndarray,
+    opening: np.ndarray,
+    heights: np.ndarray,
+    height: float,
+    wall: Interaction,
+) -> tuple[float, float, float]:
+    """Set ``r = p - q`` and ``V''``; return the sums of ``V``, ``|V|`` and ``p``.
 
-        return [atoms for atoms in by_rows(lists, state.lift.shape) if atoms[0].size]
+    `active` is set where the wall is in range or the pressure is not zero.
+    """
+    gap = heights + opening
+    gap += height
+    np.less(gap, wall.cutoff, out=active)
+    active |= pressure != 0.0
+    residual[:] = stiffness[:] = 0.0
+    if not active.any():
+        return 0.0, 0.0, 0.0
+    energy, repulsion, stiffness[active] = wall.evaluate(gap[active])
+    residual[active] = repulsion
+    residual -= pressure
+    return float(energy.sum()), float(abs(energy).sum()), float(repulsion.sum())
+
+
+@rowwise(np.add)
+def _wall_hessian(
+    stiffness: np.ndarray,
+    openings: list[np.ndarray],
+    heights: list[float],
+    pairs: list[tuple[int, int]],
+) -> tuple[float, ...]:
+    """Return ``sum V'' (G x_i + z_i)(G x_j + z_j)`` for pairs of increments."""
+    gaps = [opening + z for opening, z in zip(openings, heights, strict=True)]
+    stressed = [stiffness * gap for gap in gaps]
+    return tuple(inner(stressed[i], gaps[j]) for i, j in pairs)
+
+
+@rowwise(np.add)
+def _along_wall(
+    gap: np.ndarray, change: np.ndarray, start: np.ndarray, t: float, wall: Interaction
+) -> tuple[float, float]:
+    """Return ``sum V(g + t dg) - V(g)`` and ``sum p(g + t dg) dg``."""
+    if not gap.size:
+        return 0.0, 0.0
+    energy, repulsion, _ = wall.evaluate(gap + t * change)
+    return float((energy - start).sum()), inner(repulsion, change)

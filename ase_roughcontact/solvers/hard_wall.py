@@ -1,15 +1,18 @@
-r"""Contact of a hard wall with the half space: pressures that only push.
+r"""Active-set solver for the contact of a hard wall with the half space.
 
-Find the pressure :math:`p` on the window and the indenter's height :math:`Z` with
+Find the pressure :math:`p` on the window and the height :math:`Z` of the indenter with
 
 .. math:: g = Z + h + G p \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
-and :math:`Z` or the load :math:`a_0^2 \sum p` given: the minimum of the convex energy
-:math:`p \cdot G p/2 + (Z + h) \cdot p` over :math:`p \ge 0`.
+where :math:`Z` or the load :math:`a_0^2 \sum p` is given. This is the minimum of the
+convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over :math:`p \ge 0`.
 
-On a free half space the window is cut to the atoms that the rigid indenter overlaps,
-since no other can touch. Without a start, the problem is solved on every other atom
-first, and so on. How it is solved on one grid is told in `descent`.
+1. Without a start, solve the same contact on every other atom, and so on, to a loose
+   tolerance, and interpolate its pressure.
+2. On a free half space, crop the window to the atoms that the rigid indenter overlaps:
+   no other atom can touch.
+3. Solve the contact on this window; see `defect_correction`.
+4. If more atoms can touch at the height that was found, return to 2 with its result.
 """
 
 from __future__ import annotations
@@ -29,29 +32,22 @@ from ase_roughcontact.solvers.coarsening import (
     crop,
     reachable,
     refine,
-    whole,
 )
-from ase_roughcontact.solvers.defect_correction import Step, descend
+from ase_roughcontact.solvers.defect_correction import HardWallState, defect_correction
+from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import External, Relaxation, without_rounding
-
-# Largest gap in contact, in spacings: of a result, and on coarser grids.
-_GAP = 1e-6
-_COARSE_GAP = 0.03
-# Largest part of a window for which another half space is made: making it costs about
-# as much as all exact convolutions of a solution.
-_WORTH = 0.5
 
 
 @dataclass(frozen=True)
 class OptimalityResiduals:
-    """How well the conditions of a hard contact hold.
+    """Residuals of the optimality (KKT) conditions of a hard contact.
 
     Attributes
     ----------
     gap_in_contact : float
-        Largest gap of an atom under pressure, either way (length).
+        Largest magnitude of the gap of an atom under pressure (length).
     penetration : float
-        Deepest overlap of an atom without pressure (length).
+        Largest overlap of an atom without pressure (length).
     tension : float
         Largest negative pressure (pressure).
     load_error : float
@@ -67,18 +63,18 @@ class OptimalityResiduals:
 def optimality_residuals(
     contact: Contact, pressure: np.ndarray, height: float, load: float | None = None
 ) -> OptimalityResiduals:
-    """Check a solution afresh, by one convolution on the whole window.
+    """Return the residuals of a solution, by one convolution on the whole window.
 
     Parameters
     ----------
     contact : Contact
-        Its wall is taken for hard.
+        The wall counts as hard.
     pressure : ndarray, shape (n, m)
-        On the window, its mean included (pressure).
+        Pressure on the window, its mean included.
     height : float
-        Of the indenter (length).
+        Height of the indenter (length).
     load : float, optional
-        What the pressure should add up to (force).
+        Load that the pressure should carry (force).
 
     Returns
     -------
@@ -86,11 +82,11 @@ def optimality_residuals(
     """
     halfspace = contact.halfspace
     gap = height + contact.heights - halfspace.displacement(pressure)
-    touching = pressure > 0.0
+    in_contact = pressure > 0.0
     force = float(pressure.sum()) * halfspace.cell_area
     return OptimalityResiduals(
-        gap_in_contact=float(abs(gap[touching]).max(initial=0.0)),
-        penetration=abs(float(gap.min(where=~touching, initial=0.0))),
+        gap_in_contact=float(abs(gap[in_contact]).max(initial=0.0)),
+        penetration=abs(float(gap.min(where=~in_contact, initial=0.0))),
         tension=abs(float(pressure.min(initial=0.0))),
         load_error=0.0 if load is None else abs(force - load),
     )
@@ -103,68 +99,74 @@ def active_set(
     external: External | None,
     start: np.ndarray | None,
     tolerance: float,
+    options: ActiveSetOptions | None = None,
 ) -> Generator[Relaxation, None, None]:
     """Relax the contact of a hard wall, step by step.
 
     Parameters
     ----------
     contact : Contact
-        With a `HardWall`.
+        Contact with a `HardWall`.
     height : float
-        Of the indenter (length): fixed, or where to start from if there is a load.
+        Height of the indenter (length): fixed, or the initial one if there is a load.
     external : callable, optional
-        Energy and force of the load on the indenter at a height; the force must be
-        the same at every height. By default the height is fixed.
+        Energy and force of the load on the indenter at a height; the force must not
+        depend on the height. By default the height is fixed.
     start : ndarray, shape (n, m), optional
-        Pressure to start from, up to a mean if periodic. By default it comes from
-        coarser grids.
+        Initial pressure, up to a constant if periodic. By default it comes from coarser
+        grids.
     tolerance : float
-        Largest force that is left: that which closes the gap of an atom in contact, or
-        of one that overlaps. However large it is, no gap in contact and no overlap is
-        left larger than 1e-6 spacings.
+        Largest force that may be left: the one that closes the gap of an atom in
+        contact, or removes an overlap. In any case gaps in contact and overlaps are at
+        most 1e-6 spacings (see `ActiveSetOptions`).
+    options : ActiveSetOptions, optional
+        Options of the algorithm.
 
     Yields
     ------
     Relaxation
-        The start, and the state after each outer step. The last one is converged, or
-        has a message. The load is always carried, to rounding.
+        The start, and the state after each step. The last one is converged, or has a
+        message. All carry the load up to rounding errors.
 
     Raises
     ------
     ValueError
-        If the wall is not hard, the start does not fit, the load pulls or depends on
-        the height, or the height of a periodic surface is one that no load reaches.
+        If the wall is not hard, the start does not have the shape of the window, the
+        load is negative or depends on the height, or no load reaches the height of a
+        periodic surface.
     """
     _check(contact, height, external, tolerance)
+    options = options or ActiveSetOptions()
     halfspace = contact.halfspace
-    start = None if start is None else _clean(contact, start)
+    start = None if start is None else _nonnegative(contact, start)
     load = None if external is None else -external(height)[1]
     force_per_gap = halfspace.cell_area / halfspace.self_compliance
-    if load is not None and load <= force_per_gap * _GAP * halfspace.spacing:
-        # a touch of the lowest point, of which coarser grids know nothing
+    largest_gap = options.largest_gap * halfspace.spacing
+    if load is not None and load <= force_per_gap * largest_gap:
+        # carried by the lowest atom, which coarser grids may not contain
         height, start = contact.first_contact, np.zeros(halfspace.shape)
         load = load or None
-    gap = min(tolerance / force_per_gap, _GAP * halfspace.spacing)
-    for step in _solve(contact, height, load, start, gap):
-        energy = step.elastic_energy
+    gap = min(tolerance / force_per_gap, largest_gap)
+    for state in _solve(contact, height, load, start, gap, options):
+        energy = state.elastic_energy
         if external is not None:
-            _check_load(external, (height, step.height))
-            energy += external(step.height)[0]
+            _check_load(external, (height, state.height))
+            energy += external(state.height)[0]
         yield Relaxation(
-            pressure=step.pressure,
-            height=step.height,
+            pressure=state.pressure,
+            height=state.height,
             energy=energy,
-            error=step.violation * force_per_gap,
-            converged=step.converged,
-            message=step.message,
-            pairs=step.work / math.prod(halfspace.grid),
+            error=state.violation * force_per_gap,
+            converged=state.converged,
+            message=state.message,
+            pairs=state.work / math.prod(halfspace.grid),
         )
 
 
 def _check(
     contact: Contact, height: float, external: External | None, tolerance: float
 ) -> None:
-    """Raise `ValueError` if there is no solution, or none that is found here."""
+    """Raise `ValueError` if there is no solution that this solver can find."""
     if not contact.interaction.hard:
         raise ValueError(f"ActiveSet is for the hard wall, got {contact.interaction}")
     finite(height=height)
@@ -182,16 +184,16 @@ def _check(
 
 
 def _check_load(external: External, heights: tuple[float, ...]) -> None:
-    """Raise `ValueError` unless the load is the same at all heights, and pushes."""
+    """Raise `ValueError` unless the load is nonnegative and equal at all heights."""
     loads = [-external(height)[1] for height in heights]
     if not all(math.isclose(load, loads[0], rel_tol=1e-9) for load in loads):
-        told = ", ".join(
+        values = ", ".join(
             f"{load:g} at height {height:g}"
             for load, height in zip(loads, heights, strict=True)
         )
         raise ValueError(
-            f"ActiveSet can't honour a spring on the indenter: the load is {told}; "
-            "give a constant load, or fix the height"
+            "ActiveSet does not support a spring on the indenter: the load is "
+            f"{values}; give a constant load, or fix the height"
         )
     if not 0.0 <= loads[0] < math.inf:
         raise ValueError(
@@ -200,8 +202,8 @@ def _check_load(external: External, heights: tuple[float, ...]) -> None:
         )
 
 
-def _clean(contact: Contact, start: np.ndarray) -> np.ndarray:
-    """Pressure to start from: none in the open, whatever its mean and rounding."""
+def _nonnegative(contact: Contact, start: np.ndarray) -> np.ndarray:
+    """Return an initial pressure that is zero out of contact, without its rounding."""
     start = finite_array("start", start)
     if start.shape != contact.heights.shape:
         raise ValueError(
@@ -219,59 +221,61 @@ def _solve(
     load: float | None,
     start: np.ndarray | None,
     tolerance: float,
-) -> Iterator[Step]:
-    """Outer steps on a window, to a gap; `height` is a guess if there is a load."""
-    work = 0.0
-    if start is None and can_coarsen(contact):
-        coarse, work = _coarse(contact, height, load)
-        start = refine(coarse.pressure, contact.halfspace.shape)
+    options: ActiveSetOptions,
+) -> Iterator[HardWallState]:
+    """Solve on a window, cropped where possible; `height` is a guess under a load."""
+    work, shape = 0.0, contact.halfspace.shape
+    if start is None and can_coarsen(contact, options.coarsest):
+        coarse, work = _coarse_solution(contact, height, load, options)
+        start = refine(coarse.pressure, shape)
         if load is not None:
             height = coarse.height - coarse.violation
-    box = whole(contact)
-    if start is not None and _can_crop(contact):
-        box = _worthwhile(contact, reachable(contact, height, start))
+    can_crop = not contact.halfspace.periodic
+    box = Box((0, 0), shape)
+    if start is not None and can_crop:
+        box = _worthwhile(reachable(contact, height, start), shape, options)
     while True:
-        needed = box
-        part = crop(contact, box)
+        required = box
         pressure = None if start is None else start[box.slices]
-        for step in descend(part, height, load, pressure, tolerance):
-            if step.converged and _can_crop(contact):
-                # at its height, more atoms might touch
-                needed = box.union(reachable(contact, step.height))
-            converged = step.converged and needed == box
-            step = replace(step, converged=converged, work=step.work + work)
-            step = _placed(step, box, contact.halfspace.shape)
-            yield step
+        for state in defect_correction(
+            crop(contact, box), height, load, pressure, tolerance, options
+        ):
+            if state.converged and can_crop:
+                required = box.union(reachable(contact, state.height))
+            state = replace(
+                state,
+                pressure=_padded(state.pressure, box, shape),
+                converged=state.converged and required == box,
+                work=state.work + work,
+            )
+            yield state
             work = 0.0
-        if needed == box:
+        if required == box:
             return
-        start, height, box = step.pressure, step.height, _worthwhile(contact, needed)
+        start, height = state.pressure, state.height
+        box = _worthwhile(required, shape, options)
 
 
-def _can_crop(contact: Contact) -> bool:
-    """Whether a part of the window can be all that is looked at."""
-    return not contact.halfspace.periodic
+def _worthwhile(box: Box, shape: tuple[int, int], options: ActiveSetOptions) -> Box:
+    """Return a box that is small enough to crop the window to it, or the window."""
+    window = Box((0, 0), shape)
+    return box if box.size <= options.largest_crop * window.size else window
 
 
-def _worthwhile(contact: Contact, box: Box) -> Box:
-    """Return the box if it is worth a half space of its own, or the whole window."""
-    small = box.size <= _WORTH * contact.heights.size
-    return box if small else whole(contact)
-
-
-def _coarse(contact: Contact, height: float, load: float | None) -> tuple[Step, float]:
-    """Last step on every other atom, and the work of all."""
+def _coarse_solution(
+    contact: Contact, height: float, load: float | None, options: ActiveSetOptions
+) -> tuple[HardWallState, float]:
+    """Return the solution on every other atom, and the work of all coarser grids."""
     coarse = coarsen(contact)
-    steps = list(
-        _solve(coarse, height, load, None, _COARSE_GAP * coarse.halfspace.spacing)
-    )
-    return steps[-1], sum(step.work for step in steps)
+    tolerance = options.coarse_gap * coarse.halfspace.spacing
+    states = list(_solve(coarse, height, load, None, tolerance, options))
+    return states[-1], sum(state.work for state in states)
 
 
-def _placed(step: Step, box: Box, shape: tuple[int, int]) -> Step:
-    """Step on the whole window instead of a box of it."""
-    if step.pressure.shape == shape:
-        return step
-    pressure = np.zeros(shape)
-    pressure[box.slices] = step.pressure
-    return replace(step, pressure=pressure, displacement=None)
+def _padded(pressure: np.ndarray, box: Box, shape: tuple[int, int]) -> np.ndarray:
+    """Return a pressure on a box as one on the window."""
+    if pressure.shape == shape:
+        return pressure
+    padded = np.zeros(shape)
+    padded[box.slices] = pressure
+    return padded

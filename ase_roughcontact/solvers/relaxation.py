@@ -1,4 +1,4 @@
-"""State of a relaxation, as every solver of the contact problem reports it."""
+"""What the solvers take and return: external forces and states of a relaxation."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ import numpy as np
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 
-#: Energy and upward force on the indenter, of load and springs, at a height.
+#: Energy of load and springs at a height, and their upward force on the indenter.
 External = Callable[[float], tuple[float, float]]
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Where a solver of the half space has come to.
+    """State of a relaxation.
 
     Attributes
     ----------
     pressure : ndarray, shape (n, m)
-        Elastic pressure on the window (pressure), from which the displacement follows.
+        Elastic pressure on the window, which determines the displacement.
     height : float
-        Of the indenter (length).
+        Height of the indenter (length).
     energy : float
-        Elastic and wall energy and that of load and springs.
+        Energy of half space, wall, load and springs.
     error : float
-        Largest force that is left on any atom or the indenter.
+        Largest force on an atom, or on the indenter unless its height is fixed.
     converged : bool
-        Whether `error` is below the tolerance, by a fresh convolution.
+        Whether `error` is within the tolerance.
     message : str
-        Why it stopped, empty while it goes on.
+        Why the solver stopped without convergence; empty otherwise.
     pairs : float
-        Padded transform pairs spent since the last one, in units of a pair on the
-        whole window; work on smaller grids counts by its share of atoms.
+        Forward and inverse FFT pairs since the last state, normalised to one pair on
+        the grid of the half space.
     """
 
     pressure: np.ndarray
@@ -47,19 +47,19 @@ class Relaxation:
 
 
 def precision_advice(halfspace: HalfSpace) -> str:
-    """Return what a message about rounding says of single precision, if it is used."""
+    """Return an addition to messages about rounding errors in single precision."""
     if np.dtype(halfspace.fft.get("dtype", float)) == np.float64:
         return ""
-    return " (the transforms are in single precision: fft dtype float64 goes further)"
+    return " (the transforms are in single precision: use fft dtype float64)"
 
 
 def without_rounding(pressure: np.ndarray) -> np.ndarray:
-    """Return a pressure read off a displacement, zero where it is only rounding."""
+    """Return a pressure with the entries set to zero that are only rounding errors."""
     return np.where(abs(pressure) < 1e-9 * abs(pressure).max(), 0.0, pressure)
 
 
 def indenter_stiffness(contact: Contact) -> float:
-    """Stiffness of a contact half as wide as the window, ``2 E* a`` (force/length)."""
+    """Return the stiffness ``2 E* a`` (force per length) of half the window's width."""
     n, m = contact.halfspace.shape
     halfspace = contact.halfspace
     return halfspace.contact_modulus * halfspace.spacing * (n * m) ** 0.5

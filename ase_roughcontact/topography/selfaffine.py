@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from ase_roughcontact._util.kernels import available_threads
+from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import FloatArray, integer, positive, window
 from ase_roughcontact.topography.spectrum import Statistics
 

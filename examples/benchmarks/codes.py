@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from problems import TOLERANCE, Answer, Problem
 
-from ase_roughcontact._util.kernels import available_threads
+from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 Solver = Callable[[Problem], Answer]

@@ -28,7 +28,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact._util.kernels import threads
+from ase_roughcontact._util.threads import threads
 from ase_roughcontact.elasticity.fft import RealFFT2
 
 TURNS = 6

@@ -31,7 +31,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact._util.kernels import threads
+from ase_roughcontact._util.threads import threads
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.scene import OPTIMIZERS
 

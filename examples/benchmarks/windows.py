@@ -27,7 +27,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact._util.kernels import available_threads
+from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}

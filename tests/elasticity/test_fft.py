@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact._util.kernels import threads
+from ase_roughcontact._util.threads import threads
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft import ENGINES, Blocking, RealFFT2, fast_length
 

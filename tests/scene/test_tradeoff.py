@@ -6,7 +6,7 @@ from functools import cache
 
 import pytest
 
-from ase_roughcontact._util.kernels import threads
+from ase_roughcontact._util.threads import threads
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.tradeoff import tradeoff

@@ -1,0 +1,275 @@
+"""A step of Newton's method for a soft wall, which lowers the energy.
+
+1. Solve Newton's equations for an increment ``(x, z)`` with the circulant model, to a
+   tenth of the residual. Calculate its opening ``G x``: the only exact convolution. If
+   the exact equations are not satisfied better than by ``x = 0``, solve them with the
+   model as the preconditioner.
+2. Minimise the quadratic model of the energy over the span of this increment and the
+   three before it, with the exact Hessian. Negative curvatures count as positive, so
+   that the combination leads downhill.
+3. Search along the combination for a length of at most one at which the energy has
+   fallen and the slope has decreased to 30 %.
+
+While forces are large, the negative stiffness of an attractive wall is set to zero: the
+equations are positive definite, and the surface follows the state that a slow approach
+would find. It is included for the quadratic convergence at the end.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ase_roughcontact._util.kernels import linear_combination, norm
+from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState, Increment
+from ase_roughcontact.solvers.gcr import gcr
+from ase_roughcontact.solvers.newton_system import NewtonSystem
+from ase_roughcontact.solvers.options import NewtonKrylovOptions
+
+
+class NewtonStepper:
+    """Newton steps, with the earlier increments that they are combined with.
+
+    Parameters
+    ----------
+    energy : ContactEnergy
+        The energy to minimise.
+    options : NewtonKrylovOptions
+    """
+
+    def __init__(self, energy: ContactEnergy, options: NewtonKrylovOptions) -> None:
+        halfspace = energy.contact.halfspace
+        self._energy, self._halfspace, self._options = energy, halfspace, options
+        self._convex = True
+        # forces below which the negative stiffness is included
+        modulus = halfspace.contact_modulus
+        self._small = options.attraction_residual * modulus * halfspace.cell_area
+        self._history: list[Increment] = []
+        self._model: CirculantModel | None = None
+        self._model_work = 0
+
+    @property
+    def pairs(self) -> float:
+        """FFT pairs so far, normalised to one pair on the grid of the half space."""
+        full = math.prod(self._halfspace.grid)
+        return self._halfspace.pairs + self._model_work / full
+
+    def step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
+        """Return a state of lower energy; None if none is found.
+
+        Parameters
+        ----------
+        state : EnergyState
+        tolerance : float
+            Force at which the solver will stop.
+        """
+        energy, options = self._energy, self._options
+        if energy.loaded and not energy.supports_indenter(state):
+            return self._lowered(state)
+        reduction = max(options.forcing, 0.3 * tolerance / state.error)
+        increment = self._newton_increment(state, reduction)
+        if increment is None or not (
+            self._convex or self._is_minimum(state, increment)
+        ):
+            return self._convex_step(state, tolerance)
+        if abs(energy.slope(state, increment)) <= state.rounding:
+            self._convex = False  # too close for the energy to decide
+            return energy.moved(state, increment, 1.0)
+        increments = [increment, *self._history]
+        self._history = increments[: options.history]
+        combination = combine(energy, state, increments, options.least_curvature)
+        length = line_search(energy, state, combination, options.remaining_slope)
+        if length == 0.0:
+            return self._convex_step(state, tolerance)
+        if length < 0.5 and not self._convex:
+            self._make_convex(state)
+        elif length >= 1.0 and state.error < self._small:
+            self._convex = False
+        return energy.moved(state, combination, length)
+
+    def restart(self) -> None:
+        """Discard earlier increments, and include the negative stiffness."""
+        self._history, self._convex = [], False
+
+    def _make_convex(self, state: EnergyState) -> None:
+        self._convex = True
+        self._small = self._options.attraction_residual * state.error
+
+    def _convex_step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
+        """Try again without the negative stiffness, unless it was left out already."""
+        if self._convex:
+            return None
+        self._make_convex(state)
+        return self.step(state, tolerance)
+
+    def _lowered(self, state: EnergyState) -> EnergyState | None:
+        """Lower the indenter to where the surface, held fixed, carries the load."""
+        height = self._energy.carrying_height(state.opening, state.height)
+        if height is None or height == state.height:
+            return None
+        return self._energy.state(state.pressure, state.opening, height)
+
+    def _is_minimum(self, state: EnergyState, increment: Increment) -> bool:
+        """Return whether the energy falls along an increment, and is convex."""
+        falls = self._energy.slope(state, increment) < 0.0
+        return falls and self._energy.hessian(state, [increment])[0, 0] > 0.0
+
+    def _newton_increment(
+        self, state: EnergyState, reduction: float
+    ) -> Increment | None:
+        """Solve Newton's equations; None if nothing resists a change of height."""
+        stiffness = state.stiffness[state.box.slices]
+        if self._convex:
+            stiffness = np.maximum(stiffness, 0.0)
+        spring, load = None, 0.0
+        if self._energy.loaded:
+            area = self._halfspace.cell_area
+            spring = self._energy.spring_stiffness(state.height) / area
+            load = float(state.residual.sum()) - state.load_residual / area
+        model = self._covering_model(state.box)
+        work = model.work
+        system = NewtonSystem(model, state.box, stiffness, spring)
+        increment = self._solve(system, state, load, reduction)
+        self._model_work += model.work - work
+        return increment
+
+    def _covering_model(self, box: Box) -> CirculantModel:
+        """Return a model that covers a box, the last one if it does."""
+        if self._model is None or not self._model.box.contains(box):
+            self._model = CirculantModel(self._halfspace, box)
+        return self._model
+
+    def _solve(
+        self, system: NewtonSystem, state: EnergyState, load: float, reduction: float
+    ) -> Increment | None:
+        """Solve by the model; if its error is too large, by exact Krylov steps."""
+        box, options = state.box, self._options
+        right = system.scaled(state.residual[box.slices])
+        change = system.solve(right, load, reduction, options.krylov_steps)
+        if change is None:
+            return None
+        increment = self._increment(state, change)
+        if self._halfspace.periodic:  # the model is exact
+            return increment
+        image = system.applied(change, increment.opening[box.slices])
+        accepted = options.exact_residual * max(norm(right), norm(image))
+        residual = linear_combination([(1.0, right), (-1.0, image)])
+        if norm(residual) <= accepted:
+            return increment
+
+        def apply(change: np.ndarray) -> np.ndarray:
+            opening = self._increment(state, change).opening
+            return system.applied(change, opening[box.slices])
+
+        def precondition(residual: np.ndarray) -> np.ndarray:
+            change = system.solve(residual, 0.0, reduction, options.krylov_steps)
+            return np.append(residual, 0.0) if change is None else change
+
+        steps = options.exact_krylov_steps
+        change += gcr(apply, precondition, residual, accepted, steps)
+        return self._increment(state, change)
+
+    def _increment(self, state: EnergyState, change: np.ndarray) -> Increment:
+        """Return the increment of a flat change of pressure and height."""
+        pressure = np.zeros(state.pressure.shape)
+        pressure[state.box.slices] = change[:-1].reshape(state.box.shape)
+        return Increment(pressure, self._energy.opening(pressure), float(change[-1]))
+
+
+def combine(
+    energy: ContactEnergy,
+    state: EnergyState,
+    increments: list[Increment],
+    least_curvature: float,
+) -> Increment:
+    r"""Return the combination of increments with the least energy.
+
+    With slopes :math:`s_i` and Hessian :math:`H`, scaled to a unit diagonal, the
+    weights are :math:`-|H|^{-1} s`, where the eigenvalues of :math:`|H|` are the
+    magnitudes of those of :math:`H`, and at least `least_curvature`.
+    """
+    slopes = np.array([energy.slope(state, increment) for increment in increments])
+    hessian = energy.hessian(state, increments)
+    scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
+    values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
+    along = modes.T @ (scale * slopes) / np.maximum(abs(values), least_curvature)
+    weights = -scale * (modes @ along)
+    return Increment.combination(weights.tolist(), increments)
+
+
+def line_search(
+    energy: ContactEnergy,
+    state: EnergyState,
+    increment: Increment,
+    remaining_slope: float,
+) -> float:
+    """Return a length of at most one at which energy and slope have decreased.
+
+    By bisection: the energy along an increment may have several minima, and its
+    rounding errors decide at the end, so that a library's conditions of sufficient
+    decrease would fail.
+
+    Returns
+    -------
+    float
+        Zero if no length is found at which the energy falls.
+    """
+    along = energy.along(state, increment)
+    accepted = remaining_slope * abs(energy.slope(state, increment))
+    length, low, high = 1.0, 0.0, 1.0
+    for _ in range(40):
+        change, slope = along(length)
+        falls = change <= state.rounding
+        if falls and (abs(slope) <= accepted or (length == 1.0 and slope < 0.0)):
+            return length
+        if falls and slope < 0.0:
+            low = length
+        else:
+            high = length
+        length = (low + high) / 2.0
+        if high - low < 0.05 * low:
+            break
+    return low
+
+
+def balance_load(
+    energy: ContactEnergy, state: EnergyState, tolerance: float, max_steps: int
+) -> EnergyState:
+    """Move the indenter alone where only its force exceeds the tolerance.
+
+    By Newton's method for the height, ``z = F / (a0^2 sum V'' + U'')``, without a
+    convolution, as long as the energy falls. It spreads what is missing of the load
+    over the atoms in contact. Not for walls with attraction: there a fixed surface may
+    hold an indenter that is unstable on an elastic one.
+
+    Parameters
+    ----------
+    energy : ContactEnergy
+    state : EnergyState
+    tolerance : float
+        Largest force that may be left.
+    max_steps : int
+        Maximum number of steps; each squares the relative error of the load.
+
+    Returns
+    -------
+    EnergyState
+    """
+    for _ in range(max_steps):
+        force = state.load_residual
+        only_load = state.surface_error <= tolerance < abs(force)
+        if energy.wall.attractive or not only_load:
+            break
+        stiffness = energy.height_stiffness(state)
+        if not stiffness > 0.0:
+            break
+        height = state.height + force / stiffness
+        moved = energy.state(state.pressure, state.opening, height)
+        rises = moved.energy > state.energy + state.rounding
+        if rises or not moved.error < state.error:
+            break
+        state = moved
+    return state

@@ -1,0 +1,281 @@
+r"""The linear system of a Newton step for a soft wall, with a model of the half space.
+
+For the residual pressure :math:`r` and the missing load :math:`t`, the changes
+:math:`x` of the pressure and :math:`z` of the height of the indenter solve
+
+.. math:: x + D (C x + z) = r, \qquad \sum x - s z = t
+
+on the atoms in range of the wall, where :math:`D` is the stiffness of the wall,
+:math:`C` the circulant model and :math:`s` the stiffness of springs on the indenter per
+area of an atom. If the height is fixed, :math:`z = 0` replaces the second equation.
+
+*Scaling.* With the self-compliance :math:`c` of an atom, the rows are multiplied by
+
+.. math:: W = (1 + c D_+)^{-1/2}, \qquad D_+ = \max(D, 0).
+
+The norm of a scaled residual measures its energy: a large residual pressure on an atom
+deep in the core of the wall counts no more than the small displacement that removes it.
+
+*Preconditioner.* In units in which :math:`c = 1`,
+
+.. math:: 1 + D C = (1 + D) [1 + S (C - 1)], \qquad S = D/(1 + D).
+
+:math:`S`, the stiffness of wall and atom in series, varies much less than :math:`D`.
+Its mean :math:`\bar S` over the atoms with :math:`D > 0`, which :math:`\chi` selects,
+makes the second factor circulant:
+
+.. math:: M r = \chi [1 + \bar S (C - 1)]^{-1} \chi W r + (1 - \chi) r.
+
+If the height is free, :math:`z` follows from the second equation, with
+:math:`x = M r - z\, M W D 1`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ase_roughcontact._util.kernels import (
+    inner,
+    linear_combination,
+    max_abs,
+    norm,
+    rowwise,
+    scale,
+    total,
+)
+from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.solvers.gcr import gcr
+
+# The missing load changes the residual of the pressures. What is smaller than this part
+# of that residual is lost in single precision.
+_LEAST_RESIDUAL = 0.01
+
+
+class NewtonSystem:
+    """Scaled Newton equations at a state of the contact.
+
+    A change of the state is a flat array: the pressures on the box, and the height as
+    the last number. Internally it covers the box of the model, in single precision and
+    in units in which the self-compliance is one.
+
+    Parameters
+    ----------
+    model : CirculantModel
+        Model of the half space.
+    box : Box
+        Atoms under consideration, within the box of the model.
+    stiffness : ndarray, shape of the box
+        Stiffness of the wall (pressure per length).
+    spring : float, optional
+        Stiffness of springs on the indenter per area of an atom; by default the height
+        is fixed.
+    """
+
+    def __init__(
+        self,
+        model: CirculantModel,
+        box: Box,
+        stiffness: np.ndarray,
+        spring: float | None,
+    ) -> None:
+        self._model, self._stiffness, self._spring = model, stiffness, spring
+        self._inside = box.slices_in(model.box)
+        self._d = self._embedded(stiffness, model.self_compliance)
+        self._weight, self._stiff = np.empty_like(self._d), np.empty_like(self._d)
+        count, series = _weights(self._weight, self._stiff, self._d)
+        self._inverse = model.preconditioner(series / count) if count else None
+
+    def scaled(self, pressure: np.ndarray) -> np.ndarray:
+        """Return ``W r``.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape of the box
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        rows = np.empty(pressure.shape)
+        _scale_rows(rows, pressure, self._stiffness, self._model.self_compliance)
+        return rows.reshape(-1)
+
+    def applied(self, change: np.ndarray, opening: np.ndarray) -> np.ndarray:
+        """Return ``W [x + D (G x + z)]`` for the exact opening ``G x``.
+
+        Parameters
+        ----------
+        change : ndarray, shape (k + 1,)
+        opening : ndarray, shape of the box
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        x, z = change[:-1].reshape(opening.shape), float(change[-1])
+        rows = np.empty(opening.shape)
+        _apply_rows(rows, x, opening, z, self._stiffness, self._model.self_compliance)
+        return rows.reshape(-1)
+
+    def solve(
+        self, right: np.ndarray, load: float, reduction: float, max_steps: int
+    ) -> np.ndarray | None:
+        """Solve by preconditioned generalised conjugate residuals.
+
+        Parameters
+        ----------
+        right : ndarray, shape (k,)
+            Scaled residual ``W r`` (pressure).
+        load : float
+            Missing load ``t`` (pressure); ignored if the height is fixed.
+        reduction : float
+            Norm of the residual at which to stop, relative to that of `right`.
+        max_steps : int
+            Maximum number of steps.
+
+        Returns
+        -------
+        ndarray, shape (k + 1,)
+            Changes of pressure and height; None if neither wall nor springs resist a
+            change of height.
+        """
+        model = self._model
+        unit = max(max_abs(right), abs(load) / right.size) or 1.0
+        load = load / unit
+        response, resistance = self._height_response()
+        if self._spring is not None and not resistance > 0.0:
+            return None
+
+        def precondition(residual: np.ndarray) -> np.ndarray:
+            change = self._new_change()
+            self._precondition(residual, change[:-1])
+            return self._balanced(change, 0.0, response, resistance)
+
+        solution = self._new_change()
+        solution[:] = 0.0
+        residual = self._embedded(right.reshape(self._stiffness.shape), 1.0 / unit)
+        first = norm(residual)
+        if load and self._spring is not None:
+            self._balanced(solution, load, response, resistance)
+            terms = [(1.0, residual), (-1.0, self._apply_model(solution))]
+            linear_combination(terms, out=residual)
+        tolerance = reduction * max(first, _LEAST_RESIDUAL * norm(residual))
+        solution += gcr(self._apply_model, precondition, residual, tolerance, max_steps)
+        change = np.empty(right.size + 1)
+        x = solution[:-1].reshape(model.box.shape)[self._inside]
+        np.multiply(x, unit, out=change[:-1].reshape(x.shape))
+        change[-1] = float(solution[-1]) * unit * model.self_compliance
+        return change
+
+    def _balanced(
+        self, change: np.ndarray, load: float, response: np.ndarray, resistance: float
+    ) -> np.ndarray:
+        """Add the change of height that makes ``sum x - s z`` equal the load."""
+        x, z = change[:-1], 0.0
+        if self._spring is not None:
+            z = (total(x) - load) / resistance
+            linear_combination([(1.0, x), (-z, response)], out=x)
+        change[-1] = z
+        return change
+
+    def _height_response(self) -> tuple[np.ndarray, float]:
+        """Return the response ``M W D 1`` to a change of height, and its resistance."""
+        response = np.empty_like(self._d)
+        if self._spring is None:
+            return response, 0.0
+        self._precondition(self._d * self._weight, response)
+        spring = self._spring * self._model.self_compliance
+        return response, float(response.sum()) + spring
+
+    def _apply_model(self, change: np.ndarray) -> np.ndarray:
+        """Return ``W [x + D (C x + z)]``."""
+        x, z, shape = change[:-1], change[-1], self._model.box.shape
+        rows = np.empty_like(x)
+        self._model.compliance(x.reshape(shape), rows.reshape(shape))
+        _complete_rows(rows, x, z, self._d, self._weight)
+        return rows
+
+    def _precondition(self, rows: np.ndarray, out: np.ndarray) -> None:
+        """Set ``out = M r``."""
+        if self._inverse is None:
+            out[:] = rows
+            return
+        _restrict(out, rows, self._weight, self._stiff)
+        field = out.reshape(self._model.box.shape)
+        self._inverse(field, field)
+        _merge(out, rows, self._stiff)
+
+    def _new_change(self) -> np.ndarray:
+        return np.empty(self._model.box.size + 1, self._model.dtype)
+
+    def _embedded(self, values: np.ndarray, factor: float) -> np.ndarray:
+        """Return values on the box times a factor, zero on the rest of the model."""
+        field = np.zeros(self._model.box.shape, self._model.dtype)
+        scale(field[self._inside], values, factor)
+        return field.reshape(-1)
+
+
+@rowwise(np.add)
+def _weights(
+    weight: np.ndarray, stiff: np.ndarray, d: np.ndarray
+) -> tuple[float, float]:
+    """Set ``W = (1 + D+)^-1/2`` and ``chi``; return the sums of ``chi`` and ``S``."""
+    np.greater(d, 0.0, out=stiff)
+    repulsive = d * stiff
+    weight[:] = 1.0 / np.sqrt(1.0 + repulsive)
+    return float(stiff.sum()), inner(repulsive * weight, weight)
+
+
+@rowwise()
+def _scale_rows(
+    out: np.ndarray, values: np.ndarray, stiffness: np.ndarray, compliance: float
+) -> None:
+    """Set ``out = (1 + c D+)^-1/2 values``; `out` may be `values`."""
+    scaling = np.maximum(stiffness, 0.0)
+    scaling *= compliance
+    scaling += 1.0
+    np.divide(values, np.sqrt(scaling, out=scaling), out=out)
+
+
+@rowwise()
+def _apply_rows(
+    out: np.ndarray,
+    x: np.ndarray,
+    opening: np.ndarray,
+    z: float,
+    stiffness: np.ndarray,
+    compliance: float,
+) -> None:
+    """Set ``out = (1 + c D+)^-1/2 [x + D (opening + z)]``."""
+    np.add(opening, z, out=out)
+    out *= stiffness
+    out += x
+    _scale_rows(out, out, stiffness, compliance)
+
+
+@rowwise()
+def _complete_rows(
+    rows: np.ndarray, x: np.ndarray, z: float, d: np.ndarray, weight: np.ndarray
+) -> None:
+    """Turn ``C x`` into ``W [x + D (C x + z)]``."""
+    rows += z
+    rows *= d
+    rows += x
+    rows *= weight
+
+
+@rowwise()
+def _restrict(
+    out: np.ndarray, rows: np.ndarray, weight: np.ndarray, stiff: np.ndarray
+) -> None:
+    """Set ``out = chi W r``."""
+    np.multiply(rows, weight, out=out)
+    out *= stiff
+
+
+@rowwise()
+def _merge(out: np.ndarray, rows: np.ndarray, stiff: np.ndarray) -> None:
+    """Set ``out = chi out + (1 - chi) r``."""
+    out *= stiff
+    out += rows * (1.0 - stiff)

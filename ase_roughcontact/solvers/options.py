@@ -1,0 +1,121 @@
+"""Options of the solvers; the guide has a table of what was measured for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class NewtonKrylovOptions:
+    """Options of the Newton-Krylov solver for soft walls.
+
+    Attributes
+    ----------
+    coarsest : int
+        Windows are not coarsened below this number of atoms along their shorter side.
+    coarse_residual : float
+        Residual pressure at which coarse grids stop, in contact moduli.
+    coarse_steps : int
+        Maximum number of steps on a coarse grid.
+    max_load_change : float
+        Change of a repulsive wall's load, relative to the new one, from which on a
+        start on coarser grids replaces the given start.
+    max_indenter_move : float
+        The same for walls with attraction: the distance by which the change of load
+        would move the indenter, in spacings. Their state depends on the start.
+    forcing : float
+        Residual of the linear system that its solution may leave, relative to the
+        residual of the state.
+    krylov_steps : int
+        Maximum number of Krylov steps with the circulant model.
+    exact_residual : float
+        If the solution of the model leaves a larger relative residual of the exact
+        system, it preconditions Krylov steps with the exact Green's function.
+    exact_krylov_steps : int
+        Maximum number of such steps.
+    attraction_residual : float
+        Residual pressure below which the negative stiffness of an attractive wall is
+        included, in contact moduli.
+    history : int
+        Number of earlier increments that are combined with the present one.
+    least_curvature : float
+        Lower bound to the curvatures of the combination, relative to the curvature
+        along one increment.
+    remaining_slope : float
+        Slope at which the line search stops, relative to the initial one.
+    load_steps : int
+        Maximum number of steps of the indenter alone after each Newton step.
+    patience : int
+        Number of steps without progress after which the solver stops.
+    stagnation_steps : int
+        Interval at which slow progress is checked.
+    stagnation_fall : float
+        Smallest decrease of the energy in this interval, in units of its rounding
+        error, unless the largest force has halved.
+    """
+
+    coarsest: int = 32
+    coarse_residual: float = 0.1
+    coarse_steps: int = 300
+    max_load_change: float = 0.05
+    max_indenter_move: float = 3.0
+    forcing: float = 0.1
+    krylov_steps: int = 40
+    exact_residual: float = 1.0
+    exact_krylov_steps: int = 10
+    attraction_residual: float = 0.3
+    history: int = 3
+    least_curvature: float = 0.03
+    remaining_slope: float = 0.3
+    load_steps: int = 3
+    patience: int = 5
+    stagnation_steps: int = 50
+    stagnation_fall: float = 1e8
+
+
+@dataclass(frozen=True)
+class ActiveSetOptions:
+    """Options of the active-set solver for the hard wall.
+
+    Attributes
+    ----------
+    coarsest : int
+        Windows are not coarsened below this number of atoms along their shorter side.
+    largest_gap : float
+        Largest gap in contact or overlap of a result, in spacings, whatever the
+        tolerance of the force.
+    coarse_gap : float
+        The same on coarse grids.
+    largest_crop : float
+        Largest part of the window for which a half space of its own is made.
+    contraction : float
+        Violation of the contact conditions that the solution for the model may leave,
+        relative to the present one.
+    exact_contraction : float
+        The same of a model that is exact, in units of its rounding error.
+    forcing : float
+        Violation that the conjugate gradients may leave before the set of atoms in
+        contact is updated, relative to the present one.
+    inner_steps : int
+        Maximum number of steps of conjugate gradients and updates of the set for a
+        correction.
+    slow_contraction : float
+        If the violation has decreased by less than this factor, the correction is
+        combined with earlier ones.
+    history : int
+        Number of earlier corrections that are combined with the present one.
+    patience : int
+        Number of steps without progress after which the solver stops.
+    """
+
+    coarsest: int = 32
+    largest_gap: float = 1e-6
+    coarse_gap: float = 0.03
+    largest_crop: float = 0.5
+    contraction: float = 0.1
+    exact_contraction: float = 1000.0
+    forcing: float = 0.1
+    inner_steps: int = 300
+    slow_contraction: float = 0.3
+    history: int = 2
+    patience: int = 10

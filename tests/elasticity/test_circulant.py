@@ -1,0 +1,65 @@
+"""The circulant model against the half space that it approximates."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.lattice import Box
+
+
+def test_compliance_differs_from_the_half_space_in_long_waves_only(rng):
+    halfspace = FreeHalfSpace((32, 32), 1.0, 1.0)
+    noise = rng.standard_normal((32, 32))
+    model = CirculantModel(halfspace, Box((0, 0), (32, 32)))
+    exact = -halfspace.displacement(noise) / model.self_compliance
+    assert np.std(model.compliance(noise) - exact) < 0.1 * np.std(exact)
+
+
+def test_the_model_of_a_periodic_cell_is_exact_and_covers_it(rng):
+    halfspace = PeriodicHalfSpace((12, 15), 2.0, 5.0)
+    noise = rng.standard_normal((12, 15))
+    model = CirculantModel(halfspace, Box((3, 3), (2, 2)))
+    exact = -halfspace.displacement(noise) / model.self_compliance
+    assert model.exact
+    assert_allclose(model.compliance(noise), exact, atol=1e-5)
+
+
+def test_stiffness_is_nearly_the_inverse_of_the_compliance_on_a_box(rng):
+    model = CirculantModel(FreeHalfSpace((20, 20), 1.0, 1.0), Box((3, 4), (15, 13)))
+    noise = rng.standard_normal((15, 13))
+    there_and_back = model.stiffness(model.compliance(noise))
+    assert np.corrcoef(there_and_back.ravel(), noise.ravel())[0, 1] > 0.9
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 0.5, 0.9])
+def test_preconditioner_inverts_a_uniform_wall_on_a_periodic_cell(rng, stiffness):
+    model = CirculantModel(PeriodicHalfSpace((16, 16), 1.0, 1.0), Box((0, 0), (1, 1)))
+    noise = rng.standard_normal((16, 16)).astype(np.float32)
+    noise -= noise.mean()
+    image = noise + stiffness * (model.compliance(noise) - noise)
+    found = model.preconditioner(stiffness)(image, np.empty_like(image))
+    assert_allclose(found, noise, atol=1e-4)
+
+
+def test_work_counts_the_grid_points_of_all_transforms():
+    model = CirculantModel(PeriodicHalfSpace((12, 15), 1.0, 1.0), Box((0, 0), (1, 1)))
+    model.stiffness(model.compliance(np.ones((12, 15))))
+    assert model.work == 2 * 12 * 15
+
+
+def test_self_compliance_is_the_displacement_of_an_atom_by_a_pressure_on_it():
+    halfspace = FreeHalfSpace((3, 3), 2.0, 5.0)
+    unit = np.zeros((3, 3))
+    unit[1, 1] = 1.0
+    depth = -halfspace.displacement(unit)[1, 1]
+    assert_allclose(halfspace.self_compliance, depth, rtol=1e-12)
+
+
+def test_self_compliance_is_that_of_a_large_periodic_cell():
+    halfspace = PeriodicHalfSpace((512, 512), 2.0, 5.0)
+    unit = np.zeros((512, 512))
+    unit[0, 0] = 1.0
+    depth = -halfspace.displacement(unit)[0, 0]
+    assert_allclose(halfspace.self_compliance, depth, rtol=0.01)

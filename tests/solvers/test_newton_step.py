@@ -1,0 +1,223 @@
+"""Parts of a Newton step: linear system, combination and balance of the load."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import LennardJones93
+from ase_roughcontact.solvers.energy import ContactEnergy, Increment
+from ase_roughcontact.solvers.gcr import gcr
+from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.newton_step import balance_load, combine, line_search
+from ase_roughcontact.solvers.newton_system import NewtonSystem
+
+REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
+ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
+STEPS = 3
+# Flat except for one atom.
+HILL = np.where(np.arange(576) == 300, 0.0, 0.8).reshape(24, 24)
+
+
+def scene(wall=REPULSIVE, *, heights=None, periodic=False):
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    if heights is None:
+        x = np.arange(32) - 15.5
+        waves = 0.2 * np.random.default_rng(1).standard_normal((32, 32))
+        heights = (x[:, None] ** 2 + x**2) / 640.0 + waves
+    return Contact(kind(heights.shape, 1.0, 1.0), heights, wall)
+
+
+def constant(load):
+    return lambda height: (load * height, -load)
+
+
+def spring(stiffness, rest):
+    return lambda height: (
+        0.5 * stiffness * (height - rest) ** 2,
+        -stiffness * (height - rest),
+    )
+
+
+def green(contact):
+    """Dense Green's function of the window."""
+    shape = contact.heights.shape
+    units = np.eye(contact.heights.size)
+    columns = [-contact.halfspace.displacement(e.reshape(shape)).ravel() for e in units]
+    return np.array(columns).T
+
+
+# Generalised conjugate residuals
+
+
+def test_gcr_solves_a_dense_system(rng):
+    matrix = np.eye(30) + 0.1 * rng.standard_normal((30, 30))
+    right = rng.standard_normal(30)
+    residual = right.copy()
+    found = gcr(matrix.__matmul__, np.copy, residual, 1e-12, 30)
+    np.testing.assert_allclose(found, np.linalg.solve(matrix, right), atol=1e-11)
+    np.testing.assert_allclose(residual, right - matrix @ found, atol=1e-13)
+
+
+def test_gcr_stops_at_the_tolerance_or_the_number_of_steps(rng):
+    matrix = np.diag(np.linspace(1.0, 10.0, 50))
+    right = rng.standard_normal(50)
+    loose = right - matrix @ gcr(matrix.__matmul__, np.copy, right.copy(), 0.1, 50)
+    assert 1e-3 < np.linalg.norm(loose) <= 0.1
+    assert gcr(matrix.__matmul__, np.copy, right.copy(), 100.0, 50) == 0.0
+    one = gcr(matrix.__matmul__, np.copy, right.copy(), 1e-9, 1)
+    assert np.linalg.matrix_rank(np.stack([one, right])) == 1
+
+
+def test_gcr_accepts_a_preconditioner_that_varies(rng):
+    matrix = np.diag(np.linspace(1.0, 100.0, 40))
+    right, factors = rng.standard_normal(40), iter(range(1, 99))
+    found = gcr(matrix.__matmul__, lambda r: r * next(factors), right.copy(), 1e-9, 60)
+    np.testing.assert_allclose(matrix @ found, right, atol=1e-8)
+
+
+# The linear system
+
+
+@pytest.mark.parametrize("held", [None, 0.0, 2.0], ids=["fixed", "load", "spring"])
+def test_newton_equations_are_those_of_dense_algebra(held, rng):
+    contact = scene(heights=rng.uniform(0.0, 2.0, (8, 6)), periodic=True)
+    stiffness = np.maximum(rng.standard_normal((8, 6)), 0.0)
+    residual, load = rng.standard_normal((8, 6)), 3.0
+    box = Box((0, 0), (8, 6))
+    system = NewtonSystem(CirculantModel(contact.halfspace, box), box, stiffness, held)
+    change = system.solve(system.scaled(residual), load, 1e-5, 60)
+    d, ones = stiffness.ravel(), np.ones(48)
+    matrix = np.block(
+        [
+            [np.eye(48) + d[:, None] * green(contact), d[:, None]],
+            [ones if held is not None else 0.0 * ones, -held if held else held == 0.0],
+        ]
+    )
+    if held is None:
+        matrix[-1, -1], load = 1.0, 0.0
+    elif held == 0.0:
+        matrix[-1, -1] = 0.0
+    expected = np.linalg.solve(matrix, np.append(residual.ravel(), load))
+    np.testing.assert_allclose(change, expected, atol=2e-4 * abs(expected).max())
+
+
+def test_a_height_that_nothing_resists_has_no_solution():
+    contact = scene()
+    box = Box((0, 0), (32, 32))
+    model = CirculantModel(contact.halfspace, box)
+    system = NewtonSystem(model, box, np.zeros((32, 32)), 0.0)
+    assert system.solve(system.scaled(np.ones((32, 32))), 1.0, 0.1, 9) is None
+
+
+def test_an_approximate_solution_leads_downhill_although_one_atom_overlaps_deeply():
+    contact = scene(LennardJones93.adhesive(1.0, 1.0, 0.05), heights=HILL)
+    energy = ContactEnergy(contact, None)
+    flat = np.zeros(contact.heights.shape)
+    state = energy.state(flat, flat, 0.6)
+    assert state.stiffness.max() > 300.0 > 1.0 > np.median(abs(state.stiffness))
+    model = CirculantModel(contact.halfspace, Box((0, 0), contact.heights.shape))
+    stiffness = np.maximum(state.stiffness, 0.0)
+    box = state.box.slices
+    system = NewtonSystem(model, state.box, stiffness[box], None)
+    change = system.solve(system.scaled(state.residual[box]), 0.0, 0.1, 40)
+    pressure = np.zeros(contact.heights.shape)
+    pressure[box] = change[:-1].reshape(state.box.shape)
+    slope = energy.slope(state, Increment(pressure, energy.opening(pressure), 0.0))
+    near = np.flatnonzero(contact.gap(flat, 0.6) < contact.interaction.cutoff)
+    G = green(contact)[np.ix_(near, near)]
+    residual, stiffness = state.residual.flat[near], stiffness.flat[near]
+    best = np.linalg.solve(np.eye(len(G)) + stiffness[:, None] * G, residual)
+    assert slope == pytest.approx(-residual @ G @ best, rel=0.2)
+
+
+# Combination and line search
+
+
+def state_and_increments(rng, wall):
+    energy = ContactEnergy(scene(wall), constant(5.0))
+    pressure = np.maximum(0.05 * rng.standard_normal((32, 32)), 0.0)
+    state = energy.state(pressure, energy.opening(pressure), 0.3)
+    changes = 0.1 * rng.standard_normal((3, 32, 32))
+    increments = [Increment(x, energy.opening(x), 0.1 * x[0, 0]) for x in changes]
+    return energy, state, increments
+
+
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+def test_a_combination_of_increments_leads_downhill(wall, rng):
+    energy, state, increments = state_and_increments(rng, wall)
+    assert energy.slope(state, combine(energy, state, increments, 0.03)) < 0.0
+
+
+def test_a_combination_minimises_the_quadratic_model(rng):
+    energy, state, increments = state_and_increments(rng, REPULSIVE)
+    combined = combine(energy, state, increments, 1e-6)
+    hessian = energy.hessian(state, [combined, *increments])
+    slopes = [energy.slope(state, increment) for increment in increments]
+    np.testing.assert_allclose(hessian[0, 1:], np.negative(slopes), rtol=1e-6)
+
+
+@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
+def test_the_line_search_lowers_the_energy(wall, rng):
+    energy, state, increments = state_and_increments(rng, wall)
+    increment = combine(energy, state, increments, 0.03)
+    length = line_search(energy, state, increment, 0.3)
+    assert 0.0 < length <= 1.0
+    assert energy.moved(state, increment, length).energy < state.energy
+
+
+def test_uphill_the_line_search_finds_nothing(rng):
+    energy, state, increments = state_and_increments(rng, REPULSIVE)
+    uphill = Increment.combination([-1.0], [combine(energy, state, increments, 0.03)])
+    assert line_search(energy, state, uphill, 0.3) == 0.0
+
+
+# Balance of the load
+
+
+def out_of_balance(wall, held):
+    """Energy, and its relaxed state with the indenter slightly too low."""
+    contact = scene(wall)
+    *_, last = newton_krylov(
+        contact, height=0.0, external=held, start=None, tolerance=1e-10
+    )
+    assert last.converged
+    energy = ContactEnergy(contact, held)
+    opening = energy.opening(last.pressure)
+    return energy, energy.state(last.pressure, opening, last.height - 1e-8), last
+
+
+@pytest.mark.parametrize("held", [constant(20.0), spring(3.0, -8.0)])
+def test_the_indenter_is_balanced_alone_and_without_a_convolution(held):
+    energy, state, last = out_of_balance(REPULSIVE, held)
+    pairs = energy.contact.halfspace.pairs
+    assert state.surface_error < 1e-7 < 1e-6 < abs(state.load_residual)
+    balanced = balance_load(energy, state, 1e-7, STEPS)
+    assert balanced.error < 1e-7
+    assert balanced.height == pytest.approx(last.height, abs=1e-10)
+    assert balanced.pressure is state.pressure
+    assert energy.contact.halfspace.pairs == pairs
+    assert balance_load(energy, balanced, 1e-7, STEPS) is balanced
+
+
+def test_the_indenter_is_not_balanced_before_the_surface_is_relaxed():
+    energy, state, _ = out_of_balance(REPULSIVE, constant(20.0))
+    assert balance_load(energy, state, 1e-9, STEPS) is state
+
+
+def test_the_indenter_is_not_balanced_alone_under_attraction():
+    energy, state, _ = out_of_balance(ADHESIVE, constant(20.0))
+    tolerance = 0.9 * abs(state.load_residual)
+    assert balance_load(energy, state, tolerance, STEPS) is state
+
+
+def test_a_balance_that_raises_energy_or_error_is_rejected():
+    energy, state, _ = out_of_balance(REPULSIVE, constant(20.0))
+    soft = replace(state, stiffness=1e-3 * state.stiffness)  # the step would be long
+    assert balance_load(energy, soft, 1e-7, STEPS) is soft
+    without_wall = replace(state, stiffness=0.0 * state.stiffness)
+    assert balance_load(energy, without_wall, 1e-7, STEPS) is without_wall
