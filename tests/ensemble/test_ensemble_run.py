@@ -24,7 +24,7 @@ from ensemble_scenes import (
     rows,
 )
 
-from ase_roughcontact._util import kernels
+from ase_roughcontact._util import threads
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
@@ -131,7 +131,7 @@ def test_processes_share_the_processors_unless_the_user_set_the_threads(
         share = shared.submit(os.getenv, name)
         monkeypatch.setenv(name, "5")
         choice = chosen.submit(os.getenv, name)
-        expected = max(1, kernels.processors() // workers)
+        expected = max(1, threads.processors() // workers)
         assert (share.result(), choice.result()) == (str(expected), "5")
 
 
@@ -141,11 +141,11 @@ def test_cases_in_threads_use_one_thread_unless_the_user_set_the_threads(
     seen, relax = [], Scene.relax
 
     def spied(*arguments):
-        seen.append(kernels.available_threads())
+        seen.append(threads.available_threads())
         return relax(*arguments)
 
     monkeypatch.setattr(Scene, "relax", spied)
-    monkeypatch.setattr(kernels, "processors", lambda: 6)
+    monkeypatch.setattr(threads, "processors", lambda: 6)
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     finish([SCENE], tmp_path / "one.db")
     monkeypatch.setenv("OMP_NUM_THREADS", "5")
