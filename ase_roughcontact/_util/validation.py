@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, TypeAlias
 
@@ -154,3 +154,10 @@ def unknown(word: str, known: Sequence[str], what: str) -> str:
     near = get_close_matches(word, known, n=1, cutoff=0.0)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return f"unknown {what} {word!r}{hint} Known: {', '.join(known) or 'none'}"
+
+
+def lookup(name: Any, choices: Mapping[str, Any], what: str) -> Any:
+    """Return the choice of a name, or raise `ValueError` with the closest name."""
+    if name not in choices:
+        raise ValueError(unknown(str(name), list(choices), what))
+    return choices[name]

@@ -26,7 +26,7 @@ from ase_roughcontact.ensemble.progress import expected_costs
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.scene import NANONEWTON, Scene, default_text
-from ase_roughcontact.scene.config import SECTIONS, table_of, tomllib
+from ase_roughcontact.scene.reading import tomllib
 from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
@@ -207,9 +207,6 @@ def _choice(text: str) -> tuple[str, list[Any]]:
         listed = values.split(",")  # words need no quotes here
     if not equals or not values:
         raise ValueError(f"--set must be TABLE.KEY=VALUE,VALUE,..., got {text!r}")
-    title, _, name = key.strip().partition(".")
-    for value in listed if title in SECTIONS else ():
-        table_of(SECTIONS[title], {name: value}, f"--set [{title}]")
     return key.strip(), listed
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.scene import RoughnessConfig, Scene
-from ase_roughcontact.scene.config import changed, entries
+from ase_roughcontact.scene.section import Section
 
 
 def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
@@ -92,7 +92,7 @@ def scene_as_dict(scene: Scene) -> dict[str, Any]:
     """
     sections = {f.name: getattr(scene, f.name) for f in fields(scene)}
     return _json_value(
-        {title: section and entries(section) for title, section in sections.items()}
+        {title: section and section.entries() for title, section in sections.items()}
     )
 
 
@@ -101,16 +101,16 @@ def _with_value(scene: Scene, key: str, value: Any) -> Scene:
     title, _, name = key.partition(".")
     titles = [f.name for f in fields(Scene)]
     if title not in titles:
-        raise ValueError(unknown(title, titles, "table"))
+        raise ValueError(unknown(title, titles, "section"))
     if not name:
-        return replace(scene, **{title: value})
+        if not (value is None or isinstance(value, Section)):
+            raise ValueError(f"[{title}] must be a section, got {value!r}")
+        changes: dict[str, Any] = {title: value}
+        return replace(scene, **changes)
     section = getattr(scene, title)
     if section is None:
         raise ValueError(f"{key} can't be set: the scene has no [{title}]")
-    try:
-        return replace(scene, **{title: changed(section, name, value)})
-    except ValueError as error:
-        raise ValueError(f"[{title}]: {error}") from error
+    return replace(scene, **{title: section.changed(name, value)})
 
 
 def _plain_number(value: Any) -> Any:

@@ -1,17 +1,18 @@
-"""What the tables of a scene stand for, in ASE's units, and what theory says of it."""
+"""Solid, indenter and wall of a scene, in ASE's units."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
-from ase.units import GPa
 from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.build import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
@@ -26,17 +27,17 @@ from ase_roughcontact.scene.config import (
 )
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
-# Modulus that no solid has (GPa): one beyond it is in other units.
-_STIFFEST = 1e4
-# Part of a spacing that a domain may differ from a whole number of them.
-_WHOLE = 1e-6
+# Modulus (GPa) beyond that of any solid, which must have been given in another unit.
+_LARGEST_MODULUS = 1e4
+# Tolerance within which a domain is a whole number of spacings.
+_ROUNDING = 1e-6
 # Keys of [roughness] in units of the spacing.
 _LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
 
 @dataclass(frozen=True)
 class Model:
-    """Sphere, material and wall of a scene; see `Scene`."""
+    """Solid, indenter and wall of a scene; see `Scene`."""
 
     substrate: SubstrateConfig = field(default_factory=SubstrateConfig)
     sphere: SphereConfig = field(default_factory=SphereConfig)
@@ -48,30 +49,32 @@ class Model:
     @property
     def spacing(self) -> float:
         """Atomic spacing a0 (Å)."""
-        given = self.substrate.spacing
-        if given is None:
+        spacing = self.substrate.spacing
+        if spacing is None:
             return _of_crystal(fcc_spacing, self.substrate.symbol, "spacing")
-        positive(spacing=given)
-        return given
+        positive(spacing=spacing)
+        return spacing
 
     @property
     def contact_modulus(self) -> float:
-        """E* (eV/Å^3): given, from elastic constants, or of the crystal."""
-        given = self.substrate
-        if given.contact_modulus is not None and given.elastic_constants is not None:
+        """Contact modulus E* (eV/Å^3)."""
+        modulus = self.substrate.contact_modulus
+        constants = self.substrate.elastic_constants
+        if modulus is not None and constants is not None:
             raise ValueError("give contact_modulus or elastic_constants, not both")
-        if given.elastic_constants is not None:
-            return contact_modulus(given.elastic_constants) * GPa
-        if given.contact_modulus is not None:
-            positive(contact_modulus=given.contact_modulus)
-            if given.contact_modulus > _STIFFEST:
+        if constants is not None:
+            modulus = contact_modulus(constants)
+        elif modulus is None:
+            instead = "contact_modulus or elastic_constants"
+            modulus = _of_crystal(crystal_modulus, self.substrate.symbol, instead)
+        else:
+            positive(contact_modulus=modulus)
+            if modulus > _LARGEST_MODULUS:
                 raise ValueError(
-                    f"contact_modulus is in GPa, at most {_STIFFEST:g}, got "
-                    f"{given.contact_modulus:g}"
+                    f"contact_modulus is in GPa, at most {_LARGEST_MODULUS:g}, got "
+                    f"{modulus:g}"
                 )
-            return given.contact_modulus * GPa
-        symbol, instead = given.symbol, "contact_modulus or elastic_constants"
-        return _of_crystal(crystal_modulus, symbol, instead) * GPa
+        return modulus * UNITS["GPa"]
 
     @property
     def radius(self) -> float:
@@ -80,22 +83,36 @@ class Model:
         return self.sphere.radius * self.spacing
 
     @property
+    def self_affine(self) -> SelfAffine | None:
+        """Roughness of the sphere; None if it is smooth."""
+        if self.roughness is None:
+            return None
+        # lengths are converted last: errors show them in the units of the file
+        rough = SelfAffine(**self.roughness.entries())
+        rough = replace(rough, domain=_domain(rough))
+        lengths = {name: getattr(rough, name) for name in _LENGTHS}
+        scaled = {k: v * self.spacing for k, v in lengths.items() if v is not None}
+        return replace(rough, **scaled)
+
+    @property
     def surface(self) -> RoughSphere:
-        """The indenter's surface."""
-        given = self.sphere
-        return RoughSphere(self.radius, self.self_affine, given.profile)
+        """Surface of the indenter."""
+        profile: Any = self.sphere.profile
+        return RoughSphere(self.radius, self.self_affine, profile)
 
     @property
     def wall(self) -> Interaction:
-        """The interaction."""
-        given = self.interaction
+        """Interaction between the indenter and the atoms."""
         return make_wall(
-            given.kind, self.contact_modulus, self.spacing, given.parameters
+            self.interaction.kind,
+            self.contact_modulus,
+            self.spacing,
+            self.interaction.parameters,
         )
 
     @property
     def kappa_repulsive(self) -> float:
-        """Kappa of the mean contact pressure ``h'rms E*/kappa``, without attraction."""
+        """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
         wall = self.wall
         if wall.kappa is not None:
             return wall.kappa
@@ -103,38 +120,37 @@ class Model:
 
     @property
     def inverse_kappa(self) -> float:
-        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa``, for this wall.
+        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa`` for this wall.
 
-        Not positive where rough flats would stick to each other.
+        Negative or zero if nominally flat surfaces would adhere without a load.
         """
-        wall, surface = self.wall, self.self_affine
-        if not wall.attractive or surface is None:
+        wall, rough = self.wall, self.self_affine
+        if not wall.attractive or rough is None:
             return 1.0 / self.kappa_repulsive
-        rough = surface.statistics()
+        statistics = rough.statistics()
         attraction = theory.inverse_kappa_attractive(
             wall.work_of_adhesion,
             self.contact_modulus,
             wall.attraction_range,
-            rough.rms_slope,
-            rough.rms_curvature,
+            statistics.rms_slope,
+            statistics.rms_curvature,
         )
         return float(theory.inverse_kappa_adhesive(self.kappa_repulsive, attraction))
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Contact area by Eq. (4) of the paper, or of Hertz for a smooth sphere.
+        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
 
-        Adhesion is in it as a change of kappa; NaN where it is so strong that the law
-        does not hold.
+        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive.
 
         Parameters
         ----------
         normal_force : array_like
-            eV/Å.
+            Normal forces (eV/Å).
 
         Returns
         -------
         ndarray
-            Å^2.
+            Areas (Å^2).
 
         References
         ----------
@@ -152,46 +168,31 @@ class Model:
         )
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Contact area of the smooth sphere, without adhesion.
+        """Return the contact area of a smooth sphere without adhesion.
 
         Parameters
         ----------
         normal_force : array_like
-            eV/Å.
+            Normal forces (eV/Å).
 
         Returns
         -------
         ndarray
-            Å^2.
+            Areas (Å^2).
         """
         return theory.hertz_contact_area(
             normal_force, self.radius, self.contact_modulus
         )
 
-    @property
-    def self_affine(self) -> SelfAffine | None:
-        """Roughness of the sphere; None if it is smooth."""
-        if self.roughness is None:
-            return None
-        given = SelfAffine(**asdict(self.roughness))  # checked in units of the file
-        given = replace(given, domain=_domain(given))
-        lengths = {
-            name: getattr(given, name) * self.spacing
-            for name in _LENGTHS
-            if getattr(given, name) is not None
-        }
-        return replace(given, **lengths)
-
 
 def _domain(rough: SelfAffine) -> float | None:
-    """Return the domain as it is, or one of whole spacings where none is given (a0)."""
-    if rough.short_wavelength < 2.0 - _WHOLE:
+    """Return the domain (a0): the given one, or a whole number of spacings."""
+    if rough.short_wavelength < 2.0 - _ROUNDING:
         raise ValueError(
-            "short_wavelength must be at least 2 a0, or atoms a0 apart can't show it, "
-            f"got {rough.short_wavelength:g}"
+            "short_wavelength must be at least 2 a0 to be resolved by atoms at a "
+            f"spacing of a0, got {rough.short_wavelength:g}"
         )
-    whole = abs(rough.side - round(rough.side)) <= _WHOLE
-    if whole:
+    if abs(rough.side - round(rough.side)) <= _ROUNDING:
         return rough.domain
     points = math.ceil(rough.side)
     if rough.domain is not None:
@@ -201,9 +202,9 @@ def _domain(rough: SelfAffine) -> float | None:
     return float(next_fast_len(points))
 
 
-def _of_crystal(known: Callable[[str], float], symbol: str, instead: str) -> float:
-    """Return a number of a crystal, or say what to give where it is not known."""
+def _of_crystal(calculate: Callable[[str], float], symbol: str, instead: str) -> float:
+    """Return a property of a crystal; the error names the key to give instead."""
     try:
-        return known(symbol)
+        return calculate(symbol)
     except ValueError as error:
         raise ValueError(f"symbol = {symbol!r}: give {instead}: {error}") from error

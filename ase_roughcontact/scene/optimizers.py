@@ -1,8 +1,11 @@
-"""Optimizers by the names that a scene file gives them."""
+"""Optimizers by the names used in scene files.
+
+One more is an entry: ``OPTIMIZERS["BFGS"] = on_modes(BFGS)``.
+"""
 
 from __future__ import annotations
 
-from functools import partial
+from collections.abc import Callable
 from typing import Any
 
 from ase import Atoms
@@ -11,21 +14,39 @@ from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 from ase_roughcontact.optimize import ActiveSet, FourierModes, NewtonKrylov
 
 
-def _on_modes(cls: type, atoms: Atoms, **options: Any) -> Any:
-    """Optimizer of ASE on the scaled modes of the half space."""
-    modes = FourierModes(atoms)
-    if cls in (FIRE, FIRE2):
-        options["maxstep"] = modes.maxstep
-    if cls is LBFGS:
-        options |= {"alpha": 1.0, "memory": 20}
-    return cls(modes, **options)
+def on_modes(
+    optimizer: type, limit_steps: bool = False, **options: Any
+) -> Callable[..., Any]:
+    """Return a function that applies an optimizer of ASE to `FourierModes` of atoms.
+
+    Parameters
+    ----------
+    optimizer : type
+        Optimizer class of ASE.
+    limit_steps : bool
+        Whether to set the option ``maxstep`` to that of the modes.
+    **options
+        Further options of the optimizer.
+
+    Returns
+    -------
+    callable
+        Called with atoms and further options, as the optimizer would be.
+    """
+
+    def on_modes_of(atoms: Atoms, **others: Any) -> Any:
+        modes = FourierModes(atoms)
+        limit = {"maxstep": modes.maxstep} if limit_steps else {}
+        return optimizer(modes, **options, **limit, **others)
+
+    return on_modes_of
 
 
-OPTIMIZERS: dict[str, Any] = {
+OPTIMIZERS: dict[str, Callable[..., Any]] = {
     "NewtonKrylov": NewtonKrylov,
     "ActiveSet": ActiveSet,
-    **{
-        cls.__name__: partial(_on_modes, cls)
-        for cls in (LBFGS, FIRE, FIRE2, BFGSLineSearch)
-    },
+    "LBFGS": on_modes(LBFGS, alpha=1.0, memory=20),
+    "FIRE": on_modes(FIRE, limit_steps=True),
+    "FIRE2": on_modes(FIRE2, limit_steps=True),
+    "BFGSLineSearch": on_modes(BFGSLineSearch),
 }

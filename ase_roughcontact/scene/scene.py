@@ -1,4 +1,4 @@
-"""A scene as something to calculate: read, checked, planned and run."""
+"""Scene: a calculation that can be read from a file, checked, planned and run."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import grid_shape, integer, positive
+from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
 from ase_roughcontact.atoms.build import substrate
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.config import choice, differences, read_config
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.topography import RoughSphere
+from ase_roughcontact.scene.reading import differences, read_sections
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
 
-# Of the atoms before a window is chosen for them.
+# Shape of the atoms before a window is chosen.
 _FIRST_SHAPE = (8, 8)
 
 #: One nanonewton in ASE's unit of force, eV/Å.
@@ -40,12 +39,7 @@ class Scene(Model):
     Parameters
     ----------
     substrate, sphere, roughness, interaction, path, solver
-        The tables of a scene file. Without `roughness` the sphere is smooth.
-
-    Raises
-    ------
-    ValueError
-        From `read` and from the methods, if a value is not what it should be.
+        Sections of a scene file. Without `roughness` the sphere is smooth.
     """
 
     @classmethod
@@ -64,8 +58,8 @@ class Scene(Model):
         Raises
         ------
         ValueError
-            If the file can't be read, is not TOML, or something in it is not what it
-            should be. The error names file, table and key.
+            If the file can't be read, is not TOML, or has an invalid value. The error
+            names file, section and key.
         """
         scene = cls.parse(cls.text_of(file), str(file))
         scene.check(str(file))
@@ -95,16 +89,16 @@ class Scene(Model):
 
     @classmethod
     def parse(cls, text: str, name: str = "scene") -> Scene:
-        """Make a scene of the text of a scene file, without `check`.
+        """Return the scene of a text, without `check`.
 
-        A scene for many variants may leave out what each of them sets.
+        The scene of an ensemble may omit keys that are set for each case.
 
         Parameters
         ----------
         text : str
             TOML.
         name : str
-            Of the file, for errors.
+            Name of the file for error messages.
 
         Returns
         -------
@@ -113,10 +107,10 @@ class Scene(Model):
         Raises
         ------
         ValueError
-            If the text is not TOML, there is a table or a key that is not known, or a
-            value of the wrong kind.
+            If the text is not TOML, a section or key is unknown, or a value is of the
+            wrong type.
         """
-        return cls(**read_config(text, name))
+        return cls(**read_sections(text, name))
 
     @classmethod
     def default(cls) -> Scene:
@@ -124,24 +118,24 @@ class Scene(Model):
         return cls.parse(default_text(), "default.toml")
 
     def check(self, name: str = "scene") -> None:
-        """Raise an error if a value is out of range, or does not fit the others.
+        """Raise an error if a value is out of range or inconsistent with others.
 
         Parameters
         ----------
         name : str
-            Of the file, for errors.
+            Name of the file for error messages.
 
         Raises
         ------
         ValueError
-            Names file, table and key.
+            With file, section and key.
         MemoryError
-            If the roughness needs more memory than is free, with file, table and key.
+            If the roughness needs more memory than is free.
         """
         parts: dict[str, Callable[[], Any]] = {
             "substrate": lambda: (self.spacing, self.contact_modulus, self.shape),
-            "sphere": lambda: RoughSphere(self.radius, None, self.sphere.profile),
             "roughness": lambda: self.self_affine,
+            "sphere": lambda: self.surface,
             "solver": lambda: (
                 self.fmax,
                 self.accuracy,
@@ -156,30 +150,24 @@ class Scene(Model):
                 part()
             except ValueError as error:
                 raise ValueError(f"{name}: [{title}] {error}") from error
-        try:  # before anything is made of the roughness
+        try:  # before heights of the roughness are allocated
             check_roughness(points_of(self.surface, self.spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
 
     @property
     def control(self) -> str:
-        """What is given along the path: loads, penetrations or heights."""
+        """Controlled quantity of the path: loads, penetrations or heights."""
         return f"{self.path.control}s"
 
     @property
     def steps(self) -> np.ndarray:
-        """The path: loads (eV/Å), penetrations or heights (Å)."""
-        return UNITS[self.target_unit] * self.path.targets
-
-    @property
-    def target_unit(self) -> str:
-        """Unit of the path in scene files and printed output: nN or Å."""
-        units = {"load": "nN", "penetration": "Å", "height": "Å"}
-        return choice(self.path.control, units, "control")
+        """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
+        return UNITS[self.path.unit] * self.path.targets
 
     @property
     def fmax(self) -> float | None:
-        """Tolerance of the forces (eV/Å), if it is given."""
+        """Tolerance of the forces (eV/Å); None if it is not given."""
         if self.solver.fmax is None:
             return None
         positive(fmax=self.solver.fmax)
@@ -187,18 +175,18 @@ class Scene(Model):
 
     @property
     def accuracy(self) -> Accuracy:
-        """What the accuracy asks for."""
+        """Accuracy of force and area."""
         return accuracy_of(self.solver.accuracy)
 
     @property
     def optimizer(self) -> Any:
-        """What relaxes a step; None if it is chosen for the wall."""
+        """Optimizer; None if it is chosen for the wall."""
         name = self.solver.optimizer
-        return None if name is None else choice(name, OPTIMIZERS, "optimizer")
+        return None if name is None else lookup(name, OPTIMIZERS, "optimizer")
 
     @property
     def shape(self) -> tuple[int, int] | None:
-        """Atoms that may touch; None if they are chosen step by step."""
+        """Shape of the window of atoms; None if it is chosen for each step."""
         shape = self.substrate.shape
         if not isinstance(shape, str):
             return grid_shape(shape)
@@ -207,15 +195,15 @@ class Scene(Model):
                 'shape = "auto" needs a free half space: give the shape of the '
                 "periodic cell, [n, m]"
             )
-        return choice(shape, {"auto": None}, "shape")
+        return lookup(shape, {"auto": None}, "shape")
 
     @property
     def window(self) -> str:
-        """Whether all steps have one window, "fixed", or each its own, "auto"."""
+        """``"fixed"`` if all steps have the same window, else ``"auto"``."""
         return "fixed" if self.shape else "auto"
 
     def atoms(self) -> Atoms:
-        """Build the substrate and the indenter above it, with their calculator."""
+        """Return the substrate and the indenter above it, with a calculator."""
         given = self.substrate
         if self.shape:
             check_memory(self.shape, margin=not given.periodic)
@@ -232,7 +220,7 @@ class Scene(Model):
         return atoms
 
     def plan(self) -> Plan:
-        """Tell windows, memory and time of the path before it is calculated."""
+        """Return the windows, memory and time that the path will need."""
         return plan_path(self.atoms(), self.control, self.steps, self.window)
 
     def relax(
@@ -245,7 +233,7 @@ class Scene(Model):
         steps : array_like, optional
             Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
         **options
-            Of `load_path`: files, and whether to resume from them.
+            Options of `load_path`, such as its files and `resume`.
 
         Returns
         -------
@@ -270,8 +258,8 @@ class Scene(Model):
         Parameters
         ----------
         folder : path
-            Where the files go; made if it is not there. If it holds a part of this
-            scene's run, or of that of a shorter path, the run goes on from there.
+            Folder of the files, created if necessary. A run of this scene in it, or of
+            one with a shorter path, is resumed.
 
         Yields
         ------
@@ -280,8 +268,8 @@ class Scene(Model):
         Raises
         ------
         ValueError
-            If the folder holds the results of another scene: with a ``scene.toml``,
-            the error tells what differs.
+            If the folder contains a run of another scene. The error lists the
+            differences if the folder contains a ``scene.toml``.
         OSError
             If the folder can't be written.
         """
@@ -299,14 +287,14 @@ class Scene(Model):
             if not changed:
                 raise
             raise ValueError(
-                f"{folder} holds a run of another scene: {'; '.join(changed)}. Give "
-                "another folder, or delete this one; a path can go on there only if "
-                "steps come after its last one"
+                f"{folder} contains a run of another scene: {'; '.join(changed)}. Give "
+                "another folder, or delete this one; a path can be extended only by "
+                "steps after its last one"
             ) from error
         yield from path
 
     def _changed(self, file: Path) -> list[str]:
-        """Tell in what the scene differs from that of a file, if there is one."""
+        """Return the differences from the scene of a file, if there is one."""
         if not file.exists():
             return []
         titles = [table.name for table in fields(self)]
@@ -318,5 +306,5 @@ class Scene(Model):
 
 
 def default_text() -> str:
-    """Text of the built-in scene file."""
+    """Return the text of the built-in scene file."""
     return files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")

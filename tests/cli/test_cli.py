@@ -223,8 +223,8 @@ def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):
     [
         ("roughness.seed", "TABLE.KEY=VALUE"),
         ("roughness.seed=", "TABLE.KEY=VALUE"),
-        ("seed=1", "unknown table 'seed'"),
-        ("roughness=1", "unknown key ''"),
+        ("seed=1", "unknown section 'seed'"),
+        ("roughness=1", "[roughness] must be a section, got 1"),
         ("substrate.periodic=False", "periodic must be true or false, got 'False'"),
         ("path.steps=true", "steps must be a number, got True"),
     ],

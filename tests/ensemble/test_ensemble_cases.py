@@ -25,8 +25,8 @@ def test_product_does_not_make_a_smooth_sphere_rough():
 @pytest.mark.parametrize(
     "choices, message",
     [
-        ({"spere.radius": [1.0]}, "unknown table 'spere'.*'sphere'"),
-        ({"sphere.radus": [1.0]}, r"\[sphere\]: unknown key 'radus'.*'radius'"),
+        ({"spere.radius": [1.0]}, "unknown section 'spere'.*'sphere'"),
+        ({"sphere.radus": [1.0]}, r"\[sphere\] unknown key 'radus'.*'radius'"),
         ({"sphere.radius": []}, "at least one value"),
     ],
 )

@@ -11,7 +11,6 @@ import numpy as np
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import NANONEWTON, Scene
-from ase_roughcontact.scene.config import changed
 from ase_roughcontact.scene.tradeoff.results import SAFE, Choice, Tradeoff, Trial
 
 # Accuracies that are tried, and those of the reference and of what tells its error.
@@ -153,7 +152,7 @@ def _with(scene: Scene, choice: Choice) -> Scene:
     )
     wall = scene.interaction
     if choice.cutoff is not None:
-        wall = changed(wall, "cutoff", choice.cutoff)
+        wall = wall.changed("cutoff", choice.cutoff)
     return replace(scene, solver=solver, interaction=wall)
 
 

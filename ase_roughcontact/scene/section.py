@@ -1,0 +1,101 @@
+"""Base class of the sections of a scene file: keys and types of their values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, fields
+from types import NoneType, UnionType
+from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
+
+from ase_roughcontact._util.validation import unknown
+
+AnySection = TypeVar("AnySection", bound="Section")
+
+
+@dataclass(frozen=True)
+class Section:
+    """Base class of the sections of a scene file; the fields are its keys.
+
+    Attributes
+    ----------
+    title : str
+        Name of the section in a file.
+    """
+
+    title: ClassVar[str]
+
+    @classmethod
+    def of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
+        """Return the section with the given entries, and defaults for other keys.
+
+        Parameters
+        ----------
+        entries : mapping
+            Values by key, as read from TOML.
+
+        Returns
+        -------
+        Section
+
+        Raises
+        ------
+        ValueError
+            If a key is unknown, or a value is of the wrong type.
+        """
+        types = cls.types()
+        for name, value in entries.items():
+            if name not in types:
+                problem = unknown(name, list(types), "key")
+                raise ValueError(f"[{cls.title}] {problem}")
+            if not any(_TYPES[each][1](value) for each in types[name]):
+                allowed = [_TYPES[each][0] for each in types[name]]
+                expected = " or ".join(filter(None, allowed))
+                raise ValueError(
+                    f"[{cls.title}] {name} must be {expected}, got {value!r}"
+                )
+        return cls._of(
+            {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}
+        )
+
+    @classmethod
+    def types(cls) -> dict[str, tuple[type, ...]]:
+        """Return the types that each key accepts."""
+        hints = get_type_hints(cls)
+        return {each.name: _members(hints[each.name]) for each in fields(cls)}
+
+    def entries(self) -> dict[str, Any]:
+        """Return the values by key, None for keys that are not given."""
+        return asdict(self)
+
+    def changed(self: AnySection, name: str, value: Any) -> AnySection:
+        """Return the section with another value of a key; errors are those of `of`."""
+        return self.of({**self.entries(), name: value})
+
+    @classmethod
+    def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
+        return cls(**entries)
+
+
+def _members(hint: Any) -> tuple[type, ...]:
+    """Return the types of a union; generic types without their parameters."""
+    members = get_args(hint) if get_origin(hint) is UnionType else (hint,)
+    return tuple(get_origin(member) or member for member in members)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, (list, tuple)) and all(map(_is_number, value))
+
+
+# Description of each type of value, and whether a value is of that type.
+_TYPES: dict[type, tuple[str, Callable[[Any], bool]]] = {
+    tuple: ("a list of numbers", _is_list),
+    bool: ("true or false", lambda value: isinstance(value, bool)),
+    float: ("a number", _is_number),
+    int: ("a number", _is_number),
+    str: ("a string", lambda value: isinstance(value, str)),
+    NoneType: ("", lambda value: value is None),
+}
