@@ -9,7 +9,7 @@ energy balance does not close is undone and repeated at half its size.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -152,35 +152,32 @@ def adhesion_loop(
     )
     top, bottom = _end_heights(stepper, deepest)
     with open_output(trajectory, csv, record) as write:
-        path = _AdaptivePath(stepper, step, smallest, tolerance, write)
+        path = _AdaptivePath(stepper, write, step, smallest, tolerance)
         return path.loop(top + 0.5 * smallest, bottom)
 
 
+@dataclass
 class _AdaptivePath:
     """Path of heights whose steps are halved until their energy balance closes."""
 
-    def __init__(
-        self,
-        stepper: Stepper,
-        largest: float,
-        smallest: float,
-        tolerance: float,
-        write: Write,
-    ) -> None:
-        self._stepper, self._write = stepper, write
-        self._largest, self._smallest = largest, smallest
-        self._tolerance = tolerance
-        halfspace = stepper.atoms.calc.contact(stepper.atoms).halfspace
+    stepper: Stepper
+    write: Write
+    largest: float
+    smallest: float
+    tolerance: float
+
+    def __post_init__(self) -> None:
+        halfspace = self.stepper.atoms.calc.contact(self.stepper.atoms).halfspace
         unit = halfspace.contact_modulus * halfspace.cell_area
         self._smallest_force = _SMALLEST_FORCE * unit
-        self._size = largest
+        self._size = self.largest
         self._states: list[LoadStep] = []
         self._jumps: list[Jump] = []
 
     def loop(self, top: float, bottom: float) -> AdhesionLoop:
         """Approach from one height to another, and retract until nothing interacts."""
-        self._accept(self._stepper.step(0, top))
-        while self._last.height - bottom > _ROUNDING * self._smallest:
+        self._accept(self.stepper.step(0, top))
+        while self._last.height - bottom > _ROUNDING * self.smallest:
             self._move_towards(max(self._last.height - self._size, bottom))
         states, jumps = len(self._states), len(self._jumps)
         while self._last.repulsive_atoms + self._last.attractive_atoms:
@@ -199,27 +196,27 @@ class _AdaptivePath:
     def _move_towards(self, height: float) -> None:
         """Move to a height, or to one on the way to which the balance closes."""
         new, halved = self._relax(height), False
-        while not balanced(self._last, new, self._tolerance, self._smallest_force):
+        while not balanced(self._last, new, self.tolerance, self._smallest_force):
             self._size = abs(height - self._last.height)
-            if self._size <= self._smallest:
+            if self._size <= self.smallest:
                 if jumped(self._last, new):
                     self._jumps.append(Jump(self._last, new))
                 break
             self._size, halved = 0.5 * self._size, True
             height = 0.5 * (self._last.height + height)
-            self._stepper.restart_from(self._frame)
+            self.stepper.restart_from(self._frame)
             new = self._relax(height)
         self._accept(new)
         if not halved:  # else what is left of the step is tried first
-            self._size = min(2.0 * self._size, self._largest)
+            self._size = min(2.0 * self._size, self.largest)
 
     def _relax(self, height: float) -> LoadStep:
-        return self._stepper.step(len(self._states), height)
+        return self.stepper.step(len(self._states), height)
 
     def _accept(self, state: LoadStep) -> None:
-        self._frame = snapshot(self._stepper.atoms, load_step=asdict(state))
+        self._frame = snapshot(self.stepper.atoms, load_step=asdict(state))
         self._states.append(state)
-        self._write(state, lambda: self._frame)
+        self.write(state, lambda: self._frame)
 
 
 def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:

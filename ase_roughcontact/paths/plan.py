@@ -5,23 +5,22 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import timedelta
+from functools import partial
 
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.elasticity.halfspace import (
-    FreeHalfSpace,
-    HalfSpace,
-    PeriodicHalfSpace,
-)
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import check_control
 from ase_roughcontact.theory import hertz_contact_radius
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
+
+Shapes = tuple[tuple[int, int], tuple[int, int]]
 
 # Time of a step, in exact convolutions on the full grid.
 _PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 150, 180, 320
@@ -176,61 +175,47 @@ def plan_path(
     timer = _StepTimer(halfspace, wall)
     left_out = _left_out(halfspace, wall, window)
     if window == "auto" and not halfspace.periodic:
-        windows = AutoWindow(atoms)
-        steps = [
-            _in_auto_window(windows, control, float(target), timer, points)
-            for target in targets
-        ]
+        shapes = partial(_auto_shapes, AutoWindow(atoms), control)
+        margin = False
     else:
-        steps = _in_fixed_window(atoms, control, targets, timer, points)
+        shapes = partial(_fixed_shapes, atoms, control)
+        margin = halfspace.dof_shape != halfspace.shape
         if not halfspace.periodic and _misses_first_contact(atoms):
             left_out.append(
                 "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside the "
                 f"window of {text_of(halfspace.shape)} atoms: give a larger shape"
             )
+    steps = []
+    for target in map(float, targets):
+        try:
+            shape, grid = shapes(target)
+        except ValueError as error:
+            steps.append(PlannedStep(target, problem=str(error)))
+            continue
+        memory = memory_of(shape, margin=margin, points=points)
+        seconds = timer.seconds(grid)
+        steps.append(
+            PlannedStep(target, text_of(shape), text_of(grid), memory, seconds)
+        )
     return Plan(tuple(steps), tuple(left_out), available_memory())
 
 
-def _in_fixed_window(
-    atoms: Atoms,
-    control: str,
-    targets: Sequence[float] | np.ndarray,
-    timer: _StepTimer,
-    points: int,
-) -> list[PlannedStep]:
+def _auto_shapes(windows: AutoWindow, control: str, target: float) -> Shapes:
+    """Return the shapes of the expected window and of its FFT grid."""
+    shape = windows.forecast(control, target).shape
+    return shape, FreeHalfSpace.padded_shape(shape)
+
+
+def _fixed_shapes(atoms: Atoms, control: str, target: float) -> Shapes:
+    """Return the shapes of the window and its FFT grid, if the contact fits into it."""
     halfspace = atoms.calc.contact(atoms).halfspace
-    margin = halfspace.dof_shape != halfspace.shape
-    planned = PlannedStep(
-        target=math.nan,
-        window=text_of(halfspace.shape),
-        grid=text_of(halfspace.grid),
-        memory=memory_of(halfspace.shape, margin=margin, points=points),
-        seconds=timer.seconds(halfspace.grid),
-    )
-    steps = []
-    for target in map(float, targets):
-        width = _contact_width(atoms, control, target)
-        if halfspace.periodic or width <= min(halfspace.shape) - 1:
-            steps.append(replace(planned, target=target))
-            continue
-        problem = (
+    width = _contact_width(atoms, control, target)
+    if not halfspace.periodic and width > min(halfspace.shape) - 1:
+        raise ValueError(
             f"the contact is about {width:.0f} atoms wide, the window has "
             f"{text_of(halfspace.shape)}: give a larger shape"
         )
-        steps.append(PlannedStep(target, problem=problem))
-    return steps
-
-
-def _in_auto_window(
-    windows: AutoWindow, control: str, target: float, timer: _StepTimer, points: int
-) -> PlannedStep:
-    try:
-        window = windows.forecast(control, target)
-    except ValueError as error:
-        return PlannedStep(target, problem=str(error))
-    grid = FreeHalfSpace.padded_shape(window.shape)
-    memory, seconds = memory_of(window.shape, points=points), timer.seconds(grid)
-    return PlannedStep(target, text_of(window.shape), text_of(grid), memory, seconds)
+    return halfspace.shape, halfspace.grid
 
 
 def _misses_first_contact(atoms: Atoms) -> bool:
@@ -299,7 +284,7 @@ def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]
         "do not couple to those along z for a Poisson ratio of 1/2, assumed for all "
         "solids"
     ]
-    if isinstance(halfspace, PeriodicHalfSpace):
+    if halfspace.periodic:
         return [*reasons, "nothing of the cell: it repeats along x and y"]
     reasons.append(
         "images of the contact: the half space is free, by exact convolution on a grid "
