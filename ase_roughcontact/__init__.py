@@ -13,9 +13,10 @@ from ase_roughcontact.optimize import (
 )
 from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
 from ase_roughcontact.paths.loading import load_path
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.windows.options import WindowOptions
 
 __all__ = [
     "ActiveSet",
@@ -32,7 +33,9 @@ __all__ = [
     "RoughSphere",
     "SelfAffine",
     "Stepper",
+    "WindowOptions",
     "adhesion_loop",
+    "column",
     "fcc_spacing",
     "load_path",
     "restore",

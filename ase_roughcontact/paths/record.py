@@ -3,6 +3,9 @@
 A column is one entry of `LoadStep`. The CSV file, the trajectory, JSON lines and tables
 of columns follow from it. A subclass adds columns: ::
 
+    from dataclasses import dataclass
+    from ase_roughcontact import LoadStep, column, load_path
+
     @dataclass(frozen=True)
     class MyStep(LoadStep):
         largest_gap: float = column(

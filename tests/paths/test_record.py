@@ -4,6 +4,7 @@ import csv
 import json
 import re
 from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from ase_roughcontact import (
     RoughContact,
     RoughSphere,
     adhesion_loop,
+    column,
     load_path,
     substrate,
 )
 from ase_roughcontact.cli.jsonlines import json_line
-from ase_roughcontact.paths.record import column, columns_of, units_of
+from ase_roughcontact.paths.record import columns_of, units_of
 from ase_roughcontact.paths.trajectory import read_steps
 
 UNITS = {
@@ -33,6 +35,7 @@ UNITS = {
     "memory": "bytes",
     "seconds": "s",
 }
+EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = [
     "step",
     "height",
@@ -119,6 +122,13 @@ def test_documentation_of_the_class_describes_every_column():
     for name, each in columns_of().items():
         entry = rf"\n    {name} : \w+\n        {re.escape(each.description)}"
         assert re.search(entry, LoadStep.__doc__)
+
+
+def test_table_of_the_guide_describes_every_column():
+    guide = (EXAMPLES / "guide" / "files.md").read_text(encoding="utf-8")
+    for name, each in columns_of().items():
+        unit = each.unit.replace("^2", "²")
+        assert f"\n| `{name}` | {each.description} | {unit} |\n" in guide
 
 
 def test_values_have_the_type_of_their_column():

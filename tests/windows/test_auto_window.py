@@ -17,6 +17,7 @@ from ase_roughcontact import (
     RoughContact,
     RoughSphere,
     SelfAffine,
+    WindowOptions,
     load_path,
     restore,
     substrate,
@@ -25,7 +26,6 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.windows.exchange import exchange_window
 from ase_roughcontact.windows.exchange import window_of as window_of_layout
 from ase_roughcontact.windows.footprint import Footprint
-from ase_roughcontact.windows.options import WindowOptions
 
 HARD = HardWall(), ActiveSet
 SOFT = LennardJones93.repulsive(1.0, 1.0), NewtonKrylov
