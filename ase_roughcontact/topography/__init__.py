@@ -1,4 +1,7 @@
-"""Shapes of the indenter."""
+"""Indenters: spheres, self-affine roughness and measured height maps.
+
+Lengths are in any consistent unit. `spectrum` measures statistics of heights.
+"""
 
 from ase_roughcontact.topography.base import BoundedSurface, Surface
 from ase_roughcontact.topography.heightmap import HeightMap

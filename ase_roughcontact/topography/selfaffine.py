@@ -1,7 +1,4 @@
-"""Self-affine roughness: a periodic sum of plane waves with random phases.
-
-Lengths are in any one unit.
-"""
+"""Self-affine roughness: a periodic sum of plane waves with random phases."""
 
 from __future__ import annotations
 
@@ -21,7 +18,7 @@ from ase_roughcontact.topography.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
 
-# Relative slack that keeps rounding from moving a wave over the edge of the band.
+# Relative tolerance with which wavelengths are compared.
 _ROUNDING = 1e-9
 
 
@@ -29,12 +26,14 @@ _ROUNDING = 1e-9
 class SelfAffine:
     r"""One realisation of a random self-affine surface.
 
+    The power spectrum is
+
     .. math:: C(q) \propto \max(q, 2\pi/\lambda_L)^{-2-2H}, \qquad
               2\pi/\lambda_{\max} \le q \le 2\pi/\lambda_s,
 
-    and zero outside, with random phases. The realisation is a function of these
-    parameters alone, defined everywhere and periodic: windows, spacings and origins
-    only choose where it is looked at. Its mean is zero.
+    and zero at other wave numbers; phases are random, and the mean height is zero. The
+    surface is periodic and a function of these parameters alone: it does not depend on
+    the window, spacing and origin with which it is sampled.
 
     Parameters
     ----------
@@ -43,37 +42,38 @@ class SelfAffine:
     hurst : float
         Hurst exponent H, between 0 and 1.
     short_wavelength, long_wavelength : float
-        Ends of the self-affine range, lambda_s and lambda_L.
+        Ends of the self-affine range, lambda_s and lambda_L (length).
     longest_wavelength : float, optional
-        Constant C(q) from `long_wavelength` up to this wavelength, lambda_max
-        (roll-off). Default: no roll-off.
+        lambda_max (length), up to which C(q) is constant beyond `long_wavelength`
+        (roll-off); by default there is no roll-off.
     seed : int
         Seed of the random numbers, not negative.
     random_amplitudes : bool
-        Rayleigh distributed amplitudes (a Gaussian random field) in place of fixed
-        ones. The phases stay the same.
+        Whether amplitudes are Rayleigh distributed (a Gaussian random field) instead of
+        fixed. The phases are the same.
     normalise : {"realisation", "ensemble"}
         Whether this realisation has exactly `rms_slope`, or the mean square over all
-        seeds has. The two differ only for random amplitudes.
+        seeds does. This makes a difference for random amplitudes only.
     domain : float, optional
-        Side of the periodic square on which the surface lives, at least the longest
-        wavelength. Default: four times the longest wavelength.
+        Period along x and y (length), at least the longest wavelength; by default four
+        times the longest wavelength.
 
     Raises
     ------
     ValueError
-        If a parameter is not finite, out of range, or out of order.
+        If a parameter is not finite or out of range, or the lengths are not in
+        increasing order.
 
     Notes
     -----
-    Every wave has two random numbers of its own, drawn in order of rising wave
-    number. Hence the long waves of a seed keep their phases when short ones are added.
+    Each wave has two random numbers, drawn in the order of increasing wave number, so
+    that a surface keeps the phases of its long waves if shorter ones are added.
 
     References
     ----------
     T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
-    (2017), on power spectra; L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108,
-    221601 (2016), on the surfaces with sharp cutoffs used here.
+    (2017): power spectra. L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601
+    (2016): this spectrum.
     """
 
     rms_slope: float
@@ -88,10 +88,10 @@ class SelfAffine:
     domain: float | None = None
 
     def __post_init__(self) -> None:
-        """Check the parameters and turn them into plain numbers."""
-        rising = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
-        given = {name: getattr(self, name) for name in rising}
-        lengths = {name: value for name, value in given.items() if value is not None}
+        """Check the parameters and convert them to plain numbers."""
+        ordered = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
+        values = {name: getattr(self, name) for name in ordered}
+        lengths = {name: value for name, value in values.items() if value is not None}
         numbers = {"rms_slope": self.rms_slope, "hurst": self.hurst} | lengths
         positive(**numbers)
         if self.hurst >= 1:
@@ -115,37 +115,38 @@ class SelfAffine:
 
     @property
     def side(self) -> float:
-        """Side of the periodic square: `domain`, or its default."""
+        """Period along x and y: `domain` or its default (length)."""
         if self.domain is not None:
             return self.domain
         return 4 * (self.longest_wavelength or self.long_wavelength)
 
     @property
     def extent(self) -> float:
-        """Distance from the origin, along x and y, up to which it does not repeat."""
+        """Half of the period (length)."""
         return self.side / 2
 
     @property
     def repeats(self) -> bool:
-        """Whether the surface goes on beyond its extent."""
+        """Whether the surface is periodic: True."""
         return True
 
     def lowest(self, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> float:
-        """Lowest height on a grid over the whole domain.
+        """Return the lowest height on a grid that covers one period.
 
         Parameters
         ----------
         spacing : float
-            Distance between grid points.
+            Distance between grid points (length).
         origin : tuple of float
-            Position (x, y) of one of them.
+            Position (x, y) of one of them (length).
 
         Returns
         -------
         float
+            Height (length).
         """
         points = self._points_per_side(spacing)
-        return _lowest(self, points, *_steps(spacing, origin)[1])
+        return _lowest(self, points, *_index(spacing, origin)[1])
 
     def heights(
         self,
@@ -153,124 +154,130 @@ class SelfAffine:
         spacing: float,
         origin: tuple[float, float] = (0.0, 0.0),
     ) -> FloatArray:
-        """Sample the surface on a grid, exactly.
+        """Sample the surface on a grid.
 
         Parameters
         ----------
         shape : tuple of int
-            Grid points (n, m), at most one period of the surface a side.
+            Grid points (n, m), at most one period along x and y.
         spacing : float
-            Distance between grid points: a whole fraction of the period, at most
-            half the shortest wavelength.
+            Distance between grid points (length): the period divided by a whole number,
+            at most half of the shortest wavelength.
         origin : tuple of float
-            Position (x, y) of grid point (0, 0).
+            Position (x, y) of grid point (0, 0) (length).
 
         Returns
         -------
         ndarray, shape (n, m)
-            Heights.
+            Heights (length).
 
         Raises
         ------
         ValueError
-            If the grid is too coarse, does not fit the period, or exceeds it.
+            If the grid is too coarse, does not divide the period, or exceeds it.
         """
         shape, spacing, origin = window(shape, spacing, origin)
         points = self._points_per_side(spacing)
         if max(shape) > points:
             raise ValueError(
-                f"a window of {shape} points exceeds the periodic domain of "
-                f"{points} x {points} points and would see the same roughness twice; "
-                f"give the surface a domain of at least {max(shape) * spacing:g}"
+                f"a window of {shape} points exceeds the period of {points} x {points} "
+                "points, so that the roughness would be repeated: choose a domain "
+                f"of at least {max(shape) * spacing:g}"
             )
-        steps, shift = _steps(spacing, origin)
+        first, shift = _index(spacing, origin)
         field = _field(self, points, *shift)
-        index = [
-            (step + np.arange(n)) % points for step, n in zip(steps, shape, strict=True)
+        indices = [
+            (i + np.arange(n)) % points for i, n in zip(first, shape, strict=True)
         ]
-        return field[np.ix_(*index)]
+        return field[np.ix_(*indices)]
 
     def statistics(self) -> Statistics:
-        """Return the statistics of this realisation, from its coefficients.
+        """Return the rms height, slope and curvature of this realisation.
 
         Returns
         -------
         Statistics
-            Exact root mean squares over the periodic domain.
+            Exact averages over one period.
         """
         kx, ky, coefficient = _modes(self)
         square = (2 * np.pi / self.side) ** 2 * (kx**2 + ky**2)
-        # Each wave of the half plane stands for itself and its mirror image.
+        # a wave of the half plane also represents the one with -k
         return Statistics.of_waves(square, 2 * np.abs(coefficient) ** 2)
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, the domain's side among them."""
+        """Return the name and the parameters, including the default of `domain`.
+
+        Returns
+        -------
+        dict
+        """
         return {"name": "SelfAffine", **asdict(self), "domain": self.side}
 
     def _points_per_side(self, spacing: float) -> int:
+        """Return the number of grid points in a period, or raise `ValueError`."""
         if self.short_wavelength < 2 * spacing * (1 - _ROUNDING):
             raise ValueError(
-                f"a spacing of {spacing:g} cannot show short_wavelength = "
-                f"{self.short_wavelength:g}, expected at most half of it"
+                f"spacing must be at most half of short_wavelength = "
+                f"{self.short_wavelength:g}, got {spacing:g}"
             )
         ratio = self.side / spacing
         points = round(ratio)
         if abs(ratio - points) > 1e-6:
             raise ValueError(
-                f"the side of the periodic domain, {self.side!r}, must be a multiple "
-                f"of the spacing, got {spacing!r} (ratio {ratio:.9g}); give the "
-                f"surface domain={math.ceil(ratio) * spacing!r}"
+                f"the period {self.side!r} must be a multiple of the spacing "
+                f"{spacing!r}, got a ratio of {ratio:.9g}: choose "
+                f"domain={math.ceil(ratio) * spacing!r}"
             )
         return points
 
 
-def _steps(
+def _index(
     spacing: float, origin: tuple[float, float]
 ) -> tuple[list[int], list[float]]:
-    """Whole steps, which wrap indices, and what is left over, which moves the waves."""
-    places = [round(position / spacing, 12) for position in origin]
-    steps = [math.floor(place) for place in places]
-    rest = [round(place - step, 12) for place, step in zip(places, steps, strict=True)]
-    return steps, rest
+    """Return the whole and the fractional part of the indices of the origin."""
+    indices = [round(position / spacing, 12) for position in origin]
+    whole = [math.floor(index) for index in indices]
+    fraction = [round(x - i, 12) for x, i in zip(indices, whole, strict=True)]
+    return whole, fraction
 
 
 @lru_cache(maxsize=2)
 def _modes(
     surface: SelfAffine,
 ) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
-    """Integer wave vectors of one half plane, and the coefficients of their waves."""
+    """Return the integer wave vectors of one half plane and their coefficients."""
     kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + _ROUNDING))
-    phase, chance = np.random.default_rng(surface.seed).random((kx.size, 2)).T
+    phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T
 
-    # Waves too long for the band take part in the draw, and only there.
+    # Longer waves than those of the spectrum are skipped after the draw.
     wavenumber = np.sqrt(kx**2 + ky**2)
     longest = surface.longest_wavelength or surface.long_wavelength
     first = np.searchsorted(wavenumber, surface.side / longest * (1 - _ROUNDING))
     kx, ky, wavenumber = kx[first:], ky[first:], wavenumber[first:]
     if not kx.size:
         raise ValueError(
-            f"no wave of a domain of side {surface.side:g} has a wavelength between "
-            f"{surface.short_wavelength:g} and {longest:g}; choose a larger domain"
+            f"a domain of {surface.side:g} has no waves with a wavelength between "
+            f"{surface.short_wavelength:g} and {longest:g}: choose a larger domain"
         )
 
     knee = surface.side / surface.long_wavelength
     power = np.maximum(wavenumber, knee) ** (-2 - 2 * surface.hurst)
     square_slope = power @ wavenumber**2
     if surface.random_amplitudes:
-        power *= -np.log1p(-chance[first:])
+        power *= -np.log1p(-uniform[first:])
     if surface.normalise == "realisation":
         square_slope = power @ wavenumber**2
-    # Each wave of the half plane stands for itself and its mirror image.
+    # factor 2: a wave of the half plane also represents the one with -k
     unit = surface.rms_slope * surface.side / (2 * np.pi * np.sqrt(2 * square_slope))
     return kx, ky, unit * np.sqrt(power) * np.exp(2j * np.pi * phase[first:])
 
 
-def _half_plane(reach: float) -> tuple[IntArray, IntArray]:
-    """Integer wave vectors up to a length, one of each pair +-k, by rising length."""
-    k = np.arange(-int(reach), int(reach) + 1)
+def _half_plane(largest: float) -> tuple[IntArray, IntArray]:
+    """Return integer wave vectors up to a length, in order; one of each pair +-k."""
+    k = np.arange(-int(largest), int(largest) + 1)
     kx, ky = k[:, None], k[None, k >= 0]
-    kx, ky = (kx**2 + ky**2 <= reach**2).nonzero()
-    kx -= int(reach)
+    kx, ky = (kx**2 + ky**2 <= largest**2).nonzero()
+    kx -= int(largest)
     half = (ky > 0) | (kx > 0)
     kx, ky = kx[half], ky[half]
     order = np.argsort(kx**2 + ky**2, kind="stable")
@@ -279,17 +286,16 @@ def _half_plane(reach: float) -> tuple[IntArray, IntArray]:
 
 @lru_cache(maxsize=2)
 def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
-    """Heights on the whole domain, (x, y) steps off the grid; read-only."""
+    """Return the heights of one period on a grid shifted by (x, y) steps; read-only."""
     kx, ky, coefficient = _modes(surface)
     if x or y:
         coefficient = coefficient * np.exp(2j * np.pi / points * (kx * x + ky * y))
-    # Columns beyond the shortest wave are zero and never transformed along x.
+    # columns beyond the shortest wave are zero and need no transform along x
     spectrum = np.zeros((points, ky.max() + 1), dtype=complex)
     spectrum[kx % points, ky] = coefficient
-    # These columns hold both halves of the plane, and at the edge of the grid's
-    # range a wave falls on its own mirror image.
-    own = (ky == 0) | (2 * ky == points)
-    spectrum[-kx[own] % points, ky[own]] += coefficient[own].conj()
+    # the columns ky = 0 and ky = points/2 of a real transform contain k and -k
+    both = (ky == 0) | (2 * ky == points)
+    spectrum[-kx[both] % points, ky[both]] += coefficient[both].conj()
     options: dict[str, Any] = {"norm": "forward", "workers": available_threads()}
     rows = fft.ifft(spectrum, axis=0, overwrite_x=True, **options)
     field = fft.irfft(rows, n=points, axis=1, **options)
@@ -299,5 +305,5 @@ def _field(surface: SelfAffine, points: int, x: float, y: float) -> FloatArray:
 
 @lru_cache(maxsize=16)
 def _lowest(surface: SelfAffine, points: int, x: float, y: float) -> float:
-    """Lowest height of `_field`."""
+    """Return the lowest height of `_field`."""
     return float(_field(surface, points, x, y).min())

@@ -1,8 +1,7 @@
 r"""Statistics of heights on a grid: root mean squares and the power spectrum.
 
-Of heights :math:`h(r) = \sum_q c_q e^{i q \cdot r}` the coefficients give, by
-Parseval's theorem, :math:`\langle |\nabla^m h|^2 \rangle = \sum_q q^{2m} |c_q|^2`.
-Any unit of length.
+By Parseval's theorem, heights :math:`h(r) = \sum_q c_q e^{i q \cdot r}` have
+:math:`\langle |\nabla^m h|^2 \rangle = \sum_q q^{2m} |c_q|^2`.
 """
 
 from __future__ import annotations
@@ -25,16 +24,16 @@ from ase_roughcontact._util.validation import (
 
 @dataclass(frozen=True)
 class Statistics:
-    r"""Root mean squares of a surface, taken from its mean height.
+    r"""Root mean square height, slope and curvature of a surface.
 
     Parameters
     ----------
     rms_height : float
-        :math:`\langle h^2 \rangle^{1/2}`, a length.
+        :math:`\langle h^2 \rangle^{1/2}`, with h measured from the mean (length).
     rms_slope : float
         :math:`\langle |\nabla h|^2 \rangle^{1/2}`, dimensionless.
     rms_curvature : float
-        :math:`\langle (\nabla^2 h)^2 \rangle^{1/2}`, an inverse length.
+        :math:`\langle (\nabla^2 h)^2 \rangle^{1/2}` (inverse length).
     """
 
     rms_height: float
@@ -43,50 +42,53 @@ class Statistics:
 
     @classmethod
     def of_waves(cls, square: NDArray[Any], power: NDArray[Any]) -> Statistics:
-        """Sum over plane waves.
+        """Return the exact statistics of a sum of plane waves.
 
         Parameters
         ----------
         square : ndarray
-            Square wave number of each wave, inverse area.
+            Square wave number of each wave (inverse area).
         power : ndarray, shape of `square`
-            Mean square height of each wave, area.
+            Mean square height of each wave (area).
 
         Returns
         -------
         Statistics
-            Exact root mean squares of their sum.
         """
         sums = (np.vdot(square**m, power) for m in range(3))
         return cls(*(math.sqrt(total) for total in sums))
 
 
 def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Statistics:
-    r"""Measure the statistics of heights on a grid.
+    r"""Return the rms height, slope and curvature of heights on a grid.
 
-    Only the mean height is removed: a tilt or a sphere counts as roughness.
+    Only the mean height is subtracted: tilt and shape contribute.
 
     Parameters
     ----------
     heights : array_like, shape (n, m)
-        Heights, length.
+        Heights (length).
     spacing : float
-        Distance between grid points, length.
+        Distance between grid points (length).
     periodic : bool
-        Whether the grid repeats itself: derivatives are then exact, in Fourier space.
-        Otherwise central differences at the interior points reduce the slope of a wave
-        of wave number q along an axis by :math:`\sin(qa)/qa` and its curvature by
-        :math:`(\sin(qa/2)/(qa/2))^2`, with spacing a.
+        Whether the heights are periodic, and derivatives are taken in Fourier space.
+        Otherwise central differences at the interior points are used.
 
     Returns
     -------
     Statistics
-        Root mean square height, slope and curvature.
 
     Raises
     ------
     ValueError
-        If the heights are no finite map, or smaller than 3 x 3 and not periodic.
+        If the heights are not a finite two-dimensional array, or not periodic and fewer
+        than 3 x 3.
+
+    Notes
+    -----
+    Central differences reduce the slope of a wave of wave number q along an axis by
+    :math:`\sin(qa)/qa`, and its curvature by :math:`(\sin(qa/2)/(qa/2))^2`, with the
+    spacing a.
     """
     h = height_array(heights)
     positive(spacing=spacing)
@@ -95,7 +97,8 @@ def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Sta
         return Statistics.of_waves(square, power)
     if min(h.shape) < 3:
         raise ValueError(
-            f"heights that are not periodic need 3 x 3 points, got shape {h.shape}"
+            "heights that are not periodic must have at least 3 x 3 points, got shape "
+            f"{h.shape}"
         )
     east, west = h[2:, 1:-1], h[:-2, 1:-1]
     north, south = h[1:-1, 2:], h[1:-1, :-2]
@@ -111,39 +114,40 @@ def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Sta
 def power_spectrum(
     heights: ArrayLike, spacing: float, bins: int | None = None
 ) -> tuple[FloatArray, FloatArray]:
-    r"""Measure the radially averaged power spectrum of periodic heights.
+    r"""Return the radially averaged power spectrum of periodic heights.
 
-    With the area A of the map, :math:`C = A |c|^2`, such that over all wave vectors but
-    zero
+    On a map of area A it is :math:`C = A |c|^2`, such that the sum over all wave
+    vectors except zero is
 
     .. math:: \frac{1}{A} \sum_q C(q) = \langle h^2 \rangle - \langle h \rangle^2 .
 
     Parameters
     ----------
     heights : array_like, shape (n, m)
-        Heights, length.
+        Heights (length).
     spacing : float
-        Distance between grid points, length.
+        Distance between grid points (length).
     bins : int, optional
-        Number of rings of equal width, out to the corners of the grid's wave vectors.
-        Default: as wide as the wave vectors are apart.
+        Number of rings of equal width up to the largest wave number of the grid; by
+        default their width is the distance between wave vectors.
 
     Returns
     -------
     q : ndarray, shape (k,)
-        Mean wave number of each ring that is not empty, inverse length.
+        Mean wave number of each ring that is not empty (inverse length).
     C : ndarray, shape (k,)
-        Mean power spectral density there, a length to the fourth power.
+        Mean power spectral density of each ring (length to the fourth power).
 
     Raises
     ------
     ValueError
-        If the heights are no finite map, or `bins` is not positive.
+        If the heights are not a finite two-dimensional array, or `bins` is not
+        positive.
 
     References
     ----------
     T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
-    (2017), on the two-dimensional spectrum.
+    (2017).
     """
     h = height_array(heights)
     positive(spacing=spacing)
@@ -167,9 +171,9 @@ def power_spectrum(
 def _waves(
     h: FloatArray, spacing: float
 ) -> tuple[NDArray[Any], FloatArray, FloatArray]:
-    """Square wave number, count (with mirror image) and mean square height of waves.
+    """Return square wave number, multiplicity and mean square height of each wave.
 
-    One half plane stands for both, as the heights are real.
+    The heights are real: waves of one half plane also represent those of the other.
     """
     n, m = h.shape
     qx = 2 * np.pi * fft.fftfreq(n, spacing)

@@ -1,10 +1,4 @@
-"""Shapes of the indenter: what a surface is, and the rough sphere.
-
-A surface is any object with a method ``heights(shape, spacing, origin)``, which
-samples its lower side on a grid of atoms, and, where frames are written or a path is
-resumed, a method ``todict()``, which tells it apart from others. Lengths are in any one
-unit.
-"""
+"""The rough sphere."""
 
 from __future__ import annotations
 
@@ -20,7 +14,7 @@ from ase_roughcontact.topography.base import Surface
 
 @dataclass(frozen=True)
 class RoughSphere:
-    r"""A sphere, or its paraboloid, with roughness added.
+    r"""Sphere, or the paraboloid of its apex, with roughness added.
 
     .. math:: h_R = r^2 / 2R \quad \text{(paraboloid)}, \qquad
               h_R = R - \sqrt{R^2 - r^2} \quad \text{(sphere)}
@@ -28,16 +22,17 @@ class RoughSphere:
     Parameters
     ----------
     radius : float
-        Radius R; infinity for a nominally flat indenter.
+        R (length); infinity for a nominally flat indenter.
     roughness : Surface, optional
-        Roughness h, its origin on the axis of the sphere. Default: smooth.
+        Roughness h, with its origin on the axis of the sphere; by default none.
     profile : {"paraboloid", "sphere"}
-        Shape of the smooth indenter.
+        Shape without the roughness.
 
     Raises
     ------
     ValueError
-        If the radius is not positive, or the roughness has no heights.
+        If the radius is not positive, the profile is unknown, or the roughness has no
+        method `heights`.
     """
 
     radius: float
@@ -68,19 +63,21 @@ class RoughSphere:
         shape : tuple of int
             Grid points (n, m) along x and y.
         spacing : float
-            Distance between grid points.
+            Distance between grid points (length).
         origin : tuple of float
-            Position (x, y) of grid point (0, 0) relative to the axis of the sphere.
+            Position (x, y) of grid point (0, 0) relative to the axis of the sphere
+            (length).
 
         Returns
         -------
         ndarray, shape (n, m)
-            Heights h_R + h, with h_R = 0 on the axis.
+            Heights h_R + h, with h_R = 0 on the axis (length).
 
         Raises
         ------
         ValueError
-            If the window reaches beyond a sphere, or the roughness refuses it.
+            If the window extends beyond the sphere, or the roughness cannot be sampled
+            on it.
         """
         shape, spacing, origin = window(shape, spacing, origin)
         x, y = (
@@ -98,37 +95,39 @@ class RoughSphere:
         depth = self.radius**2 - square
         if depth.min() < 0:
             raise ValueError(
-                f"the window reaches r = {math.sqrt(square.max()):g} from the axis, "
-                f"beyond the sphere of radius {self.radius:g}; choose a smaller "
-                "window or profile='paraboloid'"
+                f"the window extends to r = {math.sqrt(square.max()):g} from the axis, "
+                f"beyond the sphere of radius {self.radius:g}: choose a smaller window "
+                "or profile='paraboloid'"
             )
-        # The same as R - sqrt(R^2 - r^2), without the cancellation.
+        # R - sqrt(R^2 - r^2) without cancellation
         return square / (self.radius + np.sqrt(depth))
 
     def reach(
         self, level: float, spacing: float, origin: tuple[float, float] = (0.0, 0.0)
     ) -> float:
-        """Distance from the axis beyond which no atom is lower than a level.
+        """Return the distance from the axis beyond which no atom is below a level.
+
+        There the smooth sphere is as high as the level minus the lowest height of the
+        roughness.
 
         Parameters
         ----------
         level : float
-            Height.
+            Height (length).
         spacing : float
-            Distance between atoms.
+            Distance between atoms (length).
         origin : tuple of float
-            Position (x, y) of one of them relative to the axis of the sphere.
+            Position (x, y) of one of them relative to the axis of the sphere (length).
 
         Returns
         -------
         float
-            Where the smooth sphere rises above the level by the depth of the lowest
-            point of the roughness.
+            Length.
 
         Raises
         ------
         ValueError
-            If the indenter is flat, or the roughness does not tell its lowest point.
+            If the indenter is flat, or the roughness has no method `lowest`.
         """
         rough: Any = self.roughness
         if self.radius == math.inf:
@@ -151,7 +150,10 @@ class RoughSphere:
 
     @property
     def extent(self) -> float:
-        """Distance from the axis, along x and y, up to which heights are known once."""
+        """Distance from the axis, along x and y, up to which heights are known.
+
+        Half of the period of a periodic roughness; infinity for a smooth paraboloid.
+        """
         known = getattr(self.roughness, "extent", math.inf)
         if self.profile == "sphere":
             return min(known, self.radius / math.sqrt(2))  # a square within the sphere
@@ -159,12 +161,17 @@ class RoughSphere:
 
     @property
     def repeats(self) -> bool:
-        """Whether the roughness goes on, repeating itself, beyond the extent."""
-        rough = getattr(self.roughness, "repeats", False)
-        return rough and self.profile == "paraboloid"
+        """Whether the heights are known beyond the extent, by periodic roughness."""
+        periodic = getattr(self.roughness, "repeats", False)
+        return periodic and self.profile == "paraboloid"
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, those of the roughness among them."""
+        """Return the name and the parameters, including those of the roughness.
+
+        Returns
+        -------
+        dict
+        """
         rough: Any = self.roughness
         return {
             "name": "RoughSphere",

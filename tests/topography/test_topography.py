@@ -256,18 +256,18 @@ def test_wrong_parameters_of_a_self_affine_surface_are_refused(change, message):
 
 
 def test_a_window_larger_than_the_domain_is_refused():
-    with pytest.raises(ValueError, match=r"twice; give .* a domain of at least 129"):
+    with pytest.raises(ValueError, match="choose a domain of at least 129"):
         SURFACE.heights((4, 129), 1.0)
 
 
 def test_a_spacing_that_does_not_divide_the_domain_is_refused_with_a_remedy():
-    with pytest.raises(ValueError, match=r"give the surface domain=128\.7"):
+    with pytest.raises(ValueError, match=r"choose domain=128\.7"):
         SURFACE.heights((4, 4), 1.1)
     assert replace(SURFACE, domain=128.7).heights((4, 4), 1.1).shape == (4, 4)
 
 
 def test_a_grid_too_coarse_for_the_short_waves_is_refused():
-    with pytest.raises(ValueError, match="cannot show short_wavelength = 4"):
+    with pytest.raises(ValueError, match=r"half of short_wavelength = 4, got 2\.1"):
         SURFACE.heights((4, 4), 2.1)
 
 
@@ -451,19 +451,21 @@ def test_maps_of_other_spacing_are_not_equal():
 
 
 def test_a_window_beyond_the_map_is_refused_with_the_numbers():
-    with pytest.raises(ValueError, match=r"x = 0 to 5, beyond .* spans -4 to 4"):
+    with pytest.raises(ValueError, match="x = 0 to 5, but the map only -4 to 4"):
         HeightMap(BUMPS, 1.0).heights((6, 2), 1.0)
 
 
 def test_a_window_larger_than_a_periodic_map_is_refused():
-    with pytest.raises(ValueError, match="10 along x exceeds the period of the map, 9"):
+    with pytest.raises(ValueError, match="10 along x exceeds the period 9 of the map"):
         HeightMap(BUMPS, 1.0, periodic=True).heights((10, 2), 1.0)
 
 
 def test_a_map_too_small_to_interpolate_is_refused():
     surface = HeightMap(np.zeros((3, 8)), 1.0)
     for look in (lambda: surface.heights((2, 2), 0.3), lambda: surface.lowest(0.3)):
-        with pytest.raises(ValueError, match="4 points a side, got a map with 3"):
+        with pytest.raises(
+            ValueError, match="at least 4 x 4 points, got 3 along a side"
+        ):
             look()
 
 
@@ -553,7 +555,7 @@ def test_finite_differences_reduce_short_waves_as_stated():
 
 
 def test_statistics_without_period_need_an_interior():
-    with pytest.raises(ValueError, match=r"need 3 x 3 points, got shape \(2, 8\)"):
+    with pytest.raises(ValueError, match=r"at least 3 x 3 points, got shape \(2, 8\)"):
         statistics(np.zeros((2, 8)), 1.0, periodic=False)
 
 
