@@ -20,10 +20,9 @@ WALLS: dict[str, type[Interaction]] = {}
 class Interaction(ABC):
     """Base class of walls: energy per area, pressure and stiffness of a gap.
 
-    A subclass defines `evaluate` and the four attributes without a default, as class
-    attributes, fields of a dataclass or properties. With a `kind` it can be used in
-    scene files, too; scenes, tables, reports and plots then take everything that they
-    need from the class.
+    A subclass defines `evaluate` and the first four attributes, as class attributes,
+    fields of a dataclass or properties. A subclass with a `kind` can be used in scene
+    files, too.
 
     Attributes
     ----------
@@ -44,9 +43,9 @@ class Interaction(ABC):
         Whether the wall is a constraint, ``g >= 0, p >= 0, g p = 0``, instead of a
         function of the gap; by default False.
     kappa : float or None
-        Ratio ``h'rms E*/p`` of nominally flat rough surfaces in contact at the mean
-        pressure ``p`` in contact, without the attraction; by default None: the value of
-        `theory` for hard or for compliant walls.
+        Ratio ``h'rms E*/p`` for nominally flat rough surfaces, with the mean pressure p
+        in the contacts and without the attraction; None, the default, stands for
+        `theory.KAPPA_HARD` or `theory.KAPPA_REPULSIVE`.
     kind : str
         Name in scene files: ``kind = "..."`` in the table ``[interaction]``. Defining
         a subclass with a `kind` registers it in `WALLS`.
