@@ -1,0 +1,188 @@
+"""Closed forms of rough surfaces and spheres against independent calculations."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.integrate import quad
+
+from ase_roughcontact import theory
+
+R, E = 30.0, 2.0
+LOADS = np.geomspace(1e-12, 1e12, 49)
+SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
+
+
+def spectral_average(function, low, high):
+    """Integral of function(q) q C(q) dq over log q, C = q^(-2-2H)."""
+
+    def integrand(x):
+        q = np.exp(x)
+        return function(q) * q ** (-2 * HURST)
+
+    return quad(integrand, np.log(low), np.log(high), limit=200, epsabs=0)[0]
+
+
+def test_mean_contact_pressure_is_the_slope_at_zero_load_of_the_contact_fraction():
+    pressure = theory.mean_contact_pressure(SLOPE, E)
+    assert_allclose(pressure, SLOPE * E / 2)
+    assert_allclose(theory.contact_fraction(1e-9, pressure), 1e-9 / pressure)
+
+
+def test_contact_fraction_matches_the_error_function_integral():
+    x = np.sqrt(np.pi) * 0.3 / (2 * 0.2)
+    integral = quad(lambda t: 2 / np.sqrt(np.pi) * np.exp(-(t**2)), 0, x)[0]
+    assert_allclose(theory.contact_fraction(0.3, 0.2), integral, rtol=1e-12)
+
+
+def test_first_contact_radius_matches_equation_3():
+    # Paper's parameters: the brace is 2 * 10000 * 0.1/4 * 0.5 = 250.
+    expected = 4 * 250 ** (1 / 1.2)
+    assert_allclose(theory.first_contact_radius(1e4, SLOPE, HURST, SHORT), expected)
+
+
+def test_sphere_rises_by_the_rms_height_at_the_first_contact_radius_from_height():
+    a = theory.first_contact_radius_from_height(1e4, SLOPE, HURST, SHORT)
+    height = theory.rms_height(a, SLOPE, HURST, SHORT)
+    assert_allclose(a**2 / 2e4, height, rtol=1e-13)
+
+
+def test_printed_first_contact_radius_lacks_two_pi_of_the_rms_height():
+    own = theory.first_contact_radius_from_height(1e4, SLOPE, HURST, SHORT)
+    printed = theory.first_contact_radius(1e4, SLOPE, HURST, SHORT)
+    assert_allclose(printed / own, (2 * np.pi) ** (1 / 1.2))
+
+
+def test_contact_area_is_hertz_times_fraction():
+    area = theory.hertz_contact_area(LOADS, R, E)
+    expected = area * theory.contact_fraction(LOADS / area, 0.1)
+    assert_allclose(theory.contact_area(LOADS, R, E, 0.1), expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("load", [0.0, 1e-300, 1e-30])
+def test_contact_area_is_load_over_rough_pressure_at_tiny_load(load):
+    area = theory.contact_area(load, R, E, 0.1)
+    assert_allclose(area, load / 0.1, rtol=1e-8)
+
+
+def test_nominal_pressure_at_the_crossover_load_is_the_rough_pressure():
+    load = theory.crossover_load(R, E, SLOPE, 2.9)
+    pressure = load / theory.hertz_contact_area(load, R, E)
+    assert_allclose(pressure, theory.mean_contact_pressure(SLOPE, E, 2.9), rtol=1e-14)
+
+
+def test_contact_radius_at_the_crossover_load_is_the_crossover_radius():
+    load = theory.crossover_load(R, E, SLOPE)
+    ratio = theory.hertz_contact_radius(load, R, E) / R
+    assert_allclose(theory.crossover_radius_ratio(SLOPE), ratio, rtol=1e-14)
+
+
+def test_slope_to_curvature_ratio_follows_from_the_spectrum():
+    high = 2 * np.pi / SHORT
+    slope2 = spectral_average(lambda q: q**2, 1e-9 * high, high)
+    curvature2 = spectral_average(lambda q: q**4, 1e-9 * high, high)
+    ratio = theory.slope_to_curvature_ratio(HURST, SHORT)
+    assert_allclose(ratio, np.sqrt(slope2 / curvature2), rtol=2e-4)
+
+
+def test_rms_height_follows_from_the_spectrum():
+    wavelength = 1e9 * SHORT
+    low, high = 2 * np.pi / wavelength, 2 * np.pi / SHORT
+    height2 = spectral_average(lambda q: 1.0, low, high)
+    slope2 = spectral_average(lambda q: q**2, low, high)
+    expected = SLOPE * np.sqrt(height2 / slope2)
+    height = theory.rms_height(wavelength, SLOPE, HURST, SHORT)
+    assert_allclose(height, expected, rtol=2e-4)
+
+
+def test_rms_height_with_a_roll_off_follows_from_the_spectrum():
+    knee = 1e9 * SHORT
+    low, high = 2 * np.pi / knee, 2 * np.pi / SHORT
+    height2 = spectral_average(lambda q: 1.0, low, high)
+    height2 += low ** (-2 - 2 * HURST) * quad(lambda q: q, low / 5, low)[0]
+    slope2 = spectral_average(lambda q: q**2, low, high)
+    expected = SLOPE * np.sqrt(height2 / slope2)
+    height = theory.rms_height(knee, SLOPE, HURST, SHORT, 5 * knee)
+    assert_allclose(height, expected, rtol=2e-4)
+
+
+def test_asperity_radius_is_equation_6():
+    rho = theory.asperity_radius(SLOPE, HURST, SHORT)
+    assert_allclose(rho, 4 / (0.2 * np.pi) * np.sqrt(12))
+
+
+def test_asperity_radius_from_curvature_exceeds_the_printed_one_by_root_two():
+    curvature = SLOPE / theory.slope_to_curvature_ratio(HURST, SHORT)
+    own = theory.asperity_radius_from_curvature(curvature)
+    printed = theory.asperity_radius(SLOPE, HURST, SHORT)
+    assert_allclose(own / printed, np.sqrt(2), rtol=1e-14)
+
+
+def test_asperity_radius_from_curvature_is_that_of_a_paraboloid():
+    x = np.array([-1e-3, 0.0, 1e-3])
+    heights = (x[:, None] ** 2 + x**2) / (2 * 7.0)
+    laplacian = heights[[0, 2], 1].sum() + heights[1, [0, 2]].sum()
+    assert_allclose(theory.asperity_radius_from_curvature(laplacian / 1e-6), 7.0)
+
+
+def test_low_load_plateau_is_the_ratio_of_hertz_areas():
+    ratio = theory.hertz_contact_area(1e-3, 2.5, E) / theory.hertz_contact_area(
+        1e-3, R, E
+    )
+    assert_allclose(theory.low_load_plateau(2.5, R), ratio, rtol=1e-14)
+
+
+@pytest.mark.parametrize("hurst", [0.2, 0.5, 0.8, 0.99])
+@pytest.mark.parametrize("stiffness", [1e-3, 0.3, 1.0, 50.0])
+def test_compliant_kappa_is_the_ratio_of_spectral_averages(hurst, stiffness):
+    low, high = 2 * np.pi / LONG, 2 * np.pi / SHORT
+    rigid = quad(lambda q: q ** (1 - 2 * hurst), low, high, epsabs=0)[0]
+    compliant = quad(
+        lambda q: q ** (1 - 2 * hurst) / (1 + E * q / (2 * stiffness)) ** 2,
+        low,
+        high,
+        epsabs=0,
+    )[0]
+    kappa = theory.compliant_kappa(stiffness, E, hurst, SHORT, LONG)
+    assert_allclose(kappa, 2 * np.sqrt(rigid / compliant), rtol=1e-8)
+
+
+def test_compliant_kappa_counts_the_waves_of_the_roll_off():
+    low, high = 2 * np.pi / 64.0, 2 * np.pi / SHORT
+
+    def mean(weight):
+        flat = quad(lambda q: q**3 * weight(q), low / 8, low, epsabs=0)[0]
+        affine = spectral_average(lambda q: q**2 * weight(q), low, high)
+        return flat * low ** (-2 - 2 * HURST) + affine
+
+    band = SHORT, 64.0
+    kappa = theory.compliant_kappa(0.3, E, HURST, *band, longest_wavelength=512.0)
+    compliant = mean(lambda q: (1 + E * q / 0.6) ** -2)
+    assert_allclose(kappa, 2 * np.sqrt(mean(lambda q: 1.0) / compliant), rtol=1e-8)
+
+
+def test_long_wavelengths_change_kappa_little_when_the_range_is_wide():
+    infinite = theory.compliant_kappa(E, E, HURST, SHORT)
+    wide = theory.compliant_kappa(E, E, HURST, SHORT, 1e12)
+    assert_allclose(wide, infinite, rtol=1e-4)
+
+
+def test_compliant_kappa_refuses_an_empty_range_of_wavelengths():
+    with pytest.raises(ValueError, match="must exceed short_wavelength"):
+        theory.compliant_kappa(E, E, HURST, 4.0, 4.0)
+
+
+@pytest.mark.parametrize(("work", "expected"), [(0.0005, 0.042), (0.005, 0.28)])
+def test_attractive_inverse_kappa_takes_the_known_values(work, expected):
+    # Units a0 = E* = 1, wall stiffness k = E*/a0, range sqrt(12 w/k).
+    curvature = SLOPE / theory.slope_to_curvature_ratio(HURST, SHORT)
+    inverse = theory.inverse_kappa_attractive(
+        work, 1.0, np.sqrt(12 * work), SLOPE, curvature
+    )
+    assert_allclose(inverse, expected, rtol=1.5e-2)
+
+
+def test_surfaces_stick_where_attraction_outweighs_repulsion():
+    inverse = theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, [0.0, 0.28, 0.4])
+    assert_allclose(inverse, [1 / 2.9, 1 / 2.9 - 0.28, 1 / 2.9 - 0.4])
+    assert theory.is_sticky(inverse).tolist() == [False, False, True]
+    assert theory.is_sticky(0.0)

@@ -1,0 +1,59 @@
+"""Arguments of all closed forms: units, and values that are refused."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ase_roughcontact import theory
+
+R, E, W = 30.0, 2.0, 0.05
+SLOPE, HURST, SHORT = 0.1, 0.8, 4.0
+
+
+@pytest.mark.parametrize("bad", [-1.0, np.nan, np.inf])
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda bad: theory.hertz_contact_radius(bad, R, E),
+        lambda bad: theory.hertz_force(0.1, bad, E),
+        lambda bad: theory.jkr_force(0.1, R, E, bad),
+        lambda bad: theory.maugis_parameter(R, bad, W, 1.0),
+        lambda bad: theory.contact_fraction(bad, 1.0),
+        lambda bad: theory.rms_height(100.0, bad, HURST, SHORT),
+        lambda bad: theory.asperity_radius(SLOPE, HURST, bad),
+    ],
+)
+def test_unphysical_arguments_are_refused(function, bad):
+    with pytest.raises(ValueError, match="must be finite and"):
+        function(bad)
+
+
+@pytest.mark.parametrize("hurst", [0.0, 1.0, -0.2, np.nan])
+def test_hurst_exponent_outside_the_open_unit_interval_is_refused(hurst):
+    with pytest.raises(ValueError, match="hurst must"):
+        theory.asperity_radius(SLOPE, hurst, SHORT)
+
+
+def test_results_do_not_depend_on_the_system_of_units():
+    def dimensionless(length, pressure):
+        radius, modulus = R * length, E * pressure
+        load, work = 3.0 * length**2 * pressure, W * length * pressure
+        short = SHORT * length
+        rough = theory.mean_contact_pressure(SLOPE, modulus)
+        curvature = SLOPE / theory.slope_to_curvature_ratio(HURST, short)
+        return [
+            theory.contact_area(load, radius, modulus, rough) / length**2,
+            theory.crossover_load(radius, modulus, SLOPE) / (length**2 * pressure),
+            theory.first_contact_radius(radius, SLOPE, HURST, short) / length,
+            theory.compliant_kappa(modulus / short, modulus, HURST, short),
+            theory.inverse_kappa_attractive(work, modulus, length, SLOPE, curvature),
+            theory.jkr_contact_radius(load, radius, modulus, work) / length,
+            theory.maugis_dugdale_contact_radius(
+                load, radius, modulus, work, 0.1 * pressure
+            )
+            / length,
+            theory.tabor_parameter(radius, modulus, work, 0.3 * length),
+        ]
+
+    units = dimensionless(2.9e-10, 1.6e11)
+    assert_allclose(units, dimensionless(1.0, 1.0), rtol=1e-12)

@@ -1,0 +1,121 @@
+"""Height maps: interpolation, files, lowest heights, errors."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.topography import HeightMap
+
+BUMPS = np.random.default_rng(0).standard_normal((9, 12))
+
+
+def test_a_map_returns_its_heights_exactly_at_its_own_points():
+    window = HeightMap(BUMPS, 0.3).heights((9, 12), 0.3, (-4 * 0.3, -6 * 0.3))
+    np.testing.assert_array_equal(window, BUMPS)
+
+
+def test_a_periodic_map_wraps():
+    window = HeightMap(BUMPS, 1.0, periodic=True).heights((9, 12), 1.0)
+    np.testing.assert_array_equal(window, np.roll(BUMPS, (-4, -6), (0, 1)))
+
+
+def test_interpolation_reproduces_cubic_polynomials():
+    x, y = np.arange(-4.0, 5.0)[:, None], np.arange(-4.0, 5.0)[None, :]
+    window = HeightMap(x**3 * y**2 - 2 * y**3, 1.0).heights((3, 3), 0.7, (-1.2, 0.4))
+    x, y = -1.2 + 0.7 * np.arange(3)[:, None], 0.4 + 0.7 * np.arange(3)[None, :]
+    np.testing.assert_allclose(window, x**3 * y**2 - 2 * y**3, rtol=0, atol=1e-11)
+
+
+def test_a_periodic_map_is_smooth_across_its_edge():
+    x = 2 * np.pi / 64 * np.arange(64)
+    values = np.sin(x[:, None]) * np.cos(2 * x)
+    x, y = 31.6 + 0.66 * np.arange(10), -34.4 + 0.66 * np.arange(10)
+    window = HeightMap(values, 1.0, periodic=True).heights((10, 10), 0.66, (x[0], y[0]))
+    x, y = 2 * np.pi / 64 * (x + 32), 2 * np.pi / 64 * (y + 32)
+    exact = np.sin(x[:, None]) * np.cos(2 * y)
+    np.testing.assert_allclose(window, exact, rtol=0, atol=1e-4)
+
+
+def test_a_map_does_not_change_with_the_array_it_came_from():
+    values = BUMPS.copy()
+    surface = HeightMap(values, 1.0)
+    values += 1.0
+    assert surface.heights((1, 1), 1.0)[0, 0] == BUMPS[4, 6]
+
+
+def test_a_map_is_read_from_a_npy_file(tmp_path):
+    np.save(tmp_path / "map.npy", BUMPS)
+    surface = HeightMap.read(tmp_path / "map.npy", 0.3)
+    assert surface == HeightMap(BUMPS, 0.3)
+
+
+@pytest.mark.parametrize("delimiter", [" ", ",", ", ", "\t"])
+def test_a_map_is_read_from_a_text_file(tmp_path, delimiter):
+    file = tmp_path / "map.txt"
+    np.savetxt(file, BUMPS, fmt="%.17g", delimiter=delimiter, header="one, two")
+    surface = HeightMap.read(str(file), 0.3, periodic=True)
+    assert surface == HeightMap(BUMPS, 0.3, periodic=True)
+
+
+def test_a_map_describes_itself_without_its_heights():
+    description = HeightMap(BUMPS, 0.3).todict()
+    assert description["shape"] == (9, 12)
+    assert description["spacing"] == 0.3
+    assert description["periodic"] is False
+    assert len(description["sha256"]) == 16
+    assert description["sha256"] != HeightMap(BUMPS + 1, 0.3).todict()["sha256"]
+
+
+def test_maps_of_other_spacing_are_not_equal():
+    assert HeightMap(BUMPS, 0.3) != HeightMap(BUMPS, 0.4)
+
+
+def test_a_window_beyond_the_map_is_refused_with_the_numbers():
+    with pytest.raises(ValueError, match="x = 0 to 5, but the map only -4 to 4"):
+        HeightMap(BUMPS, 1.0).heights((6, 2), 1.0)
+
+
+def test_a_window_larger_than_a_periodic_map_is_refused():
+    with pytest.raises(ValueError, match="10 along x exceeds the period 9 of the map"):
+        HeightMap(BUMPS, 1.0, periodic=True).heights((10, 2), 1.0)
+
+
+def test_a_map_too_small_to_interpolate_is_refused():
+    surface = HeightMap(np.zeros((3, 8)), 1.0)
+    for method in (lambda: surface.heights((2, 2), 0.3), lambda: surface.lowest(0.3)):
+        with pytest.raises(
+            ValueError, match="at least 4 x 4 points, got 3 along a side"
+        ):
+            method()
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("empty.txt", b""),
+        ("words.txt", b"high low\n"),
+        ("ragged.txt", b"1 2\n3\n"),
+        ("decimal_comma.txt", b"1,5 2,5\n"),
+        ("nan.txt", b"1 nan\n"),
+        ("binary.dat", b"\x93\xff\xfe\x00"),
+        ("not.npy", b"1 2\n3 4\n"),
+        ("empty.npy", b""),
+        ("absent.npy", None),
+    ],
+)
+def test_an_unreadable_file_is_refused_by_name(tmp_path, name, content):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=f"cannot read a height map .*{name}") as error:
+        HeightMap.read(tmp_path / name, 1.0)
+    assert error.value.__cause__ is not None
+
+
+@pytest.mark.parametrize("repeats", [False, True], ids=["once", "periodic"])
+@pytest.mark.parametrize("spacing", [1.0, 2.0, 0.5, 0.3])
+def test_no_height_of_a_map_is_below_its_lowest_height(repeats, spacing):
+    values = np.random.default_rng(4).uniform(-1.0, 1.0, (12, 10))
+    surface = HeightMap(values, 1.0, periodic=repeats)
+    heights = surface.heights((5, 5), spacing, (-2 * spacing, -2 * spacing))
+    assert surface.lowest(spacing) <= heights.min()
+    assert (surface.lowest(spacing) == values.min()) == (spacing in (1.0, 2.0))
+    assert surface.extent == (5.0 if repeats else 4.0)
