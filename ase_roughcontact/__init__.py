@@ -2,8 +2,9 @@
 
 __version__ = "0.1.0"
 
-from ase_roughcontact.atoms.build import fcc_spacing, restore, snapshot, substrate
 from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.atoms.snapshot import restore, snapshot
+from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.optimize import (
     ActiveSet,

@@ -184,6 +184,7 @@ class Contact:
         displacement: np.ndarray,
         height: float,
         known_pressure: np.ndarray | None = None,
+        reaction: np.ndarray | None = None,
     ) -> ContactState:
         """Return energy, forces and fields of a configuration.
 
@@ -195,9 +196,11 @@ class Contact:
             Height of the indenter (length).
         known_pressure : ndarray, shape (n, m), optional
             Elastic pressure on the window, if a solver knows it: it replaces a
-            transform of the displacement. It is also the pressure of a hard wall, which
-            is otherwise the elastic pressure on the atoms that touch it; if all atoms
-            of a periodic surface do, the smallest one.
+            transform of the displacement.
+        reaction : ndarray, shape (n, m), optional
+            Pressure of a hard wall, if a solver knows it. By default it is the elastic
+            pressure on the atoms that touch it; if all atoms of a periodic surface do,
+            the smallest one.
 
         Returns
         -------
@@ -223,10 +226,9 @@ class Contact:
         gap = self.gap(displacement, height)
         if not self.interaction.hard:
             wall_energy, pressure = self.wall(gap)
-        elif known_pressure is None:
-            wall_energy, pressure = np.zeros(gap.shape), self._reaction(gap, elastic)
         else:
-            wall_energy, pressure = np.zeros(gap.shape), known_pressure
+            wall_energy = np.zeros(gap.shape)
+            pressure = self._reaction(gap, elastic) if reaction is None else reaction
 
         area, (n, m) = self.halfspace.cell_area, gap.shape
         energies = displacement * elastic

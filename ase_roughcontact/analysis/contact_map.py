@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from ase import Atoms
-from ase.units import GPa
 
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
-from ase_roughcontact.atoms.build import TAG_CONTACT
+from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
+from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.topography import Surface
 
 
@@ -81,15 +81,11 @@ class ContactMap:
         ValueError
             If the frame was not made by `snapshot`.
         """
-        if not frame.has("initial_charges"):
-            raise ValueError(
-                "the frame has no pressures: it was not made by snapshot()"
-            )
-        layout, gap = SurfaceGrid.of(frame), None
+        grid, gap = SurfaceGrid.of(frame), None
         if indenter is not None:
-            gap = surface_above(frame, layout, indenter) - frame.positions[:-1, 2]
-        pressure = frame.get_initial_charges()[:-1] * GPa
-        return _map(layout, pressure, frame.get_tags()[:-1] == TAG_CONTACT, gap)
+            gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
+        pressure = pressure_of(frame)
+        return _map(grid, pressure, pressure > 0.0, gap)
 
     @classmethod
     def from_atoms(cls, atoms: Atoms) -> ContactMap:
@@ -110,10 +106,9 @@ class ContactMap:
         ValueError
             If the atoms have no `RoughContact` calculator.
         """
-        if not hasattr(atoms.calc, "layout"):
-            raise ValueError(f"the atoms need a RoughContact, got {atoms.calc!r}")
-        state, layout = atoms.calc.state(atoms), atoms.calc.layout(atoms)
-        return _map(layout, state.pressure, state.contact, state.gap)
+        grid = grid_of(atoms)
+        state = atoms.calc.state(atoms)
+        return _map(grid, state.pressure, state.contact, state.gap)
 
     @property
     def x(self) -> np.ndarray:
@@ -150,19 +145,19 @@ class ContactMap:
 
 
 def _map(
-    layout: SurfaceGrid,
+    grid: SurfaceGrid,
     pressure: np.ndarray,
     contact: np.ndarray,
     gap: np.ndarray | None,
 ) -> ContactMap:
     """Map of values of the atoms that may touch."""
     return ContactMap(
-        pressure=pressure.reshape(layout.window),
-        contact=contact.reshape(layout.window),
-        spacing=layout.spacing,
-        origin=layout.origin,
-        periodic=layout.periodic,
-        gap=None if gap is None else gap.reshape(layout.window),
+        pressure=pressure.reshape(grid.window),
+        contact=contact.reshape(grid.window),
+        spacing=grid.spacing,
+        origin=grid.origin,
+        periodic=grid.periodic,
+        gap=None if gap is None else gap.reshape(grid.window),
     )
 
 

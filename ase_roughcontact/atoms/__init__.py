@@ -1,1 +1,1 @@
-"""The contact as ASE atoms: calculator, construction, frames."""
+"""The contact problem as ASE atoms: construction, calculator, files and views."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,15 +11,21 @@ from ase.calculators.calculator import Calculator, all_changes
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import finite, positive, surface, unknown
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.indenter import (
+    check_surface,
+    indenter_fixed,
+    surface_id,
+)
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.topography import Surface
 
-FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
-CONTACT_PROPERTIES = ("normal_force", "contact_area", "pressure", "gap", "contact")
+#: Names in `Calculator.results` beside those of ASE.
+CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
+_FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
 
 
 class RoughContact(Calculator):
@@ -42,15 +49,17 @@ class RoughContact(Calculator):
     the mean plane is the reference (the averages above), ``pbc = False`` a free one,
     in which they are zero. Forces have no lateral components.
 
-    Control follows from the indenter atom: fixed (`FixAtoms`), it stays at its height;
-    free, it moves until the wall carries the `load`; tied to a point by ASE's
-    `Hookean`, it is the tip of a cantilever.
+    The constraints of the indenter atom choose the control. An indenter that is fixed
+    (`FixAtoms`) stays at its height. The load does not act on it then: the terms with
+    :math:`L` are absent from energy and forces. A free indenter moves until the wall
+    carries the `load`. An indenter that ASE's `Hookean` ties to a point is the tip of a
+    cantilever.
 
     Parameters
     ----------
     indenter : Surface
-        `RoughSphere`, `SelfAffine`, `HeightMap` or anything with their `heights`, and,
-        to be written to files, `todict`.
+        `RoughSphere`, `SelfAffine`, `HeightMap` or any object with their method
+        `heights` and, so that files and checks can name it, `todict`.
     contact_modulus : float, optional
         ``E* = E/(1 - nu^2)`` of an isotropic substrate (eV/Å^3; 1 GPa is
         `ase.units.GPa`).
@@ -59,27 +68,30 @@ class RoughContact(Calculator):
     solid : ElasticSolid, optional
         Substrate that is not isotropic, in place of `contact_modulus`.
     load : float
-        Constant force that presses the indenter down (eV/Å); acts on it only where it
-        is free to move.
+        Constant force that presses the indenter down (eV/Å), unless it is fixed.
     fft : dict, optional
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`,
-        `measure`. With ducc0, the default ones were the fastest within a tenth (grids
-        of 150 and 500). All other arithmetic takes as many threads as
-        ``OMP_NUM_THREADS`` or `parallel.threads` say, by default all processors.
+        `measure`. All other arithmetic uses as many threads as ``OMP_NUM_THREADS`` or
+        `kernels.threads` say, by default all processors.
 
     Raises
     ------
     ValueError
-        If a parameter is not a finite number, not positive where it must be, or not
-        what it should be.
+        If a parameter is not a finite number, not positive where it must be, or of the
+        wrong kind; at a calculation, if the atoms were built for another indenter.
     TypeError
-        If there is a parameter that is not known.
+        If a parameter is unknown.
 
     Notes
     -----
-    Besides ASE's properties there are `normal_force` (eV/Å), `contact_area` (Å^2),
-    and, as arrays of the window's shape, `pressure` (eV/Å^3), `gap` (Å) and `contact`
-    (bool): from `get_property` or, all of them, from `state`.
+    Besides ASE's properties, `results` has `normal_force` (eV/Å), `contact_area` (Å^2)
+    and, as arrays of the window's shape (n, m), `pressure` (eV/Å^3), `gap` (Å) and
+    `contact` (bool). `get_property` returns them, too, and `state` all at once. ASE's
+    file formats do not store properties that ASE does not define; `snapshot` makes
+    frames that carry them.
+
+    The work of the load on a fixed indenter, where it is wanted in an energy, is
+    ``load * atoms.positions[-1, 2]``.
 
     References
     ----------
@@ -95,12 +107,19 @@ class RoughContact(Calculator):
     >>> atoms.calc = RoughContact(sphere, contact_modulus=0.5)
     >>> bool(LBFGS(atoms, logfile=None).run(fmax=1e-4))
     True
-    >>> state = atoms.calc.state(atoms)
-    >>> state.repulsive_atoms
+    >>> atoms.calc.state(atoms).repulsive_atoms
+    177
+    >>> int(atoms.calc.results['contact'].sum())
     177
     """
 
-    implemented_properties = ["energy", "free_energy", "energies", "forces"]
+    implemented_properties = [
+        "energy",
+        "free_energy",
+        "energies",
+        "forces",
+        *CONTACT_PROPERTIES,
+    ]
     default_parameters: dict[str, Any] = {
         "indenter": None,
         "contact_modulus": None,
@@ -119,8 +138,8 @@ class RoughContact(Calculator):
         interaction: Interaction | None = None,
         **kwargs: Any,
     ) -> None:
-        self._kept: tuple[tuple, tuple[SurfaceGrid, Contact]] | None = None
-        self._held: tuple[np.ndarray, np.ndarray] | None = None
+        self._cached_model: _Model | None = None
+        self._fixed: bool | None = None  # whether the indenter was, when calculated
         super().__init__(
             indenter=indenter,
             contact_modulus=contact_modulus,
@@ -129,21 +148,17 @@ class RoughContact(Calculator):
         )
 
     def __repr__(self) -> str:
-        """Tell indenter, wall and, once atoms are known, boundary and height."""
-        given = getattr(self, "parameters", {})
-        radius = getattr(given.get("indenter"), "radius", None)
-        sphere = isinstance(radius, (int, float))
-        told = [f"sphere of radius {radius:.4g} Å" if sphere else "surface"]
-        wall = given.get("interaction")
-        told.append("repulsive wall" if wall is None else wall.label)
-        atoms = getattr(self, "atoms", None)
-        if atoms is not None and len(atoms):
-            told.append("periodic" if atoms.pbc.any() else "free")
-            told.append(f"height {atoms.positions[-1, 2]:.4g} Å")
-        return f"RoughContact({', '.join(told)})"
+        """Return the parameters that differ from their defaults."""
+        parameters = getattr(self, "parameters", {})
+        given = (
+            f"{name}={value!r}"
+            for name, value in parameters.items()
+            if value != self.default_parameters[name]
+        )
+        return f"RoughContact({', '.join(given)})"
 
     def set(self, **kwargs: Any) -> dict:
-        """Change parameters; a change forgets the results.
+        """Change parameters; a change discards the results.
 
         Parameters
         ----------
@@ -168,7 +183,7 @@ class RoughContact(Calculator):
         kwargs = {name: _checked(name, value) for name, value in kwargs.items()}
         changed = super().set(**kwargs)
         if set(changed) - {"load"}:
-            self._kept = self._held = None
+            self._cached_model = None
         return changed
 
     def calculate(
@@ -177,17 +192,18 @@ class RoughContact(Calculator):
         properties: list[str] | None = None,
         system_changes: list[str] = all_changes,
     ) -> None:
-        """Calculate energy and forces; see the class."""
+        """Calculate all properties; see the class."""
         super().calculate(atoms, properties, system_changes)
         if not np.isfinite(self.atoms.positions).all():
             raise ValueError("positions must be finite, got NaN or infinity")
-        layout, contact = self._scene(self.atoms)
+        model = self._model(self.atoms)
         height = float(self.atoms.positions[-1, 2])
-        values = displacement(self.atoms, layout)
-        state = contact.evaluate(values, height, self._holding(values))
-        self._state = state
-
-        load = self.parameters["load"]
+        values = displacement(self.atoms, model.grid)
+        self._state = state = model.contact.evaluate(
+            values, height, *model.known_pressure(values, height)
+        )
+        self._fixed = indenter_fixed(self.atoms)
+        load = 0.0 if self._fixed else self.parameters["load"]
         forces = np.zeros((len(self.atoms), 3))
         forces[:-1, 2] = state.forces.ravel()
         forces[-1, 2] = state.normal_force - load
@@ -197,19 +213,8 @@ class RoughContact(Calculator):
             "free_energy": energy,
             "energies": np.append(state.energies.ravel(), load * height),
             "forces": forces,
+            **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
         }
-
-    def get_property(
-        self, name: str, atoms: Atoms | None = None, allow_calculation: bool = True
-    ) -> Any:
-        """Property by name: ASE's, and `CONTACT_PROPERTIES`."""
-        if name not in CONTACT_PROPERTIES:
-            return super().get_property(name, atoms, allow_calculation)
-        known = super().get_property("energy", atoms, allow_calculation=False)
-        if known is None and not allow_calculation:
-            return None
-        value = getattr(self.state(atoms), name)
-        return value.copy() if isinstance(value, np.ndarray) else value
 
     def state(self, atoms: Atoms | None = None) -> ContactState:
         """Return forces, gaps and pressures of the atoms.
@@ -229,134 +234,191 @@ class RoughContact(Calculator):
             If there are neither atoms nor a last calculation.
         """
         if atoms is None and not self.results:
-            raise ValueError("nothing is calculated yet: give the atoms")
+            raise ValueError("nothing has been calculated: give the atoms")
         self.get_property("energy", atoms)
         return self._state
-
-    def hold(self, atoms: Atoms, pressure: np.ndarray) -> None:
-        """Tell the pressure that displaces the atoms to where they are.
-
-        A solver knows it. Elsewhere it has to be calculated from the displacement; that
-        of a hard wall is no function of the positions when they are not relaxed, or
-        when all atoms of a periodic surface touch.
-
-        Parameters
-        ----------
-        atoms : Atoms
-            Substrate and indenter.
-        pressure : ndarray, shape (n, m)
-            On the window (eV/Å^3).
-
-        Raises
-        ------
-        ValueError
-            If the pressure does not have the shape of the window.
-        """
-        layout, contact = self._scene(atoms)
-        if pressure.shape != contact.heights.shape:
-            raise ValueError(
-                f"pressure must have the shape {contact.heights.shape} of the window, "
-                f"got {pressure.shape}"
-            )
-        self._held = displacement(atoms, layout).copy(), pressure
-        self.results = {}
-
-    def elastic_pressure(self, atoms: Atoms) -> np.ndarray:
-        """Pressure that displaces the atoms to where they are.
-
-        Parameters
-        ----------
-        atoms : Atoms
-            Substrate and indenter.
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            On the window (eV/Å^3), up to its mean if periodic.
-        """
-        layout, contact = self._scene(atoms)
-        values = displacement(atoms, layout)
-        held = self._holding(values)
-        if held is None:
-            n, m = contact.halfspace.shape
-            held = contact.elastic_pressure(values)[:n, :m]
-        return held
 
     def get_spin_polarized(self) -> bool:
         """Return False.
 
-        The base class would put a method of its own here, and so keep the calculator,
+        The base class would store a method of its own here, and so keep the calculator,
         and a large half space with it, alive until the next garbage collection.
         """
         return False
 
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
-        """Return what has changed since the last calculation; quick if nothing has."""
+        """Return what has changed since the last calculation; fast if nothing has."""
+        if self.atoms is not None and self._fixed != indenter_fixed(atoms):
+            return ["constraints"]
         if self.atoms is not None and len(self.atoms) == len(atoms):
-            pairs = zip(_setting(self.atoms), _setting(atoms), strict=True)
-            known = array_equal(self.atoms.positions, atoms.positions)
-            if known and all(array_equal(*pair) for pair in pairs):
+            pairs = zip(_lattice(self.atoms), _lattice(atoms), strict=True)
+            unmoved = array_equal(self.atoms.positions, atoms.positions)
+            if unmoved and all(array_equal(*pair) for pair in pairs):
                 return []
         return super().check_state(atoms, tol)
 
-    def contact(self, atoms: Atoms) -> Contact:
-        """Half space, indenter and wall as they are at the atoms.
+    def _model(self, atoms: Atoms) -> _Model:
+        """Return the model of the atoms, built anew where their lattice has changed."""
+        lattice = _lattice(atoms)
+        model = self._cached_model
+        if model is None or not all(map(array_equal, lattice, model.lattice)):
+            indenter = self.parameters["indenter"]
+            grid = SurfaceGrid.of(atoms)
+            contact = self._contact(grid)
+            copies = tuple(part.copy() for part in lattice)
+            model = _Model(copies, grid, contact, surface_id(indenter))
+            self._cached_model = model
+        check_surface(atoms, model.surface_id)
+        return model
 
-        Parameters
-        ----------
-        atoms : Atoms
-            Substrate and indenter.
-
-        Returns
-        -------
-        Contact
-            Kept as long as nothing but displacement, height and load change.
-        """
-        return self._scene(atoms)[1]
-
-    def layout(self, atoms: Atoms) -> SurfaceGrid:
-        """Shapes of window and grid of the atoms, checked; see `contact`."""
-        return self._scene(atoms)[0]
-
-    def _scene(self, atoms: Atoms) -> tuple[SurfaceGrid, Contact]:
-        setting = _setting(atoms)
-        if self._kept is None or not all(map(array_equal, setting, self._kept[0])):
-            layout = SurfaceGrid.of(atoms)
-            copies = tuple(part.copy() for part in setting)
-            self._kept = copies, (layout, self._build(layout))
-        return self._kept[1]
-
-    def _build(self, layout: SurfaceGrid) -> Contact:
-        given = self.parameters
-        solid = given["solid"] or given["contact_modulus"]
-        indenter, interaction = given["indenter"], given["interaction"]
+    def _contact(self, grid: SurfaceGrid) -> Contact:
+        parameters = self.parameters
+        solid = parameters["solid"] or parameters["contact_modulus"]
+        indenter, interaction = parameters["indenter"], parameters["interaction"]
         if indenter is None or solid is None:
             raise ValueError(
                 "RoughContact needs an indenter and a contact_modulus or solid"
             )
-        if given["solid"] is not None and given["contact_modulus"] is not None:
+        if None not in (parameters["solid"], parameters["contact_modulus"]):
             raise ValueError("give contact_modulus or solid, not both")
-        halfspace = layout.halfspace(solid, **given["fft"])
+        halfspace = grid.halfspace(solid, **parameters["fft"])
         if interaction is None:
             modulus = halfspace.contact_modulus
-            interaction = LennardJones93.repulsive(modulus, layout.spacing)
-        return Contact(halfspace, layout.heights(indenter), interaction)
-
-    def _holding(self, values: np.ndarray) -> np.ndarray | None:
-        """Pressure that a solver has told, if the atoms are where they were then."""
-        if self._held is None or not array_equal(self._held[0], values):
-            return None
-        return self._held[1]
+            interaction = LennardJones93.repulsive(modulus, grid.spacing)
+        return Contact(halfspace, grid.heights(indenter), interaction)
 
 
-def _setting(atoms: Atoms) -> tuple[np.ndarray, ...]:
-    """All that half space, heights and wall depend on."""
+@dataclass
+class _Model:
+    """What follows from the lattice of atoms and the parameters, without z.
+
+    Attributes
+    ----------
+    lattice : tuple of ndarray
+        All that the model depends on, beside the parameters.
+    grid : SurfaceGrid
+    contact : Contact
+    surface_id : str or None
+        That of the indenter.
+    known : tuple of (ndarray, float or None, ndarray), optional
+        A displacement, a height of the indenter and the pressure on the window that
+        causes the displacement. A hard wall exerts this pressure if the indenter is at
+        the height; None if a solver has not found it.
+    """
+
+    lattice: tuple[np.ndarray, ...]
+    grid: SurfaceGrid
+    contact: Contact
+    surface_id: str | None
+    known: tuple[np.ndarray, float | None, np.ndarray] | None = None
+
+    def known_pressure(
+        self, values: np.ndarray, height: float
+    ) -> tuple[np.ndarray | None, np.ndarray | None]:
+        """Return elastic pressure and reaction of a hard wall, where they are known."""
+        if self.known is None or not array_equal(self.known[0], values):
+            return None, None
+        _, known_height, pressure = self.known
+        return pressure, pressure if height == known_height else None
+
+
+def contact_of(atoms: Atoms) -> Contact:
+    """Return half space, indenter and wall of the atoms.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+
+    Returns
+    -------
+    Contact
+        The same object as long as only displacement, height and load change.
+
+    Raises
+    ------
+    ValueError
+        If the calculator is not a `RoughContact`, or the atoms are not a grid and an
+        indenter.
+    """
+    return _model_of(atoms).contact
+
+
+def grid_of(atoms: Atoms) -> SurfaceGrid:
+    """Return the grid of the surface atoms; see `contact_of`."""
+    return _model_of(atoms).grid
+
+
+def elastic_pressure(atoms: Atoms) -> np.ndarray:
+    """Return the pressure that causes the displacement of the surface atoms.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        Pressure on the window (eV/Å^3), up to its mean if periodic.
+    """
+    model = _model_of(atoms)
+    values = displacement(atoms, model.grid)
+    known, _ = model.known_pressure(values, float(atoms.positions[-1, 2]))
+    if known is None:
+        n, m = model.grid.window
+        known = model.contact.elastic_pressure(values)[:n, :m].copy()
+        model.known = values.copy(), None, known
+    return known
+
+
+def apply_pressure(
+    atoms: Atoms, pressure: np.ndarray, height: float | None = None
+) -> None:
+    """Move the surface atoms to the displacement that a pressure causes.
+
+    The calculator keeps the pressure until the atoms move. It would otherwise have to
+    be calculated from the displacement, and the reaction of a hard wall does not follow
+    from the positions where they are not relaxed, or all atoms of a periodic surface
+    are in contact.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator; changed in place.
+    pressure : ndarray, shape (n, m)
+        Pressure on the window (eV/Å^3).
+    height : float, optional
+        New height of the indenter (Å).
+
+    Raises
+    ------
+    ValueError
+        If the pressure does not have the shape of the window.
+    """
+    model = _model_of(atoms)
+    set_displacement(atoms, model.contact.halfspace.padded_displacement(pressure))
+    if height is not None:
+        atoms.positions[-1, 2] = height
+    values = displacement(atoms, model.grid).copy()
+    model.known = values, float(atoms.positions[-1, 2]), pressure
+    atoms.calc.reset()
+
+
+def _model_of(atoms: Atoms) -> _Model:
+    if not isinstance(atoms.calc, RoughContact):
+        raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
+    return atoms.calc._model(atoms)
+
+
+def _lattice(atoms: Atoms) -> tuple[np.ndarray, ...]:
+    """Return all that half space, heights and wall depend on."""
     xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
     return xy, axis, atoms.cell.array, atoms.pbc, atoms.numbers
 
 
 def _checked(name: str, value: Any) -> Any:
-    """Return a parameter in the form in which it is kept, or raise `ValueError`."""
+    """Return a parameter in its stored form, or raise `ValueError`."""
     if name == "load":
         finite(load=value)
         return float(value)
@@ -381,8 +443,8 @@ def _checked_fft(options: Any) -> dict:
         raise ValueError(f"fft must be a dict of options, got {options!r}")
     options = dict(options)
     for key in options:
-        if key not in FFT_OPTIONS:
-            raise ValueError(unknown(str(key), FFT_OPTIONS, "option of fft"))
+        if key not in _FFT_OPTIONS:
+            raise ValueError(unknown(str(key), _FFT_OPTIONS, "option of fft"))
     # fails now, and not at the first calculation, if an option is wrong
     trial = RealFFT2((1, 1), **options)
     if "dtype" in options:

@@ -1,4 +1,4 @@
-"""The grid of the surface atoms: its shape, spacing, boundary and margin."""
+"""The grid of the surface atoms: shape, spacing and boundary, read off the atoms."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.kernels import rowwise
 from ase_roughcontact._util.validation import surface
+from ase_roughcontact.atoms.indenter import check_surface, surface_id
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
@@ -19,52 +19,67 @@ from ase_roughcontact.elasticity.halfspace import (
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.topography import Surface
 
-# Lateral positions may differ from the grid's by this part of the spacing: text formats
-# round them.
-_OFF_GRID = 1e-4
+# Largest distance of an atom from its lattice site, in spacings: text formats round
+# positions.
+_LATERAL_TOLERANCE = 1e-4
+# Relative difference up to which two spacings are the same, but for rounding.
+_ROUNDING = 1e-12
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class SurfaceGrid:
-    """How the atoms of a substrate make a grid.
+    """Square grid of the surface atoms.
 
     Attributes
     ----------
     window : (int, int)
-        Shape of the window that may touch.
-    grid : (int, int)
-        Shape of all surface atoms: of the window with its margin, or of the window.
+        Shape of the window, the atoms that may touch the indenter.
+    shape : (int, int)
+        Shape of all surface atoms: the window alone, or with the padding of a free
+        half space.
     spacing : float
         Distance of neighbours (length).
     origin : (float, float)
-        Position of the window's first corner relative to the indenter's axis (length).
+        Position of the first atom relative to the indenter's axis (length).
     periodic : bool
-        Periodic or free half space.
+        Whether the half space is periodic, or free.
     """
 
     window: tuple[int, int]
-    grid: tuple[int, int]
+    shape: tuple[int, int]
     spacing: float
     origin: tuple[float, float]
     periodic: bool
 
+    @property
+    def in_window(self) -> np.ndarray:
+        """Mask of the surface atoms in the window, shape (number of atoms,)."""
+        n, m = self.window
+        mask = np.zeros(self.shape, dtype=bool)
+        mask[:n, :m] = True
+        return mask.ravel()
+
     def halfspace(self, solid: ElasticSolid | float, **fft: Any) -> HalfSpace:
-        """Half space below the atoms; see there for the parameters."""
-        given = self.spacing, solid
+        """Return the half space under the grid; see `HalfSpace` for the parameters."""
+        cls: type[HalfSpace] = FreeHalfSpace
         if self.periodic:
-            return PeriodicHalfSpace(self.window, *given, **fft)
-        margin = self.grid == FreeHalfSpace.padded_shape(self.window)
-        return (FreeHalfSpace if margin else ReducedHalfSpace)(
-            self.window, *given, **fft
-        )
+            cls = PeriodicHalfSpace
+        elif self.shape != self.padded_shape(self.window, periodic=False):
+            cls = ReducedHalfSpace
+        return cls(self.window, self.spacing, solid, **fft)
 
     def heights(self, indenter: Surface) -> np.ndarray:
-        """Heights of an indenter at the atoms that may touch (length)."""
+        """Return the heights of an indenter above the window, shape (n, m) (length)."""
         return indenter.heights(self.window, self.spacing, self.origin)
+
+    @staticmethod
+    def padded_shape(window: tuple[int, int], periodic: bool) -> tuple[int, int]:
+        """Return the shape of all surface atoms for a window with its padding."""
+        return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded_shape(window)
 
     @classmethod
     def of(cls, atoms: Atoms) -> SurfaceGrid:
-        """Read the layout off the atoms.
+        """Read the grid off the atoms.
 
         Parameters
         ----------
@@ -78,66 +93,53 @@ class SurfaceGrid:
         Raises
         ------
         ValueError
-            If the last atom is not the indenter, the other ones are not on a square
-            grid that fits the cell, or the boundary is neither periodic in x and y
-            nor free in all directions.
+            If the last atom is not the indenter, the others do not form a square grid
+            that fits the cell, or the boundary is neither periodic in x and y nor free
+            in all directions.
         """
         _check_indenter(atoms)
         periodic = _check_boundary(atoms)
         if not np.isfinite(atoms.positions).all():
             raise ValueError("positions must be finite, got NaN or infinity")
-        xy = atoms.positions[:-1, :2]
-        axis = atoms.positions[-1, :2]
-        grid, spacing = _grid_of(xy, atoms.cell)
-        _check_on_grid(xy, grid, spacing)
-        window = _window_of(atoms.cell, spacing)
-        expected = SurfaceGrid.grid_for(window, periodic)
-        if grid not in (expected, window):
+        xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
+        shape = _shape_of(xy, atoms.cell)
+        window, spacing = _window_of(xy, shape, atoms.cell)
+        _check_on_grid(xy, shape, spacing)
+        expected = cls.padded_shape(window, periodic)
+        if shape not in (expected, window):
             raise ValueError(
-                f"a cell of {window} atoms needs a grid of {expected} atoms, margin "
-                f"included, or of {window} without; got {grid}. Build the atoms with "
-                "substrate()"
+                f"a cell of {window} atoms needs {expected} surface atoms with padding "
+                f"or {window} without, got {shape}: build the atoms with substrate()"
             )
         origin = (float(xy[0, 0] - axis[0]), float(xy[0, 1] - axis[1]))
-        return cls(window, grid, spacing, origin, periodic)
-
-    @staticmethod
-    def grid_for(window: tuple[int, int], periodic: bool) -> tuple[int, int]:
-        """Shape of the grid for a window."""
-        return (PeriodicHalfSpace if periodic else FreeHalfSpace).padded_shape(window)
+        return cls(window, shape, spacing, origin, periodic)
 
 
-def displacement(atoms: Atoms, layout: SurfaceGrid) -> np.ndarray:
-    """Displacement of the surface atoms, shape of the layout's grid (Å)."""
-    return atoms.positions[:-1, 2].reshape(layout.grid)
+def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
+    """Return the displacement of the surface atoms, shape of the grid (Å)."""
+    return atoms.positions[:-1, 2].reshape(grid.shape)
 
 
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
-    """Move the surface atoms to a displacement, shape of the layout's grid (Å)."""
+    """Move the surface atoms to a displacement, shape of the grid (Å)."""
     atoms.positions[:-1, 2] = values.ravel()
 
 
-def surface_above(atoms: Atoms, layout: SurfaceGrid, indenter: Surface) -> np.ndarray:
-    """Z of an indenter's surface above the atoms that may touch, shape (k,) (Å)."""
+def surface_above(atoms: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
+    """Return z of an indenter's surface above the window, shape (n * m,) (Å)."""
     surface(indenter=indenter)
-    mean = atoms.positions[:-1, 2].mean() if layout.periodic else 0.0
-    return atoms.positions[-1, 2] + mean + layout.heights(indenter).ravel()
-
-
-def inside(layout: SurfaceGrid) -> np.ndarray:
-    """Tell which surface atoms are in the window, shape (number of atoms,)."""
-    mask = np.zeros(layout.grid, dtype=bool)
-    mask[: layout.window[0], : layout.window[1]] = True
-    return mask.ravel()
+    check_surface(atoms, surface_id(indenter))
+    mean = atoms.positions[:-1, 2].mean() if grid.periodic else 0.0
+    return atoms.positions[-1, 2] + mean + grid.heights(indenter).ravel()
 
 
 def _check_indenter(atoms: Atoms) -> None:
-    ghosts = np.flatnonzero(atoms.numbers == 0)
-    if len(atoms) < 2 or list(ghosts) != [len(atoms) - 1]:
-        where = "none" if len(ghosts) == 0 else f"atoms {ghosts[:5].tolist()}"
+    indices = np.flatnonzero(atoms.numbers == 0)
+    if len(atoms) < 2 or list(indices) != [len(atoms) - 1]:
+        found = "none" if len(indices) == 0 else f"atoms {indices[:5].tolist()}"
         raise ValueError(
             "the last atom, and no other, must be the indenter (symbol X); "
-            f"of {len(atoms)} atoms, {where} have that symbol"
+            f"of {len(atoms)} atoms, {found} have that symbol"
         )
 
 
@@ -157,46 +159,49 @@ def _check_boundary(atoms: Atoms) -> bool:
     return pbc[0]
 
 
-def _grid_of(xy: np.ndarray, cell: Any) -> tuple[tuple[int, int], float]:
-    """Shape and spacing from the order of the atoms."""
-    spacing = float(np.abs(xy[1] - xy[0]).max()) if len(xy) > 1 else float(cell[0, 0])
-    next_row = np.flatnonzero(xy[:, 0] - xy[0, 0] > spacing / 2)
+def _shape_of(xy: np.ndarray, cell: Any) -> tuple[int, int]:
+    """Return the shape of the grid from the order of the atoms."""
+    step = np.abs(xy[1] - xy[0]).max() if len(xy) > 1 else cell[0, 0]
+    next_row = np.flatnonzero(xy[:, 0] - xy[0, 0] > step / 2)
     columns = int(next_row[0]) if len(next_row) else len(xy)
-    rows, rest = divmod(len(xy), columns)
-    if rest or not spacing > 0:
+    rows, remainder = divmod(len(xy), columns)
+    if remainder or not step > 0:
         raise ValueError(
             f"{len(xy)} surface atoms do not make a grid with rows of {columns}"
         )
-    return (rows, columns), spacing
+    return rows, columns
 
 
-def _check_on_grid(xy: np.ndarray, grid: tuple[int, int], spacing: float) -> None:
-    x, y = (part.reshape(grid) for part in xy.T)
-    i, j = (np.broadcast_to(part, grid) for part in np.ogrid[: grid[0], : grid[1]])
-    off = max(_distance(x, x[0, 0], spacing, i), _distance(y, y[0, 0], spacing, j))
-    # a spacing read off two rounded positions drifts with the index
-    tolerance = _OFF_GRID * spacing * max(1.0, 1e-3 * max(grid))
-    if off > tolerance:
-        worst = np.maximum(
-            abs(x - x[0, 0] - spacing * i), abs(y - y[0, 0] - spacing * j)
-        ).argmax()
+def _window_of(
+    xy: np.ndarray, shape: tuple[int, int], cell: Any
+) -> tuple[tuple[int, int], float]:
+    """Return window and spacing from the cell, which is not rounded like positions."""
+    sides = np.diag(cell.array)[:2]
+    if len(xy) == 1:
+        return (1, 1), float(sides[0])
+    steps = max(shape) - 1
+    mean_step = float(np.abs(xy[-1] - xy[0]).max()) / steps
+    n, m = (max(round(side / mean_step), 1) for side in sides)
+    if np.abs(sides - mean_step * np.array([n, m])).max() > 1e-3 * mean_step:
         raise ValueError(
-            f"atom {worst} is off the square grid by {off:.3g} (spacing "
+            "the cell's sides must be whole numbers of spacings, got "
+            f"{(sides / mean_step).tolist()}"
+        )
+    spacing = float(sides[0] / n)
+    first_step = float(np.abs(xy[1] - xy[0]).max())
+    # exact in the atoms of substrate(), where the cell's is off by rounding
+    exact = abs(first_step - spacing) <= _ROUNDING * spacing
+    return (n, m), first_step if exact else spacing
+
+
+def _check_on_grid(xy: np.ndarray, shape: tuple[int, int], spacing: float) -> None:
+    sites = spacing * np.indices(shape).reshape(2, -1).T
+    sites += xy[0]
+    sites -= xy
+    distance = np.abs(sites, out=sites).max(axis=1)
+    worst = int(distance.argmax())
+    if distance[worst] > _LATERAL_TOLERANCE * spacing:
+        raise ValueError(
+            f"atom {worst} is off the square grid by {distance[worst]:.3g} (spacing "
             f"{spacing:.6g}): surface atoms may move along z only"
         )
-
-
-@rowwise(np.maximum)
-def _distance(x: np.ndarray, first: float, spacing: float, i: np.ndarray) -> float:
-    """Return the largest ``|x - first - spacing i|``."""
-    return float(abs(x - first - spacing * i).max())
-
-
-def _window_of(cell: Any, spacing: float) -> tuple[int, int]:
-    sides = np.diag(cell.array)[:2] / spacing
-    window = np.rint(sides).astype(int)
-    if np.abs(sides - window).max() > 1e-3 * max(1.0, 1e-3 * sides.max()):
-        raise ValueError(
-            f"the cell's sides must be whole numbers of spacings, got {sides.tolist()}"
-        )
-    return int(window[0]), int(window[1])

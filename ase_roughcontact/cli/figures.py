@@ -11,8 +11,10 @@ import numpy as np
 from ase import Atoms
 from ase.io import Trajectory, read
 from ase.parallel import DummyMPI
+from ase.units import GPa
 
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.view import centred, with_indenter
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps
@@ -223,7 +225,7 @@ def _draw_maps(
         squeeze=False,
     )
     frames = [read(folder / "sweep.traj", index=touching[i].step) for i in chosen]
-    largest = max(frame.get_initial_charges().max() for frame in frames)
+    largest = max(pressure_of(frame).max() for frame in frames) / GPa
     for panel, frame, i in zip(panels[0], frames, chosen, strict=True):
         image = _draw_map(laws, touching[i], frame, panel, largest)
         panel.set_title(titles[i])

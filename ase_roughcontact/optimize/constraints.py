@@ -1,4 +1,4 @@
-"""What a solver of the half space reads off the atoms."""
+"""What solvers read off the atoms: the contact, the load and the constraints."""
 
 from __future__ import annotations
 
@@ -6,22 +6,21 @@ from types import SimpleNamespace
 
 import numpy as np
 from ase import Atoms
-from ase.constraints import FixAtoms, FixCartesian, Hookean
+from ase.constraints import Hookean
 
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.contact import Contact
 
 
-def contact_of(atoms: Atoms, *, hard: bool = False) -> Contact:
-    """Return the contact of atoms, or say why a solver can't take them.
+def soft_contact_of(atoms: Atoms) -> Contact:
+    """Return the contact of atoms whose wall has a gradient.
 
     Parameters
     ----------
     atoms : Atoms
         With a `RoughContact` calculator.
-    hard : bool
-        Whether the solver is for the hard wall, or for all others.
 
     Returns
     -------
@@ -30,17 +29,11 @@ def contact_of(atoms: Atoms, *, hard: bool = False) -> Contact:
     Raises
     ------
     ValueError
-        If the calculator is not a `RoughContact`, or the wall not of the kind.
+        If the calculator is not a `RoughContact`, or the wall is hard.
     """
-    if not isinstance(atoms.calc, RoughContact):
-        raise ValueError(f"the atoms need a RoughContact, got {atoms.calc!r}")
-    contact = atoms.calc.contact(atoms)
-    if contact.interaction.hard != hard:
-        raise ValueError(
-            f"ActiveSet is for the hard wall, got {contact.interaction}"
-            if hard
-            else "a hard wall has no gradient: relax it with ActiveSet"
-        )
+    contact = contact_of(atoms)
+    if contact.interaction.hard:
+        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     return contact
 
 
@@ -56,47 +49,51 @@ class Indenter:
     ----------
     fixed : bool
         Whether the height is fixed.
+    springs : list of Hookean
+        Springs between the indenter and a point or a plane.
 
     Raises
     ------
     ValueError
-        If there is a constraint that is not understood here: on a surface atom, or on
-        the indenter other than `FixAtoms`, `FixCartesian` and a `Hookean` spring to a
-        point or a plane.
+        If a constraint acts on surface atoms along z, or does anything to the indenter
+        but fix it or tie it by a `Hookean` to a point or a plane.
     """
 
     def __init__(self, atoms: Atoms) -> None:
         self._last = len(atoms) - 1
         self._xy = atoms.positions[-1, :2].copy()
-        self._load = atoms.calc.parameters["load"]
-        self._box = {"cell": atoms.cell.copy(), "pbc": atoms.pbc.copy()}
-        self._springs = []
-        self.fixed = False
+        self._cell = {"cell": atoms.cell.copy(), "pbc": atoms.pbc.copy()}
+        self.fixed = indenter_fixed(atoms)
+        self._load = 0.0 if self.fixed else atoms.calc.parameters["load"]
+        self.springs = []
         for constraint in atoms.constraints:
             if isinstance(constraint, Hookean):
-                self._springs.append(self._spring(constraint))
-            else:
-                self.fixed |= self._fixes(constraint)
+                self.springs.append(self._spring(constraint))
+            elif not _supported(constraint, atoms):
+                raise ValueError(
+                    f"{constraint} acts on surface atoms, or is not supported here: "
+                    "use one of ASE's optimizers on the atoms themselves"
+                )
 
     def external(self, height: float) -> tuple[float, float]:
-        """Energy and force of load and springs, positive upward, at a height.
+        """Return energy and force of load and springs at a height.
 
         Parameters
         ----------
         height : float
-            Of the indenter (Å).
+            Height of the indenter (Å).
 
         Returns
         -------
         energy, force : float
-            eV and eV/Å.
+            Energy (eV) and force along z, positive upward (eV/Å).
         """
-        # the constraint asks for arrays over all atoms, and reads one of them
+        # a stand-in for arrays over all atoms, of which Hookean reads one entry
         position = np.array([*self._xy, height])
-        atoms = SimpleNamespace(positions={self._last: position}, **self._box)
+        atoms = SimpleNamespace(positions={self._last: position}, **self._cell)
         forces = {self._last: np.zeros(3)}
         energy = self._load * height
-        for spring in self._springs:
+        for spring in self.springs:
             spring.adjust_forces(atoms, forces)
             energy += spring.adjust_potential_energy(atoms)
         return float(energy), float(forces[self._last][2] - self._load)
@@ -106,7 +103,7 @@ class Indenter:
         if pair or constraint.index % (self._last + 1) != self._last:
             raise ValueError(
                 f"{constraint} does not tie the indenter to a point or a plane: "
-                "relax it with one of ASE's optimizers on the atoms themselves"
+                "use one of ASE's optimizers on the atoms themselves"
             )
         if constraint._type == "point" and not np.allclose(
             constraint.origin[:2], self._xy, rtol=0.0, atol=1e-6
@@ -118,33 +115,30 @@ class Indenter:
             )
         return constraint
 
-    def _fixes(self, constraint: object) -> bool:
-        if isinstance(constraint, FixAtoms):
-            along_z = True
-        elif isinstance(constraint, FixCartesian):
-            along_z = bool(constraint.mask[2])
-        else:
-            along_z = None
-        indices = np.atleast_1d(getattr(constraint, "index", [])) % (self._last + 1)
-        if along_z is False:
-            return False  # nothing moves along x and y anyway
-        if along_z and set(indices) <= {self._last}:
-            return len(indices) > 0
-        raise ValueError(
-            f"{constraint} acts on surface atoms, or is not understood here: relax it "
-            "with one of ASE's optimizers on the atoms themselves"
-        )
+
+def _supported(constraint: object, atoms: Atoms) -> bool:
+    """Return whether a constraint at most cancels the force on the indenter.
+
+    Lateral constraints are harmless, since all forces are along z.
+    """
+    forces = np.zeros((len(atoms), 3))
+    forces[:, 2] = np.linspace(1.0, 2.0, len(atoms))
+    adjusted = forces.copy()
+    constraint.adjust_forces(atoms, adjusted)  # type: ignore[attr-defined]
+    if adjusted[-1, 2] == 0.0:
+        forces[-1] = 0.0
+    return np.allclose(adjusted, forces, rtol=0.0, atol=1e-9)
 
 
-def reference_stiffness(contact: Contact, given: float | None = None) -> float:
-    """Stiffness to add to the half space's own, so that no wave is too soft.
+def reference_stiffness(contact: Contact, stiffness: float | None = None) -> float:
+    """Return a stiffness to add to that of the half space, so that no wave is too soft.
 
     Parameters
     ----------
     contact : Contact
         With a soft wall.
-    given : float, optional
-        Taken instead, if it is positive.
+    stiffness : float, optional
+        Positive value to be used instead of the default.
 
     Returns
     -------
@@ -152,10 +146,11 @@ def reference_stiffness(contact: Contact, given: float | None = None) -> float:
         By default three times the wall's stiffness where it begins to repel, and at
         least a tenth of E*/a0 (pressure per length).
     """
-    if given is None:
+    if stiffness is None:
         onset = np.nextafter(contact.interaction.contact_distance, -np.inf)
         halfspace = contact.halfspace
-        soft = 0.1 * halfspace.contact_modulus / halfspace.spacing
-        given = max(soft, 3.0 * float(contact.interaction.evaluate(onset)[2]))
-    positive(reference_stiffness=given)
-    return given
+        minimum = 0.1 * halfspace.contact_modulus / halfspace.spacing
+        onset_stiffness = float(contact.interaction.evaluate(onset)[2])
+        stiffness = max(minimum, 3.0 * onset_stiffness)
+    positive(reference_stiffness=stiffness)
+    return stiffness

@@ -24,11 +24,12 @@ import numpy as np
 from ase import Atoms
 from ase.utils.abc import Optimizable
 
+from ase_roughcontact.atoms.calculator import elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.optimize.constraints import (
     Indenter,
-    contact_of,
     reference_stiffness,
+    soft_contact_of,
 )
 from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
@@ -88,9 +89,9 @@ class FourierModes(Optimizable):
 
     def __init__(self, atoms: Atoms, reference_stiffness: float | None = None) -> None:
         self.atoms = atoms
-        self.contact = contact_of(atoms)
+        self.contact = soft_contact_of(atoms)
         self.indenter = Indenter(atoms)
-        self._layout = atoms.calc.layout(atoms)
+        self._grid = grid_of(atoms)
         self.evaluations = 0
         self._scale(reference_stiffness)
         self._read()
@@ -199,11 +200,9 @@ class FourierModes(Optimizable):
     def _read(self) -> None:
         halfspace = self.contact.halfspace
         transform = halfspace.grid_transform
-        values = displacement(self.atoms, self._layout)
+        values = displacement(self.atoms, self._grid)
         if halfspace.dof_shape != halfspace.grid:
-            values = halfspace.grid_displacement(
-                self.atoms.calc.elastic_pressure(self.atoms)
-            )
+            values = halfspace.grid_displacement(elastic_pressure(self.atoms))
         modes = transform.forward(values).view(transform.dtype) / self._from_mode
         cells = values.size
         height = self.atoms.positions[-1, 2] / self._z_scale

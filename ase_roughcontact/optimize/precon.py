@@ -6,7 +6,7 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.precon import Precon
 
-from ase_roughcontact.optimize.constraints import contact_of, reference_stiffness
+from ase_roughcontact.optimize.constraints import reference_stiffness, soft_contact_of
 from ase_roughcontact.solvers.relaxation import indenter_stiffness
 
 
@@ -49,7 +49,7 @@ class HalfSpacePrecon(Precon):
     """
 
     def __init__(self, atoms: Atoms, reference: float | None = None) -> None:
-        contact = contact_of(atoms)
+        contact = soft_contact_of(atoms)
         halfspace = contact.halfspace
         stiffness = halfspace.cell_area * (
             halfspace.stiffness + reference_stiffness(contact, reference)

@@ -16,7 +16,8 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.build import snapshot
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.instabilities import (
     AdhesionLoop,
     Jump,
@@ -167,7 +168,7 @@ class _AdaptivePath:
     tolerance: float
 
     def __post_init__(self) -> None:
-        halfspace = self.stepper.atoms.calc.contact(self.stepper.atoms).halfspace
+        halfspace = contact_of(self.stepper.atoms).halfspace
         unit = halfspace.contact_modulus * halfspace.cell_area
         self._smallest_force = _SMALLEST_FORCE * unit
         self._size = self.largest
@@ -222,7 +223,7 @@ class _AdaptivePath:
 def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:
     """Return the heights where the range of the wall begins, and where to turn."""
     calc, first_contact = stepper.atoms.calc, stepper.windows.first_contact
-    wall = calc.contact(stepper.atoms).interaction
+    wall = contact_of(stepper.atoms).interaction
     if not np.isfinite(wall.cutoff):
         raise ValueError(
             "a loop begins and ends beyond the range of the wall: the wall must have a "

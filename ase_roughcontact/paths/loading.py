@@ -12,7 +12,7 @@ import numpy as np
 from ase import Atoms
 from ase.io import read
 
-from ase_roughcontact.atoms.build import snapshot
+from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import PathDescription

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
@@ -169,7 +170,7 @@ def plan_path(
         If the control or the window is unknown.
     """
     check_control(control, window)
-    contact = atoms.calc.contact(atoms)
+    contact = contact_of(atoms)
     halfspace, wall = contact.halfspace, contact.interaction
     points = points_of(atoms.calc.parameters["indenter"], halfspace.spacing)
     timer = _StepTimer(halfspace, wall)
@@ -208,7 +209,7 @@ def _auto_shapes(windows: AutoWindow, control: str, target: float) -> Shapes:
 
 def _fixed_shapes(atoms: Atoms, control: str, target: float) -> Shapes:
     """Return the shapes of the window and its FFT grid, if the contact fits into it."""
-    halfspace = atoms.calc.contact(atoms).halfspace
+    halfspace = contact_of(atoms).halfspace
     width = _contact_width(atoms, control, target)
     if not halfspace.periodic and width > min(halfspace.shape) - 1:
         raise ValueError(
@@ -224,12 +225,12 @@ def _misses_first_contact(atoms: Atoms) -> bool:
         lowest = AutoWindow(atoms).footprint.lowest
     except ValueError:  # not a bounded indenter
         return False
-    return bool(lowest < atoms.calc.contact(atoms).heights.min())
+    return bool(lowest < contact_of(atoms).heights.min())
 
 
 def _contact_width(atoms: Atoms, control: str, target: float) -> float:
     """Return the width of the Hertzian contact in atoms; zero if it is not known."""
-    contact = atoms.calc.contact(atoms)
+    contact = contact_of(atoms)
     halfspace, wall = contact.halfspace, contact.interaction
     radius = getattr(atoms.calc.parameters["indenter"], "radius", 0.0)
     if not 0.0 < radius < math.inf:

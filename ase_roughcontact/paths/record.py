@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.windows.memory import memory_of, points_of
@@ -87,7 +88,7 @@ class RelaxedStep:
     @property
     def halfspace(self) -> HalfSpace:
         """The elastic half space, with the shapes of window and FFT grid."""
-        return self.atoms.calc.contact(self.atoms).halfspace
+        return contact_of(self.atoms).halfspace
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def text_of(shape: tuple[int, ...]) -> str:
 
 
 def _gap_error(step: RelaxedStep) -> float:
-    if not step.atoms.calc.contact(step.atoms).interaction.hard:
+    if not contact_of(step.atoms).interaction.hard:
         return 0.0
     contact, gap = step.state.contact, step.state.gap
     closed = abs(gap[contact]).max(initial=0.0)

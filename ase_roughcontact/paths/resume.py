@@ -18,6 +18,7 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
+from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.trajectory import PathName, read_infos
 
@@ -139,7 +140,7 @@ def describe_system(atoms: Atoms, **options: Any) -> dict[str, Any]:
     """
     calc = atoms.calc
     system = {k: v for k, v in calc.todict().items() if k not in ("load", "fft")}
-    system["interaction"] = calc.contact(atoms).interaction.todict()  # default, too
+    system["interaction"] = contact_of(atoms).interaction.todict()  # default, too
     system["precision"] = np.dtype(calc.parameters["fft"].get("dtype", float)).name
     springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
     system["springs"] = [_describe_spring(spring) for spring in springs]

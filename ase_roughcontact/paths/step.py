@@ -9,10 +9,11 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact._util.validation import integer, positive
-from ase_roughcontact.atoms.build import indenter_fixed, restore
-from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.optimize import ActiveSet, NewtonKrylov
+from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.atoms.snapshot import restore
+from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.record import LoadStep, RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
@@ -67,9 +68,8 @@ class Stepper:
         self._accuracy = accuracy_of(accuracy)
         self._max_steps = integer("max_steps", max_steps, 1)
         self._record = record
-        contact = atoms.calc.contact(atoms)
-        hard = contact.interaction.hard
-        self._optimizer = optimizer or (ActiveSet if hard else NewtonKrylov)
+        contact = contact_of(atoms)
+        self._optimizer = optimizer or default_optimizer(contact.interaction)
         self._tolerance = ForceTolerance(
             self._accuracy.tolerance,
             contact.halfspace.contact_modulus * contact.halfspace.cell_area,
@@ -122,7 +122,7 @@ class Stepper:
             exchange_window(atoms, window_of(SurfaceGrid.of(frame)))
             atoms.positions = frame.positions
         else:
-            restored = restore(frame, atoms.calc.contact(atoms).halfspace.solid)
+            restored = restore(frame, contact_of(atoms).halfspace.solid)
             atoms.positions = restored.positions
         self.windows.accept(atoms)
 
@@ -172,7 +172,7 @@ class Stepper:
 
     def _run_optimizer(self, statistics: SolverStatistics, tolerance: float) -> None:
         """Run the optimizer once, and add its cost to the statistics."""
-        halfspace = self.atoms.calc.contact(self.atoms).halfspace
+        halfspace = contact_of(self.atoms).halfspace
         before = halfspace.pairs
         optimizer = self._optimizer(self.atoms, logfile=None)
         statistics.converged = bool(

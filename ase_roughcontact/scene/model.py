@@ -14,7 +14,7 @@ from scipy.fft import next_fast_len
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.build import fcc_spacing
+from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
 from ase_roughcontact.interactions import Interaction, make_wall
 from ase_roughcontact.scene.config import (

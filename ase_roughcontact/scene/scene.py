@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
-from ase_roughcontact.atoms.build import substrate
-from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.atoms.calculator import RoughContact, contact_of
+from ase_roughcontact.atoms.substrate import substrate
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
@@ -216,7 +216,7 @@ class Scene(Model):
             fixed=self.path.control != "load",
         )
         atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
-        atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
+        atoms.positions[-1, 2] = contact_of(atoms).first_contact
         return atoms
 
     def plan(self) -> Plan:

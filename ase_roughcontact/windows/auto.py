@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.build import indenter_fixed
+from ase_roughcontact.atoms.calculator import contact_of, elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
+from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
@@ -59,12 +60,12 @@ class AutoWindow:
 
     def __init__(self, atoms: Atoms, options: WindowOptions | None = None) -> None:
         self._options = options or WindowOptions()
-        spacing = atoms.calc.layout(atoms).spacing
-        contact = atoms.calc.contact(atoms)
+        spacing = grid_of(atoms).spacing
+        contact = contact_of(atoms)
         indenter = atoms.calc.parameters["indenter"]
         modulus = contact.halfspace.contact_modulus
         self._wall = contact.interaction
-        self.footprint = Footprint(indenter, spacing, atoms.calc.layout(atoms).origin)
+        self.footprint = Footprint(indenter, spacing, grid_of(atoms).origin)
         self.first_contact = self._wall.contact_distance - self.footprint.lowest
         self._adhesion: AdhesionEstimate | None = None
         if self._wall.attractive and isinstance(indenter, RoughSphere):
@@ -103,7 +104,7 @@ class AutoWindow:
         if control != "loads":
             self.footprint.check(self._level)
         overlap = self.footprint.clip(self.footprint.box_below(self._level))
-        window = window_of(atoms.calc.layout(atoms))
+        window = window_of(grid_of(atoms))
         if (
             not self._wall.attractive
             and overlap.size > self._options.restart_growth * self._overlap_size
@@ -135,7 +136,7 @@ class AutoWindow:
             If an atom could touch where the surface is not defined.
         """
         level = self._wall.cutoff - float(atoms.positions[-1, 2])
-        window, lowest = window_of(atoms.calc.layout(atoms)), self.footprint.lowest
+        window, lowest = window_of(grid_of(atoms)), self.footprint.lowest
         depth = max(self._level - lowest, _LEAST_DEPTH * self.footprint.spacing)
         deepest = self._options.largest_deepening * depth
         if level - lowest > deepest and not self._contains_overlap(window, level):
@@ -161,8 +162,8 @@ class AutoWindow:
         overlap = self.footprint.box_below(self._wall.cutoff - height)
         self._overlap_size = overlap.size
         if self._wall.attractive:
-            layout = atoms.calc.layout(atoms)
-            gap = atoms.calc.contact(atoms).gap(displacement(atoms, layout), height)
+            layout = grid_of(atoms)
+            gap = contact_of(atoms).gap(displacement(atoms, layout), height)
             near = gap < self._wall.cutoff
             self._in_range = Box.bounding(near, window_of(layout).start)
         elif load > 0.0 and depth > 0.0:
@@ -255,8 +256,8 @@ class AutoWindow:
 
     def _gap(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
         """Return the gap of the atoms of a wider window."""
-        pressure = carry(atoms.calc.elastic_pressure(atoms), window, wide)
-        halfspace = atoms.calc.contact(atoms).halfspace
+        pressure = carry(elastic_pressure(atoms), window, wide)
+        halfspace = contact_of(atoms).halfspace
         wider = halfspace.resized(wide.shape, self.footprint.spacing)
         undeformed = float(atoms.positions[-1, 2]) + self.footprint.heights(wide)
         return undeformed - wider.displacement(pressure)
@@ -274,7 +275,7 @@ class AutoWindow:
 
 
 def _displacement(atoms: Atoms) -> np.ndarray:
-    return displacement(atoms, atoms.calc.layout(atoms))
+    return displacement(atoms, grid_of(atoms))
 
 
 def _displaced(atoms: Atoms) -> bool:

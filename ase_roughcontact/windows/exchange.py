@@ -7,115 +7,120 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.data import atomic_masses
 
-from ase_roughcontact.atoms.grid import SurfaceGrid, set_displacement
+from ase_roughcontact.atoms.calculator import (
+    apply_pressure,
+    elastic_pressure,
+    grid_of,
+)
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.relaxation import without_rounding
 from ase_roughcontact.windows.footprint import lattice_offset
 
 
-def window_of(layout: SurfaceGrid) -> Box:
-    """Atoms of a layout that may touch, counted from the indenter's axis.
-
-    Parameters
-    ----------
-    layout : SurfaceGrid
-
-    Returns
-    -------
-    Box
-    """
-    i, j = (round(x / layout.spacing) for x in layout.origin)
-    return Box((i, j), layout.window)
+def window_of(grid: SurfaceGrid) -> Box:
+    """Return the lattice indices of a window, counted from the indenter's axis."""
+    i, j = (round(x / grid.spacing) for x in grid.origin)
+    return Box((i, j), grid.window)
 
 
 def exchange_window(atoms: Atoms, window: Box) -> None:
-    """Exchange the window of a free half space for another, in place.
+    """Exchange the window of a free half space for another one, in place.
 
-    The atoms that are in both windows keep their pressure, and all are displaced by
-    it. There is no margin then. Constraints on the indenter and the calculator stay.
+    Atoms in both windows keep their pressure, tags and all other arrays; arrays are
+    zero for the new atoms. All atoms are moved to the displacement that the pressure
+    causes. There is no padding afterwards. Calculator, `info` and constraints of the
+    indenter stay.
 
     Parameters
     ----------
     atoms : Atoms
-        Of a free half space, with a `RoughContact` calculator.
+        Free half space with a `RoughContact` calculator.
     window : Box
-        The new window; its first corner comes to the origin, as `substrate` has it.
+        The new window, in lattice indices counted from the indenter's axis. Its first
+        atom is placed at the origin, as in the atoms of `substrate`.
 
     Raises
     ------
     ValueError
-        If the boundary is periodic, or there are constraints on surface atoms.
+        If the half space is periodic, or there are constraints on surface atoms.
     """
     if atoms.pbc.any():
         raise ValueError(
-            "the window of a periodic half space is its cell: it must stay"
+            "the window of a periodic half space is its cell and cannot be exchanged"
         )
-    layout = atoms.calc.layout(atoms)
-    pressure = without_rounding(atoms.calc.elastic_pressure(atoms))
-    carried = carry(pressure, window_of(layout), window)
-    spacing, symbol = layout.spacing, atoms.numbers[0]
-    positions = _positions(window, layout, atoms.positions[-1, 2])
-    shift = positions[-1] - atoms.positions[-1]  # along x and y
-    constraints = [
-        _moved(c, atoms, len(positions) - 1, shift) for c in atoms.constraints
-    ]
+    grid = grid_of(atoms)
+    old = window_of(grid)
+    pressure = carry(without_rounding(elastic_pressure(atoms)), old, window)
+
+    new = surface_atoms(atoms.numbers[0], window.shape, grid.spacing)
+    x, y = (
+        -grid.spacing * i - lattice_offset(x, grid.spacing)
+        for i, x in zip(window.start, grid.origin, strict=True)
+    )
+    new.positions[-1] = x, y, atoms.positions[-1, 2]
+    shift = new.positions[-1] - atoms.positions[-1]
+    constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
 
     atoms.set_constraint()
-    atoms.arrays = {
-        "numbers": np.append(np.full(len(positions) - 1, symbol), 0),
-        "positions": positions,
-    }
+    atoms.arrays = new.arrays | _carried_arrays(atoms, grid, window)
     n, m = window.shape
-    atoms.cell[:] = spacing * np.diag([n, m, max(n, m)])
+    atoms.cell[:] = grid.spacing * np.diag([n, m, max(n, m)])
     atoms.set_constraint(constraints)
-    if carried.any():
-        halfspace = atoms.calc.contact(atoms).halfspace
-        set_displacement(atoms, halfspace.padded_displacement(carried))
-        atoms.calc.hold(atoms, carried)
+    if pressure.any():
+        apply_pressure(atoms, pressure)
 
 
 def carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
-    """Values on a window, taken from another one, zero outside of it.
+    """Return values on a new window, taken from an old one, and zero outside of that.
 
     Parameters
     ----------
-    values : ndarray, shape of the old window
+    values : ndarray, shape of the old window and more
     old, new : Box
 
     Returns
     -------
-    ndarray, shape of the new window
+    ndarray, shape of the new window and more
     """
-    carried = np.zeros(new.shape)
+    carried = np.zeros((*new.shape, *values.shape[2:]), values.dtype)
     common = old.intersection(new)
     if min(common.shape) > 0:
         carried[common.slices_in(new)] = values[common.slices_in(old)]
     return carried
 
 
-def _positions(window: Box, layout: SurfaceGrid, height: float) -> np.ndarray:
-    """Places of the atoms of a window, flat, and of the indenter."""
-    spacing = layout.spacing
-    positions = np.zeros((window.size + 1, 3))
-    grid = positions[:-1].reshape(*window.shape, 3)
-    grid[..., 0] = spacing * np.arange(window.shape[0])[:, None]
-    grid[..., 1] = spacing * np.arange(window.shape[1])
-    x, y = (
-        -spacing * i - lattice_offset(x, spacing)
-        for i, x in zip(window.start, layout.origin, strict=True)
-    )
-    positions[-1] = x, y, height
-    return positions
+def _carried_arrays(
+    atoms: Atoms, grid: SurfaceGrid, window: Box
+) -> dict[str, np.ndarray]:
+    """Return all arrays of the atoms but their positions, on another window."""
+    n, m = grid.window
+    old = window_of(grid)
+    new_atoms = carry(np.ones(old.shape, bool), old, window) == 0
+    fill = {"numbers": atoms.numbers[0], "masses": atomic_masses[atoms.numbers[0]]}
+    carried = {}
+    for name, values in atoms.arrays.items():
+        if name == "positions":
+            continue
+        on_grid = values[:-1].reshape(*grid.shape, *values.shape[1:])
+        on_window = carry(on_grid[:n, :m], old, window)
+        if name in fill:
+            on_window[new_atoms] = fill[name]
+        flat = on_window.reshape(-1, *values.shape[1:])
+        carried[name] = np.concatenate([flat, values[-1:]])
+    return carried
 
 
 def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
-    """Constraint of the indenter with its new index and place."""
+    """Return a constraint of the indenter with its new index and position."""
     index = np.arange(len(atoms))[getattr(constraint, "index", [])]
     if set(np.ravel(index)) != {len(atoms) - 1}:
         raise ValueError(
-            f"{constraint} acts on atoms other than the indenter, or is not understood "
-            "here: give a fixed window"
+            f"{constraint} acts on other atoms than the indenter, or is not supported: "
+            "use a fixed window"
         )
     moved: Any = copy(constraint)
     moved.index = last if np.ndim(index) == 0 else np.array([last])

@@ -7,6 +7,8 @@ from typing import Any
 
 from ase import Atoms
 
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
+
 
 class FixedWindow:
     """Window that stays; it has the methods of `AutoWindow`.
@@ -27,8 +29,8 @@ class FixedWindow:
 
     def __init__(self, atoms: Atoms, edge: str) -> None:
         self._edge = edge
-        self._layout = asdict(atoms.calc.layout(atoms))
-        self.first_contact = atoms.calc.contact(atoms).first_contact
+        self._grid = asdict(grid_of(atoms))
+        self.first_contact = contact_of(atoms).first_contact
 
     def choose(self, atoms: Atoms, control: str) -> None:
         """Keep the window."""
@@ -51,4 +53,4 @@ class FixedWindow:
 
     def describe_lattice(self) -> dict[str, Any]:
         """Return what distinguishes the atoms from others, for resuming a path."""
-        return self._layout
+        return self._grid

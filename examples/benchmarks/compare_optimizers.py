@@ -31,6 +31,7 @@ from ase_roughcontact import (
     SelfAffine,
     substrate,
 )
+from ase_roughcontact.atoms.calculator import contact_of
 
 SPACING, MODULUS = 2.5, 0.9  # Å, eV/Å^3
 UNIT = MODULUS * SPACING**2  # of force, E* a0^2
@@ -121,7 +122,7 @@ def evaluations(dynamics, halfspace):
 def relax(case, size, name, make, fmax, steps):
     """Relax a case with one optimizer, and follow its residual."""
     atoms = contact(case, size)
-    halfspace = atoms.calc.contact(atoms).halfspace
+    halfspace = contact_of(atoms).halfspace
     dynamics = make(atoms, logfile=None)
     history, start = [], time.perf_counter()
     for converged in dynamics.irun(fmax=fmax, steps=steps):

@@ -31,6 +31,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis import first_contact, fit_kappa
+from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.ensemble import case_of, read_csv
 from ase_roughcontact.theory import (
     FlatReference,
@@ -268,7 +269,7 @@ def areas_of(
     }
     atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
     atoms.calc = RoughContact(sphere, 1.0, walls[kind])
-    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact
+    atoms.positions[-1, 2] = contact_of(atoms).first_contact
     steps = list(load_path(atoms, loads=list(loads), window="auto", accuracy=accuracy))
     if not all(step.converged for step in steps):
         raise RuntimeError(f"{kind}, seed {seed}, spacing {spacing}: not converged")

@@ -55,10 +55,10 @@ def energy():
 
 
 def round_trip(frame, path):
-    if path.suffix == ".db":
+    if path.suffix in (".db", ".json"):
         with connect(path) as database:
-            database.write(frame)
-        return connect(path).get_atoms(id=1)
+            database.write(frame, data=frame.info)
+        return connect(path).get_atoms(id=1, add_additional_information=True)
     write(path, frame)
     return read(path)
 

@@ -19,6 +19,7 @@ from ase_roughcontact import (
     snapshot,
     substrate,
 )
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
 from ase_roughcontact.elasticity.greens import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
@@ -36,7 +37,7 @@ ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.02)
 def make_atoms(window=None, wall=SOFT, shape=(24, 24), **options):
     atoms = substrate("Cu", shape, SPHERE, spacing=1.0, **options)
     atoms.calc = RoughContact(SPHERE, 1.0, wall)
-    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact - 0.3
+    atoms.positions[-1, 2] = contact_of(atoms).first_contact - 0.3
     if window is not None:
         exchange_window(atoms, window)
     return atoms
@@ -45,7 +46,7 @@ def make_atoms(window=None, wall=SOFT, shape=(24, 24), **options):
 def fields(atoms):
     """State of a contact, and the lattice indices of the atoms in contact."""
     state = atoms.calc.state(atoms)
-    start = window_of(atoms.calc.layout(atoms)).start
+    start = window_of(grid_of(atoms)).start
     return state, {(i, j) for i, j in (np.argwhere(state.contact) + start).tolist()}
 
 

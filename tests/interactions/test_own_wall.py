@@ -63,7 +63,7 @@ def path(wall, depths, **files):
 def test_scene_file_makes_the_wall_from_its_parameters():
     scene = Scene.parse(SMALL + KEYS)
     assert scene.wall == Penalty(2e5 * GPa / scene.spacing)
-    assert "penalty wall" in repr(scene.atoms().calc)
+    assert "interaction=Penalty(" in repr(scene.atoms().calc)
 
 
 def test_scene_file_may_leave_out_a_parameter_with_a_default():

@@ -21,6 +21,7 @@ from ase_roughcontact import (
     SelfAffine,
     substrate,
 )
+from ase_roughcontact.atoms.calculator import contact_of
 
 SPHERE = RoughSphere(radius=10.0)
 
@@ -244,7 +245,7 @@ def pressed(n, spacing, radius, depth):
     sphere = RoughSphere(radius, rough)
     atoms = substrate("Cu", (n, n), sphere, spacing=spacing, height=0.0)
     atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
-    atoms.positions[-1, 2] = atoms.calc.contact(atoms).first_contact - depth
+    atoms.positions[-1, 2] = contact_of(atoms).first_contact - depth
     atoms.positions[:-1, 2] = -max(depth - 0.4, 0.0)
     return atoms, 1e-4 * spacing**2
 

@@ -20,6 +20,7 @@ from ase_roughcontact import (
     RoughSphere,
     substrate,
 )
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.trajectory import count_steps
 
@@ -228,6 +229,7 @@ def test_nested_parameters_that_differ_are_named(tmp_path):
     list(load_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
     atoms = make_atoms()
     wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
+    del atoms.info["indenter"]
     atoms.calc = RoughContact(RoughSphere(radius=11.0), 1.0, wall)
     with pytest.raises(ValueError, match="another path") as refused:
         load_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
@@ -539,7 +541,7 @@ def test_default_optimizer_fits_the_wall():
     atoms.calc.set(interaction=HardWall())
     record = next(load_path(atoms, DEPTHS[-1:]))
     assert record.converged
-    assert 0.0 < record.gap_error < 1e-6 * atoms.calc.layout(atoms).spacing
+    assert 0.0 < record.gap_error < 1e-6 * grid_of(atoms).spacing
 
 
 @pytest.mark.parametrize("load", [1e-9, 1e-3, 1.0])
@@ -553,7 +555,7 @@ def test_tolerance_is_relative_to_the_mean_force_on_atoms_in_contact(load):
 def test_result_describes_how_it_was_obtained():
     atoms = make_atoms()
     record = next(load_path(atoms, DEPTHS[:1], fmax=FMAX))
-    shapes = atoms.calc.contact(atoms).halfspace
+    shapes = contact_of(atoms).halfspace
     assert record.window == "x".join(map(str, shapes.shape))
     assert record.grid == "x".join(map(str, shapes.grid))
     assert (record.precision, record.tolerance) == ("float64", FMAX)

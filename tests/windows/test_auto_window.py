@@ -22,6 +22,7 @@ from ase_roughcontact import (
     restore,
     substrate,
 )
+from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.windows.exchange import exchange_window
 from ase_roughcontact.windows.exchange import window_of as window_of_layout
@@ -52,7 +53,7 @@ def run(atoms, wall, **options):
 
 
 def window_of(atoms):
-    return window_of_layout(atoms.calc.layout(atoms))
+    return window_of_layout(grid_of(atoms))
 
 
 def contact_of(atoms):
@@ -241,7 +242,7 @@ def test_window_of_a_periodic_half_space_stays(boundary):
     sphere = RoughSphere(60.0)
     atoms = make_atoms(sphere, SOFT, (24, 24), periodic=periodic)
     run(atoms, SOFT, penetrations=[0.3])
-    assert (atoms.calc.layout(atoms).window == (24, 24)) == periodic
+    assert (grid_of(atoms).window == (24, 24)) == periodic
 
 
 # Constraints
@@ -263,7 +264,7 @@ def test_constraints_of_the_indenter_are_kept():
 def test_constraints_of_surface_atoms_are_an_error():
     atoms = make_atoms(RoughSphere(60.0), SOFT)
     atoms.set_constraint(FixCartesian([0, len(atoms) - 1]))
-    with pytest.raises(ValueError, match="atoms other than the indenter"):
+    with pytest.raises(ValueError, match="other atoms than the indenter"):
         exchange_window(atoms, Box((-9, -7), (20, 17)))
 
 

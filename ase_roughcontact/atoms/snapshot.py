@@ -1,0 +1,164 @@
+"""Snapshots: the window and the indenter as a frame that files can hold.
+
+What a file must carry is in the `info` of a frame. Tags and initial charges only colour
+the atoms in viewers.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import zlib
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.calculators.singlepoint import SinglePointCalculator
+from ase.constraints import FixAtoms
+from ase.units import GPa
+
+from ase_roughcontact.atoms.calculator import grid_of
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.atoms.substrate import surface_atoms
+from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
+
+#: Tags of the atoms of a snapshot.
+TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED = 0, 1, 2
+
+
+def snapshot(atoms: Atoms, **info: Any) -> Atoms:
+    """Return a copy of window and indenter, with results that survive in a file.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    **info
+        Numbers and strings to be stored with the frame.
+
+    Returns
+    -------
+    Atoms
+        Energy, energies and forces are in a `SinglePointCalculator`. Its `info` has the
+        normal force (eV/Å), the contact area (Å^2), the compressed pressures, which
+        `pressure_of` reads, and `info`. For viewers, tags are 1 for atoms in contact, 2
+        for atoms under attraction and 0 for all others, and initial charges are the
+        pressures in GPa.
+
+    Raises
+    ------
+    ValueError
+        If the atoms have no `RoughContact` calculator.
+
+    Notes
+    -----
+    The formats .traj and .extxyz keep `info`. ASE's databases (.db, .json) keep it as
+    the data of a row: write it by ``database.write(frame, data=frame.info)`` and read
+    it by ``database.get_atoms(id, add_additional_information=True)``.
+    """
+    grid = grid_of(atoms)
+    state = atoms.calc.state(atoms)
+    in_frame = np.append(grid.in_window, True)
+    frame = atoms[in_frame]
+    tags = np.full(state.pressure.shape, TAG_OPEN)
+    tags[state.pressure > 0] = TAG_CONTACT
+    tags[state.pressure < 0] = TAG_ATTRACTED
+    frame.set_tags(np.append(tags, TAG_OPEN))
+    frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
+    frame.info.update(
+        normal_force=state.normal_force,
+        contact_area=state.contact_area,
+        pressure=_compressed(state.pressure),
+        **info,
+    )
+    results = atoms.calc.results
+    frame.calc = SinglePointCalculator(
+        frame,
+        energy=results["energy"],
+        energies=results["energies"][in_frame],
+        forces=results["forces"][in_frame],
+    )
+    return frame
+
+
+def pressure_of(frame: Atoms) -> np.ndarray:
+    """Return the pressure of a snapshot.
+
+    Parameters
+    ----------
+    frame : Atoms
+        From `snapshot`, also read back from a file.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        Pressure of the wall, positive in compression (eV/Å^3).
+
+    Raises
+    ------
+    ValueError
+        If the frame has no pressures in its `info`.
+    """
+    info = frame.info.get("data", {}) | frame.info  # a database's data
+    try:
+        raw = zlib.decompress(base64.b64decode(info["pressure"] + "=="))
+        return np.frombuffer(raw, "<f8").reshape(SurfaceGrid.of(frame).window)
+    except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
+        raise ValueError(
+            "the frame has no pressures in its info: it was not made by snapshot() of "
+            "this version, or read from a database (.db, .json) to which it was not "
+            "written by database.write(frame, data=frame.info)"
+        ) from error
+
+
+def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
+    """Rebuild the atoms of a calculation, padding included, from a frame.
+
+    A calculation can start from the frame itself, too. With the padding, an evaluation
+    of the energy costs one FFT pair instead of the solution of a linear system.
+
+    Parameters
+    ----------
+    frame : Atoms
+        From `snapshot`, also read back from a file.
+    solid : ElasticSolid or float
+        Substrate, or its contact modulus (eV/Å^3), from which the displacement of the
+        padding follows.
+
+    Returns
+    -------
+    Atoms
+        Window, padding and indenter, without calculator. The indenter is fixed if it
+        was; other constraints are not restored.
+
+    Raises
+    ------
+    ValueError
+        If the frame is not a grid of surface atoms and an indenter.
+    """
+    grid = SurfaceGrid.of(frame)
+    window = displacement(frame, grid)[: grid.window[0], : grid.window[1]]
+    values = window
+    if not grid.periodic:
+        halfspace = ReducedHalfSpace(grid.window, grid.spacing, solid)
+        values = halfspace.grid_displacement(halfspace.elastic_pressure(window))
+        values[: window.shape[0], : window.shape[1]] = window
+    atoms = surface_atoms(frame.numbers[0], values.shape, grid.spacing)
+    atoms.positions[:-1, :2] += frame.positions[0, :2]
+    set_displacement(atoms, values)
+    atoms.positions[-1] = frame.positions[-1]
+    atoms.cell, atoms.pbc = frame.cell, frame.pbc
+    if INDENTER_KEY in frame.info:
+        atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]
+    if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
+        atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    return atoms
+
+
+def _compressed(pressure: np.ndarray) -> str:
+    """Return a pressure as text that any file format can hold."""
+    raw = np.ascontiguousarray(pressure, "<f8")
+    text = base64.b64encode(zlib.compress(raw.tobytes(), 1)).decode()
+    return text.rstrip("=")  # extxyz cannot read a value that ends with it

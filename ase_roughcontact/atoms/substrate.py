@@ -1,0 +1,166 @@
+"""The substrate as ASE Atoms: surface atoms on a square lattice, and the indenter.
+
+The surface atoms come first, row by row along y: atom ``i*M + j`` of an N x M grid is
+at ``(x0 + i a0, y0 + j a0, u)``, where z is the displacement u. The last atom, of
+symbol X, is the indenter: its z is the indenter's height, its x and y are the position
+of the indenter's axis. The cell is the window of atoms that may touch the indenter. The
+atoms outside the window are the padding of a free half space, which does not interact
+with the indenter and may be left out.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from ase import Atoms
+from ase.constraints import FixAtoms
+from ase.data import atomic_numbers, chemical_symbols, reference_states
+
+from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.indenter import INDENTER_KEY, surface_id
+from ase_roughcontact.topography import Surface
+
+
+def substrate(
+    symbol: str,
+    shape: tuple[int, int],
+    indenter: Surface,
+    *,
+    spacing: float | None = None,
+    periodic: bool = False,
+    height: float | None = None,
+    center: tuple[float, float] = (0.0, 0.0),
+    fixed: bool = True,
+) -> Atoms:
+    """Build the surface atoms and the indenter above them.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol of the substrate. For an fcc crystal it sets the spacing,
+        ``a0 = a/sqrt(2)``, the distance of neighbours in its (100) surface.
+    shape : (int, int)
+        Number of atoms ``(n, m)`` that may touch the indenter: the window.
+    indenter : Surface
+        `RoughSphere`, `SelfAffine`, `HeightMap` or any object with their method
+        `heights` and, so that files and checks can name it, `todict`.
+    spacing : float, optional
+        Distance of neighbours (Å), in place of that of the crystal.
+    periodic : bool
+        Periodic half space (pbc in x and y) instead of a free one. A free half space is
+        built with its padding, which makes about four times as many atoms.
+    height : float, optional
+        Height Z of the indenter (Å); by default its lowest point is one spacing
+        above the substrate, where a bulk-matched wall begins to repel.
+    center : (float, float)
+        Position of the window's centre relative to the indenter's axis (Å), rounded
+        to whole spacings.
+    fixed : bool
+        Fix the indenter (displacement control). Otherwise it is free to move along z
+        (load control, cantilever).
+
+    Returns
+    -------
+    Atoms
+        The surface atoms, then the indenter (symbol X). `Atoms.info` identifies the
+        surface of the indenter under "indenter", which the calculator compares with its
+        own.
+
+    Raises
+    ------
+    ValueError
+        If the symbol has no fcc reference and no spacing is given, or a number is not
+        finite or not positive.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughSphere, substrate
+    >>> atoms = substrate('Cu', (8, 8), RoughSphere(radius=100.0))
+    >>> len(atoms), atoms.symbols[0], atoms.symbols[-1]
+    (226, 'Cu', 'X')
+    """
+    n, m = grid_shape(shape)
+    _check_element(symbol)
+    surface(indenter=indenter)
+    a0 = fcc_spacing(symbol) if spacing is None else spacing
+    positive(spacing=a0)
+    if np.shape(center) != (2,):
+        raise ValueError(f"center must be two numbers (x, y), got {center!r}")
+    finite(center_x=center[0], center_y=center[1])
+    axis = a0 * np.array(
+        [n // 2 - round(center[0] / a0), m // 2 - round(center[1] / a0)]
+    )
+    if height is None:
+        height = a0 - float(indenter.heights((n, m), a0, (-axis[0], -axis[1])).min())
+    finite(height=height)
+
+    grid = SurfaceGrid.padded_shape((n, m), periodic)
+    atoms = surface_atoms(atomic_numbers[symbol], grid, a0)
+    atoms.positions[-1] = *axis, height
+    atoms.cell[:] = a0 * np.diag([n, m, max(n, m)])
+    atoms.pbc = (periodic, periodic, False)
+    identity = surface_id(indenter)
+    if identity is not None:
+        atoms.info[INDENTER_KEY] = identity
+    if fixed:
+        atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    return atoms
+
+
+def surface_atoms(number: int, shape: tuple[int, int], spacing: float) -> Atoms:
+    """Return a flat grid of atoms with its first atom at the origin, and the indenter.
+
+    Parameters
+    ----------
+    number : int
+        Atomic number of the surface atoms.
+    shape : (int, int)
+        Shape of the grid.
+    spacing : float
+        Distance of neighbours (Å).
+
+    Returns
+    -------
+    Atoms
+        Without cell; the indenter is at the origin, too.
+    """
+    n, m = shape
+    positions = np.zeros((n * m + 1, 3))
+    grid = positions[:-1].reshape(n, m, 3)
+    grid[..., 0] = spacing * np.arange(n)[:, None]
+    grid[..., 1] = spacing * np.arange(m)
+    return Atoms(numbers=[number] * (n * m) + [0], positions=positions)
+
+
+def fcc_spacing(symbol: str) -> float:
+    """Return the spacing of atoms in the (100) surface of an fcc crystal, a/sqrt(2).
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol.
+
+    Returns
+    -------
+    float
+        In Å.
+
+    Raises
+    ------
+    ValueError
+        If the symbol is unknown, or its reference crystal is not fcc.
+    """
+    _check_element(symbol)
+    state = reference_states[atomic_numbers[symbol]]
+    if state is None or state.get("symmetry") != "fcc":
+        raise ValueError(
+            f"{symbol} is not fcc in ASE's reference states: give spacing="
+        )
+    return float(state["a"] / math.sqrt(2))
+
+
+def _check_element(symbol: str) -> None:
+    if symbol not in chemical_symbols[1:]:
+        raise ValueError(f"unknown chemical symbol {symbol!r}")

@@ -1,0 +1,238 @@
+"""Base class of the ASE optimizers that solve the contact problem on arrays."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+from typing import IO, Any, ClassVar
+
+import numpy as np
+from ase import Atoms
+from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
+
+from ase_roughcontact.atoms.calculator import (
+    apply_pressure,
+    contact_of,
+    elastic_pressure,
+    grid_of,
+)
+from ase_roughcontact.atoms.grid import displacement
+from ase_roughcontact.optimize.constraints import Indenter
+from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
+
+
+class ContactOptimizer(Optimizer):
+    """ASE optimizer around a solver whose unknown is the pressure on the window.
+
+    A subclass sets `solver` and the class attributes that say what the solver can do.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    restart : None
+        Not supported: the optimizer starts from the atoms.
+    logfile, trajectory, append_trajectory, **kwargs
+        As for any ASE `Optimizer`.
+
+    Attributes
+    ----------
+    solver : callable
+        Class attribute, set with `staticmethod`: a generator function
+        ``solver(contact, *, height, external, start, tolerance)``, see
+        `solvers.newton.newton_krylov`, that yields a `Relaxation` for each step.
+    hard_walls : bool
+        Class attribute: whether the solver is for hard walls, or for all others.
+    springs : bool
+        Class attribute: whether the solver supports a `Hookean` on a free indenter.
+    state : Relaxation or None
+        Last state of the solver; None before the first step of a run.
+    pairs : float
+        FFT pairs spent so far, normalised to one pair on the full padded grid.
+    message : str
+        Reason why the last run has ended without convergence; else empty.
+
+    Raises
+    ------
+    ValueError
+        If the calculator is not a `RoughContact`, its wall is not of the kind that the
+        solver is for, or there is a constraint that the solver does not support.
+
+    Notes
+    -----
+    `run` moves the atoms when observers are called and at the end, `irun` at every
+    step. Energy and forces are then in the results of the calculator.
+    """
+
+    solver: Callable[..., Generator[Relaxation, None, None]]
+    hard_walls: ClassVar[bool] = False
+    springs: ClassVar[bool] = True
+
+    state: Relaxation | None
+    _applied: Relaxation | None
+    _states: Generator[Relaxation, None, None]
+
+    def __init__(
+        self,
+        atoms: Atoms,
+        restart: str | Path | None = None,
+        logfile: IO | str | Path | None = None,
+        trajectory: str | Path | None = None,
+        append_trajectory: bool = False,
+        **kwargs: Any,
+    ) -> None:
+        if restart is not None:
+            raise ValueError(
+                f"{type(self).__name__} starts from the atoms: restart must be None"
+            )
+        super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
+        self.pairs = 0.0
+        self._connect()
+
+    def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
+        """Relax the atoms.
+
+        Parameters
+        ----------
+        fmax : float
+            Tolerance of the force on every atom (eV/Å).
+        steps : int
+            Maximum number of steps.
+
+        Returns
+        -------
+        bool
+            Whether the tolerance was reached. If not, `message` says why, and the atoms
+            are in the best state that was found.
+        """
+        *_, converged = self._iterate(fmax, steps)
+        return converged
+
+    def irun(
+        self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS
+    ) -> Iterator[bool]:
+        """Run as a generator, which yields after each step; see `run`.
+
+        Yields
+        ------
+        bool
+            Whether the tolerance was reached.
+        """
+        for converged in self._iterate(fmax, steps):
+            self._move_atoms()
+            yield converged
+
+    def step(self) -> None:
+        """Do one step of the solver."""
+        state = next(self._states, None)
+        if state is None:
+            self.message = "the solver has ended"
+            return
+        self.state = state
+        self.pairs += state.pairs
+        self.message = state.message
+        self._energy, self._force = state.energy, state.error
+        if self.indenter.fixed:  # the springs are not part of the problem
+            self._energy += self.indenter.external(state.height)[0]
+        self._converged = state.converged
+        if state.converged or state.message:
+            self._states.close()  # frees its arrays
+
+    def converged(self, forces: np.ndarray | None = None) -> bool:
+        """Return whether the last step reached the tolerance, whatever the argument."""
+        return self._converged
+
+    def log(self, gradient: np.ndarray | None = None) -> None:
+        """Write a line to the log file."""
+        name = type(self).__name__
+        if self.nsteps == 0:
+            head = f"{'':{len(name)}}  {'Step':>4} {'Time':>8} {'Energy':>15}"
+            self.logfile.write(f"{head}  {'fmax':>12}\n")
+        clock = time.strftime("%H:%M:%S")
+        values = f"{self._energy:15.6f} {self._force:15.6f}"
+        self.logfile.write(f"{name}:  {self.nsteps:3d} {clock} {values}\n")
+
+    def call_observers(self) -> None:
+        """Call the observers with the atoms in the last state."""
+        if self.observers:
+            self._move_atoms()
+        super().call_observers()
+
+    def _iterate(self, fmax: float, steps: int) -> Iterator[bool]:
+        self.fmax, self.max_steps = fmax, self.nsteps + steps
+        self._connect()
+        start = self._start()
+        self._converged = self._force < fmax
+        self._states = type(self).solver(
+            self.contact,
+            height=float(self.atoms.positions[-1, 2]),
+            external=None if self.indenter.fixed else self.indenter.external,
+            start=start,
+            tolerance=fmax,
+        )
+        try:
+            if self.nsteps == 0:
+                self.log()
+                if self.trajectory is None or self._traj_is_empty():
+                    self.call_observers()
+            yield self._converged
+            while not (self._converged or self.message):
+                if self.nsteps >= self.max_steps:
+                    self.message = f"not converged after {steps} steps"
+                    break
+                self.step()
+                self.nsteps += 1
+                self.log()
+                self.call_observers()
+                yield self._converged
+        finally:
+            self._move_atoms()
+
+    def _connect(self) -> None:
+        """Read contact, load and constraints off the atoms."""
+        name = type(self).__name__
+        self.contact = contact_of(self.atoms)
+        wall = self.contact.interaction
+        if wall.hard and not self.hard_walls:
+            raise ValueError(f"{name} is not for the hard wall: use ActiveSet")
+        if self.hard_walls and not wall.hard:
+            raise ValueError(f"{name} is for the hard wall, got {wall}")
+        self.indenter = Indenter(self.atoms)
+        if self.indenter.springs and not (self.springs or self.indenter.fixed):
+            raise ValueError(
+                f"{name} does not support a spring on the indenter: give a constant "
+                "load, or fix the height"
+            )
+        self.state = self._applied = None
+        self._converged = False
+        self.message = ""
+
+    def _start(self) -> np.ndarray | None:
+        """Return the pressure of the atoms, None if flat; set energy and force."""
+        pressure = elastic_pressure(self.atoms)
+        values = displacement(self.atoms, grid_of(self.atoms))
+        height = float(self.atoms.positions[-1, 2])
+        area = self.contact.halfspace.cell_area
+        n, m = pressure.shape
+        if self.hard_walls:
+            # whether the atoms are relaxed is not known before the first step
+            work = float(np.sum(values[:n, :m] * pressure))
+            self._energy = self.indenter.external(height)[0] - 0.5 * area * work
+            self._force = np.inf
+        else:
+            self._energy = self.atoms.get_potential_energy()
+            state = self.atoms.calc.state(self.atoms)
+            self._force = float(np.abs(state.forces).max())
+            if not self.indenter.fixed:
+                force = state.normal_force + self.indenter.external(height)[1]
+                self._force = max(self._force, abs(force))
+            pressure = state.pressure + state.forces[:n, :m] / area
+        return without_rounding(pressure) if np.ptp(values) > 0.0 else None
+
+    def _move_atoms(self) -> None:
+        """Move the atoms to the last state, and calculate their results."""
+        if self.state is not None and self.state is not self._applied:
+            apply_pressure(self.atoms, self.state.pressure, self.state.height)
+            self._applied = self.state
+            self.atoms.get_potential_energy()

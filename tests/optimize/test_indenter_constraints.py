@@ -1,0 +1,103 @@
+"""Which constraints the solvers support."""
+
+import numpy as np
+import pytest
+from ase.constraints import (
+    ExternalForce,
+    FixAtoms,
+    FixCartesian,
+    FixCom,
+    FixedLine,
+    FixedPlane,
+    Hookean,
+)
+
+from ase_roughcontact import (
+    ActiveSet,
+    FourierModes,
+    HardWall,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    substrate,
+)
+
+SPHERE = RoughSphere(40.0)
+LAST = 64
+
+
+def make_atoms(constraint, wall=None, load=1.0):
+    atoms = substrate("Cu", (8, 8), SPHERE, spacing=1.0, periodic=True, fixed=False)
+    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
+    atoms.positions[-1, 2] -= 0.3
+    atoms.set_constraint(constraint)
+    return atoms
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    [
+        FixedLine(range(LAST + 1), [0, 0, 1]),
+        FixedPlane([LAST], [1, 0, 0]),
+        FixedPlane(range(LAST), [0.6, 0.8, 0.0]),
+        FixCartesian(range(LAST + 1), (True, True, False)),
+    ],
+    ids=["lines along z", "indenter in a plane", "atoms in planes", "lateral"],
+)
+@pytest.mark.parametrize("wall", [None, HardWall()], ids=["soft", "hard"])
+def test_lateral_constraints_change_nothing(constraint, wall):
+    atoms, free = make_atoms(constraint, wall), make_atoms([], wall)
+    for each in (atoms, free):
+        assert (ActiveSet if wall else NewtonKrylov)(each).run(fmax=1e-8)
+    np.testing.assert_array_equal(atoms.positions, free.positions)
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    [
+        FixAtoms([LAST]),
+        FixAtoms([-1]),
+        FixCartesian([LAST]),
+        FixCartesian([LAST], (False, False, True)),
+        FixedLine([LAST], [1, 0, 0]),
+        FixedPlane([LAST], [0, 0, 1]),
+    ],
+    ids=["atom", "last atom", "cartesian", "z", "line along x", "plane across z"],
+)
+def test_constraints_of_the_indenter_along_z_fix_its_height(constraint):
+    atoms = make_atoms(constraint)
+    height = atoms.positions[-1, 2]
+    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    assert atoms.positions[-1, 2] == height
+    assert atoms.calc.state(atoms).normal_force != pytest.approx(1.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    "constraint",
+    [
+        FixCom(),
+        FixAtoms([3]),
+        FixCartesian([3, LAST]),
+        FixedLine([3], [1, 0, 1]),
+        FixedPlane([LAST], [0, 1, 1]),
+        ExternalForce(3, LAST, 0.1),
+        Hookean(0, 1, 1.0, rt=1.0),
+    ],
+    ids=["centre", "atom", "two atoms", "line", "plane", "force", "bond"],
+)
+@pytest.mark.parametrize("optimizer", [NewtonKrylov, FourierModes])
+def test_other_constraints_are_refused_by_name(optimizer, constraint):
+    atoms = make_atoms(constraint)
+    with pytest.raises(
+        ValueError, match="one of ASE's optimizers on the atoms"
+    ) as info:
+        optimizer(atoms)
+    assert str(constraint) in str(info.value)
+
+
+def test_hard_wall_supports_a_spring_on_a_fixed_indenter_only():
+    spring = Hookean(LAST, (4.0, 4.0, -2.0), 0.7, rt=0.0)
+    with pytest.raises(ValueError, match="ActiveSet does not support a spring"):
+        ActiveSet(make_atoms(spring, HardWall()))
+    atoms = make_atoms([FixAtoms([LAST]), spring], HardWall())
+    assert ActiveSet(atoms).run(fmax=1e-8)
