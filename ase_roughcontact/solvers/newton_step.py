@@ -5,8 +5,9 @@
    the exact equations are not satisfied better than by ``x = 0``, solve them with the
    model as the preconditioner.
 2. Minimise the quadratic model of the energy over the span of this increment and the
-   three before it, with the exact Hessian. Negative curvatures count as positive, so
-   that the combination leads downhill.
+   last ones before it, with the exact Hessian. Negative curvatures count as positive,
+   so that the combination leads downhill. Near an instability, where one mode is far
+   softer than all others, this is what makes progress along it.
 3. Search along the combination for a length of at most one at which the energy has
    fallen and the slope has decreased to 30 %.
 
@@ -47,6 +48,10 @@ class NewtonStepper:
         # forces below which the negative stiffness is included
         modulus = halfspace.contact_modulus
         self._small = options.attraction_residual * modulus * halfspace.cell_area
+        attractive = energy.wall.attractive
+        self._history_length = (
+            options.attractive_history if attractive else options.history
+        )
         self._history: list[Increment] = []
         self._model: CirculantModel | None = None
         self._model_work = 0
@@ -79,7 +84,7 @@ class NewtonStepper:
             self._convex = False  # too close for the energy to decide
             return energy.moved(state, increment, 1.0)
         increments = [increment, *self._history]
-        self._history = increments[: options.history]
+        self._history = increments[: self._history_length]
         combination = combine(energy, state, increments, options.least_curvature)
         length = line_search(energy, state, combination, options.remaining_slope)
         if length == 0.0:

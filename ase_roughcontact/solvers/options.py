@@ -36,8 +36,9 @@ class NewtonKrylovOptions:
     attraction_residual : float
         Residual pressure below which the negative stiffness of an attractive wall is
         included, in contact moduli.
-    history : int
-        Number of earlier increments that are combined with the present one.
+    history, attractive_history : int
+        Number of earlier increments that are combined with the present one, for
+        repulsive walls and for walls with attraction.
     least_curvature : float
         Lower bound to the curvatures of the combination, relative to the curvature
         along one increment.
@@ -65,7 +66,8 @@ class NewtonKrylovOptions:
     exact_krylov_steps: int = 10
     attraction_residual: float = 0.3
     history: int = 3
-    least_curvature: float = 0.03
+    attractive_history: int = 6
+    least_curvature: float = 0.003
     remaining_slope: float = 0.3
     load_steps: int = 3
     patience: int = 5

@@ -565,3 +565,16 @@ def test_wall_of_infinite_range_is_an_error():
 def test_window_that_is_too_small_is_an_error():
     with pytest.raises(RuntimeError, match="edge of the window"):
         adhesion_loop(sphere_above(50.0, 0.05, 10), 0.5, 0.2)
+
+
+@pytest.mark.slow
+def test_states_next_to_an_instability_converge():
+    """At a penetration of -3.47 one mode is 50 times softer than all others."""
+    sphere = RoughSphere(400.0)
+    atoms = substrate("Cu", (32, 32), sphere, spacing=1.0)
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.15)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    loop = adhesion_loop(atoms, deepest=0.3, step=0.1, window="auto")
+    states = loop.approach + loop.retraction
+    assert all(state.converged for state in states)
+    assert sum(state.pairs for state in states) < 4000
