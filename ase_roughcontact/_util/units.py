@@ -19,3 +19,11 @@ UNITS: dict[str, float] = {
     "bytes": 1.0,
     "GB": 1e9,
 }
+
+# Units in which columns are printed, by their unit.
+_PRINTED = {"eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
+
+
+def printed_unit(unit: str) -> str:
+    """Return the unit in which values of a column are printed."""
+    return _PRINTED.get(unit, unit)

@@ -1,48 +1,36 @@
-"""Lines of JSON, which name the units of their numbers."""
+"""Lines of JSON with the units of their numbers."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from typing import Any
 
-UNITS_OF_STEPS = {
-    "height": "Å",
-    "penetration": "Å",
-    "normal_force": "eV/Å",
-    "contact_area": "Å^2",
-    "energy": "eV",
-    "max_force": "eV/Å",
-    "gap_error": "Å",
-    "tolerance": "eV/Å",
-    "memory": "bytes",
-    "seconds": "s",
-}
-UNITS_OF_EFFORT = {"memory": "bytes", "seconds": "s"}
-UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 
-
-def json_line(told: dict[str, Any], units: dict[str, str] | None = None) -> str:
-    """Return a line of JSON, which has null in place of NaN and infinity.
+def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Return a line of JSON, with null in place of NaN and infinity.
 
     Parameters
     ----------
-    told : dict
-        Of numbers, words, lists and dicts.
-    units : dict, optional
-        Units by key, told as ``units``; keys without one have no unit.
+    values : mapping
+        Numbers, strings, lists and dicts.
+    units : mapping
+        Units of the values that have one, written under the key ``units``; those of
+        other keys are ignored.
 
     Returns
     -------
     str
     """
-    return json.dumps(_known(told | ({"units": units} if units else {})))
+    used = {key: unit for key, unit in units.items() if key in values}
+    return json.dumps(_finite({**values, "units": used}))
 
 
-def _known(value: Any) -> Any:
-    """Return a value with None in place of what JSON does not know."""
+def _finite(value: Any) -> Any:
+    """Return a value with None in place of numbers that are not finite."""
     if isinstance(value, dict):
-        return {key: _known(inner) for key, inner in value.items()}
+        return {key: _finite(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_known(inner) for inner in value]
+        return [_finite(inner) for inner in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

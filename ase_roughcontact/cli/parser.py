@@ -1,4 +1,4 @@
-"""The commands of ``ase-roughcontact``, their options and what ``--help`` tells."""
+"""Commands and options of ``ase-roughcontact``, and their help texts."""
 
 from __future__ import annotations
 
@@ -7,122 +7,129 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+# Completions of arguments in the format of shtab.
+FILE = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
+DIRECTORY = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
+
 DESCRIPTION = "Contact of a rigid rough sphere with an elastic solid."
 
 RUN = """\
-Press the sphere of a scene into its substrate, step by step.
+Press the sphere of a scene into the substrate, step by step.
 
-Without a file it runs the built-in scene, which "ase-roughcontact scene" prints: a
-template for your own, with every key explained. The folder gets
+Without a scene file the built-in scene is run. "ase-roughcontact scene" prints it, as a
+template with a description of each key. Files in the output folder:
 
-  curve.csv    one line per step: heights and penetrations in Angstrom, forces in
-               eV/Angstrom, areas in Angstrom^2, energies in eV
-  sweep.traj   ASE trajectory, one frame per step: tag 1 is an atom in contact, 2 one
-               that is attracted; initial charges are pressures in GPa
-  view.traj    the same to look at with ase gui: the sphere cut open, large windows
-               thinned, the axis in the middle
-  curve.png    area against load, beside Eq. (4) of the paper, and with adhesion
-               JKR, DMT and Maugis-Dugdale
-  force.png    force against penetration or height: for paths of these, and for all
+  curve.csv    one line per step: heights and penetrations in Å, forces in eV/Å, areas
+               in Å^2, energies in eV
+  sweep.traj   ASE trajectory with one frame per step; tags: 1 in contact, 2 attracted;
+               initial charges: pressure in GPa
+  view.traj    the same for viewing with ase gui: sphere cut open, large windows
+               thinned, centred on the axis
+  curve.png    contact area against load, with Eq. (4) of Pastewka & Robbins (2016), and
+               with adhesion JKR, DMT and Maugis-Dugdale
+  force.png    force against penetration or height; for paths of these, and for paths
                with tension
-  contact.png  maps of the contact at four loads
+  contact.png  maps of the contact pressure of four steps
   scene.toml   the scene
 
-Pictures need matplotlib.
+Figures need matplotlib. An interrupted run is resumed by running it again with the same
+folder.
 
-A run that was stopped goes on where it was when started again with the same folder.
-Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is wrong,
-130 interrupted.
+Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
+invalid, 130 interrupted.
 """
 
 PLAN = """\
-Tell window, grid, memory and time of every step before anything is calculated, and what
-is left out and why that is allowed.
+Print window, FFT grid, memory and time of each step before anything is calculated, and
+which approximations are made and why.
 
-The time comes from a short measurement of the transforms on this machine, and is right
-within a factor of about three. A step that can't be calculated tells why. Exit status:
-0 all steps can run, and fit into the memory that is free, 1 not all, 2 the scene is
-wrong.
+The time is extrapolated from FFTs timed on this machine, and correct within a factor of
+about three. For a step that can't be calculated the reason is printed.
+
+Exit status: 0 all steps can run in the free memory, 1 some can't, 2 the scene is
+invalid.
 """
 
 ENSEMBLE = """\
-Calculate a scene for all combinations of some values, in parallel, and keep the steps
-in an ASE database (look at it with "ase db FILE"). Started again it goes on where it
-was. For five realisations of two spheres:
+Run a scene for all combinations of some values, in parallel, and store the steps in an
+ASE database. An interrupted ensemble is resumed by running it again. For five
+realisations of the roughness on two spheres:
 
   ase-roughcontact ensemble my.toml --set roughness.seed=0,1,2,3,4 \\
                                     --set sphere.radius=100.0,1000.0
 
-Exit status: 0 all steps are there, 1 some cases ended with an error, 2 the scene or the
-database is wrong, 130 interrupted.
+Exit status: 0 all steps are stored, 1 some cases failed, 2 the scene or the database is
+invalid, 130 interrupted.
 """
 
-
 TRADEOFF = """\
-Measure what accuracy costs in a scene, on a few of its steps, and recommend settings
-for an error in force and area. Exit status: 0 there is a setting, 1 none keeps to the
-error, 2 the scene is wrong.
+Measure the cost of accuracy on a few steps of a scene, and recommend settings for a
+relative error of force and area.
+
+Exit status: 0 there is a sufficient setting, 1 there is none, 2 the scene is invalid.
+"""
+
+FIGURE = """\
+Draw curve.png, force.png and contact.png of a finished or interrupted run again, and
+write view.traj, as "run" does.
+"""
+
+SCENE = """\
+Print the built-in scene file, a template with a description of each key.
 """
 
 COMPLETION = """\
-Print a line for ~/.bashrc, which lets bash complete commands and options of
-ase-roughcontact when Tab is pressed.
+Print a script that completes commands and options of ase-roughcontact in a shell. It
+needs shtab (pip install 'ase-roughcontact[completion]'). For bash:
+
+  ase-roughcontact completion > ~/.ase-roughcontact-completion
+  echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc
 """
 
 
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser; ``options.action`` is the name of the command."""
+    """Return the parser; its option ``command`` is the name of the command."""
     parser = argparse.ArgumentParser("ase-roughcontact", description=DESCRIPTION)
     number = version("ase-roughcontact")
     parser.add_argument("--version", action="version", version=f"%(prog)s {number}")
     commands = parser.add_subparsers(required=True, metavar="command")
 
-    def command(name: str, told: str, text: str) -> argparse.ArgumentParser:
-        made = commands.add_parser(
+    def command(name: str, summary: str, text: str) -> argparse.ArgumentParser:
+        added = commands.add_parser(
             name,
-            help=told,
+            help=summary,
             description=text,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        made.set_defaults(action=name)
-        return made
+        added.set_defaults(command=name, verbose=False)
+        return added
 
-    def scene_file(made: argparse.ArgumentParser) -> None:
-        made.add_argument(
-            "scene", nargs="?", help="scene file (TOML); by default the built-in scene"
-        )
-
-    def how_to_tell(made: argparse.ArgumentParser, line: str = "per step") -> Any:
-        how = made.add_mutually_exclusive_group()
-        how.add_argument("--quiet", action="store_true", help="tell errors only")
-        how.add_argument("--json", action="store_true", help=f"a line of JSON {line}")
-        return how
-
-    run = command("run", "press the sphere in, plot area against load", RUN)
-    scene_file(run)
-    run.add_argument(
+    run = command("run", "run a scene and draw figures", RUN)
+    _add_scene(run)
+    folder = run.add_argument(
         "--out",
         metavar="DIR",
         type=Path,
         default=Path("roughcontact-out"),
-        help="folder of the results, made if it is not there (default: %(default)s)",
+        help="output folder, created if necessary (default: %(default)s)",
     )
-    how_to_tell(run).add_argument(
-        "--verbose", action="store_true", help="tell how each step was obtained"
+    output = _add_output(run)
+    output.add_argument(
+        "--verbose", action="store_true", help="print iterations, FFTs and residuals"
     )
 
-    plan = command("plan", "tell windows, memory and time beforehand", PLAN)
-    scene_file(plan)
-    how_to_tell(plan)
+    plan = command("plan", "print windows, memory and time of a run", PLAN)
+    _add_scene(plan)
+    _add_output(plan)
 
     ensemble = command("ensemble", "run many variants of a scene", ENSEMBLE)
-    scene_file(ensemble)
+    _add_scene(ensemble)
     ensemble.add_argument(
         "--set",
-        metavar="TABLE.KEY=VALUES",
+        metavar="SECTION.KEY=VALUES",
         action="append",
         default=[],
-        help="values of a key, as in the scene file, with commas between them",
+        help="comma-separated values of a key of the scene file",
     )
     ensemble.add_argument(
         "--database",
@@ -130,38 +137,51 @@ def make_parser() -> argparse.ArgumentParser:
         default="roughcontact.db",
         help="SQLite database, or postgresql://... (default: %(default)s)",
     )
-    ensemble.add_argument("--table", metavar="CSV", help="write all steps there, too")
+    table = ensemble.add_argument(
+        "--table", metavar="CSV", help="also write all steps to a CSV file"
+    )
     ensemble.add_argument(
         "--workers", type=int, help="number of processes (default: one per processor)"
     )
-    how_to_tell(ensemble)
+    _add_output(ensemble)
 
-    trade = command("tradeoff", "measure what accuracy costs in a scene", TRADEOFF)
-    scene_file(trade)
+    trade = command("tradeoff", "measure the cost of accuracy in a scene", TRADEOFF)
+    _add_scene(trade)
     trade.add_argument(
         "--error",
         type=float,
         default=1e-3,
-        help="relative error that is allowed (default: %(default)s)",
+        help="requested relative error (default: %(default)s)",
     )
-    how_to_tell(trade, "per setting")
+    _add_output(trade, "per setting")
 
-    figure = command(
-        "figure",
-        "draw the pictures of a run again",
-        "Draw curve.png, force.png and contact.png of a run's folder, and write its "
-        'view.traj, as "run" does.',
+    figure = command("figure", "draw the figures of a run again", FIGURE)
+    run_folder = figure.add_argument(
+        "folder", metavar="DIR", type=Path, help="output folder of the run"
     )
-    figure.add_argument("folder", metavar="DIR", type=Path, help="folder of the run")
-
-    command(
-        "scene",
-        "print the built-in scene, a template for your own",
-        "Print the built-in scene file: every key is explained in it.",
+    command("scene", "print the built-in scene as a template", SCENE)
+    completion = command("completion", "print a completion script", COMPLETION)
+    completion.add_argument(
+        "shell",
+        nargs="?",
+        choices=["bash", "zsh", "tcsh"],
+        default="bash",
+        help="default: %(default)s",
     )
-
-    completion = command(
-        "completion", "complete commands and options in bash", COMPLETION
-    )
-    completion.add_argument("words", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    folder.complete = run_folder.complete = DIRECTORY  # type: ignore[attr-defined]
+    table.complete = FILE  # type: ignore[attr-defined]
     return parser
+
+
+def _add_scene(parser: argparse.ArgumentParser) -> None:
+    scene = parser.add_argument(
+        "scene", nargs="?", help="scene file (TOML); default: the built-in scene"
+    )
+    scene.complete = FILE  # type: ignore[attr-defined]
+
+
+def _add_output(parser: argparse.ArgumentParser, line: str = "per step") -> Any:
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument("--quiet", action="store_true", help="print errors only")
+    group.add_argument("--json", action="store_true", help=f"print a JSON line {line}")
+    return group

@@ -1,242 +1,206 @@
-"""Lines of text that a run of a scene prints."""
+"""Text printed by a run of a scene."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
 
-import numpy as np
-from ase.units import GPa
-
-from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene import NANONEWTON, Scene
+from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
-_RATIOS = {"Maugis-Dugdale": "A/A_MD"}
+# Headings of columns.
+_HEADINGS = {
+    "height": "height",
+    "penetration": "depth",
+    "normal_force": "load",
+    "contact_area": "area",
+    "seconds": "time",
+}
 
 
-def heading(scene: Scene, laws: Reference) -> str:
-    """Return what is calculated, and the head of the table of steps.
+def table_header(reference: Reference) -> str:
+    """Return a description of the scene, and the header of the table of steps.
 
     Parameters
     ----------
-    scene : Scene
-    laws : Reference
-        Of the scene.
+    reference : Reference
+        Theory for the scene.
 
     Returns
     -------
     str
     """
+    scene, smooth = reference.scene, reference.smooth
     lines = [
         f"{scene.substrate.symbol}, spacing {scene.spacing:.3f} Å, "
-        f"E* = {scene.contact_modulus / GPa:.4g} GPa; sphere of radius "
-        f"{scene.radius / 10:.4g} nm, {scene.wall.label}"
+        f"E* = {scene.contact_modulus / UNITS['GPa']:.4g} GPa; sphere of radius "
+        f"{scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
     ]
-    if laws.explanation:
-        lines.append(f"Theory: {laws.explanation}")
-    if laws.smooth.pull_off_force < 0.0:
-        pull_off = laws.smooth.pull_off_force / NANONEWTON
-        lines.append(f"Pull-off force: {pull_off:.4g} nN ({laws.smooth.label})")
-    name = laws.smooth.name
-    depth = "" if scene.path.control == "load" else f"{_depth(scene):>13}"
-    ratio = _RATIOS.get(name, f"A/A_{name}")
-    predicted = "" if laws.rough_above is None else "   Eq. (4)"
-    lines.append(f"{ratio}: relative to theory, {laws.smooth.sphere}")
-    return "\n".join(
-        [
-            *lines,
-            "",
-            f"   step{depth}   load (nN)   area (nm²)   {ratio:>9}{predicted}"
-            "   time (s)",
-        ]
-    )
+    if reference.explanation:
+        lines.append(f"Theory: {reference.explanation}")
+    if smooth.pull_off_force < 0.0:
+        lines.append(f"Pull-off force: {_pull_off_force(reference)}")
+    ratio = f"A/A_{smooth.symbol}"
+    equation = "   Eq. (4)" if reference.rough_above is not None else ""
+    control = scene.path.control
+    depth = "" if control == "load" else f"{_heading(control):>13}"
+    lines += [
+        f"{ratio}: contact area relative to theory, {smooth.sphere}",
+        "",
+        f"   step{depth}   {_heading('normal_force')}   "
+        f"{_heading('contact_area')}   {ratio:>9}{equation}   {_heading('seconds')}",
+    ]
+    return "\n".join(lines)
 
 
-def row(
-    scene: Scene,
-    laws: Reference,
-    record: LoadStep,
-    total: int,
-    left: float | None = None,
-    kept: bool = False,
+def table_row(
+    reference: Reference,
+    step: LoadStep,
+    left: float = math.nan,
+    restored: bool = False,
 ) -> str:
-    """Return the line of a step.
+    """Return the row of a step in the table of steps.
 
     Parameters
     ----------
-    scene : Scene
-    laws : Reference
-        Of the scene.
-    record : LoadStep
-    total : int
-        Number of steps.
-    left : float, optional
-        Time left (s), if it is known.
-    kept : bool
-        Whether the step was calculated by an earlier run.
+    reference : Reference
+        Theory for the scene.
+    step : LoadStep
+    left : float
+        Time left (s), NaN if it is unknown.
+    restored : bool
+        Whether the step is that of an earlier run.
 
     Returns
     -------
     str
-        It begins with the number of the step, as the record has it, and of the last.
+        It begins with the number of the step and that of the last one.
     """
-    force, touches = record.normal_force, record.repulsive_atoms > 0
-    smooth = float(laws.smooth.contact_area(np.array(force))) if touches else np.nan
-    depth = {"load": "", "penetration": f"{record.penetration:13.4f}"}.get(
-        scene.path.control, f"{record.height:13.4f}"
-    )
-    predicted = ""
-    if laws.rough_above is not None:
-        predicted = _ratio(float(laws.rough_area(np.array(force))), smooth, 10)
-    time = "       kept" if kept else f"{record.seconds:11.2f}"
-    seconds = round(left or 0.0)
-    after = f"   about {timedelta(seconds=seconds)} left" if seconds else ""
-    return (
-        f"{record.step:4d}/{total - 1:<3d}{depth}{force / NANONEWTON:11.4g}"
-        f"{record.contact_area / 100:13.4g}{_ratio(record.contact_area, smooth, 12)}"
-        f"{predicted}{time}{after}{_mark(scene, record)}"
-    )
+    scene, force = reference.scene, step.normal_force
+    touches = step.repulsive_atoms > 0
+    smooth = float(reference.smooth.contact_area(force)) if touches else math.nan
+    row = f"{step.step:4d}/{len(scene.steps) - 1:<3d}"
+    if scene.path.control != "load":
+        row += f"{_printed(step, scene.path.control):13.4f}"
+    row += f"{_printed(step, 'normal_force'):11.4g}"
+    row += f"{_printed(step, 'contact_area'):13.4g}"
+    row += _ratio(step.contact_area, smooth, 12)
+    if reference.rough_above is not None:
+        row += _ratio(float(reference.rough_area(force)), smooth, 10)
+    row += f"{'restored':>11}" if restored else f"{step.seconds:11.2f}"
+    if math.isfinite(left) and round(left):
+        row += f"   about {timedelta(seconds=round(left))} left"
+    return row + _failure(scene, step)
 
 
-def effort(record: LoadStep) -> str:
-    """Return a line on how a step was obtained.
+def solver_line(step: LoadStep) -> str:
+    """Return a line on the work of the solver in a step.
 
     Parameters
     ----------
-    record : LoadStep
+    step : LoadStep
 
     Returns
     -------
     str
     """
     return (
-        f"          {record.iterations} iterations, {record.pairs:.0f} pairs of "
-        f"transforms; window {record.window}, grid {record.grid}, "
-        f"{record.memory / 1e9:.2g} GB; {record.max_force:.2g} of "
-        f"{record.tolerance:.2g} eV/Å left"
+        f"          {step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
+        f"{step.window}, grid {step.grid}, {_printed(step, 'memory'):.2g} GB; largest "
+        f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å"
     )
 
 
-def time_left(
-    costs: Sequence[float] | np.ndarray, records: Sequence[LoadStep], kept: int
-) -> float | None:
-    """Return the time that a path is likely to take until its end.
+def summary(
+    reference: Reference,
+    steps: Sequence[LoadStep],
+    folder: Path,
+    pictures: Sequence[str],
+) -> str:
+    """Return characteristic values of a path, and the files of its results.
 
     Parameters
     ----------
-    costs : array_like, shape (steps + 1,)
-        Expected cost before each step and after the last, in any unit.
-    records : sequence of LoadStep
-        Of the steps that are done.
-    kept : int
-        How many of them took no time now.
-
-    Returns
-    -------
-    float or None
-        Time (s); None before the second step of this run, as the first one also pays
-        for what all of them share.
-    """
-    done = len(records)
-    if done < kept + 2:
-        return None
-    spent = sum(record.seconds for record in records[kept:])
-    return float(spent * (costs[-1] - costs[done]) / (costs[done] - costs[kept]))
-
-
-def farewell(folder: Path, pictures: Sequence[str], remarks: str = "") -> str:
-    """Return where the results are, and how to look at them.
-
-    Parameters
-    ----------
+    reference : Reference
+        Theory for the scene.
+    steps : sequence of LoadStep
     folder : path
     pictures : sequence of str
-        Names of files.
-    remarks : str
-        What to tell before.
+        Names of the files of figures.
 
     Returns
     -------
     str
     """
-    lines = ["", *([remarks] if remarks else []), f"Results are in {folder}:"]
+    values = _first_contact(reference.scene, steps), _largest_tension(reference, steps)
+    lines = ["", *filter(None, values), f"Results are in {folder}:"]
     lines += [f"  {folder / name}" for name in pictures]
     if not pictures:
         lines.append(
-            "  (no pictures: nothing touched, or matplotlib is not installed; when it "
+            "  (no figures, as nothing touched or matplotlib is not installed; once it "
             f"is: ase-roughcontact figure {folder})"
         )
     lines += [
         f"  {folder / 'curve.csv'}",
         f"  {folder / 'sweep.traj'}, all atoms",
-        f"  {folder / 'view.traj'}, to look at:",
+        f"  {folder / 'view.traj'}, for viewing:",
         f"    ase gui -R=-60x {folder / 'view.traj'}",
-        "In the window of ase gui choose View > Colors > By tag (1: contact) or",
-        "By initial charge (pressure in GPa), and step through the frames.",
+        "In ase gui choose View > Colors > By tag (1: contact) or By initial charge",
+        "(pressure in GPa).",
     ]
     return "\n".join(lines)
 
 
-def touching_height(scene: Scene, records: Sequence[LoadStep]) -> str:
-    """Return a line on the height at which a path of heights touches, else nothing.
-
-    Parameters
-    ----------
-    scene : Scene
-    records : sequence of LoadStep
-
-    Returns
-    -------
-    str
-    """
-    if scene.path.control != "height" or not records:
+def _first_contact(scene: Scene, steps: Sequence[LoadStep]) -> str:
+    if scene.path.control != "height" or not steps:
         return ""
-    first = records[0].height + records[0].penetration
-    return f"The sphere touches the flat surface at a height of {first:.4g} Å."
+    height = steps[0].height + steps[0].penetration
+    return f"The sphere touches the flat surface at a height of {height:.4g} Å."
 
 
-def largest_tension(laws: Reference, records: Sequence[LoadStep]) -> str:
-    """Return a line on the largest tension of a path, empty if there is none.
-
-    Parameters
-    ----------
-    laws : Reference
-    records : sequence of LoadStep
-
-    Returns
-    -------
-    str
-    """
-    forces = [record.normal_force for record in records if record.converged]
-    least = min(forces, default=0.0)
-    if least >= 0.0:
+def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
+    """Return a line on the largest tension of the converged steps, if there is one."""
+    force = min((s.normal_force for s in steps if s.converged), default=0.0)
+    if force >= 0.0:
         return ""
-    told = f"Largest tension of the path: {least / NANONEWTON:.4g} nN"
-    if laws.smooth.pull_off_force < 0.0:
-        pull_off = laws.smooth.pull_off_force / NANONEWTON
-        told += f"; pull-off force: {pull_off:.4g} nN ({laws.smooth.label})"
-    return f"{told}."
+    line = f"Largest tension of the path: {force / UNITS['nN']:.4g} nN"
+    if reference.smooth.pull_off_force < 0.0:
+        line += f"; pull-off force: {_pull_off_force(reference)}"
+    return f"{line}."
 
 
-def _depth(scene: Scene) -> str:
-    return "depth (Å)" if scene.path.control == "penetration" else "height (Å)"
+def _pull_off_force(reference: Reference) -> str:
+    force = reference.smooth.pull_off_force / UNITS["nN"]
+    return f"{force:.4g} nN ({reference.smooth.label})"
 
 
-def _mark(scene: Scene, record: LoadStep) -> str:
-    """Return what is wrong with a step, and the load that pulled the indenter off."""
-    if record.converged:
+def _heading(column: str) -> str:
+    """Return the heading of a column, with the unit in which it is printed."""
+    return f"{_HEADINGS[column]} ({printed_unit(columns_of()[column].unit)})"
+
+
+def _printed(step: LoadStep, column: str) -> float:
+    """Return the value of a column in the unit in which it is printed."""
+    return getattr(step, column) / UNITS[printed_unit(columns_of()[column].unit)]
+
+
+def _failure(scene: Scene, step: LoadStep) -> str:
+    """Return why a step is no result; empty if it is one."""
+    if step.converged:
         return ""
-    felt = record.repulsive_atoms + record.attractive_atoms
-    target = float(scene.steps[record.step])
-    if scene.path.control == "load" and target < 0.0 and not felt:
-        return f"   PULLED OFF: no contact holds {target / NANONEWTON:.4g} nN"
-    unit = " (forces in eV/Å)" if "force" in record.message else ""
-    return f"   NOT CONVERGED: {record.message}{unit}"
+    target = float(scene.steps[step.step])
+    touches = step.repulsive_atoms or step.attractive_atoms
+    if scene.path.control == "load" and target < 0.0 and not touches:
+        return f"   PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
+    unit = " (forces in eV/Å)" if "force" in step.message else ""
+    return f"   NOT CONVERGED: {step.message}{unit}"
 
 
-def _ratio(area: float, other: float, width: int) -> str:
-    """Return the ratio of two areas, a dash where there is none."""
-    known = np.isfinite(area) and other > 0.0
-    return f"{area / other:{width}.4f}" if known else f"{'-':>{width}}"
+def _ratio(area: float, reference: float, width: int) -> str:
+    """Return a ratio of areas, a dash if it is undefined."""
+    defined = math.isfinite(area) and reference > 0.0
+    return f"{area / reference:{width}.4f}" if defined else f"{'-':>{width}}"

@@ -1,4 +1,4 @@
-"""Figures: each function draws into the axes that it is given. Needs matplotlib.
+"""Figures: each function draws into given axes of matplotlib.
 
 ::
 
@@ -7,8 +7,8 @@
         plot_loop(axes, loop, {"JKR": jkr_pull_off_force(radius, work)})
         figure.savefig("loop.pdf")
 
-Lengths are shown in nm, forces in nN, pressures in GPa; arguments are in ASE's units,
-unless it says otherwise.
+Arguments are in ASE's units unless noted otherwise. Figures are in nm, nN and GPa;
+heights and penetrations in Å.
 """
 
 from ase_roughcontact.plot.curves import (

@@ -1,4 +1,4 @@
-"""Curves of a run: area and force along a path, errors along a relaxation."""
+"""Curves: area and force along a path, errors along a relaxation."""
 
 from __future__ import annotations
 
@@ -9,9 +9,12 @@ import numpy as np
 from matplotlib.ticker import LogLocator
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, NN, ORANGE
+from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, ORANGE
+
+NN = UNITS["nN"]
 
 
 def plot_curve(
@@ -20,39 +23,38 @@ def plot_curve(
     area: np.ndarray,
     hertz_area: np.ndarray,
     predicted_area: np.ndarray | None = None,
-    laws: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     converged: ArrayLike | None = None,
-    level: str = "smooth sphere (Hertz)",
+    hertz_label: str = "smooth sphere (Hertz)",
 ) -> Any:
-    """Contact area relative to Hertz against load, beside the prediction.
+    """Plot contact area relative to Hertz against load, with the prediction.
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     load : ndarray, shape (k,)
-        Normal forces above zero (nN).
+        Positive normal forces (nN).
     area, hertz_area : ndarray, shape (k,)
-        Areas in one unit: simulated, and of the smooth sphere.
+        Simulated areas and those of the smooth sphere, in the same unit.
     predicted_area : ndarray, shape (k,), optional
-        Area of Eq. (4), in the same unit.
-    laws : mapping of str to (array_like, array_like), optional
-        Names of other laws, their loads (nN), and their areas relative to Hertz.
+        Area predicted by Eq. (4), in the same unit.
+    theory : mapping of str to (array_like, array_like), optional
+        Loads (nN) and areas relative to Hertz of other theories, by label.
     converged : array_like of bool, shape (k,), optional
-        Steps that are results; the others are crossed. Default: all.
-    level : str
-        What an area relative to Hertz of one is.
+        Whether steps are converged; the others are drawn as crosses. Default: all.
+    hertz_label : str
+        Label of the line at a relative area of one.
 
     Returns
     -------
     matplotlib Axes
     """
-    axes.axhline(1.0, color=GREY, lw=1, label=level)
+    axes.axhline(1.0, color=GREY, lw=1, label=hertz_label)
     if predicted_area is not None:
         order = np.argsort(load)
         ratio = (predicted_area / hertz_area)[order]
         axes.plot(np.asarray(load)[order], ratio, "k-", lw=1, label="Eq. (4)")
-    for i, (name, (loads, ratios)) in enumerate((laws or {}).items()):
+    for i, (name, (loads, ratios)) in enumerate((theory or {}).items()):
         axes.plot(loads, ratios, LINES[i % 4], color=BLUE, lw=1, label=name)
     ratio, ok = area / hertz_area, _mask(converged, len(load))
     axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label="simulation")
@@ -63,7 +65,7 @@ def plot_curve(
         (axes.xaxis, axes.get_xlim()),
         (axes.yaxis, axes.get_ylim()),
     ):
-        if high < 100.0 * low:  # few decades: powers of ten alone tell too little
+        if high < 100.0 * low:  # powers of ten alone are too few ticks
             axis.set_major_formatter("{x:g}")
             axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axis.set_minor_formatter("{x:g}")
@@ -77,36 +79,35 @@ def plot_force(
     axes: Any,
     depth: ArrayLike,
     force: ArrayLike,
-    laws: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     pull_off_force: float | None = None,
     xlabel: str = "penetration (Å)",
     converged: ArrayLike | None = None,
-    pull_off: str = "pull-off, theory",
+    pull_off_label: str = "pull-off, theory",
 ) -> Any:
-    """Force against penetration or height, tension below zero.
+    """Plot force against penetration or height; tension is negative.
 
-    The axes are cut to the simulation and the pull-off force. A path that turns round
-    is drawn as two: towards its largest force, and on from there.
+    The axes are limited to the simulation and the pull-off force. A path that reverses
+    is drawn as two: up to its largest force, and from there on.
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     depth : array_like, shape (k,)
         Penetrations or heights (Å), in the order of the path.
     force : array_like, shape (k,)
         Normal forces, negative in tension (eV/Å).
-    laws : mapping of str to (array_like, array_like), optional
-        Names of theories, their penetrations or heights (Å), and forces (eV/Å).
+    theory : mapping of str to (array_like, array_like), optional
+        Penetrations or heights (Å) and forces (eV/Å) of theories, by label.
     pull_off_force : float, optional
-        Of theory, negative, drawn as a level (eV/Å).
+        Pull-off force of theory, negative (eV/Å), drawn as a horizontal line.
     xlabel : str
-        What `depth` is, with its unit.
+        Quantity and unit of `depth`.
     converged : array_like of bool, shape (k,), optional
-        Steps that are results; the others are crossed, and no line leads to them.
-        Default: all.
-    pull_off : str
-        What `pull_off_force` is.
+        Whether steps are converged; the others are drawn as crosses apart from the
+        curve. Default: all.
+    pull_off_label : str
+        Label of `pull_off_force`.
 
     Returns
     -------
@@ -114,23 +115,22 @@ def plot_force(
     """
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
     axes.axhline(0.0, color=GREY, lw=0.6)
-    for i, (name, (along, forces)) in enumerate((laws or {}).items()):
+    for i, (name, (along, forces)) in enumerate((theory or {}).items()):
         axes.plot(along, np.asarray(forces) / NN, f"k{LINES[i % 4]}", label=name)
     if pull_off_force is not None:
         level = pull_off_force / NN
-        axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off)
+        axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off_label)
     _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
     ok = _mask(converged, x.size)
     _cross(axes, x[~ok], y[~ok])
     y = np.where(ok, y, np.nan)
-    turn = int(np.nanargmax(y)) if ok.any() else 0
-    back = slice(turn, None) if 0 < turn < x.size - 1 else slice(None)
-    name = "simulation"
-    if back.start:
-        there = slice(turn + 1)
-        axes.plot(x[there], y[there], "o-", color=BLUE, ms=7, lw=2, label="approach")
-        name = "retraction"
-    axes.plot(x[back], y[back], "o-", color=ORANGE, ms=4, lw=0.8, label=name)
+    peak = int(np.nanargmax(y)) if ok.any() else 0
+    label = "simulation"
+    if 0 < peak < x.size - 1:
+        label, up = "retraction", slice(peak + 1)
+        axes.plot(x[up], y[up], "o-", color=BLUE, ms=7, lw=2, label="approach")
+        x, y = x[peak:], y[peak:]
+    axes.plot(x, y, "o-", color=ORANGE, ms=4, lw=0.8, label=label)
     axes.set_xlabel(xlabel)
     axes.set_ylabel("normal force $N$ (nN)")
     axes.legend(frameon=False, loc="best")
@@ -138,18 +138,18 @@ def plot_force(
 
 
 def _mask(converged: ArrayLike | None, count: int) -> np.ndarray:
-    """Return which steps are results."""
+    """Return which steps are converged."""
     return np.full(count, True) if converged is None else np.asarray(converged, bool)
 
 
 def _cross(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
-    """Draw steps that are no results."""
+    """Draw steps that are not converged."""
     if x.size:
         axes.plot(x, y, "x", color=GREY, ms=6, label="not converged")
 
 
 def _cut(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
-    """Cut axes to some points, with a margin."""
+    """Limit axes to some points, with a margin."""
     for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
         margin = 0.08 * (float(np.ptp(values)) or 1.0)
         limit(values.min() - margin, values.max() + margin)
@@ -158,26 +158,27 @@ def _cut(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
 def plot_loop(
     axes: Any, loop: AdhesionLoop, pull_off_forces: Mapping[str, float] | None = None
 ) -> Any:
-    """Force against height along an adhesion loop, with its jumps.
+    """Plot force against height of an adhesion loop, with arrows at instabilities.
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     loop : AdhesionLoop
         From `adhesion_loop`.
     pull_off_forces : mapping of str to float, optional
-        Names of theories, and their pull-off forces, negative, as `theory` gives them
-        (eV/Å).
+        Pull-off forces of theories by label, negative (eV/Å).
 
     Returns
     -------
     matplotlib Axes
     """
-    ways = (("approach", loop.approach, BLUE), ("retraction", loop.retraction, ORANGE))
-    for name, records, colour in ways:
-        heights = [record.height for record in records]
-        forces = [record.normal_force / NN for record in records]
+    branches = (
+        ("approach", loop.approach, BLUE),
+        ("retraction", loop.retraction, ORANGE),
+    )
+    for name, steps, colour in branches:
+        heights = [step.height for step in steps]
+        forces = [step.normal_force / NN for step in steps]
         axes.plot(heights, forces, "o-", color=colour, ms=2, lw=0.8, label=name)
     for jump in (*loop.approach_jumps, *loop.retraction_jumps):
         after = jump.after.height, jump.after.normal_force / NN
@@ -198,16 +199,15 @@ def plot_convergence(
     xlabel: str = "steps of the optimizer",
     ylabel: str = "largest force (eV/Å)",
 ) -> Any:
-    """Errors that are left, against what it cost to get there.
+    """Plot errors against cost, on a logarithmic axis of errors.
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     curves : mapping of str to (array_like, array_like)
-        Costs and errors, both of shape (k,), by name. Errors of zero are left out.
+        Costs and errors, both of shape (k,), by label. Errors of zero are omitted.
     xlabel, ylabel : str
-        What they are, with their units.
+        Quantity and unit of costs and errors.
 
     Returns
     -------
@@ -216,15 +216,14 @@ def plot_convergence(
     Raises
     ------
     ValueError
-        If costs or errors are not finite, or there are not as many of one as of the
-        other.
+        If costs or errors are not finite, or their shapes differ.
     """
     for i, (name, (cost, error)) in enumerate(curves.items()):
         x, y = finite_array("costs", cost), abs(finite_array("errors", error))
         if x.shape != y.shape or x.ndim != 1:
             raise ValueError(
-                f"{name}: costs and errors must be lists of one length, got shapes "
-                f"{x.shape} and {y.shape}"
+                f"{name}: costs and errors must be one-dimensional and of the same "
+                f"length, got shapes {x.shape} and {y.shape}"
             )
         axes.plot(x[y > 0], y[y > 0], LINES[i % 4], label=name)
     axes.set_yscale("log")

@@ -1,32 +1,29 @@
-"""What all figures share: colours, lines, units, and defaults for print."""
+"""Colours, lines, units, and defaults for printed figures."""
 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
 
-from ase.units import J, m
 from cycler import cycler
 from matplotlib import rc_context
 
-# Okabe and Ito's palette, told apart by all kinds of colour vision.
+# Palette of Okabe and Ito, suitable for all kinds of colour vision.
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#7F7F7F"
 COLOURS = (BLUE, ORANGE, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
 
-NM, NN = 10.0, 1e-9 * J / m
-
 
 def style() -> AbstractContextManager:
-    """Defaults for figures in print, as a context.
+    """Return a context with defaults for printed figures.
 
-    A column of a journal wide (86 mm), letters of 8 points, ticks inside on all sides,
-    Okabe and Ito's colours, and 300 dots per inch where a file needs dots.
+    The width of a journal column (86 mm), 8-point text, inward ticks on all sides,
+    Okabe and Ito's colours, and 300 dots per inch.
 
     Returns
     -------
     context manager
-        Figures made within have the defaults; those made outside do not.
+        Figures created within it have these defaults.
     """
     ticks = {
         f"{side}tick.{key}": value

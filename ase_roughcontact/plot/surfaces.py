@@ -1,4 +1,4 @@
-"""What is seen on the surface: contacts, their pressure, and roughness."""
+"""Maps of contacts, radial pressure profiles, and spectra of roughness."""
 
 from __future__ import annotations
 
@@ -9,11 +9,13 @@ from ase import Atoms
 from ase.units import GPa
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import radial_average
 from ase_roughcontact.analysis.contact_map import ContactMap
-from ase_roughcontact.plot.style import NM
 from ase_roughcontact.topography.selfaffine import SelfAffine
 from ase_roughcontact.topography.spectrum import power_spectrum
+
+NM = UNITS["nm"]
 
 
 def plot_contact(
@@ -23,19 +25,18 @@ def plot_contact(
     largest: float | None = None,
     title: str = "",
     first_contact_radius: float | None = None,
-    circle: str = "smooth sphere (Hertz)",
+    circle_label: str = "smooth sphere (Hertz)",
 ) -> Any:
-    """Map of the pressure on the atoms in contact, seen from above.
+    """Draw a map of the pressure on the atoms in contact.
 
-    Atoms that the wall attracts are grey. The map is cut to the contact and the
-    circles, which have labels for a legend.
+    Attracted atoms are grey. The map is limited to the contact and the circles, which
+    have labels for a legend.
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     frame : Atoms
-        A snapshot, as it is in a trajectory.
+        Frame of a trajectory, see `snapshot`.
     hertz_radius : float, optional
         Radius of a circle around the indenter's axis (Å).
     largest : float, optional
@@ -44,44 +45,36 @@ def plot_contact(
         Title of the map.
     first_contact_radius : float, optional
         a', the radius of a second, dashed circle (Å).
-    circle : str
-        What the first circle is.
+    circle_label : str
+        Label of the first circle.
 
     Returns
     -------
     matplotlib image
-        Of the pressure in GPa, for a colour bar.
+        Image of the pressure (GPa), for a colour bar.
     """
-    seen = ContactMap.from_frame(frame)
-    shown = np.where(seen.contact, seen.pressure / GPa, np.nan)
-    x, y, half = seen.x / NM, seen.y / NM, 0.5 * seen.spacing / NM
-    extent = (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half)
-    image = axes.imshow(
-        shown.T,
-        origin="lower",
-        extent=extent,
-        cmap="viridis",
-        vmin=0.0,
-        vmax=largest,
-        interpolation="none",
+    contacts = ContactMap.from_frame(frame)
+    pressure = np.where(contacts.contact, contacts.pressure / GPa, np.nan)
+    x, y, half = (
+        contacts.x / NM,
+        contacts.y / NM,
+        0.5 * contacts.spacing / NM,
     )
-    attracted = np.where(seen.pressure < 0.0, 0.2, np.nan)
-    if (seen.pressure < 0.0).any():
-        axes.imshow(
-            attracted.T,
-            origin="lower",
-            extent=extent,
-            cmap="Greys",
-            vmin=0.0,
-            vmax=1.0,
-            interpolation="none",
-        )
+    pixels: dict[str, Any] = {
+        "origin": "lower",
+        "extent": (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half),
+        "interpolation": "none",
+    }
+    image = axes.imshow(pressure.T, cmap="viridis", vmin=0.0, vmax=largest, **pixels)
+    if (contacts.pressure < 0.0).any():
+        grey = np.where(contacts.pressure < 0.0, 0.2, np.nan)
+        axes.imshow(grey.T, cmap="Greys", vmin=0.0, vmax=1.0, **pixels)
         axes.plot([], [], "s", color="lightgrey", label="attracted atoms")
     circles = (
-        (hertz_radius, "k-", circle),
+        (hertz_radius, "k-", circle_label),
         (first_contact_radius, "k--", "first contact $a'$"),
     )
-    reach = _extent(seen) / NM
+    reach = _extent(contacts) / NM
     for radius, line, label in circles:
         if radius is not None:
             reach = max(reach, radius / NM)
@@ -99,18 +92,16 @@ def plot_pressure(
     hertz_radius: float | None = None,
     bins: int | ArrayLike | None = None,
 ) -> Any:
-    r"""Pressure against the distance from the axis, averaged over rings.
+    r"""Plot the pressure averaged over rings against the distance from the axis.
 
     .. math:: p_\text{Hertz}(r) = \frac{3N}{2\pi a^2} \sqrt{1 - r^2/a^2}
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     contact_map : ContactMap
-        The contact.
     hertz_radius : float, optional
-        a, the contact radius of a smooth sphere under the same force (Å).
+        Contact radius a of a smooth sphere under the same force (Å).
     bins : int or array_like, optional
         Rings, see `radial_average`.
 
@@ -120,7 +111,7 @@ def plot_pressure(
     """
     average = radial_average(contact_map, bins)
     radius = average.radius / NM
-    # rings without an atom in contact have no pressure in contact, not zero
+    # undefined, not zero, for rings without atoms in contact
     axes.plot(radius, average.contact_pressure / GPa, "o", label="atoms in contact")
     axes.plot(radius, average.pressure / GPa, "-", label="all atoms")
     if hertz_radius is not None:
@@ -142,48 +133,48 @@ def plot_spectrum(
     roughness: SelfAffine | None = None,
     label: str = "measured",
 ) -> Any:
-    r"""Power spectrum of periodic heights, beside that of a self-affine surface.
+    r"""Plot the power spectrum of periodic heights and of a self-affine surface.
 
     .. math:: C(q) = C_0 \max(q, q_L)^{-2(1+H)}, \qquad
               C_0 = 2\pi h'^2 \left[\frac{q_L^4 - q_0^4}{4\,q_L^{2(1+H)}}
                     + \frac{q_s^{2(1-H)} - q_L^{2(1-H)}}{2(1-H)}\right]^{-1}
 
-    with :math:`q_L = 2\pi/\lambda_L`, from the longest wave :math:`q_0` to
-    :math:`q_s = 2\pi/\lambda_s`; so :math:`h'^2 = \int q^2 C(q)\,d^2q/(2\pi)^2`.
+    for :math:`q_0 \le q \le q_s = 2\pi/\lambda_s`, where :math:`q_L =
+    2\pi/\lambda_L`, and :math:`q_0` is that of the longest wavelength; so
+    :math:`h'^2 = \int q^2 C(q)\,d^2q/(2\pi)^2`.
 
     Parameters
     ----------
     axes : matplotlib Axes
-        Where to draw.
     heights : ndarray, shape (n, m)
         Heights (Å).
     spacing : float
         Distance between them (Å).
     roughness : SelfAffine, optional
-        Whose law is drawn.
+        Self-affine surface.
     label : str
-        Name of the heights.
+        Label of the heights.
 
     Returns
     -------
     matplotlib Axes
     """
     q, density = power_spectrum(heights, spacing)
-    seen = density > 1e-12 * density.max()  # not the rounding beyond the last wave
-    axes.loglog(q[seen] * NM, density[seen] / NM**4, "o", label=label)
+    shown = density > 1e-12 * density.max()  # without rounding errors
+    axes.loglog(q[shown] * NM, density[shown] / NM**4, "o", label=label)
     if roughness is not None:
-        ends, law = _self_affine_law(roughness)
-        axes.loglog(ends * NM, law / NM**4, "k-", label=r"$q^{-2(1+H)}$")
+        ends, values = _self_affine_spectrum(roughness)
+        axes.loglog(ends * NM, values / NM**4, "k-", label=r"$q^{-2(1+H)}$")
     axes.set_xlabel("wave number $q$ (nm$^{-1}$)")
     axes.set_ylabel("power spectral density $C$ (nm$^4$)")
     axes.legend()
     return axes
 
 
-def _extent(seen: ContactMap) -> float:
-    """Distance from the axis, along x and y, of the farthest atom in contact."""
-    x = seen.x[seen.contact.any(axis=1)]
-    y = seen.y[seen.contact.any(axis=0)]
+def _extent(contacts: ContactMap) -> float:
+    """Return the largest coordinate of an atom in contact, relative to the axis."""
+    x = contacts.x[contacts.contact.any(axis=1)]
+    y = contacts.y[contacts.contact.any(axis=0)]
     return float(abs(np.append(x, y)).max(initial=0.0))
 
 
@@ -193,8 +184,8 @@ def _circle(axes: Any, radius: float, line: str, label: str) -> None:
     axes.plot(x, y, line, lw=1, label=label)
 
 
-def _self_affine_law(rough: SelfAffine) -> tuple[np.ndarray, np.ndarray]:
-    """Return the ends of the parts of C(q), and its values there."""
+def _self_affine_spectrum(rough: SelfAffine) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wave numbers between which C(q) is a power law, and its values."""
     longest = rough.longest_wavelength or rough.long_wavelength
     waves = np.array([longest, rough.long_wavelength, rough.short_wavelength])
     q = 2 * np.pi / waves

@@ -1,4 +1,4 @@
-"""The command, as a user types it."""
+"""Commands, their output, files and exit status."""
 
 import csv
 import json
@@ -11,7 +11,7 @@ from ase import Atoms
 from ase.io import read
 from small_scene import SMALL
 
-from ase_roughcontact.cli import main
+from ase_roughcontact.cli import commands, main
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
 
@@ -23,7 +23,7 @@ def scene(tmp_path):
     return file
 
 
-def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
+def test_run_writes_table_trajectories_and_figures(scene, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", str(scene), "--out", str(out)]) == 0
     with open(out / "curve.csv", newline="") as file:
@@ -39,15 +39,15 @@ def test_run_leaves_table_trajectory_and_pictures(scene, tmp_path, capsys):
     assert f"ase gui -R=-60x {out / 'view.traj'}" in text
 
 
-def test_verbose_run_tells_how_each_step_was_obtained(scene, tmp_path, capsys):
+def test_verbose_run_prints_the_work_of_the_solver(scene, tmp_path, capsys):
     out = str(tmp_path / "out")
     assert main(["run", str(scene), "--out", out, "--verbose"]) == 0
-    told = [line for line in capsys.readouterr().out.splitlines() if "pairs" in line]
-    assert len(told) == 2
-    assert all("iterations" in line and "window" in line for line in told)
+    lines = [line for line in capsys.readouterr().out.splitlines() if "pairs" in line]
+    assert len(lines) == 2
+    assert all("iterations" in line and "window" in line for line in lines)
 
 
-def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(
+def test_steps_that_do_not_converge_are_marked_and_set_the_exit_status(
     tmp_path, capsys
 ):
     file = tmp_path / "short.toml"
@@ -56,15 +56,15 @@ def test_steps_that_do_not_converge_are_marked_and_tell_in_the_exit_status(
     assert capsys.readouterr().out.count("NOT CONVERGED") == 2
 
 
-def test_run_that_goes_on_tells_which_steps_were_kept(scene, tmp_path, capsys):
+def test_steps_of_an_earlier_run_are_marked(scene, tmp_path, capsys):
     out = str(tmp_path / "out")
     main(["run", str(scene), "--out", out])
-    assert "kept" not in capsys.readouterr().out
+    assert "restored" not in capsys.readouterr().out
     assert main(["run", str(scene), "--out", out]) == 0
-    assert capsys.readouterr().out.count("kept") == 2
+    assert capsys.readouterr().out.count("restored") == 2
 
 
-def test_quiet_tells_nothing_and_json_a_record_a_line(scene, tmp_path, capsys):
+def test_quiet_prints_nothing_and_json_a_line_per_step(scene, tmp_path, capsys):
     out = str(tmp_path / "out")
     assert main(["run", str(scene), "--out", out, "--quiet"]) == 0
     assert capsys.readouterr().out == ""
@@ -73,7 +73,7 @@ def test_quiet_tells_nothing_and_json_a_record_a_line(scene, tmp_path, capsys):
     assert [record["step"] for record in records] == [0, 1]
 
 
-def test_lines_of_json_name_the_units_of_their_numbers(scene, tmp_path, capsys):
+def test_json_lines_contain_units(scene, tmp_path, capsys):
     for command in (["run", "--out", str(tmp_path / "out")], ["plan"]):
         assert main([*command, str(scene), "--json"]) == 0
         for line in capsys.readouterr().out.splitlines():
@@ -84,26 +84,24 @@ def test_lines_of_json_name_the_units_of_their_numbers(scene, tmp_path, capsys):
             assert record["units"].get("target", "Å") == "Å"
 
 
-def test_a_path_that_an_error_ends_leaves_pictures_of_its_steps(
-    scene, tmp_path, capsys
-):
+def test_steps_before_an_error_are_drawn(scene, tmp_path, capsys):
     out = tmp_path / "out"
     scene.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
     assert main(["run", str(scene), "--out", str(out)]) == 2
-    told = capsys.readouterr()
-    assert "edge" in told.err and str(out / "contact.png") in told.out
+    printed = capsys.readouterr()
+    assert "edge" in printed.err and str(out / "contact.png") in printed.out
     assert len(read(out / "view.traj", ":")) == 1
     for name in ("curve.png", "force.png", "contact.png"):
         assert (out / name).exists()
 
 
-def test_a_run_that_is_interrupted_tells_how_to_draw_it(
+def test_an_interrupted_run_prints_the_command_that_draws_it(
     scene, tmp_path, capsys, monkeypatch
 ):
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ase_roughcontact.cli.report.row", interrupted)
+    monkeypatch.setattr("ase_roughcontact.cli.report.table_row", interrupted)
     out = str(tmp_path / "out")
     assert main(["run", str(scene), "--out", out]) == 130
     assert f"ase-roughcontact figure {out}" in capsys.readouterr().err
@@ -111,7 +109,7 @@ def test_a_run_that_is_interrupted_tells_how_to_draw_it(
     assert len(read(f"{out}/view.traj", ":")) == 1
 
 
-def test_a_run_without_pictures_tells_how_to_draw_it(
+def test_a_run_without_figures_prints_the_command_that_draws_it(
     scene, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -120,18 +118,16 @@ def test_a_run_without_pictures_tells_how_to_draw_it(
     assert f"ase-roughcontact figure {out}" in capsys.readouterr().out
 
 
-def test_a_step_whose_frame_was_torn_is_calculated_and_not_kept(
-    scene, tmp_path, capsys
-):
+def test_a_step_whose_frame_is_truncated_is_calculated_again(scene, tmp_path, capsys):
     out = tmp_path / "out"
     scene.write_text(SMALL.replace("steps = 2", "steps = 3"))
     main(["run", str(scene), "--out", str(out), "--quiet"])
     os.truncate(out / "sweep.traj", (out / "sweep.traj").stat().st_size - 1)
     assert main(["run", str(scene), "--out", str(out)]) == 0
-    assert capsys.readouterr().out.count("kept") == 2
+    assert capsys.readouterr().out.count("restored") == 2
 
 
-def test_pictures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
+def test_figures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
     out = tmp_path / "out"
     main(["run", str(scene), "--out", str(out), "--quiet"])
     (out / "curve.png").unlink()
@@ -141,9 +137,7 @@ def test_pictures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
 
 
 @pytest.mark.parametrize("info", [{}, {"load_step": {"step": 0}}])
-def test_pictures_are_not_drawn_of_another_programs_trajectory(
-    info, scene, tmp_path, capsys
-):
+def test_trajectories_of_other_programs_are_refused(info, scene, tmp_path, capsys):
     (tmp_path / "scene.toml").write_text(SMALL)
     frame = Atoms("Cu")
     frame.info.update(info)
@@ -153,14 +147,14 @@ def test_pictures_are_not_drawn_of_another_programs_trajectory(
     assert "sweep.traj are not those of a load path" in line
 
 
-def test_steps_have_the_numbers_of_their_records(scene, tmp_path, capsys):
+def test_rows_begin_with_the_number_of_the_step(scene, tmp_path, capsys):
     main(["run", str(scene), "--out", str(tmp_path / "out")])
     lines = capsys.readouterr().out.splitlines()
     shown = [line.split()[0] for line in lines if line.strip()[:1].isdigit()]
     assert shown == ["0/1", "1/1"]
 
 
-def test_plan_tells_of_every_step_and_of_the_memory(scene, capsys):
+def test_plan_prints_every_step_and_the_memory(scene, capsys):
     assert main(["plan", str(scene)]) == 0
     text = capsys.readouterr().out
     assert text.count("32x30") == 2 and "GB" in text and "Left out" in text
@@ -168,16 +162,14 @@ def test_plan_tells_of_every_step_and_of_the_memory(scene, capsys):
     assert len(capsys.readouterr().out.splitlines()) == 2
 
 
-def test_plan_of_a_scene_that_does_not_fit_is_refused_with_the_numbers(
-    tmp_path, capsys
-):
+def test_plan_of_a_scene_that_needs_too_much_memory_is_an_error(tmp_path, capsys):
     file = tmp_path / "large.toml"
     file.write_text(SMALL.replace("[32, 30]", "[300000, 300000]"))
     assert main(["plan", str(file)]) == 2
     assert "GB of memory" in capsys.readouterr().err
 
 
-def test_plan_tells_which_steps_can_not_run_and_plans_the_others(tmp_path, capsys):
+def test_plan_marks_steps_that_can_not_run(tmp_path, capsys):
     file = tmp_path / "deep.toml"
     file.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
     assert main(["plan", str(file)]) == 1
@@ -186,7 +178,7 @@ def test_plan_tells_which_steps_can_not_run_and_plans_the_others(tmp_path, capsy
     assert "CAN'T RUN: the contact is about" in lines[2]
 
 
-def test_a_folder_of_another_scene_is_one_line_that_tells_what_differs(
+def test_a_folder_of_another_scene_is_an_error_with_the_differences(
     scene, tmp_path, capsys
 ):
     out = str(tmp_path / "out")
@@ -198,14 +190,14 @@ def test_a_folder_of_another_scene_is_one_line_that_tells_what_differs(
     assert "Give another folder" in line
 
 
-def test_a_value_out_of_range_is_told_with_the_file_before_anything_is_made(
+def test_a_value_out_of_range_is_an_error_with_file_section_and_key(
     scene, tmp_path, capsys
 ):
     scene.write_text(SMALL.replace("radius = 60.0", "radius = -1"))
     for command in ("run", "plan", "tradeoff"):
         assert main([command, str(scene)]) == 2
-        told = capsys.readouterr().err
-        assert f"{scene}: [sphere] radius must be a finite number > 0, got -1" in told
+        expected = f"{scene}: [sphere] radius must be a finite number > 0, got -1"
+        assert expected in capsys.readouterr().err
 
 
 def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):
@@ -219,22 +211,22 @@ def test_ensemble_calculates_all_combinations(scene, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    "option, told",
+    "option, message",
     [
-        ("roughness.seed", "TABLE.KEY=VALUE"),
-        ("roughness.seed=", "TABLE.KEY=VALUE"),
+        ("roughness.seed", "SECTION.KEY=VALUE"),
+        ("roughness.seed=", "SECTION.KEY=VALUE"),
         ("seed=1", "unknown section 'seed'"),
         ("roughness=1", "[roughness] must be a section, got 1"),
         ("substrate.periodic=False", "periodic must be true or false, got 'False'"),
         ("path.steps=true", "steps must be a number, got True"),
     ],
 )
-def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(
-    option, told, scene, capsys
+def test_invalid_values_of_an_ensemble_are_one_line_on_stderr(
+    option, message, scene, capsys
 ):
     assert main(["ensemble", str(scene), "--set", option]) == 2
     (line,) = capsys.readouterr().err.splitlines()
-    assert told in line
+    assert message in line
 
 
 @pytest.mark.parametrize(
@@ -249,28 +241,25 @@ def test_wrong_choices_of_an_ensemble_are_one_line_on_stderr(
 def test_the_password_of_a_database_is_not_shown(
     address, shown, scene, capsys, monkeypatch
 ):
-    done = Progress(2, 2)
-    monkeypatch.setattr("ase_roughcontact.cli.run_ensemble", lambda *_, **__: [done])
+    monkeypatch.setattr(commands, "run_ensemble", lambda *_, **__: [Progress(2, 2)])
     assert main(["ensemble", str(scene), "--database", address]) == 0
     text = capsys.readouterr().out
     assert text.count(shown) == 2 and "secret" not in text and "se/cr" not in text
 
 
-def test_an_address_that_is_refused_is_shown_without_its_password(scene, capsys):
+def test_an_invalid_address_is_shown_without_its_password(scene, capsys):
     assert main(["ensemble", str(scene), "--database", "mysql://me:secret@host"]) == 2
-    told = capsys.readouterr().err
-    assert "mysql://me:***@host" in told and "secret" not in told
+    message = capsys.readouterr().err
+    assert "mysql://me:***@host" in message and "secret" not in message
 
 
-def test_a_key_of_an_ensemble_is_not_set_twice(scene, capsys):
+def test_a_key_of_an_ensemble_that_is_set_twice_is_an_error(scene, capsys):
     options = ["--set", "roughness.seed=1", "--set", "roughness.seed=2"]
     assert main(["ensemble", str(scene), *options]) == 2
     assert "roughness.seed is given twice" in capsys.readouterr().err
 
 
-def test_progress_as_json_has_null_where_the_time_left_is_not_known(
-    scene, tmp_path, capsys
-):
+def test_progress_in_json_has_null_if_the_time_left_is_unknown(scene, tmp_path, capsys):
     database = str(tmp_path / "all.db")
     command = ["ensemble", str(scene), "--database", database, "--workers", "1"]
     assert main([*command, "--json"]) == 0
@@ -285,14 +274,14 @@ def test_progress_as_json_has_null_where_the_time_left_is_not_known(
     assert first["units"] == last["units"] == {"elapsed": "s", "left": "s"}
 
 
-def test_tradeoff_recommends_a_setting_for_an_error(scene, capsys):
+def test_tradeoff_prints_a_recommendation(scene, capsys):
     text = scene.read_text().replace('optimizer = "LBFGS"\nfmax = 1e-4\n', "")
     scene.write_text(text)
     assert main(["tradeoff", str(scene), "--error", "1e-2"]) == 0
     assert "accuracy =" in capsys.readouterr().out
 
 
-def test_tradeoff_tells_a_setting_a_line_of_json_or_nothing(scene, capsys):
+def test_tradeoff_prints_json_lines_or_nothing(scene, capsys):
     command = ["tradeoff", str(scene), "--error", "1e-2"]
     assert main([*command, "--quiet"]) == 0
     assert capsys.readouterr().out == ""
@@ -303,19 +292,19 @@ def test_tradeoff_tells_a_setting_a_line_of_json_or_nothing(scene, capsys):
     assert best["units"]["seconds"] == "s" and "accuracy" in best["choice"]
 
 
-def test_version_is_told(capsys):
+def test_version_is_printed(capsys):
     with pytest.raises(SystemExit):
         main(["--version"])
     assert capsys.readouterr().out.startswith("ase-roughcontact 0")
 
 
-def test_scene_prints_a_template_that_can_be_run(capsys):
+def test_scene_prints_the_built_in_scene(capsys):
     assert main(["scene"]) == 0
     assert Scene.parse(capsys.readouterr().out) == Scene.default()
     assert Scene.parse(default_text()) == Scene.default()
 
 
-def test_a_wrong_scene_is_one_line_on_stderr(tmp_path, capsys):
+def test_an_invalid_scene_is_one_line_on_stderr(tmp_path, capsys):
     file = tmp_path / "wrong.toml"
     file.write_text("[substrat]\n")
     assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 2
@@ -325,23 +314,23 @@ def test_a_wrong_scene_is_one_line_on_stderr(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_folder_that_can_not_be_made_is_one_line_on_stderr(scene, tmp_path, capsys):
+def test_a_folder_that_can_not_be_created_is_an_error(scene, tmp_path, capsys):
     (tmp_path / "file").touch()
     assert main(["run", str(scene), "--out", str(tmp_path / "file" / "out")]) == 2
     assert "file" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
-def test_help_tells_of_commands_and_files(arguments, capsys):
+def test_help_lists_commands_and_files(arguments, capsys):
     with pytest.raises(SystemExit) as status:
         main(arguments)
     assert status.value.code == 0
     text = capsys.readouterr().out
-    wanted = ("run", "scene") if arguments == ["--help"] else ("curve.csv", "--out")
-    assert all(word in text for word in wanted)
+    expected = ("run", "scene") if arguments == ["--help"] else ("curve.csv", "--out")
+    assert all(word in text for word in expected)
 
 
-def test_command_starts_without_matplotlib_being_loaded():
+def test_matplotlib_is_not_imported_at_the_start():
     code = (
         "import sys, ase_roughcontact.cli as cli; cli.main(['scene']); "
         "sys.exit('matplotlib' in sys.modules)"

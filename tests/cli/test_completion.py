@@ -1,65 +1,65 @@
-"""Completion in bash: what it is told, and what it offers."""
+"""Completion of commands and options in shells."""
 
-import os
 import subprocess
 import sys
 
 import pytest
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.completion import candidates
-from ase_roughcontact.cli.parser import make_parser
+
+pytest.importorskip("shtab")
 
 COMMANDS = ["completion", "ensemble", "figure", "plan", "run", "scene", "tradeoff"]
 
 
+@pytest.fixture(scope="module")
+def script(tmp_path_factory):
+    """Completion script of bash, in a file."""
+    file = tmp_path_factory.mktemp("completion") / "script"
+    command = "from ase_roughcontact.cli import main; main(['completion', 'bash'])"
+    with file.open("w") as out:
+        subprocess.run([sys.executable, "-c", command], stdout=out, check=True)
+    return file
+
+
 @pytest.mark.parametrize(
-    "line, offered",
+    "line, expected",
     [
-        ("ase-roughcontact ", COMMANDS),
-        ("ase-roughcontact p", ["plan"]),
-        ("ase-roughcontact --v", ["--version"]),
-        (
-            "ase-roughcontact run --",
-            ["--help", "--json", "--out", "--quiet", "--verbose"],
-        ),
-        ("ase-roughcontact run my.toml --o", ["--out"]),
-        ("ase-roughcontact tradeoff --e", ["--error"]),
-        ("ase-roughcontact run ", []),  # a file: bash knows
-        ("ase-roughcontact run --out ", []),
-        ("ase-roughcontact run --quiet --j", ["--json"]),
-        ("ase-roughcontact nonsense ", COMMANDS),
+        (["p"], ["plan"]),
+        (["--v"], ["--version"]),
+        (["run", "--"], ["--help", "--json", "--out", "--quiet", "--verbose"]),
+        (["run", "my.toml", "--o"], ["--out"]),
+        (["tradeoff", "--e"], ["--error"]),
+        (["run", "--quiet", "--j"], ["--json"]),
+        ([""], COMMANDS),
+        (["run", "my"], ["my.toml"]),
     ],
+    ids=" ".join,
 )
-def test_what_can_come_next_is_offered(line, offered):
-    assert candidates(make_parser(), line) == offered
-
-
-def test_without_a_question_the_line_for_bashrc_is_printed(capsys, monkeypatch):
-    monkeypatch.delenv("COMP_LINE", raising=False)
-    assert main(["completion"]) == 0
-    (line,) = capsys.readouterr().out.splitlines()
-    assert line.startswith("complete -o default -C ")
-    assert line.endswith(" ase-roughcontact")
-
-
-def test_bash_is_answered_up_to_the_cursor():
-    line = "ase-roughcontact ens --table x"
-    environment = {"COMP_LINE": line, "COMP_POINT": str(line.index(" --"))}
-    code = "import sys; from ase_roughcontact.cli import main; sys.exit(main())"
-    words = ["completion", "ase-roughcontact", "ens", "ase-roughcontact"]
+def test_bash_completes_commands_options_and_files(line, expected, script, tmp_path):
+    (tmp_path / "my.toml").touch()
+    words = " ".join(f"'{word}'" for word in ["ase-roughcontact", *line])
+    asked = f"""
+        complete() {{ [[ $1 = -o ]] && function=$4; }}
+        shopt -s extglob
+        source {script}
+        COMP_WORDS=({words}) COMP_CWORD={len(line)} COMPREPLY=()
+        $function ase-roughcontact "{line[-1]}"
+        printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
     done = subprocess.run(
-        [sys.executable, "-c", code, *words],
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
+        ["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True
     )
-    assert (done.returncode, done.stdout) == (0, "ensemble\n"), done.stderr
+    found = {word.strip() for word in done.stdout.splitlines()}
+    assert found - {"-h", ""} == set(expected), done.stderr
 
 
-def test_an_option_that_bash_hands_over_is_not_taken_for_one_of_its_own(
-    capsys, monkeypatch
-):
-    monkeypatch.setenv("COMP_LINE", "ase-roughcontact run --qu")
-    assert main(["completion", "ase-roughcontact", "--qu", "run"]) == 0
-    assert capsys.readouterr().out == "--quiet\n"
+def test_scripts_for_other_shells_are_printed(capsys):
+    assert main(["completion", "zsh"]) == 0
+    assert capsys.readouterr().out.startswith("#compdef ase-roughcontact")
+
+
+def test_without_shtab_the_extra_to_install_is_printed(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "shtab", None)
+    assert main(["completion"]) == 2
+    assert "ase-roughcontact[completion]" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Printed output and pictures of a run."""
+"""Printed output and figures of a run."""
 
 import re
 from dataclasses import replace
@@ -6,13 +6,7 @@ from dataclasses import replace
 import pytest
 
 from ase_roughcontact.cli.figures import draw, write_view
-from ase_roughcontact.cli.report import (
-    heading,
-    largest_tension,
-    row,
-    time_left,
-    touching_height,
-)
+from ase_roughcontact.cli.report import summary, table_header, table_row
 from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -35,136 +29,134 @@ def adhesive(text, work, kind="adhesive"):
 
 
 @pytest.fixture(scope="module")
-def sticky(tmp_path_factory):
-    """A smooth sticky sphere that comes and goes: scene, laws, records, folder."""
+def run(tmp_path_factory):
+    """Approach and retraction of a smooth adhesive sphere: theory, steps, folder."""
     scene = adhesive(SMOOTH, 0.5)
-    folder = tmp_path_factory.mktemp("sticky")
-    records = list(scene.run(folder))
+    folder = tmp_path_factory.mktemp("adhesive")
+    steps = list(scene.run(folder))
     write_view(scene, folder)
-    return scene, reference_for(scene), records, folder
+    return reference_for(scene), steps, folder
 
 
 # Text
 
 
-def test_the_table_of_a_sticky_scene_tells_law_pull_off_and_tension(sticky):
-    scene, laws, records, _ = sticky
-    head = heading(scene, laws)
-    assert "Maugis-Dugdale" in head and "Pull-off force: -" in head
-    assert "A/A_MD" in head and "depth (Å)" in head and "Eq. (4)" not in head
-    rows = [row(scene, laws, record, 5) for record in records]
-    assert rows[0].split()[-2:] == ["-", f"{records[0].seconds:.2f}"]
-    ratio = float(rows[2].split()[-2])
-    assert ratio == pytest.approx(1.0, abs=0.2)
-    told = largest_tension(laws, records)
-    least = min(record.normal_force for record in records) / NANONEWTON
-    assert f"{least:.4g} nN; pull-off force: -" in told
-    assert "theory, smooth sphere, w = 0.5 J/m²" in told
-    assert largest_tension(laws, records[2:3]) == ""
+def test_the_header_of_an_adhesive_scene_has_theory_and_pull_off_force(run):
+    header = table_header(run[0])
+    assert "Maugis-Dugdale" in header and "Pull-off force: -" in header
+    assert "A/A_MD" in header and "depth (Å)" in header and "Eq. (4)" not in header
 
 
-def test_a_step_that_is_not_converged_is_no_tension_of_the_path(sticky):
-    _, laws, records, _ = sticky
-    lost = replace(records[1], normal_force=-100.0, converged=False)
-    assert largest_tension(laws, [*records, lost]) == largest_tension(laws, records)
+def test_the_wall_is_printed_by_its_label(run):
+    for wall in ("hard", "repulsive"):
+        scene = Scene.parse(f'{SMOOTH}[interaction]\nkind = "{wall}"\n')
+        assert scene.wall.label in table_header(reference_for(scene)).splitlines()[0]
 
 
-def test_an_indenter_that_was_pulled_off_tells_the_load_that_was_asked_for(sticky):
+def test_rows_have_the_area_relative_to_theory_and_the_time(run):
+    reference, steps, _ = run
+    rows = [table_row(reference, step).split() for step in steps]
+    assert rows[0][-2:] == ["-", f"{steps[0].seconds:.2f}"]
+    assert float(rows[2][-2]) == pytest.approx(1.0, abs=0.2)
+
+
+def test_the_summary_compares_the_largest_tension_with_the_pull_off_force(run):
+    reference, steps, folder = run
+    text = summary(reference, steps, folder, ["curve.png"])
+    tension = min(step.normal_force for step in steps) / NANONEWTON
+    assert f"{tension:.4g} nN; pull-off force: -" in text
+    assert "theory, smooth sphere, w = 0.5 J/m²" in text
+    assert "tension" not in summary(reference, steps[2:3], folder, [])
+
+
+def test_steps_that_are_not_converged_do_not_count_as_tension(run):
+    reference, steps, folder = run
+    lost = replace(steps[1], normal_force=-100.0, converged=False)
+    texts = [summary(reference, s, folder, []) for s in (steps, [*steps, lost])]
+    assert texts[0] == texts[1]
+
+
+def test_a_pulled_off_indenter_is_marked_with_the_requested_load(run):
     text = SMOOTH.replace('"penetration"', '"load"')
     scene = adhesive(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, -60.0]"), 0.5)
-    lost = replace(sticky[2][0], step=1, converged=False, message="stalled at a force")
-    told = row(scene, reference_for(scene), lost, 2)
-    assert told.endswith("PULLED OFF: no contact holds -60 nN")
-    stalled = replace(lost, repulsive_atoms=1)
-    told = row(scene, reference_for(scene), stalled, 2)
-    assert told.endswith("NOT CONVERGED: stalled at a force (forces in eV/Å)")
+    lost = replace(run[1][0], step=1, converged=False, message="stalled at a force")
+    row = table_row(reference_for(scene), lost)
+    assert row.endswith("PULLED OFF: no contact at -60 nN")
+    row = table_row(reference_for(scene), replace(lost, repulsive_atoms=1))
+    assert row.endswith("NOT CONVERGED: stalled at a force (forces in eV/Å)")
 
 
-def test_all_lines_of_theory_tell_that_they_are_and_of_what(sticky):
-    scene, laws, _, _ = sticky
-    about = [line for line in heading(scene, laws).splitlines() if "w = " in line]
-    assert len(about) == 3
-    assert all(re.search("[Tt]heory.*smooth sphere, w = 0.5 J/m²", a) for a in about)
+def test_lines_with_results_of_theory_name_the_system(run):
+    lines = [line for line in table_header(run[0]).splitlines() if "w = " in line]
+    assert len(lines) == 3
+    assert all(re.search("[Tt]heory.*smooth sphere, w = 0.5 J/m²", x) for x in lines)
 
 
-def test_time_left_is_that_of_the_steps_before_by_their_costs(sticky):
-    records = [replace(record, seconds=2.0) for record in sticky[2]]
-    costs = [0.0, 1.0, 2.0, 3.0, 7.0, 8.0]
-    assert time_left(costs, records[:1], kept=0) is None
-    assert time_left(costs, records[:2], kept=0) == 2.0 * 6.0
-    assert time_left(costs, records[:3], kept=1) == 4.0 / 2.0 * 5.0
-    assert time_left(costs, records[:3], kept=2) is None
-    assert time_left(costs, records, kept=0) == 0.0
+def test_a_row_has_the_time_left_if_it_is_at_least_a_second(run):
+    reference, steps, _ = run
+    assert table_row(reference, steps[0], 80.2).endswith("about 0:01:20 left")
+    assert "left" not in table_row(reference, steps[0], 0.2)
+    assert "left" not in table_row(reference, steps[0])
 
 
-def test_a_row_tells_time_left_once_it_is_a_second(sticky):
-    scene, laws, records, _ = sticky
-    assert row(scene, laws, records[0], 5, 80.2).endswith("about 0:01:20 left")
-    assert "left" not in row(scene, laws, records[0], 5, 0.2)
+def test_the_summary_of_a_path_of_heights_has_the_height_of_first_contact(run):
+    reference, steps, folder = run
+    assert "touches" not in summary(reference, steps, folder, [])
+    scene = reference.scene
+    scene = replace(scene, path=replace(scene.path, control="height"))
+    text = summary(replace(reference, scene=scene), steps, folder, [])
+    height = next(step.height for step in steps if step.penetration == 0.0)
+    assert f"at a height of {height:.4g} Å." in text
 
 
-# Pictures
+# Figures
 
 
-def test_a_path_with_tension_has_a_picture_of_its_force(sticky):
+def test_a_path_with_tension_has_a_figure_of_the_force(run):
     pytest.importorskip("matplotlib")
-    scene, laws, records, folder = sticky
-    assert draw(scene, laws, records, folder) == [
-        "curve.png",
-        "force.png",
-        "contact.png",
-    ]
-    pulled = [record for record in records if record.normal_force <= 0.0]
-    assert draw(scene, laws, pulled, folder) == ["force.png", "contact.png"]
-    assert draw(scene, laws, records[:1], folder) == []
+    reference, steps, folder = run
+    names = ["curve.png", "force.png", "contact.png"]
+    assert draw(reference, steps, folder) == names
+    tensile = [step for step in steps if step.normal_force <= 0.0]
+    assert draw(reference, tensile, folder) == names[1:]
+    assert draw(reference, steps[:1], folder) == []
 
 
-def test_a_force_that_is_only_rounding_is_not_drawn_on_a_logarithmic_axis(
-    sticky, monkeypatch
+def test_forces_below_the_tolerance_are_not_drawn_on_a_logarithmic_axis(
+    run, monkeypatch
 ):
     plot = pytest.importorskip("ase_roughcontact.plot")
-    scene, laws, records, folder = sticky
+    reference, steps, folder = run
     drawn = []
     monkeypatch.setattr(
         plot, "plot_curve", lambda axes, load, *_: drawn.append(list(load))
     )
-    rounding = replace(records[2], normal_force=1e-9, tolerance=2e-9)
-    draw(scene, laws, [records[2], rounding], folder)
-    assert drawn == [[records[2].normal_force / NANONEWTON]]
+    rounding = replace(steps[2], normal_force=1e-9, tolerance=2e-9)
+    draw(reference, [steps[2], rounding], folder)
+    assert drawn == [[steps[2].normal_force / NANONEWTON]]
 
 
-def test_maps_tell_where_on_the_path_they_are_and_share_a_range(sticky, monkeypatch):
+def test_maps_have_titles_and_share_a_range(run, monkeypatch):
     plot = pytest.importorskip("ase_roughcontact.plot")
-    scene, laws, records, folder = sticky
-    panels, show = [], plot.plot_contact
+    panels, plot_contact = [], plot.plot_contact
 
-    def shown(panel, *given, **options):
+    def collect(panel, *arguments, **options):
         panels.append(panel)
-        return show(panel, *given, **options)
+        return plot_contact(panel, *arguments, **options)
 
-    monkeypatch.setattr(plot, "plot_contact", shown)
-    draw(scene, laws, records, folder)
+    monkeypatch.setattr(plot, "plot_contact", collect)
+    draw(*run)
     titles = [panel.get_title() for panel in panels]
     assert titles[1].startswith("penetration 2 Å, ")
-    ways = [title.splitlines()[1] for title in titles]
-    assert ways == ["approach", "approach", "retraction"]
+    directions = [title.splitlines()[1] for title in titles]
+    assert directions == ["approach", "approach", "retraction"]
     assert len({panel.get_xlim() for panel in panels}) == 1
 
 
-def test_loads_that_only_press_need_no_picture_of_the_force(tmp_path):
+def test_compressive_loads_have_no_figure_of_the_force(tmp_path):
     pytest.importorskip("matplotlib")
     text = ROUGH.replace('"penetration"', '"load"')
     scene = Scene.parse(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, 20.0]"))
-    records = list(scene.run(tmp_path))
-    assert draw(scene, reference_for(scene), records, tmp_path) == [
-        "curve.png",
-        "contact.png",
-    ]
-
-
-def test_a_path_of_heights_tells_where_the_sphere_touches(sticky):
-    scene, _, records, _ = sticky
-    assert touching_height(scene, records) == ""
-    scene = replace(scene, path=replace(scene.path, control="height"))
-    touched = next(r.height for r in records if r.penetration == 0.0)
-    assert touching_height(scene, records).endswith(f"at a height of {touched:.4g} Å.")
+    steps = list(scene.run(tmp_path))
+    names = ["curve.png", "contact.png"]
+    assert draw(reference_for(scene), steps, tmp_path) == names

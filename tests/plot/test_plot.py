@@ -100,7 +100,7 @@ def test_curve_is_the_area_relative_to_hertz(axes):
 
 def test_curve_shows_other_laws_and_leaves_out_a_prediction_that_is_none(axes):
     load = np.array([1.0, 10.0])
-    plot.plot_curve(axes, load, load, load, laws={"JKR": (load, [3.0, 2.0])})
+    plot.plot_curve(axes, load, load, load, theory={"JKR": (load, [3.0, 2.0])})
     np.testing.assert_array_equal(line(axes, "JKR")[1], [3.0, 2.0])
     labels = [each.get_label() for each in axes.lines]
     assert "Eq. (4)" not in labels
@@ -108,9 +108,10 @@ def test_curve_shows_other_laws_and_leaves_out_a_prediction_that_is_none(axes):
 
 def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
     force = np.array([0.0, -2.0, 3.0]) * NANONEWTON
-    laws = {"JKR": ([0.0, 1.0], [-NANONEWTON, 500.0 * NANONEWTON])}
+    theory = {"JKR": ([0.0, 1.0], [-NANONEWTON, 500.0 * NANONEWTON])}
     assert (
-        plot.plot_force(axes, [-1.0, 0.0, 1.0], force, laws, -4.0 * NANONEWTON) is axes
+        plot.plot_force(axes, [-1.0, 0.0, 1.0], force, theory, -4.0 * NANONEWTON)
+        is axes
     )
     np.testing.assert_allclose(line(axes, "simulation")[1], [0.0, -2.0, 3.0])
     np.testing.assert_allclose(line(axes, "JKR")[1], [-1.0, 500.0])
@@ -238,7 +239,7 @@ def test_convergence_leaves_errors_of_zero_out(axes):
 
 
 def test_convergence_refuses_lists_of_different_lengths(axes):
-    with pytest.raises(ValueError, match=r"b: .*one length"):
+    with pytest.raises(ValueError, match=r"b: .*same length"):
         plot.plot_convergence(axes, {"b": ([1, 2], [1.0])})
 
 

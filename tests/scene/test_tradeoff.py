@@ -1,4 +1,4 @@
-"""The study of a user's own scene, and what it recommends."""
+"""Trade-off between accuracy and cost of a scene."""
 
 import re
 from dataclasses import replace
@@ -39,27 +39,27 @@ def studied(text=TEXT, error=1e-2, **options):
         return tradeoff(Scene.parse(text), error, **options)
 
 
-def test_the_scene_as_it_is_comes_first():
+def test_the_settings_of_the_scene_are_the_first_trial():
     assert studied().trials[0].choice.optimizer == "FIRE2"
     assert studied().trials[0].choice.fmax == 1e-3
 
 
-def test_the_first_step_the_middle_one_and_the_last_are_tried_each_after_another():
+def test_the_first_middle_and_last_steps_are_calculated_each_after_its_predecessor():
     assert studied().steps == ("0.3 Å", "0.9 Å", "1.2 Å", "1.8 Å", "2.1 Å")
 
 
-def test_a_single_step_is_enough_to_try():
+def test_a_single_step_suffices():
     assert studied(steps=1).steps == ("0.3 Å",)
 
 
-def test_steps_that_would_take_too_long_are_left_out():
+def test_steps_that_are_too_slow_are_left_out():
     study = studied(seconds=1e-9)
     assert study.steps == ("0.3 Å",)
     assert study.left_out == 6
-    assert "6 slow steps not tried" in str(study)
+    assert "6 slow steps left out" in str(study)
 
 
-def test_the_recommended_setting_keeps_to_the_error_and_is_the_cheapest_that_does():
+def test_the_cheapest_sufficient_setting_is_recommended():
     study = studied()
     assert study.best.error + study.reference_error < study.wanted
     better = [t for t in study.trials if t.error <= study.best.error]
@@ -67,9 +67,9 @@ def test_the_recommended_setting_keeps_to_the_error_and_is_the_cheapest_that_doe
     assert study.best.work < study.trials[0].work
 
 
-def test_the_recommendation_is_a_piece_of_a_scene_that_does_what_was_promised():
+def test_the_recommendation_is_part_of_a_scene_file_and_has_the_requested_error():
     study = studied()
-    advice = str(study).partition("write:")[2]
+    advice = str(study).partition("Recommended for an error of 0.01:")[2]
     scene = Scene.parse(TEXT.partition("[solver]")[0] + advice)
     wanted = replace(scene, solver=replace(scene.solver, accuracy=1e-9))
     with threads(1):
@@ -77,59 +77,57 @@ def test_the_recommendation_is_a_piece_of_a_scene_that_does_what_was_promised():
             assert record.normal_force == pytest.approx(truth.normal_force, rel=1e-2)
 
 
-def test_the_reference_is_far_better_than_what_is_judged_by_it():
+def test_the_reference_is_much_more_accurate_than_the_trials():
     study = studied()
     assert study.reference_error < 1e-3 * study.wanted
     errors = [t.error for t in study.trials if t.choice.accuracy == 1e-6]
     assert study.reference_error < min(errors) < 1e-6
 
 
-def stuck(monkeypatch, left):
+def stall_reference(monkeypatch, ratio):
     """Stop the reference at a multiple of its tolerance."""
     original = Scene.relax
 
     def relax(scene, *steps, **options):
         first, *others = original(scene, *steps, **options)
         if scene.solver.accuracy == REFERENCE:
-            force = left * first.tolerance
+            force = ratio * first.tolerance
             first = replace(first, converged=False, max_force=force, message="stalled")
         return iter([first, *others])
 
     monkeypatch.setattr(Scene, "relax", relax)
 
 
-def test_a_reference_that_rounding_stops_is_good_for_errors_far_above_its_own(
-    monkeypatch,
-):
-    stuck(monkeypatch, left=1e3)
+def test_a_reference_stopped_by_rounding_suffices_for_much_larger_errors(monkeypatch):
+    stall_reference(monkeypatch, ratio=1e3)
     with threads(1):
         study = tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
     assert study.reference_error == pytest.approx(1e3 * REFERENCE)
     assert study.best is not None
 
 
-def test_a_reference_that_is_hardly_better_than_the_error_is_refused(monkeypatch):
-    stuck(monkeypatch, left=1e8)
+def test_a_reference_of_insufficient_accuracy_is_an_error(monkeypatch):
+    stall_reference(monkeypatch, ratio=1e8)
     with pytest.raises(
         RuntimeError, match=r"no reference .* stops at 1\.0e-02.*stalled"
     ):
         tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
 
 
-def test_an_error_that_no_setting_keeps_to_is_told_with_the_least_one():
+def test_if_no_setting_suffices_the_smallest_error_is_printed():
     study = replace(studied(), wanted=1e-30)
     assert study.best is None
     last = str(study).splitlines()[-1]
-    assert last.startswith("No setting that was tried is safe for an error of 1e-30")
-    assert "write:" not in str(study)
+    assert last.startswith("No setting is safe for an error of 1e-30")
+    assert "Recommended" not in str(study)
 
 
-def test_nothing_is_recommended_that_is_not_known_to_keep_to_the_error():
+def test_the_error_of_the_reference_counts():
     study = studied()
     assert replace(study, reference_error=study.wanted).best is None
 
 
-def test_nothing_is_recommended_that_promises_less_than_is_asked_for():
+def test_a_setting_whose_accuracy_allows_a_larger_error_is_not_recommended():
     study = studied()
     best = study.best
     assert accuracy_of(best.choice.accuracy).error <= study.wanted
@@ -138,7 +136,7 @@ def test_nothing_is_recommended_that_promises_less_than_is_asked_for():
     assert replace(study, trials=(*study.trials, lucky)).best is best
 
 
-def test_an_atom_too_many_is_an_error_of_the_area():
+def test_a_wrong_number_of_atoms_is_an_error_of_the_area():
     study = studied()
     worst = max(study.trials, key=lambda trial: trial.atoms)
     assert worst.atoms > 0 and worst.area_error > 0.0
@@ -146,13 +144,13 @@ def test_an_atom_too_many_is_an_error_of_the_area():
 
 
 def test_the_columns_are_explained_below_the_table():
-    head, _, told = str(studied()).partition("\n\n")
+    table, _, legend = str(studied()).partition("\n\n")
     for column in ("error", "atoms", "pairs"):
-        assert column in head.splitlines()[0]
-        assert column in told.splitlines()[0].lower()
+        assert column in table.splitlines()[0]
+        assert column in legend.splitlines()[0].lower()
 
 
-def test_the_cutoff_of_a_full_wall_is_tried_and_recommended():
+def test_cutoffs_of_a_full_wall_are_compared_and_one_is_recommended():
     study = studied(FULL, 1e-1, steps=1)
     errors = {
         t.choice.cutoff: t.force_error
@@ -168,13 +166,13 @@ def test_the_cutoff_of_a_full_wall_is_tried_and_recommended():
     assert float(cutoff[1]) == study.best.choice.cutoff
 
 
-def test_under_given_loads_the_penetration_is_compared():
+def test_under_load_control_the_penetration_is_compared():
     study = studied(AUTO.replace('"penetration"', '"load"'), steps=1)
     assert 0.0 < study.best.force_error < 1e-2
 
 
 @pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"seconds": -1.0}])
-def test_numbers_that_make_no_sense_are_refused(given):
+def test_arguments_out_of_range_are_errors(given):
     (name,) = given
     with pytest.raises(ValueError, match=name):
         tradeoff(Scene.parse(TEXT), **given)

@@ -1,0 +1,229 @@
+"""The commands of ``ase-roughcontact``: one function each."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from typing import Any
+
+from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact.cli import figures, report
+from ase_roughcontact.cli.jsonlines import json_line
+from ase_roughcontact.cli.parser import make_parser
+from ase_roughcontact.ensemble import product, run_ensemble, write_csv
+from ase_roughcontact.ensemble.database import without_password
+from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
+from ase_roughcontact.paths.record import LoadStep, units_of
+from ase_roughcontact.paths.trajectory import count_steps, read_steps
+from ase_roughcontact.scene import Scene, default_text
+from ase_roughcontact.scene.reading import tomllib
+from ase_roughcontact.scene.reference import Reference, reference_for
+from ase_roughcontact.scene.tradeoff import tradeoff
+
+UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
+_ERRORS = ValueError, RuntimeError, OSError, MemoryError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    options = make_parser().parse_args(arguments)
+    try:
+        status = COMMANDS[options.command](options)
+        sys.stdout.flush()  # here, where a closed pipe is caught
+        return status
+    except BrokenPipeError:  # the pager was closed
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except _ERRORS as error:
+        print(f"ase-roughcontact: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        message = "interrupted; finished steps are saved"
+        if options.command == "run":
+            message += f"; to draw them: ase-roughcontact figure {options.out}"
+        print(f"\n{message}", file=sys.stderr)
+        return 130
+
+
+def _scene_text(options: argparse.Namespace) -> tuple[str, str]:
+    """Return text and name of the scene file, by default of the built-in one."""
+    if not options.scene:
+        return default_text(), "default.toml"
+    return Scene.text_of(options.scene), options.scene
+
+
+def _scene(options: argparse.Namespace) -> Scene:
+    text, name = _scene_text(options)
+    scene = Scene.parse(text, name)
+    scene.check(name)
+    return scene
+
+
+def _print_scene(options: argparse.Namespace) -> int:
+    print(default_text(), end="")
+    return 0
+
+
+def _plan(options: argparse.Namespace) -> int:
+    scene = _scene(options)
+    plan, control = scene.plan(), scene.path.control
+    units = units_of()
+    unit = units["normal_force" if control == "load" else control]
+    if options.json:
+        for step in plan.steps:
+            print(json_line(asdict(step), units | {"target": unit}))
+    elif not options.quiet:
+        printed = printed_unit(unit)
+        print(plan.table(f"{control} ({printed})", UNITS[printed]))
+    return 0 if plan.runs else 1
+
+
+def _run(options: argparse.Namespace) -> int:
+    scene, steps = _scene(options), list[LoadStep]()
+    reference = reference_for(scene)
+    try:
+        _relax(options, reference, steps)
+    except _ERRORS:
+        if steps:
+            with suppress(OSError, MemoryError):  # in favour of the first error
+                _write_results(options, reference, steps)
+        raise
+    _write_results(options, reference, steps)
+    return 0 if all(step.converged for step in steps) else 1
+
+
+def _relax(
+    options: argparse.Namespace,
+    reference: Reference,
+    steps: list[LoadStep],
+) -> None:
+    """Relax all steps, print each, and append it to a list."""
+    folder, (text, _) = options.out, _scene_text(options)
+    restored = count_steps(folder / "sweep.traj")
+    meter = ProgressMeter({"path": expected_costs(reference.scene)})
+    meter.add(["path"] * restored)
+    meter.progress()
+    for step in reference.scene.run(folder):
+        if not steps:
+            (folder / "scene.toml").write_text(text, encoding="utf-8")
+            if _prints_text(options):
+                print(report.table_header(reference))
+        steps.append(step)
+        if len(steps) > restored:
+            meter.add(["path"])
+        if _prints_text(options):
+            left = meter.progress().left
+            row = report.table_row(reference, step, left, len(steps) <= restored)
+            print(row, flush=True)
+        if options.verbose:
+            print(report.solver_line(step), flush=True)
+        if options.json:
+            print(json_line(asdict(step), units_of()), flush=True)
+
+
+def _prints_text(options: argparse.Namespace) -> bool:
+    return not (options.quiet or options.json)
+
+
+def _write_results(
+    options: argparse.Namespace,
+    reference: Reference,
+    steps: list[LoadStep],
+) -> None:
+    """Draw figures, write the trajectory for viewing, and print where they are."""
+    pictures = figures.draw(reference, steps, options.out)
+    figures.write_view(reference.scene, options.out)
+    if _prints_text(options):
+        print(report.summary(reference, steps, options.out, pictures), flush=True)
+
+
+def _figure(options: argparse.Namespace) -> int:
+    folder = options.folder
+    scene = Scene.read(folder / "scene.toml")
+    steps = list(read_steps(folder / "sweep.traj"))
+    pictures = figures.draw(reference_for(scene), steps, folder)
+    if not pictures:
+        raise RuntimeError("no figures: matplotlib is not installed, or no contact")
+    figures.write_view(scene, folder)
+    print("\n".join(str(folder / name) for name in pictures))
+    return 0
+
+
+def _ensemble(options: argparse.Namespace) -> int:
+    scene = Scene.parse(*_scene_text(options))
+    values: dict[str, list[Any]] = {}
+    for key, listed in map(_values_of_key, options.set):
+        if key in values:
+            raise ValueError(f"--set {key} is given twice: give all values in one")
+        values[key] = listed
+    scenes = product(scene, values)
+    for progress in run_ensemble(scenes, options.database, workers=options.workers):
+        if options.json:
+            print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
+        elif not options.quiet:
+            print(progress, flush=True)
+    if options.table:
+        write_csv(options.database, options.table)
+    if _prints_text(options):
+        database = without_password(options.database)
+        print(
+            f"Results are in {database}. To list them:\n"
+            f"  ase db {database} record=step -c case,step,normal_force,contact_area"
+        )
+    for case, message in progress.failures.items():
+        print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
+    return 1 if progress.failures else 0
+
+
+def _values_of_key(text: str) -> tuple[str, list[Any]]:
+    """Return key and values of an option ``section.key=value,value``."""
+    key, equals, values = text.partition("=")
+    try:
+        listed = tomllib.loads(f"values = [{values}]")["values"]
+    except tomllib.TOMLDecodeError:
+        listed = values.split(",")  # strings without quotes
+    if not equals or not values:
+        raise ValueError(f"--set must be SECTION.KEY=VALUE,VALUE,..., got {text!r}")
+    return key.strip(), listed
+
+
+def _tradeoff(options: argparse.Namespace) -> int:
+    study = tradeoff(_scene(options), options.error)
+    if options.json:
+        for trial in study.trials:
+            values = {
+                **asdict(trial),
+                "recommended": trial is study.best,
+                "error_wanted": study.wanted,
+                "error_of_reference": study.reference_error,
+            }
+            print(json_line(values, units_of()))
+    elif not options.quiet:
+        print(study)
+    return 1 if study.best is None else 0
+
+
+def _completion(options: argparse.Namespace) -> int:
+    try:
+        import shtab
+    except ImportError as error:
+        raise RuntimeError(
+            "completion needs shtab: pip install 'ase-roughcontact[completion]'"
+        ) from error
+    print(shtab.complete(make_parser(), options.shell))
+    return 0
+
+
+COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
+    "run": _run,
+    "plan": _plan,
+    "ensemble": _ensemble,
+    "tradeoff": _tradeoff,
+    "figure": _figure,
+    "scene": _print_scene,
+    "completion": _completion,
+}
