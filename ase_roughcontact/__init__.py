@@ -2,6 +2,8 @@
 
 __version__ = "0.1.0"
 
+import warnings
+
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.snapshot import restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
@@ -18,6 +20,16 @@ from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.windows.options import WindowOptions
+
+
+def __getattr__(name: str) -> object:
+    if name == "HardWallCG":
+        warnings.warn(
+            "HardWallCG is deprecated: use ActiveSet", DeprecationWarning, stacklevel=2
+        )
+        return ActiveSet
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
 
 __all__ = [
     "ActiveSet",

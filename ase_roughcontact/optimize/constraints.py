@@ -127,7 +127,7 @@ def _supported(constraint: object, atoms: Atoms) -> bool:
     constraint.adjust_forces(atoms, adjusted)  # type: ignore[attr-defined]
     if adjusted[-1, 2] == 0.0:
         forces[-1] = 0.0
-    return np.allclose(adjusted, forces, rtol=0.0, atol=1e-9)
+    return np.array_equal(adjusted, forces)
 
 
 def reference_stiffness(contact: Contact, stiffness: float | None = None) -> float:

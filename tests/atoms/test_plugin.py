@@ -1,0 +1,46 @@
+"""The entry point in ASE's plugin system."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import pytest
+
+import ase_roughcontact
+from ase_roughcontact import ActiveSet, RoughContact
+from ase_roughcontact.atoms import plugin
+
+if sys.version_info < (3, 11):
+    import tomli as tomllib
+else:
+    import tomllib
+
+PYPROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+def test_plugin_is_the_calculator():
+    pytest.importorskip("ase._4.plugins.plugin")
+    (calculator,) = plugin.__ase_plugins__
+    assert (calculator.name, calculator()) == ("roughcontact", RoughContact)
+
+
+def test_project_registers_the_module_of_the_plugin():
+    project = tomllib.loads(PYPROJECT.read_text())["project"]
+    (name,) = project["entry-points"]["ase.plugins"].values()
+    assert importlib.import_module(name) is plugin
+
+
+def test_module_is_empty_where_ase_has_no_such_plugins(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ase._4.plugins.plugin", None)
+    try:
+        assert importlib.reload(plugin).__ase_plugins__ == set()
+    finally:
+        monkeypatch.undo()
+        importlib.reload(plugin)
+
+
+def test_former_name_of_the_hard_wall_solver_warns():
+    with pytest.warns(DeprecationWarning, match="use ActiveSet"):
+        assert ase_roughcontact.HardWallCG is ActiveSet
+    with pytest.raises(AttributeError, match="'HardWall2'"):
+        _ = ase_roughcontact.HardWall2
