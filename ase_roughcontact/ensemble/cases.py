@@ -6,14 +6,12 @@ import hashlib
 import itertools
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, replace
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.scene import RoughnessConfig, Scene
-from ase_roughcontact.scene.section import Section
 
 
 def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
@@ -45,7 +43,7 @@ def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
         if not values:
             raise ValueError(f"{key} must have at least one value, got none")
         scenes = [
-            _with_value(scene, key, value)
+            scene.with_values({key: value})
             for scene, value in itertools.product(scenes, values)
         ]
     return scenes
@@ -94,23 +92,6 @@ def scene_as_dict(scene: Scene) -> dict[str, Any]:
     return _json_value(
         {title: section and section.entries() for title, section in sections.items()}
     )
-
-
-def _with_value(scene: Scene, key: str, value: Any) -> Scene:
-    """Return the scene with another value of a key, or another section."""
-    title, _, name = key.partition(".")
-    titles = [f.name for f in fields(Scene)]
-    if title not in titles:
-        raise ValueError(unknown(title, titles, "section"))
-    if not name:
-        if not (value is None or isinstance(value, Section)):
-            raise ValueError(f"[{title}] must be a section, got {value!r}")
-        changes: dict[str, Any] = {title: value}
-        return replace(scene, **changes)
-    section = getattr(scene, title)
-    if section is None:
-        raise ValueError(f"{key} can't be set: the scene has no [{title}]")
-    return replace(scene, **{title: section.changed(name, value)})
 
 
 def _plain_number(value: Any) -> Any:

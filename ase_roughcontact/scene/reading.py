@@ -1,14 +1,12 @@
-"""Reading and comparing the sections of scene files."""
+"""Reading of scene files."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
 from typing import Any
 
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.scene.config import SECTIONS
-from ase_roughcontact.scene.section import Section
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -51,44 +49,3 @@ def read_sections(text: str, name: str) -> dict[str, Any]:
     except ValueError as error:
         raise ValueError(f"{name}: {error}") from error
     return sections
-
-
-def differences(
-    old: Mapping[str, Section | None], new: Mapping[str, Section | None]
-) -> list[str]:
-    """Return descriptions of the differences between two scenes.
-
-    Parameters
-    ----------
-    old, new : mapping of str to Section or None
-        Sections by title.
-
-    Returns
-    -------
-    list of str
-        Section, key, old value and new value.
-    """
-    found = []
-    for title in SECTIONS:
-        before, after = old.get(title), new.get(title)
-        if before is None or after is None:
-            if before is not after:
-                change = "was removed" if after is None else "was added"
-                found.append(f"[{title}] {change}")
-            continue
-        was, now = before.entries(), after.entries()
-        found += [
-            f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
-            for key in {**was, **now}
-            if was.get(key) != now.get(key)
-        ]
-    return found
-
-
-def _toml(value: Any) -> str:
-    """Return a value as written in a scene file."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        return str(list(value))
-    return "not given" if value is None else repr(value)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -20,9 +21,10 @@ from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.reading import differences, read_sections
+from ase_roughcontact.scene.reading import read_sections
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
 
 # Shape of the atoms before a window is chosen.
@@ -116,6 +118,36 @@ class Scene(Model):
     def default(cls) -> Scene:
         """Return the built-in scene."""
         return cls.parse(default_text(), "default.toml")
+
+    def with_values(self, values: Mapping[str, Any]) -> Scene:
+        """Return the scene with other values of some keys.
+
+        Parameters
+        ----------
+        values : mapping
+            Values by key, in the units of the scene file: ``"sphere.radius"``; or whole
+            sections by title, None for none.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If a section or key is unknown, or a value is of the wrong type.
+        """
+        changes: dict[str, Any] = {}
+        for key, value in values.items():
+            title, _, name = key.partition(".")
+            lookup(title, SECTIONS, "section")
+            section = changes.get(title, getattr(self, title))
+            if name and section is None:
+                raise ValueError(f"{key} can't be set: the scene has no [{title}]")
+            if not (name or value is None or isinstance(value, SECTIONS[title])):
+                raise ValueError(f"[{title}] must be a section, got {value!r}")
+            changes[title] = section.changed(name, value) if name else value
+        return replace(self, **changes)
 
     def check(self, name: str = "scene") -> None:
         """Raise an error if a value is out of range or inconsistent with others.
@@ -283,26 +315,40 @@ class Scene(Model):
         try:
             path = self.relax(resume=True, **files)
         except ValueError as error:
-            changed = self._changed(folder / "scene.toml")
-            if not changed:
+            changes = self._changes_from(folder / "scene.toml")
+            if not changes:
                 raise
             raise ValueError(
-                f"{folder} contains a run of another scene: {'; '.join(changed)}. Give "
+                f"{folder} contains a run of another scene: {'; '.join(changes)}. Give "
                 "another folder, or delete this one; a path can be extended only by "
                 "steps after its last one"
             ) from error
         yield from path
 
-    def _changed(self, file: Path) -> list[str]:
-        """Return the differences from the scene of a file, if there is one."""
+    def _entries(self) -> dict[str, Any]:
+        """Return the values of all keys, such as ``"sphere.radius"``."""
+        sections = {title: getattr(self, title) for title in SECTIONS}
+        return {
+            f"[{title}] {key}": value
+            for title, section in sections.items()
+            if section is not None
+            for key, value in section.entries().items()
+        }
+
+    def _changes_from(self, file: Path) -> list[str]:
+        """Return the keys whose values differ from those of a file, if it exists."""
         if not file.exists():
             return []
-        titles = [table.name for table in fields(self)]
-        old, new = (
-            {title: getattr(scene, title) for title in titles}
-            for scene in (Scene.read(file), self)
-        )
-        return differences(old, new)
+        old, new = Scene.read(file)._entries(), self._entries()
+        return [
+            f"{key} was {_toml(old.get(key))}, is {_toml(new.get(key))}"
+            for key in {**old, **new}
+            if old.get(key) != new.get(key)
+        ]
+
+
+def _toml(value: Any) -> str:
+    return "not given" if value is None else json.dumps(value)
 
 
 def default_text() -> str:

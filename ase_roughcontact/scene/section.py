@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from types import NoneType, UnionType
+from types import UnionType
 from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
 from ase_roughcontact._util.validation import unknown
@@ -47,9 +47,8 @@ class Section:
             if name not in types:
                 problem = unknown(name, list(types), "key")
                 raise ValueError(f"[{cls.title}] {problem}")
-            if not any(_TYPES[each][1](value) for each in types[name]):
-                allowed = [_TYPES[each][0] for each in types[name]]
-                expected = " or ".join(filter(None, allowed))
+            if not any(_is_of_type(value, each) for each in types[name]):
+                expected = " or ".join(filter(None, map(_TYPES.get, types[name])))
                 raise ValueError(
                     f"[{cls.title}] {name} must be {expected}, got {value!r}"
                 )
@@ -82,20 +81,20 @@ def _members(hint: Any) -> tuple[type, ...]:
     return tuple(get_origin(member) or member for member in members)
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+def _is_of_type(value: Any, kind: type) -> bool:
+    if kind is tuple:
+        is_list = isinstance(value, (list, tuple))
+        return is_list and all(_is_of_type(each, float) for each in value)
+    if kind in (int, float):
+        return isinstance(value, (int, float)) and not isinstance(value, bool)
+    return isinstance(value, kind)
 
 
-def _is_list(value: Any) -> bool:
-    return isinstance(value, (list, tuple)) and all(map(_is_number, value))
-
-
-# Description of each type of value, and whether a value is of that type.
-_TYPES: dict[type, tuple[str, Callable[[Any], bool]]] = {
-    tuple: ("a list of numbers", _is_list),
-    bool: ("true or false", lambda value: isinstance(value, bool)),
-    float: ("a number", _is_number),
-    int: ("a number", _is_number),
-    str: ("a string", lambda value: isinstance(value, str)),
-    NoneType: ("", lambda value: value is None),
+# Descriptions of the types of values.
+_TYPES: dict[type, str] = {
+    tuple: "a list of numbers",
+    bool: "true or false",
+    float: "a number",
+    int: "a number",
+    str: "a string",
 }

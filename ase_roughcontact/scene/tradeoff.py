@@ -1,120 +1,55 @@
 """Trade-off between accuracy and cost, measured on a few steps of a scene.
 
 The steps are calculated with several settings, and compared with a reference that is
-calculated far more accurately.
+far more accurate.
 """
 
 from __future__ import annotations
 
+import json
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import integer, positive
-from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact._util.validation import FloatArray, integer, positive
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.scene import Scene
 
-#: Largest fraction of the requested error that a recommended setting may have made, as
-#: the error of other steps may be larger.
+#: Fraction of the requested error that the measured error of a recommended setting may
+#: reach, as the error of the other steps may be larger.
 SAFETY_FACTOR = 0.3
 # Accuracies of the trials.
 _ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
-# Accuracy of the reference, and of a second one, from which its error is estimated.
-_REFERENCE, _SECOND_REFERENCE = 1e-10, 1e-9
-# Smallest error that can be distinguished from that of the reference.
-_SMALLEST_ERROR = 10.0 * _REFERENCE
-# Least ratio of the requested error to that of a reference that did not converge.
-_REFERENCE_MARGIN = 10.0
-# Cutoffs of the trials and of the reference, in units of the spacing.
+# Accuracy of the reference, and of the calculation from which its error is estimated.
+_REFERENCE, _CHECK = 1e-10, 1e-9
+# Ratio of the requested error to that of the reference, at least.
+_MARGIN = 10.0
+# Cutoffs of the trials, and that of the reference, in units of the spacing.
 _CUTOFFS, _REFERENCE_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
-# Accuracy of the trials that compare cutoffs.
+# Accuracy of the trials of cutoffs.
 _CUTOFF_ACCURACY = 1e-6
-# Typical mean pressure in contact, in units of E*.
+# Mean pressure in contact, in units of E*, that is typical of rough surfaces.
 _TYPICAL_PRESSURE = 0.05
-# Number of times that a trial is run; the shortest time counts.
-_REPEATS = 2
-
-
-@dataclass(frozen=True)
-class Choice:
-    """Settings of a trial.
-
-    Attributes
-    ----------
-    accuracy : float or str
-        Key of ``[solver]``.
-    optimizer : str or None
-        Key of ``[solver]``; None for the default one.
-    fmax : float or None
-        Key of ``[solver]``, used instead of the accuracy.
-    cutoff : float or None
-        Key of ``[interaction]``; None for that of the scene.
-    """
-
-    accuracy: float | str
-    optimizer: str | None = None
-    fmax: float | None = None
-    cutoff: float | None = None
-
-    def __str__(self) -> str:
-        accuracy = self.accuracy
-        words = [accuracy if isinstance(accuracy, str) else f"{accuracy:.0e}"]
-        if self.fmax is not None:
-            words = [f"fmax {self.fmax:.3g}"]
-        if self.optimizer is not None:
-            words.append(self.optimizer)
-        if self.cutoff is not None:
-            words.append(f"cutoff {self.cutoff:g}")
-        return ", ".join(words)
-
-    @property
-    def nominal_error(self) -> float:
-        """Relative error that the accuracy allows; zero if `fmax` replaces it."""
-        return 0.0 if self.fmax is not None else accuracy_of(self.accuracy).error
-
-    @property
-    def toml(self) -> str:
-        """The settings as keys of a scene file."""
-        accuracy = self.accuracy
-        value = f'"{accuracy}"' if isinstance(accuracy, str) else f"{accuracy:g}"
-        lines = ["[solver]", f"accuracy = {value}"]
-        if self.fmax is not None:
-            lines[1] = f"fmax = {self.fmax!r}"
-        if self.optimizer is not None:
-            lines.append(f'optimizer = "{self.optimizer}"')
-        if self.cutoff is not None:
-            lines += ["", "[interaction]", f"cutoff = {self.cutoff}"]
-        return "\n".join(lines)
-
-    def scene(self, scene: Scene) -> Scene:
-        """Return a scene with these settings."""
-        solver = replace(
-            scene.solver,
-            accuracy=self.accuracy,
-            optimizer=self.optimizer,
-            fmax=self.fmax,
-        )
-        wall = scene.interaction
-        if self.cutoff is not None:
-            wall = wall.changed("cutoff", self.cutoff)
-        return replace(scene, solver=solver, interaction=wall)
 
 
 @dataclass(frozen=True)
 class Trial:
-    """Cost and error of a choice of settings for the steps of the trial.
+    """Cost and error of some settings.
 
     Attributes
     ----------
-    choice : Choice
+    settings : dict
+        Values by key of the scene file, such as ``{"solver.accuracy": 1e-3}``.
+    nominal_error : float
+        Relative error that the accuracy allows; zero if a tolerance replaces it.
     force_error : float
-        Largest relative error of the normal force; it is relative to a pressure of
-        0.05 E* on the atoms in contact where the force is smaller than that. Under load
-        control that of the penetration instead, relative to the penetration or to the
-        spacing if that is larger.
+        Largest relative error of the normal force, relative to a pressure of 0.05 E* on
+        the atoms in contact if the force is smaller than that. Under load control, that
+        of the penetration instead, relative to the spacing if it is smaller than that.
     area_error : float
         Largest relative error of the contact area.
     atoms : int
@@ -122,16 +57,17 @@ class Trial:
     pairs : float
         Number of FFT pairs.
     work : float
-        Number of FFT pairs times the points of their grids.
+        Number of FFT pairs times the number of points of their grids.
     seconds : float
-        Wall-clock time, the shorter one of two runs.
+        Wall-clock time (s).
     memory : float
         Estimated peak memory (bytes).
     converged : bool
         Whether all steps converged.
     """
 
-    choice: Choice
+    settings: dict[str, Any]
+    nominal_error: float
     force_error: float
     area_error: float
     atoms: int
@@ -143,13 +79,28 @@ class Trial:
 
     @property
     def error(self) -> float:
-        """Error of force and area, infinite if a step did not converge."""
+        """Larger error of force and area, infinite if a step did not converge."""
         return max(self.force_error, self.area_error) if self.converged else np.inf
+
+    @property
+    def label(self) -> str:
+        """The settings in short."""
+        return ", ".join(f"{key.split('.')[1]} {v}" for key, v in self.settings.items())
+
+    @property
+    def toml(self) -> str:
+        """The settings as sections of a scene file."""
+        sections: dict[str, list[str]] = {}
+        for key, value in self.settings.items():
+            title, name = key.split(".")
+            lines = sections.setdefault(title, [f"[{title}]"])
+            lines.append(f"{name} = {json.dumps(value)}")
+        return "\n\n".join("\n".join(lines) for lines in sections.values())
 
 
 @dataclass(frozen=True)
 class Tradeoff:
-    """Trials of a scene, and the recommended settings.
+    """Trials of a scene and the recommended settings; printed as a table.
 
     Attributes
     ----------
@@ -157,30 +108,30 @@ class Tradeoff:
         Requested relative error.
     steps : tuple of str
         Targets of the calculated steps.
-    left_out : int
-        Number of steps that would have been too slow.
+    omitted : int
+        Number of steps that were too slow to be calculated.
     trials : tuple of Trial
         That of the scene's own settings, then the others.
     reference_error : float
-        Estimated error of the reference; it is added to that of each trial.
+        Estimated error of the reference; it counts as an error of every trial.
     """
 
     wanted: float
     steps: tuple[str, ...]
-    left_out: int
+    omitted: int
     trials: tuple[Trial, ...]
     reference_error: float
 
     @property
     def best(self) -> Trial | None:
-        """Cheapest trial whose accuracy and measured error are sufficient, or None."""
+        """Cheapest trial of sufficient nominal and measured accuracy, or None."""
+        limit = SAFETY_FACTOR * self.wanted - self.reference_error
         sufficient = [
             trial
             for trial in self.trials
-            if trial.choice.nominal_error <= self.wanted
-            and trial.error + self.reference_error <= SAFETY_FACTOR * self.wanted
+            if trial.nominal_error <= self.wanted and trial.error <= limit
         ]
-        # the work does not depend on the load of the machine, the time does
+        # in contrast to the time, the work does not depend on the load of the machine
         return min(sufficient, key=lambda trial: trial.work, default=None)
 
     def __str__(self) -> str:
@@ -189,30 +140,33 @@ class Tradeoff:
             "  memory (GB)"
         ]
         lines += [
-            f"{t.choice!s:<26}{t.force_error:14.1e}{t.area_error:14.1e}"
-            f"{t.atoms:7d}{t.pairs:9.0f}{t.seconds:10.2g}{t.memory / 1e9:13.2f}"
+            f"{t.label:<26}{t.force_error:14.1e}{t.area_error:14.1e}{t.atoms:7d}"
+            f"{t.pairs:9.0f}{t.seconds:10.2g}{t.memory / UNITS['GB']:13.2f}"
             + ("" if t.converged else "   NOT CONVERGED")
             for t in self.trials
         ]
-        skipped = f" ({self.left_out} slow steps left out)" if self.left_out else ""
+        omitted = f" ({self.omitted} slow steps omitted)" if self.omitted else ""
         lines += [
             "",
             "First line: settings of the scene. Errors: largest relative error of any "
-            "step (force: under load control, of the penetration); atoms: largest "
-            "error of the number in contact; pairs: forward/inverse FFT pairs.",
-            f"Steps: {', '.join(self.steps)}{skipped}.",
+            "step (force: of the penetration under load control); atoms: largest error "
+            "of the number in contact; pairs: forward/inverse FFT pairs.",
+            f"Steps: {', '.join(self.steps)}{omitted}.",
             f"Estimated error of the reference: {self.reference_error:.0e}.",
             "",
         ]
-        if self.best is not None:
-            lines += [f"Recommended for an error of {self.wanted:g}:", ""]
-            return "\n".join([*lines, self.best.choice.toml])
-        least = min(self.trials, key=lambda trial: trial.error)
+        if self.best:
+            lines += [
+                f"Recommended for an error of {self.wanted:g}:",
+                "",
+                self.best.toml,
+            ]
+            return "\n".join(lines)
+        smallest = min(self.trials, key=lambda trial: trial.error)
         lines.append(
-            f"No setting is safe for an error of {self.wanted:g}: its accuracy must "
-            f"allow no more, and its measured error must be below "
-            f"{SAFETY_FACTOR:g} of that. The smallest measured error was "
-            f"{least.error:.1e} ({least.choice})."
+            f"No setting is safe for an error of {self.wanted:g}: its accuracy must be "
+            f"at least that, and its measured error at most {SAFETY_FACTOR:g} of that. "
+            f"The smallest measured error was {smallest.error:.1e} ({smallest.label})."
         )
         return "\n".join(lines)
 
@@ -225,20 +179,20 @@ def tradeoff(
     Parameters
     ----------
     scene : Scene
-        Its own settings are tried first.
+        Scene whose settings are compared with others.
     error : float
         Requested relative error of force and area.
     steps : int
         Number of steps of the path to calculate: the first, the last, and some between,
         each after its predecessor.
     seconds : float
-        Time for all trials (s). Steps that are too slow for it are left out, except
-        for the first one.
+        Time for all trials (s). Steps that are too slow for it are omitted, except for
+        the first one.
 
     Returns
     -------
     Tradeoff
-        Printed, it is a table and a recommendation.
+        Table and recommendation, if printed.
 
     Raises
     ------
@@ -249,121 +203,111 @@ def tradeoff(
 
     Notes
     -----
-    Most steps between the calculated ones are skipped. With strong adhesion this may
-    lead to other states than the whole path.
+    Most of the steps between the calculated ones are skipped. With strong adhesion this
+    may lead to other states than the whole path.
     """
     positive(error=error, seconds=seconds)
     integer("steps", steps, 1)
-    vary_cutoff = (
-        "cutoff" in scene.wall.parameters
-        and "cutoff" not in scene.interaction.parameters
-    )
-    best = Choice(_REFERENCE, cutoff=_REFERENCE_CUTOFF if vary_cutoff else None)
-    targets, left_out = _targets(best.scene(scene), steps, seconds)
-    reference = list(best.scene(scene).relax(targets))
-    reached = _reached(reference, error)
-    second = replace(best, accuracy=max(_SECOND_REFERENCE, 10.0 * reached))
-    force_error, area_error, _ = _errors(
-        scene, list(second.scene(scene).relax(targets)), reference
-    )
+    default = scene.with_values({"solver.optimizer": None, "solver.fmax": None})
+    reference: dict[str, Any] = {"solver.accuracy": _REFERENCE}
+    cutoffs: list[dict[str, Any]] = []
+    wall: dict[str, Any] = {}
+    given = scene.interaction.parameters
+    if "cutoff" in scene.wall.parameters and "cutoff" not in given:
+        reference["interaction.cutoff"] = _REFERENCE_CUTOFF
+        cutoffs = [{"interaction.cutoff": cutoff} for cutoff in _CUTOFFS]
+    runs = len(cutoffs) + len(_ACCURACIES) + 4
+    targets, omitted = _targets(default.with_values(reference), steps, seconds / runs)
+    exact = list(default.with_values(reference).relax(targets))
 
-    def tried(*choices: Choice) -> list[Trial]:
-        return [_trial(scene, choice, targets, reference) for choice in choices]
+    def trial(settings: Mapping[str, Any], of: Scene = default) -> Trial:
+        return _trial(of.with_values(settings), settings, targets, exact)
 
-    solver, cutoff = scene.solver, None
-    trials = tried(Choice(solver.accuracy, solver.optimizer, solver.fmax))
-    if vary_cutoff:
-        walls = tried(*(Choice(_CUTOFF_ACCURACY, cutoff=c) for c in _CUTOFFS))
-        good = [t.choice.cutoff for t in walls if t.error <= SAFETY_FACTOR * error]
-        cutoff = good[0] if good else _CUTOFFS[-1]
-        trials += walls
-    requested = {error} if _SMALLEST_ERROR <= error < 1.0 else set()
-    accuracies = sorted(requested | set(_ACCURACIES), reverse=True)
-    trials += tried(*(Choice(accuracy, cutoff=cutoff) for accuracy in accuracies))
-    unit = "nN" if scene.path.control == "load" else "Å"
+    stalled = [step.max_force / step.tolerance for step in exact if not step.converged]
+    reached = _REFERENCE * max(stalled, default=0.0)
+    if reached > error / _MARGIN:
+        raise RuntimeError(
+            f"no reference is {_MARGIN:g} times more accurate than {error:g}: the best "
+            f"one stalls at {reached:.1e}"
+        )
+    check = trial(reference | {"solver.accuracy": max(_CHECK, 10.0 * reached)})
+
+    solver = scene.solver
+    own = {"solver.accuracy": solver.accuracy, "solver.optimizer": solver.optimizer}
+    if solver.fmax is not None:
+        own = {"solver.fmax": solver.fmax, "solver.optimizer": solver.optimizer}
+    trials = [trial(own, scene)]
+    if cutoffs:
+        tried = [trial({"solver.accuracy": _CUTOFF_ACCURACY} | c) for c in cutoffs]
+        safe = [i for i, t in enumerate(tried) if t.error <= SAFETY_FACTOR * error]
+        wall = cutoffs[safe[0] if safe else -1]
+        trials += tried
+    requested = {error} if _MARGIN * _REFERENCE <= error < 1.0 else set()
+    accuracies = sorted({*_ACCURACIES, *requested}, reverse=True)
+    trials += [trial({"solver.accuracy": accuracy} | wall) for accuracy in accuracies]
+    unit = scene.path.unit
     return Tradeoff(
         wanted=error,
         steps=tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets),
-        left_out=left_out,
+        omitted=omitted,
         trials=tuple(trials),
-        reference_error=max(reached, force_error, area_error),
+        reference_error=max(reached, check.force_error, check.area_error),
     )
 
 
 def _targets(scene: Scene, steps: int, seconds: float) -> tuple[list[float], int]:
-    """Return the targets to calculate, and the number of steps that are too slow."""
+    """Choose targets of a path, and count the steps that are too slow for a trial."""
     plan = scene.plan()
     planned = [step for step in plan.steps if not step.problem]
     if not planned:
-        raise ValueError(f"no step can be tried: {plan.steps[0].problem}")
-    runs = _REPEATS * (len(_ACCURACIES) + len(_CUTOFFS) + 2) + 2
-    limit = seconds / (runs * 2 * steps)
-    fast = [step.target for step in planned if step.seconds <= limit]
+        raise ValueError(f"no step can be calculated: {plan.steps[0].problem}")
+    fast = [step.target for step in planned if step.seconds <= seconds / (2 * steps)]
     fast = fast or [planned[0].target]
     chosen = np.linspace(0, len(fast) - 1, min(steps, len(fast))).round().astype(int)
-    chosen = np.union1d(chosen, chosen[1:] - 1)  # each step after its predecessor
+    chosen = np.union1d(chosen, chosen[1:] - 1)  # each after its predecessor
     return [fast[i] for i in chosen], len(planned) - len(fast)
 
 
-def _reached(reference: list[LoadStep], error: float) -> float:
-    """Return the accuracy at which the reference stalled; zero if it converged."""
-    stalled = [step for step in reference if not step.converged]
-    if not stalled:
-        return 0.0
-    worst = max(stalled, key=lambda step: step.max_force / step.tolerance)
-    reached = _REFERENCE * worst.max_force / worst.tolerance
-    if reached > error / _REFERENCE_MARGIN:
-        raise RuntimeError(
-            f"no reference is {_REFERENCE_MARGIN:g} times more accurate than an error "
-            f"of {error:g}: the best one stops at {reached:.1e}, in step {worst.step} "
-            f"of those calculated: {worst.message} (forces in eV/Å)"
-        )
-    return reached
-
-
 def _trial(
-    scene: Scene, choice: Choice, targets: list[float], reference: list[LoadStep]
+    scene: Scene,
+    settings: Mapping[str, Any],
+    targets: list[float],
+    exact: list[LoadStep],
 ) -> Trial:
-    runs = [list(choice.scene(scene).relax(targets)) for _ in range(_REPEATS)]
-    steps = runs[0]
+    """Calculate some steps of a scene that has the given settings."""
+    steps = list(scene.relax(targets))
+    pairs = _column(steps, "pairs")
     points = [math.prod(map(int, step.grid.split("x"))) for step in steps]
-    force_error, area_error, atoms = _errors(scene, steps, reference)
+    atoms, exact_atoms = (_column(s, "repulsive_atoms") for s in (steps, exact))
+    difference = abs(atoms - exact_atoms)
     return Trial(
-        choice,
-        force_error,
-        area_error,
-        atoms,
-        pairs=sum(step.pairs for step in steps),
-        work=sum(step.pairs * n for step, n in zip(steps, points, strict=True)),
-        seconds=min(sum(step.seconds for step in run) for run in runs),
-        memory=max(step.memory for step in steps),
+        settings={k: v for k, v in settings.items() if v is not None},
+        nominal_error=scene.accuracy.error if scene.fmax is None else 0.0,
+        force_error=_force_error(scene, steps, exact),
+        area_error=float((difference / np.maximum(1, exact_atoms)).max()),
+        atoms=int(difference.max()),
+        pairs=pairs.sum(),
+        work=float(pairs @ points),
+        seconds=_column(steps, "seconds").sum(),
+        memory=_column(steps, "memory").max(),
         converged=all(step.converged for step in steps),
     )
 
 
-def _errors(
-    scene: Scene, steps: list[LoadStep], reference: list[LoadStep]
-) -> tuple[float, float, int]:
-    """Return the largest errors of force, area and number of atoms in contact."""
-
-    def column(name: str) -> np.ndarray:
-        return np.array(
-            [[getattr(s, name) for s in path] for path in (steps, reference)]
-        )
-
-    atoms, exact_atoms = column("repulsive_atoms")
-    wrong = abs(atoms - exact_atoms)
+def _force_error(scene: Scene, steps: list[LoadStep], exact: list[LoadStep]) -> float:
+    """Return the largest relative error of the force, or of the penetration."""
     if scene.path.control == "load":
-        value, exact = column("height")
-        scale = np.maximum(abs(column("penetration")[1]), scene.spacing)
+        name = "penetration"
+        scale: FloatArray | float = scene.spacing
     else:
-        # a small force may be the difference of large repulsion and attraction
-        value, exact = column("normal_force")
+        # a small force may be the difference of large repulsive and attractive ones
+        name = "normal_force"
         pressure = _TYPICAL_PRESSURE * scene.contact_modulus
-        scale = np.maximum(abs(exact), pressure * column("contact_area")[1])
-        scale[scale == 0.0] = 1.0
-    return (
-        float((abs(value - exact) / scale).max()),
-        float((wrong / np.maximum(1, exact_atoms)).max()),
-        int(wrong.max()),
-    )
+        scale = pressure * _column(exact, "contact_area")
+    value, exact_value = (_column(each, name) for each in (steps, exact))
+    scale = np.maximum(abs(exact_value), scale)
+    return float((abs(value - exact_value) / np.where(scale > 0.0, scale, 1.0)).max())
+
+
+def _column(steps: list[LoadStep], name: str) -> FloatArray:
+    return np.array([getattr(step, name) for step in steps], dtype=float)

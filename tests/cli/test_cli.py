@@ -289,7 +289,7 @@ def test_tradeoff_prints_json_lines_or_nothing(scene, capsys):
     trials = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     (best,) = [trial for trial in trials if trial["recommended"]]
     assert best["force_error"] < best["error_wanted"] == 1e-2
-    assert best["units"]["seconds"] == "s" and "accuracy" in best["choice"]
+    assert best["units"]["seconds"] == "s" and "solver.accuracy" in best["settings"]
 
 
 def test_version_is_printed(capsys):

@@ -1,4 +1,4 @@
-"""Scenes: what a TOML file says, and what it may not say."""
+"""Scenes and scene files."""
 
 import numpy as np
 import pytest
@@ -42,13 +42,13 @@ def test_moduli_are_in_gigapascal_and_works_of_adhesion_in_joule_per_square_metr
         ("full", lambda e, a: LennardJones93.full(a, 0.1 * J / m**2)),
     ],
 )
-def test_every_kind_of_wall_can_be_named(kind, wall):
+def test_walls_are_made_by_kind(kind, wall):
     work = "work_of_adhesion = 0.1\n" if kind == "full" else ""
     scene = Scene.parse(SMALL + f'[interaction]\nkind = "{kind}"\n{work}')
     assert scene.wall == wall(scene.contact_modulus, scene.spacing)
 
 
-def test_the_attraction_of_a_full_wall_decays_over_the_distance_of_its_minimum():
+def test_ranges_of_the_attraction():
     def scene(kind):
         adhesive = f'[interaction]\nkind = "{kind}"\nwork_of_adhesion = 0.1\n'
         return Scene.parse(SMALL + adhesive)
@@ -67,7 +67,7 @@ def test_loads_are_in_nanonewton():
     assert pytest.approx(0.6241509, rel=1e-6) == NANONEWTON  # eV/Å
 
 
-def test_values_can_be_listed():
+def test_targets_can_be_listed():
     text = SMALL.replace("first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.1, 0.3]")
     np.testing.assert_array_equal(Scene.parse(text).steps, [0.1, 0.3])
 
@@ -84,7 +84,7 @@ def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
     assert scene.steps[-1] / scene.steps[0] == pytest.approx(1e4)
 
 
-def test_every_key_of_the_format_stands_in_the_built_in_scene():
+def test_the_built_in_scene_explains_every_key():
     text = default_text()
     for title, section in SECTIONS.items():
         assert f"[{title}]" in text
@@ -93,7 +93,7 @@ def test_every_key_of_the_format_stands_in_the_built_in_scene():
         assert [key for key in wanted if f"{key} = " not in text] == []
 
 
-def test_adhesion_changes_the_prediction_until_it_makes_the_surfaces_stick():
+def test_adhesion_increases_the_predicted_area_unless_flats_adhere():
     def predicted(work):
         interaction = f'[interaction]\nkind = "adhesive"\nwork_of_adhesion = {work}\n'
         return Scene.parse(SMALL + interaction).predicted_area(1.0)
@@ -102,13 +102,13 @@ def test_adhesion_changes_the_prediction_until_it_makes_the_surfaces_stick():
     assert np.isnan(predicted(50.0))
 
 
-def test_without_roughness_the_prediction_is_hertz():
+def test_the_predicted_area_of_a_smooth_sphere_is_hertz():
     text = SMALL.replace("[roughness]\nlong_wavelength = 16.0\n", "")
     scene = Scene.parse(text)
     np.testing.assert_array_equal(scene.predicted_area(2.0), scene.hertz_area(2.0))
 
 
-def test_run_writes_table_and_trajectory_and_goes_on_where_it_was(tmp_path):
+def test_run_writes_csv_and_trajectory_and_resumes(tmp_path):
     scene = Scene.parse(SMALL)
     first = next(scene.run(tmp_path))
     records = list(scene.run(tmp_path))
@@ -117,30 +117,30 @@ def test_run_writes_table_and_trajectory_and_goes_on_where_it_was(tmp_path):
     assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
 
 
-def test_a_folder_of_another_scene_is_refused(tmp_path):
+def test_a_folder_with_results_of_another_scene_is_an_error(tmp_path):
     next(Scene.parse(SMALL).run(tmp_path))
     other = Scene.parse(SMALL.replace("radius = 60.0", "radius = 61.0"))
     with pytest.raises(ValueError, match="another path or system"):
         next(other.run(tmp_path))
 
 
-def test_a_changed_scene_is_refused_with_what_differs(tmp_path):
+def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     (tmp_path / "scene.toml").write_text(SMALL)
     next(Scene.parse(SMALL).run(tmp_path))
     path = "first = 0.2\nlast = 0.6\nsteps = 2"
     changed = SMALL.replace("60.0", "61.0").replace(path, "values = [0.3]")
-    with pytest.raises(ValueError, match="contains a run of another scene") as told:
+    with pytest.raises(ValueError, match="contains a run of another scene") as error:
         next(Scene.parse(changed).run(tmp_path))
-    assert "[sphere] radius was 60.0, is 61.0" in str(told.value)
-    assert "[path] values was not given, is [0.3]" in str(told.value)
-    assert "rms_slope" not in str(told.value)
+    assert "[sphere] radius was 60.0, is 61.0" in str(error.value)
+    assert "[path] values was not given, is [0.3]" in str(error.value)
+    assert "rms_slope" not in str(error.value)
 
 
-def test_a_table_that_was_not_there_is_told(tmp_path):
+def test_the_error_of_a_changed_scene_lists_removed_keys(tmp_path):
     (tmp_path / "scene.toml").write_text(SMALL)
     next(Scene.parse(SMALL).run(tmp_path))
     smooth = SMALL.replace("[roughness]\nlong_wavelength = 16.0\n", "")
-    with pytest.raises(ValueError, match=r"\[roughness\] was removed"):
+    with pytest.raises(ValueError, match=r"long_wavelength was 16.0, is not given"):
         next(Scene.parse(smooth).run(tmp_path))
 
 
@@ -152,7 +152,7 @@ def test_a_table_that_was_not_there_is_told(tmp_path):
     ],
     ids=["ends", "values"],
 )
-def test_a_path_that_was_made_longer_goes_on_in_the_same_folder(longer, tmp_path):
+def test_an_extended_path_resumes_in_the_same_folder(longer, tmp_path):
     (tmp_path / "scene.toml").write_text(SMALL)
     short = list(Scene.parse(SMALL).run(tmp_path))
     records = list(Scene.parse(SMALL.replace(*longer)).run(tmp_path))
@@ -174,7 +174,7 @@ def test_a_path_that_was_made_longer_goes_on_in_the_same_folder(longer, tmp_path
         pytest.param("values = " + "[" * 5000, "not a TOML file", id="too deep"),
     ],
 )
-def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, message):
+def test_unknown_names_and_wrong_types_are_errors(text, message):
     with pytest.raises(ValueError, match=message):
         Scene.parse(text)
 
@@ -213,7 +213,7 @@ def test_what_is_not_in_the_format_is_named_with_the_nearest_right_word(text, me
         ("[solver]", "[interaction]\nwork_of_adhesion = 1.0\n[solver]", "no work_of"),
     ],
 )
-def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
+def test_errors_of_invalid_values_name_the_key(old, new, message, tmp_path):
     text = SMALL.replace(old, new)
     if message.startswith("geometric"):
         text = text.replace("first = 0.2", "first = -0.2")
@@ -222,7 +222,7 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "table, line, told",
+    "section, line, message",
     [
         (
             "substrate",
@@ -254,11 +254,11 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
         ),
         ("path", "values = []", "values must have at least one step"),
         ("path", "values = [nan]", "values must be finite"),
-        ("path", "first = 1.0", "not given: last, steps"),
+        ("path", "first = 1.0", "give either values, or .*, got first"),
         (
             "path",
             "values = [1.0]\nfirst = 1.0\nsteps = 3",
-            "not both: got values and first, steps",
+            "give either values, or .*, got values, first, steps",
         ),
         ("substrate", "contact_modulus = 1e9", "contact_modulus is in GPa, at most"),
         ("roughness", "short_wavelength = 1.0", "must be at least 2 a0 .* got 1"),
@@ -272,11 +272,6 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
             "first = 1.0\nlast = 2.0\nsteps = 1000000000000000",
             "steps must be at most 1000000, got 1000000000000000",
         ),
-        (
-            "path",
-            'first = -1e308\nlast = 1e308\nsteps = 3\nscale = "linear"',
-            "first = -1e.308 and last = 1e.308 are too far apart",
-        ),
         ("interaction", 'kind = "sof"', "unknown kind of interaction 'sof'"),
         (
             "interaction",
@@ -289,13 +284,13 @@ def test_wrong_values_are_refused_by_name(old, new, message, tmp_path):
         ("solver", "max_steps = 0", "max_steps must be an integer >= 1, got 0"),
     ],
 )
-def test_a_value_out_of_range_is_told_with_file_table_and_key(
-    table, line, told, tmp_path
+def test_errors_of_values_out_of_range_name_file_section_and_key(
+    section, line, message, tmp_path
 ):
     file = tmp_path / "my.toml"
-    path = "" if table == "path" else "[path]\nvalues = [1.0]\n"
-    file.write_text(f"[{table}]\n{line}\n{path}")
-    with pytest.raises(ValueError, match=rf"my\.toml: \[{table}\] .*{told}"):
+    path = "" if section == "path" else "[path]\nvalues = [1.0]\n"
+    file.write_text(f"[{section}]\n{line}\n{path}")
+    with pytest.raises(ValueError, match=rf"my\.toml: \[{section}\] .*{message}"):
         Scene.read(file)
 
 
@@ -321,12 +316,12 @@ HUGE = "9" * 400  # beyond all floats
         "path.values",
     ],
 )
-def test_a_whole_number_beyond_all_floats_is_told_by_name(key):
+def test_integers_beyond_the_range_of_floats_are_errors(key):
     title, _, name = key.partition(".")
     listed = name in ("shape", "elastic_constants", "values")
     tables = {
         "interaction": 'kind = "full"\nwork_of_adhesion = 1.0\n',
-        "path": "first = 1.0\nlast = 2.0\nsteps = 2\n",
+        "path": "" if listed else "first = 1.0\nlast = 2.0\nsteps = 2\n",
     }
     lines = [x for x in tables.get(title, "").splitlines() if not x.startswith(name)]
     lines.append(f"{name} = [{HUGE}, 1, 1]" if listed else f"{name} = {HUGE}")
@@ -339,12 +334,12 @@ def test_a_whole_number_beyond_all_floats_is_told_by_name(key):
 
 
 @pytest.mark.parametrize("values", [("1",), (True,)])
-def test_values_given_in_python_are_numbers_too(values):
+def test_values_given_in_python_must_be_numbers(values):
     with pytest.raises(ValueError, match="values must be a number or an array of them"):
         _ = PathConfig(values=values).targets
 
 
-def test_the_default_domain_is_a_whole_number_of_spacings_that_transforms_like():
+def test_the_default_domain_is_an_integer_number_of_spacings_suited_to_ffts():
     def side(long_wavelength):
         text = SMALL.replace("long_wavelength = 16.0", long_wavelength)
         scene = Scene.parse(text)
@@ -355,26 +350,28 @@ def test_the_default_domain_is_a_whole_number_of_spacings_that_transforms_like()
     assert len(Scene.parse(SMALL.replace("16.0", "39.7")).atoms()) > 32 * 30
 
 
-def test_a_roughness_beyond_the_memory_is_refused_before_it_is_made(tmp_path):
+def test_a_roughness_that_needs_too_much_memory_is_an_error(tmp_path):
     file = tmp_path / "large.toml"
     file.write_text("[roughness]\nlong_wavelength = 1e6\n[path]\nvalues = [1.0]\n")
-    told = r"large.toml: \[roughness\] .* domain of 4000000 x 4000000 .* smaller domain"
-    with pytest.raises(MemoryError, match=told):
+    message = (
+        r"large.toml: \[roughness\] .* domain of 4000000 x 4000000 .* smaller domain"
+    )
+    with pytest.raises(MemoryError, match=message):
         Scene.read(file)
 
 
-def test_an_unreadable_file_is_refused_by_name(tmp_path):
+def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
     with pytest.raises(ValueError, match=r"can't read the scene .*absent\.toml"):
         Scene.read(tmp_path / "absent.toml")
 
 
-def test_a_window_of_its_own_for_every_step_needs_a_free_half_space():
+def test_automatic_windows_need_a_free_half_space():
     text = SMALL.replace("shape = [32, 30]", 'shape = "auto"\nperiodic = true')
     with pytest.raises(ValueError, match="needs a free half space"):
         Scene.parse(text).atoms()
 
 
-def test_accuracy_is_a_word_or_a_number_and_an_explicit_fmax_wins():
+def test_accuracy_is_a_name_or_a_number_and_fmax_replaces_it():
     text = SMALL.replace("fmax = 1e-4", 'accuracy = "high"')
     assert Scene.parse(text).accuracy == LEVELS["high"]
     assert Scene.parse(text).fmax is None
@@ -384,7 +381,7 @@ def test_accuracy_is_a_word_or_a_number_and_an_explicit_fmax_wins():
     assert next(scene.relax()).tolerance == tolerance
 
 
-def test_steps_can_be_relaxed_from_the_middle_of_a_path():
+def test_relax_can_begin_in_the_middle_of_the_path():
     scene = Scene.parse(SMALL)
     whole = list(scene.relax())
     assert next(scene.relax(scene.steps[1:])).height == whole[1].height
