@@ -138,8 +138,8 @@ class ForceTolerance:
         count = state.repulsive_atoms
         if not count:
             return None
-        push = state.pressure.sum(where=state.contact) * state.cell_area
-        self._mean_force = float(push) / count
+        repulsion = state.pressure.sum(where=state.contact) * state.cell_area
+        self._mean_force = float(repulsion) / count
         required = self._for(self._mean_force)
         if tolerance <= required:
             return None

@@ -73,12 +73,12 @@ def load_path(
         options of automatic windows.
     edge : {"raise", "ignore"}
         What to do if the wall acts on an atom at the edge of a fixed window of a free
-        half space, which probably is too small. Ignore it if the indenter ends there,
+        half space, which is probably too small. It is not if the indenter ends there,
         as a flat punch does.
     keep : {"all", "last"}
         Frames that the trajectory keeps. The last one is enough to resume.
     resume : bool
-        Go on from the steps that `trajectory` already contains: they are yielded, but
+        Resume after the steps that `trajectory` already contains: they are yielded, but
         not calculated, again. The path may have been extended at its end.
     record : type
         Class of the results: `LoadStep`, or a subclass with more columns.
@@ -106,7 +106,7 @@ def load_path(
         If a file can't be written.
     """
     if resume and trajectory is None:
-        raise ValueError("resume needs the trajectory to go on from")
+        raise ValueError("resume=True needs the trajectory to resume from")
     if keep not in ("all", "last"):
         raise ValueError(f"keep must be 'all' or 'last', got {keep!r}")
     control, targets = _single_path(
@@ -154,7 +154,7 @@ def _relax(
 
 
 def _single_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
-    """Return name and targets of the one path that is given."""
+    """Return control and targets of the only path that is not None."""
     given = {name: path for name, path in paths.items() if path is not None}
     if len(given) != 1:
         raise ValueError(

@@ -45,8 +45,8 @@ def open_output(
     keep : {"all", "last"}
         Frames that the trajectory keeps.
     done : sequence of LoadStep, optional
-        Results of the frames that the path goes on from; None to begin both files anew.
-        The CSV file keeps its lines for steps before the first of them.
+        Results of the frames from which the path is resumed; None to start both files
+        anew. The CSV file keeps its lines for earlier steps.
 
     Yields
     ------
@@ -66,7 +66,8 @@ def open_output(
             files.enter_context(locked(trajectory))
             if done is not None and not _holds(trajectory, done):
                 raise RuntimeError(
-                    f"another run has written {trajectory}: start again to go on"
+                    f"another run has written {trajectory} since it was read: call "
+                    "again to resume from it"
                 )
         if table is not None:  # before an old trajectory is overwritten
             rows = files.enter_context(_csv_writer(table, record, done or ()))
@@ -84,7 +85,7 @@ def open_output(
 
 
 def _holds(trajectory: PathName, done: Sequence[LoadStep]) -> bool:
-    """Whether a trajectory still has the frames of some steps, and no others."""
+    """Return whether a trajectory still consists of the frames of some steps."""
     infos = [info.get("load_step") for info in read_infos(trajectory)]
     return repr(infos) == repr([asdict(step) for step in done])  # NaN equals NaN
 
@@ -93,7 +94,7 @@ def _holds(trajectory: PathName, done: Sequence[LoadStep]) -> bool:
 def _csv_writer(
     path: PathName, record: type[LoadStep], done: Sequence[LoadStep]
 ) -> Iterator[Callable[[LoadStep], None]]:
-    """Open a CSV file; steps that are done are written again, earlier lines stay."""
+    """Open a CSV file; lines of finished steps are rewritten, earlier ones kept."""
     earlier = done[0].step if done else 0  # lines of frames that were not kept
     with open(path, "a+" if earlier else "w", newline="") as file:
         rows = csv.DictWriter(file, list(columns_of(record)))

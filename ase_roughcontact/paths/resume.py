@@ -1,8 +1,7 @@
 """Resuming a path: which frames of a trajectory are its first steps.
 
 Every frame carries a description of the path: the system, the control and the target.
-A path goes on from a file only if these are its own; if not, the error lists what
-differs.
+A path is resumed from a file only if these agree; if not, the error lists what differs.
 """
 
 from __future__ import annotations
@@ -34,8 +33,8 @@ class PathDescription:
     Attributes
     ----------
     system : dict
-        All that a state depends on except target and displacement; numbers, strings,
-        lists and dicts as a file returns them. See `describe_system`.
+        All that a state depends on except target and displacement; see
+        `describe_system`.
     control : {"penetrations", "heights", "loads"}
     targets : ndarray, shape (steps,)
     """

@@ -1,8 +1,8 @@
-"""ASE trajectory of a path, one frame per step; safe against kills, and resumed.
+"""ASE trajectory of a path: one frame per step, complete or absent, also after a kill.
 
 ASE writes a frame to the end of the file and counts it in the header afterwards: a
-process that is killed loses at most the frame that it is writing. Where the end of the
-file itself is lost, its complete frames are copied to a new file before a path goes on.
+process that is killed loses at most the frame that it is writing. If the end of the
+file is lost, its complete frames are copied to a new file before the path is resumed.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ def read_infos(file: PathName) -> Iterator[dict[str, Any]]:
     """
     if not Path(file).exists() or _is_empty(file):
         return
-    whole = 0
+    number = 0
     with open(file, "rb") as opened:  # ASE does not close a file that it can't read
         try:
             frames = Trajectory(opened)
-            for whole in range(len(frames)):
-                yield frames.backend[whole].get("info", {})
-        except Exception as error:
-            if not whole:
+            for number in range(len(frames)):
+                yield frames.backend[number].get("info", {})
+        except Exception as error:  # a later frame that can't be read is incomplete
+            if not number:
                 raise ValueError(
                     f"can't resume: no frame of {os.fspath(file)} can be read, it is "
                     f"cut off or not a trajectory ({error}): delete it, or give "
@@ -156,7 +156,7 @@ def trajectory_writer(
     keep : {"all", "last"}
         Frames that the file keeps.
     kept : int
-        Number of complete frames at its beginning that stay; the rest is discarded.
+        Number of complete frames that the file keeps; the rest is discarded.
 
     Yields
     ------
@@ -183,7 +183,7 @@ def _is_empty(file: PathName) -> bool:
 def _discard_rest(file: str, kept: int) -> None:
     """Copy the first frames to a new file if it is not safe to append to this one."""
     with Trajectory(file, "a", comm=DummyMPI()) as trajectory:
-        index = trajectory.backend  # offsets of the frames, and room for further ones
+        index = trajectory.backend  # of the frames, with unused entries for later ones
         end = index.pos0 + index.offsets.nbytes
         if len(trajectory) == kept and end <= os.path.getsize(file):
             return

@@ -29,8 +29,8 @@ from ase_roughcontact.theory.rough_flats import flattening_energy
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 from ase_roughcontact.windows.memory import check_memory
 
-# Side, in spacings, of the piece of a roughness without known spectrum whose energy is
-# taken for that of all of it.
+# Side, in spacings, of the piece of a roughness without a known spectrum of which the
+# energy is calculated.
 _PIECE = 1024
 
 

@@ -27,7 +27,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.exchange import carry, exchange_window, window_of
-from ase_roughcontact.windows.footprint import Footprint
+from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
 from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.prediction import DepthPrediction, contact_level
@@ -235,8 +235,8 @@ class AutoWindow:
         radius = self._adhesion.radius(depth, load)
         if not radius:
             return None
-        half = math.ceil(radius / self.footprint.spacing)
-        return self.footprint.clip(Box((-half, -half), (2 * half + 1,) * 2))
+        half_side = math.ceil(radius / self.footprint.spacing)
+        return self.footprint.clip(centred_box(half_side))
 
     def _contains_overlap(self, window: Box, level: float) -> bool:
         return window.contains(self.footprint.clip(self.footprint.box_below(level)))

@@ -1,4 +1,4 @@
-"""Fixed windows: the atoms stay as they are, and the edge is checked."""
+"""Fixed windows: never exchanged, but their edge is checked."""
 
 from __future__ import annotations
 

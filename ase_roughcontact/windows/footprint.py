@@ -65,11 +65,9 @@ class Footprint:
                 "or choose a fixed window"
             )
         self.indenter, self.spacing = indenter, spacing
-        self.offset = (
-            lattice_offset(origin[0], spacing),
-            lattice_offset(origin[1], spacing),
-        )
-        self._half = -1
+        x, y = origin
+        self.offset = lattice_offset(x, spacing), lattice_offset(y, spacing)
+        self._searched = -1
         self._first = 0
         self._rows = self._columns = np.zeros(0)
 
@@ -94,7 +92,7 @@ class Footprint:
             half = (math.floor(2 * steps) - 1) // 2
         else:
             half = math.floor(steps - max(map(abs, self.offset)) / self.spacing)
-        return Box((-half, -half), (2 * half + 1, 2 * half + 1))
+        return centred_box(half)
 
     def box_below(self, level: float) -> Box:
         """Return the bounding box of the lowest atom and all that are below a level.
@@ -125,17 +123,14 @@ class Footprint:
 
     def check(self, level: float) -> None:
         """Raise `ValueError` unless all atoms below a level are in the domain."""
-        if self.domain is None or self.domain.contains(
-            box := self._box_in_reach(level)
-        ):
+        box = self._box_in_reach(level)
+        if self.domain is None or self.domain.contains(box):
             return
         atoms = max(*map(abs, box.start), *map(abs, box.stop))
         known = self.indenter.extent / self.spacing
         advice = "choose a smaller load or depth, or a larger map"
         if self.indenter.repeats:
-            side = math.ceil(
-                _DOMAIN_MARGIN * 2 * atoms
-            )  # the next level may be lower still
+            side = math.ceil(_DOMAIN_MARGIN * 2 * atoms)
             advice = (
                 f"give the roughness a domain of {side} spacings or more "
                 f"(domain={side * self.spacing:.12g} of SelfAffine)"
@@ -159,7 +154,7 @@ class Footprint:
         return Box((start[0], start[1]), (shape[0], shape[1]))
 
     def heights(self, window: Box) -> np.ndarray:
-        """Heights of the atoms in a window, shape of the window."""
+        """Return the heights at the atoms of a window, shape of the window."""
         x, y = (
             start * self.spacing + offset
             for start, offset in zip(window.start, self.offset, strict=True)
@@ -170,40 +165,46 @@ class Footprint:
         """Return a box of all atoms that can be below a level."""
         if self.indenter.repeats:
             return self.box_below(level)
-        half = self._reach(level)
-        return Box((-half, -half), (2 * half + 1, 2 * half + 1))
+        return centred_box(self._reach(level))
 
     def _reach(self, level: float) -> int:
         reach = self.indenter.reach(level, self.spacing, self.offset)
         return math.ceil(reach / self.spacing)
 
-    def _search(self, half: int) -> None:
+    def _search(self, distance: int) -> None:
         """Find the lowest heights of rows and columns up to a distance."""
-        if half <= self._half:
+        if distance <= self._searched:
             return
-        self._half = half = max(half, round(_SEARCH_GROWTH * self._half))
-        around = Box((-half, -half), (2 * half + 1, 2 * half + 1))
-        around = self.clip(around) if not self.indenter.repeats else around
-        (self._first, _), (stop, _) = around.start, around.stop
-        self._rows, self._columns = np.full((2, stop - self._first), np.inf)
-        for tile in self._tiles(around):
-            nearest = [
-                max(a, 1 - b, 0) for a, b in zip(tile.start, tile.stop, strict=True)
-            ]
-            if math.hypot(*nearest) > half + 1:
+        distance = max(distance, round(_SEARCH_GROWTH * self._searched))
+        self._searched = distance
+        square = centred_box(distance)
+        if not self.indenter.repeats:
+            square = self.clip(square)
+        self._first = square.start[0]
+        self._rows, self._columns = np.full((2, square.shape[0]), np.inf)
+        for tile in self._tiles(square):
+            (i, j), (k, m) = tile.start, tile.stop
+            if math.hypot(max(i, 1 - k, 0), max(j, 1 - m, 0)) > distance + 1:
                 continue
             heights = self.heights(tile)
-            rows, columns = tile.slices_in(around)
-            for low, part, axis in ((self._rows, rows, 1), (self._columns, columns, 0)):
-                np.minimum(low[part], heights.min(axis=axis), out=low[part])
+            rows, columns = tile.slices_in(square)
+            self._rows[rows] = np.minimum(self._rows[rows], heights.min(axis=1))
+            self._columns[columns] = np.minimum(
+                self._columns[columns], heights.min(axis=0)
+            )
 
     def _tiles(self, box: Box) -> Iterator[Box]:
-        """Parts of a box that are not too large to be worked on."""
+        """Split a box into tiles whose heights fit into the cache."""
         side = _TILE if self.domain is None else min(_TILE, *self.domain.shape)
         (i, j), (k, m) = box.start, box.stop
         for first in range(i, k, side):
             for second in range(j, m, side):
                 yield Box((first, second), (side, side)).intersection(box)
+
+
+def centred_box(half_side: int) -> Box:
+    """Return the square of the atoms up to a distance from the axis along x and y."""
+    return Box((-half_side, -half_side), (2 * half_side + 1,) * 2)
 
 
 def lattice_offset(position: float, spacing: float) -> float:

@@ -8,7 +8,7 @@ import os
 # Bytes for each atom at the peak of a step, also in a window with its margin.
 _PER_ATOM = 400
 _PER_ATOM_IN_MARGIN = 1050
-# Bytes for each point of a roughness: while it is made, and as it is kept.
+# Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
 # Bytes of Python and its libraries.
@@ -72,7 +72,7 @@ def available_memory() -> float:
 
 
 def check_roughness(points: int) -> None:
-    """Raise `MemoryError` if there is too little for a roughness; see `points_of`."""
+    """Raise `MemoryError` if a roughness exceeds the free memory; see `points_of`."""
     side = math.isqrt(points)
     _check(
         memory_of((0, 0), points=points),
@@ -82,7 +82,7 @@ def check_roughness(points: int) -> None:
 
 
 def check_memory(window: tuple[int, int], *, margin: bool = False) -> None:
-    """Raise `MemoryError` if there is too little for a window; see `memory_of`."""
+    """Raise `MemoryError` if a window exceeds the free memory; see `memory_of`."""
     _check(
         memory_of(window, margin=margin),
         f"for a window of {window[0]} x {window[1]} atoms",

@@ -61,7 +61,7 @@ class DepthPrediction:
         float
             At most 1.2 times that of the equation, or that at which the overlap leaves
             the domain of the roughness. The depth is searched upwards, as the surface
-            has to be known only as far as the overlap reaches.
+            is then evaluated only where the indenter overlaps.
         """
         depth = _FIRST_DEPTH * self._footprint.spacing
         largest = load / self._load(1.0, 0.5)
