@@ -194,7 +194,7 @@ class Footprint:
             )
 
     def _tiles(self, box: Box) -> Iterator[Box]:
-        """Split a box into tiles whose heights fit into the cache."""
+        """Split a box into tiles of limited size."""
         side = _TILE if self.domain is None else min(_TILE, *self.domain.shape)
         (i, j), (k, m) = box.start, box.stop
         for first in range(i, k, side):
