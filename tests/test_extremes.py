@@ -271,7 +271,8 @@ def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
 def test_a_flat_indenter_holds_a_flat_surface_at_any_joint_of_the_potential(wall):
     contact = contact_on(np.zeros((8, 8)), wall)
     law = contact.interaction
-    for joint in (law.core, law.contact_distance, law.onset, law.cutoff):
+    onset = getattr(law, "onset", law.distance)
+    for joint in (law.core, law.contact_distance, onset, law.cutoff):
         for height in (np.nextafter(joint, 0.0), joint, np.nextafter(joint, 9.0)):
             relaxed(contact, height=float(height), tolerance=1e-11)
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ase_roughcontact._util.validation import unknown
+from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.interactions.parameter import Parameter
 
 Profile = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -181,9 +181,7 @@ def make_wall(
     ValueError
         If the kind is unknown, or a parameter is unknown, missing or out of range.
     """
-    if kind not in WALLS:
-        raise ValueError(unknown(str(kind), list(WALLS), "kind of interaction"))
-    wall = WALLS[kind]
+    wall = lookup(kind, WALLS, "kind of interaction")
     for name, given in parameters.items():
         if name not in wall.parameters:
             raise ValueError(

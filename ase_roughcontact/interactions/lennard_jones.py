@@ -56,9 +56,6 @@ class LennardJones93(Interaction):
         :math:`r_0` (length).
     stiffness : float
         :math:`k = V''(r_0)` (pressure per length).
-    onset : float
-        Gap at which the tail begins or, with the full form, at which it begins to be
-        switched off (length).
     core : float
         Gap below which the potential is extrapolated (length).
 
@@ -70,7 +67,6 @@ class LennardJones93(Interaction):
 
     distance: float
     stiffness: float
-    onset: float
     core: float
 
     @staticmethod
@@ -243,16 +239,15 @@ class LennardJones93(Interaction):
         depth = self.stiffness * self.distance**2 / 27.0
         rows = nine_three(np.maximum(gap, self.core), self.distance, depth)
         rows[0] -= self.work_of_adhesion
-        beyond = np.flatnonzero(gap >= self.onset)
-        rows[:, beyond] = self._tail(rows[:, beyond], gap[beyond] - self.onset)
+        self._set_tail(rows, gap)
         inside = np.flatnonzero(gap < self.core)
         if inside.size:
             rows[:, inside] = taylor(rows[:, inside], self.core - gap[inside])
         return rows
 
     @abstractmethod
-    def _tail(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Return the rows at distances `x` beyond the onset, from those of 9-3."""
+    def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
+        """Replace the rows beyond the minimum, in place."""
 
     def __post_init__(self) -> None:
         """Check the parameters that all three walls have."""
@@ -266,7 +261,22 @@ class LennardJones93(Interaction):
 
 @dataclass(frozen=True)
 class RepulsiveLennardJones93(LennardJones93):
-    """Repulsive branch of the 9-3 wall; made by `LennardJones93.repulsive`."""
+    """Repulsive branch of the 9-3 wall, see `LennardJones93.repulsive`.
+
+    Parameters
+    ----------
+    distance : float
+        r0, gap of the minimum (length).
+    stiffness : float
+        k = V''(r0) (pressure per length).
+    core : float
+        Gap below which the potential is extrapolated (length).
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not a finite positive number, or the gaps are not in order.
+    """
 
     kind = "repulsive"
     work_of_adhesion = 0.0
@@ -284,22 +294,34 @@ class RepulsiveLennardJones93(LennardJones93):
         return cls.repulsive(contact_modulus, spacing, **parameters)
 
     @property
-    def onset(self) -> float:  # type: ignore[override]
-        """Gap of the minimum, at which the wall ends."""
-        return self.distance
-
-    @property
     def cutoff(self) -> float:  # type: ignore[override]
         """Gap of the minimum, at which the wall ends."""
         return self.distance
 
-    def _tail(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-        return np.zeros_like(rows)
+    def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
+        rows[:, np.flatnonzero(gap >= self.distance)] = 0.0
 
 
 @dataclass(frozen=True)
 class AdhesiveLennardJones93(LennardJones93):
-    """9-3 wall with a short tail; made by `LennardJones93.adhesive`."""
+    """9-3 wall with a short tail, see `LennardJones93.adhesive`.
+
+    Parameters
+    ----------
+    distance : float
+        r0, gap of the minimum (length).
+    stiffness : float
+        k = V''(r0) (pressure per length).
+    work_of_adhesion : float
+        w (energy per area).
+    core : float
+        Gap below which the potential is extrapolated (length).
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not a finite positive number, or the gaps are not in order.
+    """
 
     kind = "adhesive"
     parameters = {"work_of_adhesion": Parameter("J/m^2")}
@@ -322,11 +344,6 @@ class AdhesiveLennardJones93(LennardJones93):
         return cls.adhesive(contact_modulus, spacing, **parameters)
 
     @property
-    def onset(self) -> float:  # type: ignore[override]
-        """Gap of the minimum, at which the tail begins."""
-        return self.distance
-
-    @property
     def cutoff(self) -> float:  # type: ignore[override]
         """Gap at which the tail ends."""
         return self.distance + math.sqrt(12.0 * self.work_of_adhesion / self.stiffness)
@@ -336,15 +353,36 @@ class AdhesiveLennardJones93(LennardJones93):
         """Distance D from the minimum to the end of the tail (length)."""
         return self.cutoff - self.distance
 
-    def _tail(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-        return smooth_tail(
-            x, self.attraction_range, self.stiffness, self.work_of_adhesion
+    def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
+        beyond = np.flatnonzero(gap >= self.distance)
+        rows[:, beyond] = smooth_tail(
+            gap[beyond] - self.distance,
+            self.attraction_range,
+            self.stiffness,
+            self.work_of_adhesion,
         )
 
 
 @dataclass(frozen=True)
 class FullLennardJones93(LennardJones93):
-    """9-3 wall with its own tail; made by `LennardJones93.full`."""
+    """9-3 wall with its own tail, see `LennardJones93.full`.
+
+    Parameters
+    ----------
+    distance : float
+        r0, gap of the minimum (length).
+    work_of_adhesion : float
+        w, depth of the minimum (energy per area).
+    onset, cutoff : float
+        Gaps between which the tail is switched off (length).
+    core : float
+        Gap below which the potential is extrapolated (length).
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not a finite positive number, or the gaps are not in order.
+    """
 
     kind = "full"
     label = "Lennard-Jones 9-3 wall"
@@ -388,5 +426,8 @@ class FullLennardJones93(LennardJones93):
         """Distance of the minimum, the length in Tabor's parameter."""
         return self.distance
 
-    def _tail(self, rows: np.ndarray, x: np.ndarray) -> np.ndarray:
-        return switched_off(rows, x, self.cutoff - self.onset)
+    def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
+        beyond = np.flatnonzero(gap > self.onset)
+        rows[:, beyond] = switched_off(
+            rows[:, beyond], gap[beyond] - self.onset, self.cutoff - self.onset
+        )

@@ -5,12 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ase.units import GPa, J, m
-
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite
-
-# Units of a scene file, in ASE's; a length in units of the spacing is "a0".
-_UNITS = {"": 1.0, "Å": 1.0, "GPa": GPa, "J/m^2": J / m**2}
 
 
 @dataclass(frozen=True)
@@ -19,9 +15,8 @@ class Parameter:
 
     Parameters
     ----------
-    unit : {"", "a0", "Å", "GPa", "J/m^2"}
-        Unit in the file: none, the spacing, or one of those of length, pressure and
-        energy per area.
+    unit : {"", "a0", "Å", "GPa", "J/m^2", ...}
+        Unit in the file: none, the atomic spacing, or one of `UNITS`.
     default : float, optional
         Value if the file gives none, in the unit of the file. Without a default the
         file must give the parameter.
@@ -41,10 +36,8 @@ class Parameter:
 
     def __post_init__(self) -> None:
         """Check the unit."""
-        if self.unit not in (*_UNITS, "a0"):
-            raise ValueError(
-                f"unit must be one of {[*_UNITS, 'a0']}, got {self.unit!r}"
-            )
+        if self.unit not in (*UNITS, "a0"):
+            raise ValueError(f"unit must be one of {[*UNITS, 'a0']}, got {self.unit!r}")
 
     def convert(self, name: str, value: float, spacing: float) -> float:
         """Return a value of a scene file in ASE's units.
@@ -74,4 +67,4 @@ class Parameter:
                 limits += f" and < {self.below:g}"
             unit = f" {self.unit}" if self.unit else ""
             raise ValueError(f"{name} must be {limits}{unit}, got {value!r}")
-        return value * (spacing if self.unit == "a0" else _UNITS[self.unit])
+        return value * (spacing if self.unit == "a0" else UNITS[self.unit])

@@ -134,3 +134,8 @@ def test_kind_of_another_wall_is_refused():
 
         class Another(Interaction):
             kind = "hard"
+
+
+def test_unknown_unit_of_a_parameter_is_refused():
+    with pytest.raises(ValueError, match=r"unit must be one of .*, got 'inch'"):
+        Parameter("inch")
