@@ -1,0 +1,143 @@
+"""The indenter atom: the surface it stands for, and the work of a load."""
+
+import numpy as np
+import pytest
+from ase.calculators.fd import calculate_numerical_forces
+from ase.constraints import FixAtoms, FixCartesian, Hookean
+from ase.io import read
+
+from ase_roughcontact import (
+    HeightMap,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    restore,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.atoms.indenter import surface_id
+from ase_roughcontact.atoms.view import with_indenter
+
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
+MAP = ROUGH.heights((16, 16), 1.0, (-8.0, -8.0))
+SPHERE = RoughSphere(40.0, ROUGH)
+
+
+class Plain:
+    """Heights alone, without `todict`."""
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        return SPHERE.heights(shape, spacing, origin)
+
+
+def make_atoms(built_for=SPHERE, calculated_with=SPHERE, load=0.0, **options):
+    atoms = substrate("Cu", (12, 12), built_for, spacing=1.0, **options)
+    atoms.calc = RoughContact(calculated_with, 1.0, load=load)
+    return atoms
+
+
+# Identity
+
+OTHERS = [
+    RoughSphere(41.0, ROUGH),
+    RoughSphere(40.0),
+    RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=4)),
+    RoughSphere(40.0, HeightMap(MAP, 1.0)),
+    ROUGH,
+]
+
+
+@pytest.mark.parametrize("other", OTHERS, ids=repr)
+def test_another_indenter_than_that_of_the_atoms_is_refused(other):
+    atoms = make_atoms(calculated_with=other, height=30.0)
+    with pytest.raises(ValueError, match="built for the indenter RoughSphere-") as info:
+        atoms.get_potential_energy()
+    assert surface_id(other) in str(info.value)
+    del atoms.info["indenter"]
+    assert atoms.get_potential_energy() == 0.0
+
+
+def test_changed_height_of_one_pixel_is_another_indenter():
+    changed = MAP.copy()
+    changed[3, 5] += 1e-9
+    atoms = make_atoms(HeightMap(MAP, 1.0), HeightMap(changed, 1.0))
+    with pytest.raises(ValueError, match="built for the indenter HeightMap-"):
+        atoms.get_potential_energy()
+
+
+@pytest.mark.parametrize(
+    "same", [RoughSphere(40, SelfAffine(0.1, 0.8, 4, 16, seed=3)), Plain()]
+)
+def test_equal_and_nameless_indenters_are_accepted(same):
+    expected = make_atoms(height=-0.5).get_potential_energy()
+    assert expected > 0.0
+    for atoms in (make_atoms(calculated_with=same, height=-0.5),
+                  make_atoms(built_for=same, height=-0.5)):  # fmt: skip
+        assert atoms.get_potential_energy() == pytest.approx(expected)
+
+
+def test_height_maps_are_compared_by_their_heights():
+    one, other = (HeightMap(heights, 1.0) for heights in (MAP, MAP.copy()))
+    assert make_atoms(one, other, height=30.0).get_potential_energy() == 0.0
+
+
+@pytest.mark.parametrize("name", ["a.traj", "a.extxyz"])
+def test_frames_from_files_know_their_indenter(tmp_path, name):
+    snapshot(make_atoms(height=-0.5)).write(tmp_path / name)
+    frame = read(tmp_path / name)
+    for atoms in (frame.copy(), restore(frame, 1.0)):
+        atoms.calc = RoughContact(OTHERS[0], 1.0)
+        with pytest.raises(ValueError, match="built for the indenter"):
+            atoms.get_potential_energy()
+    for look in (ContactMap.from_frame, with_indenter):
+        with pytest.raises(ValueError, match="built for the indenter"):
+            look(frame, OTHERS[0])
+        look(frame, SPHERE)
+
+
+# Load
+
+FREE = [[], [FixCartesian([0], (True, True, False))], [Hookean(-1, (6, 6, 9), 0.1, 0)]]
+FIXED = [[FixAtoms([-1])], [FixCartesian([-1], (False, False, True))]]
+
+
+@pytest.mark.parametrize("constraints", FREE + FIXED, ids=str)
+def test_load_acts_on_a_free_indenter_only(constraints):
+    loaded, unloaded = make_atoms(load=2.0, height=-0.5), make_atoms(height=-0.5)
+    for atoms in (loaded, unloaded):
+        atoms.set_constraint(constraints)
+    acts = constraints in FREE
+    work = loaded.get_potential_energy() - unloaded.get_potential_energy()
+    assert work == pytest.approx(2.0 * -0.5 if acts else 0.0)
+    forces = [
+        atoms.get_forces(apply_constraint=False)[-1, 2] for atoms in (loaded, unloaded)
+    ]
+    assert forces[0] - forces[1] == pytest.approx(-2.0 if acts else 0.0)
+    assert forces[1] == pytest.approx(loaded.calc.results["normal_force"])
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_force_on_the_indenter_is_minus_the_gradient_of_the_energy(fixed):
+    atoms = make_atoms(load=2.0, height=-0.5, fixed=fixed)
+    NewtonKrylov(atoms).run(fmax=1e-4)
+    last = len(atoms) - 1
+    (numerical,) = calculate_numerical_forces(atoms, eps=1e-5, iatoms=[last])
+    force = atoms.get_forces(apply_constraint=False)[-1, 2]
+    assert numerical[2] == pytest.approx(force, abs=1e-6)
+
+
+def test_release_of_the_indenter_changes_the_energy_at_once():
+    atoms = make_atoms(load=2.0, height=-0.5)
+    energy = atoms.get_potential_energy()
+    atoms.set_constraint()
+    assert atoms.get_potential_energy() == pytest.approx(energy - 1.0)
+    atoms.set_constraint(FixAtoms([-1]))
+    assert atoms.get_potential_energy() == energy
+
+
+def test_energies_count_from_the_same_zero_in_both_controls():
+    atoms = make_atoms(height=30.0, load=2.0)
+    assert atoms.get_potential_energy() == 0.0
+    assert not np.any(atoms.get_potential_energies())

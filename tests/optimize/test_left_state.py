@@ -1,0 +1,190 @@
+"""The state that a solver leaves in atoms and calculator belongs to these atoms."""
+
+import ase.db
+import numpy as np
+import pytest
+from ase.io import read
+from ase.optimize import FIRE, LBFGS
+
+from ase_roughcontact import (
+    ActiveSet,
+    HardWall,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+from ase_roughcontact.atoms.calculator import contact_of
+
+ROUGH = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.05),
+}
+
+
+@pytest.fixture(params=WALLS)
+def wall(request):
+    return WALLS[request.param]
+
+
+def make_atoms(wall, periodic=False, load=0.0, **options):
+    atoms = substrate("Cu", (14, 14), ROUGH, spacing=1.0, periodic=periodic, **options)
+    atoms.calc = RoughContact(ROUGH, 1.0, wall, load=load)
+    atoms.positions[-1, 2] = contact_of(atoms).first_contact - 0.5
+    return atoms
+
+
+def relaxed_atoms(wall, periodic=False, **options):
+    atoms = make_atoms(wall, periodic, **options)
+    assert (ActiveSet if wall.hard else NewtonKrylov)(atoms).run(fmax=1e-9)
+    return atoms
+
+
+def results(atoms):
+    """Return all results, or the message of the error."""
+    try:
+        atoms.get_potential_energy()
+    except ValueError as error:
+        return {"error": str(error)}
+    return dict(atoms.calc.results)
+
+
+def lift(atoms):
+    atoms.positions[-1, 2] += 5.0
+
+
+def lower(atoms):
+    atoms.positions[-1, 2] -= 3.0
+
+
+def shift(atoms):
+    atoms.positions[-1, :2] += (2.0, -1.0)
+
+
+def stretch(atoms):
+    atoms.positions[:, :2] *= 1.25
+    atoms.cell[:2] *= 1.25
+
+
+def move_an_atom(atoms):
+    atoms.positions[80, 2] -= 0.01
+
+
+def stiffen(atoms):
+    atoms.calc.set(contact_modulus=2.0)
+
+
+def soften(atoms):
+    atoms.calc.set(interaction=LennardJones93.repulsive(1.0, 1.0, stiffness=1.0))
+
+
+CHANGES = [lift, lower, shift, stretch, move_an_atom, stiffen, soften]
+
+
+@pytest.mark.parametrize("change", CHANGES, ids=lambda change: change.__name__)
+def test_changed_atoms_have_the_results_of_a_new_calculator(wall, periodic, change):
+    atoms = relaxed_atoms(wall, periodic)
+    change(atoms)
+    found = results(atoms)
+    atoms.calc = RoughContact(**atoms.calc.parameters)
+    expected = results(atoms)
+    assert found.keys() == expected.keys()
+    for name, value in expected.items():
+        if name == "error":
+            # rounding of the displacement moves the last digits
+            assert found[name][:40] == value[:40]
+        else:
+            np.testing.assert_allclose(found[name], value, atol=1e-9, err_msg=name)
+
+
+def test_lifted_hard_wall_exerts_no_force():
+    atoms = relaxed_atoms(WALLS["hard"])
+    assert atoms.calc.get_property("normal_force", atoms) > 1.0
+    lift(atoms)
+    assert atoms.calc.get_property("normal_force", atoms) == 0.0
+    assert not atoms.calc.get_property("contact", atoms).any()
+    assert abs(atoms.get_forces()).max() > 0.01  # the surface is still indented
+
+
+def test_lowered_hard_wall_overlaps():
+    atoms = relaxed_atoms(WALLS["hard"])
+    lower(atoms)
+    with pytest.raises(ValueError, match="overlap with the hard wall"):
+        atoms.get_forces()
+
+
+@pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
+def test_other_optimizers_do_not_push_through_a_relaxed_hard_wall(optimizer):
+    atoms = relaxed_atoms(WALLS["hard"], fixed=False, load=2.0)
+    assert atoms.calc.get_property("normal_force", atoms) == pytest.approx(2.0)
+    atoms.calc.set(load=3.0)
+    assert atoms.get_forces()[-1, 2] == pytest.approx(-1.0)
+    with pytest.raises(ValueError, match="overlap with the hard wall"):
+        optimizer(atoms, logfile=None).run(fmax=1e-3, steps=50)
+
+
+@pytest.mark.parametrize("steps", [1000, 2], ids=["converged", "unconverged"])
+def test_results_are_in_the_calculator_after_a_run(wall, steps):
+    atoms = make_atoms(wall, fixed=False, load=1.0)
+    (ActiveSet if wall.hard else NewtonKrylov)(atoms).run(fmax=1e-9, steps=steps)
+    assert not atoms.calc.check_state(atoms)
+    assert {"energy", "forces", "normal_force"} <= atoms.calc.results.keys()
+
+
+def test_results_are_in_the_calculator_after_a_run_without_steps():
+    atoms = relaxed_atoms(WALLS["repulsive"])
+    atoms.calc = RoughContact(**atoms.calc.parameters)
+    optimizer = NewtonKrylov(atoms)
+    assert optimizer.run(fmax=1e-6)
+    assert optimizer.nsteps == 0
+    assert "energy" in atoms.calc.results
+
+
+@pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.json", "a.db"])
+def test_relaxed_atoms_are_written_with_energy_and_forces(wall, tmp_path, name):
+    atoms = relaxed_atoms(wall, fixed=False, load=1.0)
+    atoms.write(tmp_path / name)
+    again = read(tmp_path / name)
+    assert again.get_potential_energy() == pytest.approx(atoms.get_potential_energy())
+    np.testing.assert_allclose(again.get_forces(), atoms.get_forces(), atol=2e-8)
+
+
+def test_relaxed_atoms_can_be_selected_in_a_database_by_energy(tmp_path):
+    atoms = relaxed_atoms(WALLS["repulsive"])
+    with ase.db.connect(tmp_path / "a.db") as database:
+        database.write(atoms, normal_force=atoms.calc.results["normal_force"])
+        energy = atoms.get_potential_energy()
+        (row,) = database.select(f"energy>{0.9 * energy},normal_force>0")
+    assert row.energy == pytest.approx(energy)
+
+
+def test_gradient_of_the_optimizable_is_that_of_its_degrees_of_freedom(wall):
+    atoms = make_atoms(wall)
+    optimizer = (ActiveSet if wall.hard else NewtonKrylov)(atoms)
+    for _ in optimizer.irun(fmax=1e-9):
+        if optimizer.nsteps == 0:
+            continue
+        gradient = optimizer.optimizable.get_gradient()
+        assert gradient.shape == (optimizer.optimizable.ndofs(),)
+        np.testing.assert_array_equal(gradient, -atoms.get_forces().ravel())
+        if not wall.hard:  # forces of a hard wall are reactions
+            assert np.abs(gradient).max() == pytest.approx(
+                optimizer.state.error, rel=1e-3, abs=1e-12
+            )
+    assert np.abs(gradient).max() < 1e-9
+
+
+def test_atoms_follow_the_generator_at_every_step(wall):
+    atoms = make_atoms(wall)
+    optimizer = (ActiveSet if wall.hard else NewtonKrylov)(atoms)
+    energies = [
+        (optimizer.state.energy, atoms.get_potential_energy())
+        for _ in optimizer.irun(fmax=1e-9)
+        if optimizer.nsteps
+    ]
+    assert len(energies) == optimizer.nsteps > 1
+    np.testing.assert_allclose(*np.transpose(energies), rtol=1e-9)
