@@ -1,0 +1,178 @@
+"""Cost of each option of the solvers: FFT pairs with other values than the default.
+
+    python solver_options.py                   # all, a few minutes
+    python solver_options.py --size 128        # smaller windows
+    python solver_options.py --solver hard     # the solver for the hard wall alone
+
+prints a table in Markdown: one line for each value of an option, one column for each
+contact, the number of FFT pairs of a cold start (normalised to one pair on the full
+padded grid), and a dash where the solver does not converge. Pairs do not depend on the
+machine.
+"""
+
+import argparse
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact import HardWall, LennardJones93, RoughSphere, SelfAffine
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.greens import Isotropic
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
+
+# Other values of the options than the default.
+NEWTON = {
+    "coarsest": (16, 64, 10_000),
+    "coarse_residual": (0.01, 1.0),
+    "coarse_steps": (5, 50),
+    "max_load_change": (0.5, 0.0),
+    "forcing": (0.01, 0.3, 0.5),
+    "krylov_steps": (10,),
+    "exact_residual": (0.1, 10.0),
+    "attraction_residual": (0.03, 3.0),
+    "history": (0, 1, 10),
+    "least_curvature": (0.3, 0.003),
+    "remaining_slope": (0.1, 0.9),
+    "load_steps": (0,),
+}
+ACTIVE_SET = {
+    "coarsest": (16, 64, 10_000),
+    "coarse_gap": (0.003, 0.3),
+    "largest_crop": (0.0, 1.0),
+    "contraction": (0.01, 0.3),
+    "exact_contraction": (10.0, 1e5),
+    "forcing": (0.01, 0.3, 0.5),
+    "slow_contraction": (0.0, 0.1, 1.0),
+    "history": (0, 1, 5),
+}
+TOLERANCE = 1e-6  # E* a0^2, about 2e-5 of the mean force on an atom in contact
+MOST_STEPS = 2000
+
+
+def sphere_contact(size: int, wall: Interaction) -> tuple[Contact, float]:
+    """Return a rough sphere above a free half space, and its load."""
+    rough = SelfAffine(0.1, 0.8, 4.0, min(512.0, size), seed=1)
+    sphere = RoughSphere(10.0 * size, rough)
+    heights = sphere.heights((size, size), 1.0, (-(size // 2),) * 2)
+    halfspace = FreeHalfSpace((size, size), 1.0, Isotropic(1.0))
+    return Contact(halfspace, heights, wall), 4.0 * (0.3 * size) ** 3 / (30.0 * size)
+
+
+def flat_contact(size: int, wall: Interaction) -> tuple[Contact, float]:
+    """Return a rough flat above a periodic half space, and its load."""
+    rough = SelfAffine(0.1, 0.8, 4.0, min(512.0, size), seed=1, domain=float(size))
+    heights = rough.heights((size, size), 1.0)
+    halfspace = PeriodicHalfSpace((size, size), 1.0, Isotropic(1.0))
+    return Contact(halfspace, heights, wall), 4e-3 * size**2
+
+
+def cold_start(solver: Callable, contact: Contact, load: float, options: Any) -> float:
+    """Return the FFT pairs of a solution without a start, NaN if there is none."""
+    return pairs_of(solver, contact, load, contact.first_contact, None, options)
+
+
+def warm_start(
+    part: float, solver: Callable, contact: Contact, load: float, options: Any
+) -> float:
+    """Return the same from the solution at a part of the load."""
+    before = list(
+        solver(
+            contact,
+            height=contact.first_contact,
+            external=partial(external, part * load),
+            start=None,
+            tolerance=TOLERANCE,
+        )
+    )[-1]
+    return pairs_of(solver, contact, load, before.height, before.pressure, options)
+
+
+def external(load: float, height: float) -> tuple[float, float]:
+    """Return energy and force of a load."""
+    return load * height, -load
+
+
+def pairs_of(
+    solver: Callable,
+    contact: Contact,
+    load: float,
+    height: float,
+    start: np.ndarray | None,
+    options: Any,
+) -> float:
+    """Return the FFT pairs of a solution, NaN if the solver does not converge."""
+    states = solver(
+        contact,
+        height=height,
+        external=partial(external, load),
+        start=start,
+        tolerance=TOLERANCE,
+        options=options,
+    )
+    pairs = 0.0
+    for state in islice(states, MOST_STEPS):
+        pairs += state.pairs
+    return pairs if state.converged else np.nan
+
+
+def table(
+    size: int, solver: Callable, default: Any, values: dict[str, tuple]
+) -> Iterator[str]:
+    """Yield the lines of the table of one solver."""
+    hard = solver is active_set
+    wall = HardWall() if hard else LennardJones93.repulsive(1.0, 1.0)
+    sphere, flat = sphere_contact(size, wall), flat_contact(size, wall)
+    cases = {
+        "sphere": partial(cold_start, solver, *sphere),
+        "flat, periodic": partial(cold_start, solver, *flat),
+        "sphere, from 97 % of the load": partial(warm_start, 0.97, solver, *sphere),
+        "sphere, from 80 %": partial(warm_start, 0.8, solver, *sphere),
+    }
+    if not hard:
+        for work in (0.005, 0.05):
+            sticky = sphere_contact(size, LennardJones93.adhesive(1.0, 1.0, work))
+            name = f"sphere, adhesive, w = {work:g}"
+            cases[name] = partial(cold_start, solver, *sticky)
+    yield f"| option | value | {' | '.join(cases)} |"
+    yield f"|{'---|' * (2 + len(cases))}"
+
+    def line(name: str, value: object, options: Any) -> str:
+        found = [case(options) for case in cases.values()]
+        shown = [f"{pairs:.1f}" if np.isfinite(pairs) else "-" for pairs in found]
+        return f"| {name} | {value} | {' | '.join(shown)} |"
+
+    yield line("all", "default", default)
+    for name, others in values.items():
+        for value in others:
+            yield line(f"`{name}`", f"{value:g}", replace(default, **{name: value}))
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--size", type=int, default=256, help="atoms along a side")
+    parser.add_argument("--solver", choices=("hard", "soft"))
+    options = parser.parse_args(arguments)
+    solvers = {
+        "hard": (active_set, ActiveSetOptions(), ACTIVE_SET),
+        "soft": (newton_krylov, NewtonKrylovOptions(), NEWTON),
+    }
+    for name, solver in solvers.items():
+        if options.solver in (None, name):
+            for line in table(options.size, *solver):
+                print(line, flush=True)
+            print()
+
+
+if __name__ == "__main__":
+    main()
