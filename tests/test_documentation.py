@@ -11,7 +11,9 @@ from pathlib import Path
 
 import pytest
 
+from ase_roughcontact import LoadStep
 from ase_roughcontact.cli.parser import make_parser
+from ase_roughcontact.paths.record import columns_of
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "examples" / "guide"
@@ -167,3 +169,11 @@ def test_classes_in_code_exist():
         for line in code(page):
             if name := re.fullmatch(r"\.?([A-Z][a-z]+[A-Z]\w*)(\(.*\))?", line):
                 assert name[1] in known, f"{page}: {name[1]}"
+
+
+def test_columns_on_the_page_are_those_of_a_step():
+    rows = [
+        f"| `{name}` | {column.description} | {column.unit} |\n"
+        for name, column in columns_of(LoadStep).items()
+    ]
+    assert "".join(rows) in PAGES["examples/guide/files.md"]
