@@ -7,7 +7,6 @@ added in the order of the blocks: they do not depend on the number of threads.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
@@ -26,7 +25,7 @@ T = TypeVar("T")
 
 
 def rowwise(
-    combine: np.ufunc | None = None,
+    combine: np.ufunc | Callable[[list[Any]], Any] | None = None,
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorate a function of arrays so that threads run it on blocks of their rows.
 
@@ -36,19 +35,19 @@ def rowwise(
 
     Parameters
     ----------
-    combine : ufunc, optional
-        Operation (``np.add``, ``np.maximum`` ...) that combines the numbers, or the
-        tuples of numbers, which the function returns for the blocks. By default it
-        returns nothing.
+    combine : ufunc or callable, optional
+        How to combine the results for the blocks: a ufunc (``np.add``, ``np.maximum``
+        ...) for numbers or tuples of numbers, or a function of the list of results. By
+        default the function returns nothing.
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
-            shape = _shape(args[0])
-            if math.prod(shape) <= block_size():
+            first = _first_array(args[0])
+            if first.size <= block_size():
                 return function(*args, **kwargs)
-            blocks = split(shape[0], block_size() // math.prod(shape[1:]))
+            blocks = split(len(first), block_size() * len(first) // first.size)
             results = thread_map(
                 lambda rows: function(*_block(args, rows), **kwargs),
                 blocks,
@@ -62,19 +61,24 @@ def rowwise(
     return decorate
 
 
-def _combined(combine: np.ufunc | None, results: list[Any]) -> Any:
-    """Return the results for the blocks as one number or one tuple of numbers."""
-    if combine is None:
-        return None
+def _combined(combine: Any, results: list[Any]) -> Any:
+    """Return the results for the blocks as one result."""
+    if not isinstance(combine, np.ufunc):
+        return combine(results) if combine else None
     combined = combine.reduce(results, axis=0).tolist()
     return tuple(combined) if isinstance(combined, list) else combined
 
 
-def _shape(argument: Any) -> tuple[int, ...]:
-    """Return the shape of an array, or of the first one in a list."""
+def concatenate(results: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    """Concatenate the first, second ... arrays of results of `rowwise` functions."""
+    return tuple(np.concatenate(arrays) for arrays in zip(*results, strict=True))
+
+
+def _first_array(argument: Any) -> np.ndarray:
+    """Return an argument, or the first array in a list of arrays."""
     while not isinstance(argument, np.ndarray):
         argument = argument[0]
-    return argument.shape
+    return argument
 
 
 def _block(argument: Any, rows: slice) -> Any:

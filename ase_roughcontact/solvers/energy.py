@@ -23,6 +23,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ase_roughcontact._util.kernels import (
+    concatenate,
     dot,
     dots,
     inner,
@@ -279,12 +280,14 @@ class ContactEnergy:
         products += [(increment.pressure, increment.opening)]
         linear, square = (self.area * product for product in dots(products))
         outside = self.external(state.height)[0]
-        gap = self.contact.heights + state.opening
-        gap += state.height
-        change = increment.opening + increment.height
-        reached = gap + np.minimum(change, 0.0) < self.wall.cutoff
-        gap, change = gap[reached], change[reached]
-        start = self.wall.evaluate(gap)[0] if gap.size else gap
+        gap, change, start = _reached_atoms(
+            state.opening,
+            self.contact.heights,
+            state.height,
+            increment.opening,
+            increment.height,
+            self.wall,
+        )
 
         def energy_and_slope(t: float) -> tuple[float, float]:
             rise, work = _along_wall(gap, change, start, t, self.wall)
@@ -342,6 +345,24 @@ def _wall_hessian(
     gaps = [opening + z for opening, z in zip(openings, heights, strict=True)]
     stressed = [stiffness * gap for gap in gaps]
     return tuple(inner(stressed[i], gaps[j]) for i, j in pairs)
+
+
+@rowwise(concatenate)
+def _reached_atoms(
+    opening: np.ndarray,
+    heights: np.ndarray,
+    height: float,
+    change: np.ndarray,
+    height_change: float,
+    wall: Interaction,
+) -> tuple[np.ndarray, ...]:
+    """Return gap, change and ``V(g)`` of the atoms that are in range on the way."""
+    gap = heights + opening
+    gap += height
+    gap_change = change + height_change
+    reached = gap + np.minimum(gap_change, 0.0) < wall.cutoff
+    gap, gap_change = gap[reached], gap_change[reached]
+    return gap, gap_change, wall.evaluate(gap)[0] if gap.size else gap
 
 
 @rowwise(np.add)
