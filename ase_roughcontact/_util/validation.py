@@ -1,4 +1,4 @@
-"""Checks of numbers given by the user, with messages that help."""
+"""Checks of arguments, with error messages that say what is expected."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
 
-# Points of a grid along x or y, at most: more are beyond any memory.
-_WIDEST = 10**9
+# Largest number of grid points along x or y: more do not fit into any memory.
+_MAX_POINTS = 10**9
 _NUMBERS = (int, float, np.integer, np.floating)
 
 
@@ -23,19 +23,19 @@ def _number(value: Any) -> bool:
         return False
     try:
         return math.isfinite(value)
-    except OverflowError:  # a whole number beyond all floats
+    except OverflowError:  # an integer that is too large for a float
         return False
 
 
 def positive(**values: Any) -> None:
-    """Raise `ValueError` for a value that is not a finite number above zero."""
+    """Raise `ValueError` for a value that is not a finite number > 0."""
     for name, value in values.items():
         if not (_number(value) and value > 0):
             raise ValueError(f"{name} must be a finite number > 0, got {value!r}")
 
 
 def nonnegative(**values: Any) -> None:
-    """Raise `ValueError` for a value that is not a finite number, zero or above."""
+    """Raise `ValueError` for a value that is not a finite number >= 0."""
     for name, value in values.items():
         if not (_number(value) and value >= 0):
             raise ValueError(f"{name} must be a finite number >= 0, got {value!r}")
@@ -49,7 +49,7 @@ def finite(**values: Any) -> None:
 
 
 def positive_array(name: str, value: Any) -> FloatArray:
-    """Return numbers as an array, or raise `ValueError` unless all are above zero."""
+    """Return numbers as an array; raise `ValueError` unless all are finite and > 0."""
     array = _float_array(name, value)
     if not np.all(np.isfinite(array) & (array > 0)):
         raise ValueError(f"{name} must be finite and > 0, got {value!r}")
@@ -57,7 +57,7 @@ def positive_array(name: str, value: Any) -> FloatArray:
 
 
 def nonnegative_array(name: str, value: Any) -> FloatArray:
-    """Return numbers as an array, or raise `ValueError` unless all are >= 0."""
+    """Return numbers as an array; raise `ValueError` unless all are finite and >= 0."""
     array = _float_array(name, value)
     if not np.all(np.isfinite(array) & (array >= 0)):
         raise ValueError(f"{name} must be finite and >= 0, got {value!r}")
@@ -65,7 +65,7 @@ def nonnegative_array(name: str, value: Any) -> FloatArray:
 
 
 def finite_array(name: str, value: Any) -> FloatArray:
-    """Return numbers as an array, or raise `ValueError` unless all are finite."""
+    """Return numbers as an array; raise `ValueError` unless all are finite."""
     array = _float_array(name, value)
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name} must be finite, got {value!r}")
@@ -74,10 +74,10 @@ def finite_array(name: str, value: Any) -> FloatArray:
 
 def _float_array(name: str, value: Any) -> FloatArray:
     try:
-        given = np.asarray(value)
-        if given.dtype.kind not in "iufO":  # NumPy takes words and truth for numbers
-            raise TypeError(f"{given.dtype} is no real number")
-        return given.astype(np.float64, copy=False)
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufO":  # strings and bools are refused
+            raise TypeError(f"{array.dtype} is not a real number")
+        return array.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(
             f"{name} must be a number or an array of them, got {value!r}"
@@ -85,23 +85,23 @@ def _float_array(name: str, value: Any) -> FloatArray:
 
 
 def height_array(heights: Any) -> FloatArray:
-    """Return a copy of a map of heights, or raise `ValueError`."""
+    """Return a copy of a height map; raise `ValueError` for a wrong shape or type."""
     array = np.asarray(heights)
     if array.ndim != 2 or not array.size or array.dtype.kind not in "iuf":
         raise ValueError(
             "heights must be a two-dimensional array of real numbers, got shape "
             f"{array.shape} of {array.dtype}"
         )
-    bad = int(array.size - np.isfinite(array).sum())
-    if bad:
+    wrong = int(array.size - np.isfinite(array).sum())
+    if wrong:
         raise ValueError(
-            f"heights must be finite, got {bad} values that are nan or infinite"
+            f"heights must be finite, got {wrong} values that are nan or infinite"
         )
     return array.astype(np.float64)
 
 
 def integer(name: str, value: Any, least: int) -> int:
-    """Return `value` as an int, or raise `ValueError`."""
+    """Return `value` as an int; raise `ValueError` if it is below the least one."""
     try:
         number = operator.index(value)
     except TypeError:
@@ -112,23 +112,25 @@ def integer(name: str, value: Any, least: int) -> int:
 
 
 def grid_shape(shape: Any) -> tuple[int, int]:
-    """Return `shape` as a pair of ints, or raise `ValueError`."""
+    """Return `shape` as two ints; raise `ValueError` unless it is two integers >= 1."""
     try:
         n, m = shape
-        whole = n == int(n) >= 1 and m == int(m) >= 1
+        valid = n == int(n) >= 1 and m == int(m) >= 1
     except (TypeError, ValueError, OverflowError):
-        whole = False
-    if not whole:
+        valid = False
+    if not valid:
         raise ValueError(f"shape must be two whole numbers >= 1, got {shape!r}")
-    if max(n, m) > _WIDEST:
-        raise ValueError(f"shape must be at most {_WIDEST} points wide, got {shape!r}")
+    if max(n, m) > _MAX_POINTS:
+        raise ValueError(
+            f"shape must be at most {_MAX_POINTS} points wide, got {shape!r}"
+        )
     return int(n), int(m)
 
 
 def window(
     shape: Any, spacing: Any, origin: Any
 ) -> tuple[tuple[int, int], float, tuple[float, float]]:
-    """Return a grid to sample heights on as plain numbers, or raise `ValueError`."""
+    """Return shape, spacing and origin of a grid as plain numbers, after checks."""
     positive(spacing=spacing)
     try:
         x, y = origin
@@ -141,7 +143,7 @@ def window(
 
 
 def surface(**values: Any) -> None:
-    """Raise `ValueError` for a value that has no heights."""
+    """Raise `ValueError` for a value without a method `heights`."""
     for name, value in values.items():
         if isinstance(value, type) or not callable(getattr(value, "heights", None)):
             raise ValueError(
@@ -149,11 +151,11 @@ def surface(**values: Any) -> None:
             )
 
 
-def unknown(word: str, known: Sequence[str], what: str) -> str:
-    """Message for a word that is not known, with the nearest one that is."""
-    near = get_close_matches(word, known, n=1, cutoff=0.0)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"unknown {what} {word!r}{hint} Known: {', '.join(known) or 'none'}"
+def unknown(name: str, known: Sequence[str], what: str) -> str:
+    """Return the error message for an unknown name, with the most similar known one."""
+    similar = get_close_matches(name, known, n=1, cutoff=0.0)
+    hint = f"; did you mean {similar[0]!r}?" if similar else ""
+    return f"unknown {what} {name!r}{hint} Known: {', '.join(known) or 'none'}"
 
 
 def lookup(name: Any, choices: Mapping[str, Any], what: str) -> Any:
