@@ -12,15 +12,6 @@ from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
-# Headings of columns.
-_HEADINGS = {
-    "height": "height",
-    "penetration": "depth",
-    "normal_force": "load",
-    "contact_area": "area",
-    "seconds": "time",
-}
-
 
 def table_header(reference: Reference) -> str:
     """Return a description of the scene, and the header of the table of steps.
@@ -180,7 +171,8 @@ def _pull_off_force(reference: Reference) -> str:
 
 def _heading(column: str) -> str:
     """Return the heading of a column, with the unit in which it is printed."""
-    return f"{_HEADINGS[column]} ({printed_unit(columns_of()[column].unit)})"
+    entry = columns_of()[column]
+    return f"{entry.label} ({printed_unit(entry.unit)})"
 
 
 def _printed(step: LoadStep, column: str) -> float:

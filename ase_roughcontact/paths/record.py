@@ -1,4 +1,4 @@
-"""Result of a load step: output columns, each with value, description and unit.
+"""Result of a load step: output columns, each with value, description, unit and label.
 
 A column is one entry of `LoadStep`. The CSV file, the trajectory, JSON lines and tables
 of columns follow from it. A subclass adds columns: ::
@@ -103,15 +103,21 @@ class Column:
         Half a sentence for tables and reference pages.
     unit : str
         ASE's unit; empty for a number without unit.
+    label : str
+        Short heading for printed tables; empty for a column that is not printed.
     """
 
     value: Callable[[RelaxedStep], Any]
     description: str
     unit: str = ""
+    label: str = ""
 
 
 def column(
-    value: Callable[[RelaxedStep], Any], description: str, unit: str = ""
+    value: Callable[[RelaxedStep], Any],
+    description: str,
+    unit: str = "",
+    label: str = "",
 ) -> Any:
     """Return a dataclass field that is an output column; see `Column`.
 
@@ -119,7 +125,7 @@ def column(
     -------
     dataclasses.Field
     """
-    return field(metadata={"column": Column(value, description, unit)})
+    return field(metadata={"column": Column(value, description, unit, label)})
 
 
 def text_of(shape: tuple[int, ...]) -> str:
@@ -152,23 +158,26 @@ class LoadStep:
     """Result of one load step; its attributes are the output columns."""
 
     step: int = column(lambda s: s.number, "number of the step, from zero")
-    height: float = column(lambda s: s.height, "height of the indenter", "Å")
+    height: float = column(lambda s: s.height, "height of the indenter", "Å", "height")
     penetration: float = column(
         lambda s: s.first_contact - s.height,
         "distance that the indenter has moved down since it first repels the flat "
         "substrate",
         "Å",
+        "depth",
     )
     normal_force: float = column(
         lambda s: s.state.normal_force,
         "force of the wall on the indenter, positive in compression; 1 nN is 0.624 "
         "eV/Å",
         "eV/Å",
+        "load",
     )
     contact_area: float = column(
         lambda s: s.state.contact_area,
         "number of repelled atoms times the area per atom",
         "Å^2",
+        "area",
     )
     repulsive_atoms: int = column(
         lambda s: s.state.repulsive_atoms, "number of atoms that the wall repels"
@@ -219,7 +228,9 @@ class LoadStep:
         "estimated peak memory, between 3/4 and 4/3 of the actual one",
         "bytes",
     )
-    seconds: float = column(lambda s: s.seconds, "wall-clock time of the step", "s")
+    seconds: float = column(
+        lambda s: s.seconds, "wall-clock time of the step", "s", "time"
+    )
 
     @classmethod
     def of(cls: type[Step], relaxed: RelaxedStep) -> Step:
