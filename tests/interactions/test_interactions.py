@@ -88,7 +88,7 @@ def test_stiffness_is_minus_the_derivative_of_the_pressure_on_both_sides(wall):
         assert_allclose(expected, -slope, rtol=1e-7, atol=1e-11 * wall.stiffness)
 
 
-def test_stiffness_of_the_repulsive_wall_falls_from_that_of_the_bulk_to_zero():
+def test_stiffness_of_the_repulsive_wall_drops_from_that_of_the_bulk_to_zero():
     below, at = stiffness(REPULSIVE, [np.nextafter(A0, 0.0), A0])
     assert below == pytest.approx(E / A0, rel=1e-14)
     assert at == 0.0
@@ -101,10 +101,10 @@ def test_energy_pressure_and_stiffness_are_continuous_at_every_joint(wall):
     scales = wall.stiffness * A0 ** np.array([2, 1, 0])
     for joint, _ in pieces(wall)[1:]:
         curves = np.array(wall.evaluate(joint * np.array([1 - 1e-13, 1, 1 + 1e-13])))
-        jumps = np.ptp(curves, axis=1) / np.maximum(scales, abs(curves).max(axis=1))
+        steps = np.ptp(curves, axis=1) / np.maximum(scales, abs(curves).max(axis=1))
         if not wall.attractive and joint == wall.distance:
-            jumps = jumps[:2]  # the stiffness does jump
-        assert jumps.max() < 1e-9
+            steps = steps[:2]  # the stiffness is discontinuous
+        assert steps.max() < 1e-9
 
 
 # Closed forms
@@ -217,7 +217,7 @@ def test_units_of_length_and_pressure_only_scale_the_curves(make, length, stress
 
 
 @every_wall
-def test_shape_is_kept_and_gaps_are_left_alone(wall):
+def test_shape_of_gaps_is_kept_and_gaps_are_not_changed(wall):
     gaps = np.linspace(-1, 5, 24).reshape(2, 3, 4) * A0
     before = gaps.copy()
     assert all(curve.shape == (2, 3, 4) for curve in wall.evaluate(gaps))
@@ -226,12 +226,12 @@ def test_shape_is_kept_and_gaps_are_left_alone(wall):
 
 
 @every_wall
-def test_gap_among_many_is_evaluated_like_one_alone(wall):
+def test_result_at_a_gap_does_not_depend_on_other_gaps(wall):
     gaps = np.linspace(-A0, 1.1 * wall.cutoff, 20_001)
     many = np.array(wall.evaluate(gaps))
-    for place in (0, 4_000, 8_191, 8_192, 20_000):  # they go in parts of 8192
-        alone = np.ravel(wall.evaluate(gaps[[place]]))
-        assert_allclose(many[:, place], alone, rtol=1e-13, atol=1e-15 * E)
+    for index in (0, 4_000, 8_191, 8_192, 20_000):  # chunks have 8192 gaps
+        alone = np.ravel(wall.evaluate(gaps[[index]]))
+        assert_allclose(many[:, index], alone, rtol=1e-13, atol=1e-15 * E)
 
 
 def test_zero_work_of_adhesion_gives_the_repulsive_wall():

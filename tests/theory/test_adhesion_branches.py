@@ -20,7 +20,7 @@ def test_jkr_radius_from_force_inverts_the_force_on_both_branches(branch):
     assert_allclose(theory.jkr_force(radii, R, E, W), forces, rtol=1e-7, atol=1e-13)
 
 
-def test_jkr_stiffness_under_load_tells_the_branches_apart():
+def test_jkr_stiffness_has_opposite_signs_on_the_two_branches():
     force = 0.6 * theory.jkr_pull_off_force(R, W)
     for branch, sign in zip(BRANCHES, (1, -1), strict=True):
         a = theory.jkr_contact_radius(force, R, E, W, branch)
@@ -31,9 +31,11 @@ def test_jkr_stiffness_under_load_tells_the_branches_apart():
         assert np.sign(change) == sign
 
 
-@pytest.mark.parametrize("part", [0.999, 0.7, 0.2, 1e-3, 1e-8])
-def test_jkr_radii_from_penetration_are_the_roots_on_both_sides_of_the_least(part):
-    depth = part * float(theory.jkr_pull_off_penetration(R, E, W))
+@pytest.mark.parametrize("fraction", [0.999, 0.7, 0.2, 1e-3, 1e-8])
+def test_jkr_radii_from_penetration_are_roots_on_both_sides_of_the_minimum(
+    fraction,
+):
+    depth = fraction * float(theory.jkr_pull_off_penetration(R, E, W))
     least = np.cbrt(np.pi * W * R**2 / (8 * E))
 
     def excess(a):
@@ -66,13 +68,13 @@ def test_jkr_least_penetration_is_that_of_the_least_point_of_the_curve():
 
 
 def test_jkr_force_at_the_least_penetration_is_five_ninths_of_pull_off():
-    # Johnson, Kendall and Roberts: at fixed grips the contact parts at -(5/6) pi w R.
+    # Johnson, Kendall and Roberts: at fixed grips the contact is lost at -(5/6) pi w R.
     depth = theory.jkr_pull_off_penetration(R, E, W)
     a = theory.jkr_contact_radius_from_penetration(depth, R, E, W)
     assert_allclose(theory.jkr_force(a, R, E, W), -5 / 6 * np.pi * W * R, rtol=1e-6)
 
 
-def test_force_along_the_jkr_curve_does_the_work_that_the_energy_has_gained():
+def test_work_along_the_jkr_curve_is_the_change_of_energy():
     a0 = theory.jkr_contact_radius(0.0, R, E, W)
 
     def power(a):

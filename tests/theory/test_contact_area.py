@@ -53,7 +53,7 @@ def test_area_never_falls_with_the_load():
     assert np.all(np.diff(hard(loads, asperity_radius=22.0)) > 0)
 
 
-def test_first_asperity_blunter_than_the_sphere_leaves_hertz():
+def test_first_asperity_blunter_than_the_sphere_gives_hertz():
     area = hard(3.0, asperity_radius=5 * R)
     assert_allclose(area, theory.hertz_contact_area(3.0, R, E), rtol=1e-12)
 
@@ -105,7 +105,7 @@ def test_roll_off_must_be_at_longer_waves():
         theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 32.0)
 
 
-def test_energy_of_flattening_has_no_gap_at_half():
+def test_energy_of_flattening_is_continuous_at_a_hurst_exponent_of_one_half():
     near = theory.flattening_energy(SLOPE, E, [0.5 - 1e-9, 0.5, 0.5 + 1e-9], 4.0, 512.0)
     assert_allclose(near, near[1], rtol=1e-7)
     # H = 1/2: (E*/4) h'^2 ln(qs/qL)/(qs - qL)
@@ -147,7 +147,7 @@ def test_flat_reference_rises_with_pressure_and_adhesion_up_to_full_contact(curv
     assert_allclose(fractions[:, -1], 1.0)
 
 
-def test_flat_reference_takes_the_unit_of_the_modulus(curves):
+def test_flat_reference_scales_with_the_modulus(curves):
     scaled = theory.FlatReference.read(work_of_adhesion=0.005, contact_modulus=7.0)
     assert_allclose(scaled.fraction(7e-3), curves[0.005].fraction(1e-3), rtol=1e-12)
 
@@ -167,12 +167,12 @@ def test_flat_reference_goes_through_its_points_and_is_constant_beyond_them():
         ([0.0, np.nan], [0.0, 0.5], "must be finite"),
     ],
 )
-def test_flat_reference_refuses_what_is_no_curve(pressures, fractions, message):
+def test_flat_reference_refuses_invalid_curves(pressures, fractions, message):
     with pytest.raises(ValueError, match=message):
         theory.FlatReference(pressures, fractions)
 
 
-def test_flat_reference_tells_which_curves_it_has():
+def test_flat_reference_lists_its_curves_in_the_error():
     with pytest.raises(ValueError, match=r"only for 0\.0, 0\.0005, 0\.005; calculate"):
         theory.FlatReference.read(work_of_adhesion=0.01)
 
@@ -198,7 +198,7 @@ def test_script_makes_a_table_that_is_read(tmp_path, monkeypatch):
     del sys.modules["flat_reference"]
 
 
-def test_tables_say_how_they_were_made():
+def test_header_of_the_table_contains_the_commands_that_made_it():
     with open(theory.flat_reference.TABLE) as file:
         head = [line for line in file if line.startswith("#")]
     assert any("examples/paper/flat_reference.py --work" in line for line in head)

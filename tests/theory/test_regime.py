@@ -120,7 +120,7 @@ def test_weak_adhesion_changes_only_kappa():
     assert_allclose(found.contact_area, 1e4 / found.rough_pressure, rtol=0.01)
 
 
-def test_adhesion_beyond_kappa_makes_flats_sticky_and_leaves_no_formula():
+def test_strong_adhesion_makes_flats_sticky_without_a_closed_form():
     adhesion = paper_adhesion(0.01)
     found = regime(1e4, BIG, 1.0, ROUGH, **adhesion)
     assert found.law == "sticky rough"
@@ -135,7 +135,7 @@ def test_tabulated_flats_give_the_area_where_no_formula_does():
     assert_allclose(found.contact_area, expected)
 
 
-def test_adhesion_that_flattens_the_roughness_leaves_a_smooth_sphere_with_less_of_it():
+def test_sphere_flattened_by_adhesion_is_smooth_with_less_work_of_adhesion():
     smoother = SelfAffine(1e-3, 0.8, 4.0, 512.0)
     cost = theory.flattening_energy(1e-3, 1.0, 0.8, 4.0, 512.0)
     adhesion = {"work_of_adhesion": 100 * float(cost), "attraction_range": 0.01}
@@ -146,7 +146,7 @@ def test_adhesion_that_flattens_the_roughness_leaves_a_smooth_sphere_with_less_o
     assert_allclose(found.contact_area, area)
 
 
-def test_roll_off_of_a_surface_takes_its_part_of_the_work_of_adhesion():
+def test_roll_off_of_a_surface_reduces_the_effective_work_of_adhesion():
     smoother = SelfAffine(1e-3, 0.8, 4.0, 64.0, longest_wavelength=512.0)
     cost = theory.flattening_energy(1e-3, 1.0, 0.8, 4.0, 64.0, 512.0)
     adhesion = {"work_of_adhesion": 3 * float(cost), "attraction_range": 0.01}

@@ -181,7 +181,7 @@ def test_attractive_inverse_kappa_takes_the_known_values(work, expected):
     assert_allclose(inverse, expected, rtol=1.5e-2)
 
 
-def test_surfaces_stick_where_attraction_outweighs_repulsion():
+def test_surfaces_are_sticky_where_attraction_outweighs_repulsion():
     inverse = theory.inverse_kappa_adhesive(theory.KAPPA_REPULSIVE, [0.0, 0.28, 0.4])
     assert_allclose(inverse, [1 / 2.9, 1 / 2.9 - 0.28, 1 / 2.9 - 0.4])
     assert theory.is_sticky(inverse).tolist() == [False, False, True]

@@ -21,7 +21,7 @@ from ase_roughcontact.theory import (
     smooth_contact,
 )
 
-LITTLE = 1e-6
+OFFSET = 1e-6
 SIDES = pytest.mark.parametrize("side", [-1, 1], ids=["below", "above"])
 # Maugis' parameters up to which, and from which on, laws of smooth spheres hold.
 LIMITS = pytest.mark.parametrize(
@@ -38,7 +38,7 @@ ASPERITY = SHORT / (2.0 * math.pi * SLOPE) * math.sqrt(2 * (2 - HURST) / (1 - HU
 
 def beside(limit, side):
     """A number just below a limit, or just above."""
-    return limit * (1.0 + side * LITTLE)
+    return limit * (1.0 + side * OFFSET)
 
 
 def chosen(pair, side):
@@ -65,7 +65,7 @@ def test_smooth_spheres_follow_the_law_of_maugis_parameter(
     for choose in (smooth_contact, regime):
         found = choose(0.0, radius, 1.0, **adhesion)
         assert found.law == law
-        assert found.maugis_parameter == pytest.approx(limit, rel=2 * LITTLE)
+        assert found.maugis_parameter == pytest.approx(limit, rel=2 * OFFSET)
         pull_off = found.pull_off_force / (np.pi * work * radius)
         assert -2.0001 < pull_off < -1.4999
         if law in PULL_OFF:
@@ -136,7 +136,7 @@ def test_a_sphere_smaller_than_the_first_asperity_is_smooth(side):
 
 
 @SIDES
-def test_rough_flats_stick_where_kappa_of_the_attraction_is_that_of_the_wall(side):
+def test_rough_flats_are_sticky_where_kappa_of_the_attraction_is_that_of_the_wall(side):
     reach = 0.3
     attraction = np.pi * (3.0 / 16.0) ** (2.0 / 3.0) / (SLOPE * reach)
     attraction *= (4.0 * reach / (SLOPE * 4.0 * WIDTH)) ** (2.0 / 3.0)
@@ -151,7 +151,7 @@ def test_rough_flats_stick_where_kappa_of_the_attraction_is_that_of_the_wall(sid
         kappa_repulsive=KAPPA_REPULSIVE,
     )
     assert (found.law == "sticky rough") == (found.inverse_kappa < 0.0) == (side > 0)
-    assert abs(found.inverse_kappa) < 2 * LITTLE
+    assert abs(found.inverse_kappa) < 2 * OFFSET
 
 
 @SIDES

@@ -96,9 +96,9 @@ def test_jkr_area_at_zero_load_is_johnsons():
 
 @pytest.mark.parametrize("rounding", [0.0, 1e-14])
 def test_jkr_and_dmt_accept_their_own_pull_off_force_with_its_rounding(rounding):
-    part = 1 + rounding
-    jkr = theory.jkr_contact_radius(part * theory.jkr_pull_off_force(R, W), R, E, W)
-    dmt = theory.dmt_contact_radius(part * theory.dmt_pull_off_force(R, W), R, E, W)
+    factor = 1 + rounding
+    jkr = theory.jkr_contact_radius(factor * theory.jkr_pull_off_force(R, W), R, E, W)
+    dmt = theory.dmt_contact_radius(factor * theory.dmt_pull_off_force(R, W), R, E, W)
     assert_allclose(jkr**3, 9 * np.pi * W * R**2 / (8 * E))
     assert dmt == 0.0
 
@@ -173,8 +173,8 @@ def test_maugis_load_stability_ends_where_the_force_is_least():
     assert_allclose(force[1], theory.maugis_dugdale_pull_off_force(1.0), rtol=1e-12)
 
 
-def test_maugis_contact_parts_without_a_jump_below_the_known_parameter():
-    # Johnson & Greenwood (1997): a jump under displacement control from 0.938 on.
+def test_maugis_pull_off_is_stable_below_the_known_parameter():
+    # Johnson & Greenwood (1997): an instability under displacement control above 0.938.
     assert theory.maugis_dugdale_stability_limit(0.937, "displacement") == np.inf
     assert theory.maugis_dugdale_stability_limit(0.939, "displacement") < np.inf
 
