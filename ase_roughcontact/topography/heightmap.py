@@ -185,6 +185,11 @@ class HeightMap:
     def _digest(self) -> str:
         return hashlib.sha256(self._values.tobytes()).hexdigest()[:16]
 
+    def __repr__(self) -> str:
+        """Return shape, spacing and periodicity."""
+        n, m = self._values.shape
+        return f"HeightMap({n} x {m}, {self.spacing:g}, periodic={self.periodic})"
+
     def __eq__(self, other: object) -> bool:
         """Return whether two maps describe the same surface."""
         return isinstance(other, HeightMap) and self.todict() == other.todict()
