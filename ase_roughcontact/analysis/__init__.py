@@ -1,8 +1,10 @@
-"""What a contact looks like: radial averages, first contact, distributions, kappa.
+"""Analysis of contacts: maps, patches, radial averages, distributions, fits of kappa.
 
-Units are those of the atoms (eV and Å); any consistent ones will do.
+Units are eV and Å.
 """
 
+from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis.contact_patches import Patches, patches
 from ase_roughcontact.analysis.distributions import (
     Distribution,
     gap_distribution,
@@ -13,13 +15,16 @@ from ase_roughcontact.analysis.kappa_fit import KappaFit, fit_kappa
 from ase_roughcontact.analysis.radial import RadialAverage, radial_average
 
 __all__ = [
+    "ContactMap",
     "Distribution",
     "FirstContact",
     "KappaFit",
+    "Patches",
     "RadialAverage",
     "first_contact",
     "fit_kappa",
     "gap_distribution",
+    "patches",
     "pressure_distribution",
     "radial_average",
 ]

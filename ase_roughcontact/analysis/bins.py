@@ -6,8 +6,8 @@ from numpy.typing import ArrayLike
 from ase_roughcontact._util.validation import FloatArray, finite_array
 
 
-def rising(bins: ArrayLike) -> FloatArray:
-    """Return edges of bins as an array, checked.
+def increasing(bins: ArrayLike) -> FloatArray:
+    """Return the edges of bins as an array, if they increase.
 
     Parameters
     ----------
@@ -21,9 +21,11 @@ def rising(bins: ArrayLike) -> FloatArray:
     Raises
     ------
     ValueError
-        Unless they are two or more finite numbers that rise.
+        If they are not two or more increasing finite numbers.
     """
     edges = finite_array("bins", bins)
     if edges.ndim != 1 or len(edges) < 2 or not (np.diff(edges) > 0.0).all():
-        raise ValueError(f"edges of bins must be two or more that rise, got {bins!r}")
+        raise ValueError(
+            f"edges of bins must be two or more increasing numbers, got {bins!r}"
+        )
     return edges

@@ -29,7 +29,7 @@ class ContactMap:
     origin : (float, float)
         Position of site (0, 0) relative to the indenter's axis (Å).
     periodic : bool
-        Whether the map repeats. Else all sites beyond it are open.
+        Whether the map repeats; otherwise there is no contact outside of it.
     gap : ndarray, shape (n, m), optional
         Distance to the indenter, nan at sites without an atom (Å).
 
@@ -62,14 +62,14 @@ class ContactMap:
 
     @classmethod
     def from_frame(cls, frame: Atoms, indenter: Surface | None = None) -> ContactMap:
-        """Map of a frame of a trajectory.
+        """Return the map of a frame of a trajectory.
 
         Parameters
         ----------
         frame : Atoms
             As `snapshot` made it, also read back from a file.
         indenter : Surface, optional
-            The frame's indenter, from whose heights the gap follows.
+            Indenter of the frame, required for the gap.
 
         Returns
         -------
@@ -89,7 +89,7 @@ class ContactMap:
 
     @classmethod
     def from_atoms(cls, atoms: Atoms) -> ContactMap:
-        """Map of atoms as they are.
+        """Return the map of atoms with a calculator.
 
         Parameters
         ----------
@@ -150,7 +150,7 @@ def _map(
     contact: np.ndarray,
     gap: np.ndarray | None,
 ) -> ContactMap:
-    """Map of values of the atoms that may touch."""
+    """Return the map of values of the atoms of the window."""
     return ContactMap(
         pressure=pressure.reshape(grid.window),
         contact=contact.reshape(grid.window),
@@ -162,14 +162,14 @@ def _map(
 
 
 def nearest_image(values: FloatArray, period: float | FloatArray) -> FloatArray:
-    """Image of a place in a periodic cell that is nearest to the axis.
+    """Return the periodic images of coordinates that are nearest to the axis.
 
     Parameters
     ----------
     values : ndarray
-        Places relative to the axis (length).
+        Coordinates relative to the axis.
     period : float or ndarray
-        Of the cell (length).
+        Length of the periodic cell.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Connected patches of contact: area, perimeter, centroid; periodic ones are whole."""
+"""Connected patches of contact: area, perimeter and centroid."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ class Patches:
     Attributes
     ----------
     labels : ndarray of int, shape (n, m)
-        Zero at open sites, k + 1 at the sites of patch k.
+        Zero at sites without contact, k + 1 at the sites of patch k.
     area : ndarray, shape (k,)
-        Number of atoms times the area of one (Å^2).
+        Number of atoms times the area per atom (Å^2).
     perimeter : ndarray, shape (k,)
-        Number of edges between the patch and open sites times the spacing (Å).
+        Number of edges shared with sites without contact times the spacing (Å).
     centroid : ndarray, shape (k, 2)
         Relative to the (nearest) indenter's axis; nan along a direction in which the
-        patch goes around the periodic cell and meets itself (Å).
+        patch is connected with its own periodic image (Å).
     """
 
     labels: np.ndarray
@@ -44,10 +44,9 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
     Parameters
     ----------
     contact_map : ContactMap
-        The contact. Patches of a periodic one go on across its edges.
+        Patches of a periodic map continue across its edges.
     diagonal : bool
-        Whether atoms that are neighbours along a diagonal are connected too: 8
-        neighbours in place of 4.
+        Whether atoms have 8 neighbours, including the diagonal ones, instead of 4.
 
     Returns
     -------
@@ -56,17 +55,16 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
     Notes
     -----
     The perimeter is that of the union of square cells, so that of a row of k atoms is
-    :math:`(2k + 2) a_0`. It does not tend to the length of a smooth outline: every
-    outline is as long as its projections on x and y, and a large disc of radius r has
-    :math:`8r`, which is :math:`4/\pi` times its circumference. Averaged over the
-    direction of the outline the factor is the same, 4/pi.
+    :math:`(2k + 2) a_0`. It does not converge to the length of a smooth outline, but to
+    the sum of its projections on x and y, which is :math:`4/\pi` times as long for a
+    disc, and for any outline on average over its orientation.
     """
     structure = ndimage.generate_binary_structure(2, 2 if diagonal else 1)
     pieces, count = ndimage.label(contact_map.contact, structure)
     patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2))
     around = np.zeros((count + 1, 2), dtype=bool)
     if contact_map.periodic:
-        patch_of, cells, around = _join(count, _seams(pieces, diagonal))
+        patch_of, cells, around = _merge(count, _seams(pieces, diagonal))
 
     kept, patch_of = np.unique(patch_of, return_inverse=True)
     labels = patch_of[pieces]
@@ -77,10 +75,10 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
 
     i, j = np.nonzero(contact_map.contact)
     patch = labels[i, j] - 1
-    place = np.column_stack((i, j)) + cells[pieces[i, j]] * labels.shape
+    position = np.column_stack((i, j)) + cells[pieces[i, j]] * labels.shape
     edges = _open_neighbours(contact_map)[i, j]
     centroid = np.column_stack(
-        [np.bincount(patch, along, len(size)) / size for along in place.T]
+        [np.bincount(patch, along, len(size)) / size for along in position.T]
     )
     centroid = contact_map.origin + contact_map.spacing * centroid
     if contact_map.periodic:
@@ -95,7 +93,7 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
 
 
 def _open_neighbours(contact_map: ContactMap) -> FloatArray:
-    """Count the edges that every site shares with open ones."""
+    """Return the number of edges that each site shares with sites without contact."""
     mode = "wrap" if contact_map.periodic else "constant"
     mask = np.pad(contact_map.contact, 1, mode=mode)  # type: ignore[call-overload]
     sides = (mask[:-2, 1:-1], mask[2:, 1:-1], mask[1:-1, :-2], mask[1:-1, 2:])
@@ -103,7 +101,7 @@ def _open_neighbours(contact_map: ContactMap) -> FloatArray:
 
 
 def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:
-    """Pairs of pieces that meet across the edges of the cell, and which edges."""
+    """Return pairs of pieces connected across the cell edges, and which edges."""
     n, m = pieces.shape
     i, j = np.indices(pieces.shape)
     links = []
@@ -115,8 +113,8 @@ def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:
     return np.unique(np.concatenate(links), axis=0)
 
 
-def _join(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Patch of every piece, its periodic cell, and the ways it goes around (root)."""
+def _merge(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return patch and periodic cell of each piece, and the directions of wrapping."""
     patch_of, cells = np.arange(count + 1), np.zeros((count + 1, 2), dtype=int)
     around = np.zeros((count + 1, 2), dtype=bool)
     neighbours = defaultdict(list)
@@ -132,7 +130,7 @@ def _join(count: int, links: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
             for other, step in neighbours[piece]:
                 cell = cells[piece] + step
                 if other in seen:
-                    # two ways to one piece that end in different cells
+                    # two paths to one piece that end in different periodic cells
                     around[root] |= cell != cells[other]
                     continue
                 seen.add(other)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.validation import FloatArray, integer
-from ase_roughcontact.analysis.bins import rising
+from ase_roughcontact.analysis.bins import increasing
 from ase_roughcontact.analysis.contact_map import ContactMap
 
 
@@ -19,10 +19,10 @@ class Distribution:
     Attributes
     ----------
     density : ndarray, shape (k,)
-        Its integral is the part of the atoms that the bins cover, one by default
+        Its integral is the fraction of the atoms covered by the bins, one by default
         (inverse of the quantity's unit).
     edges : ndarray, shape (k + 1,)
-        Of the bins.
+        Edges of the bins.
     """
 
     density: FloatArray
@@ -30,21 +30,20 @@ class Distribution:
 
     @property
     def value(self) -> FloatArray:
-        """Middles of the bins, shape (k,)."""
+        """Centres of the bins, shape (k,)."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
 
 def pressure_distribution(
     contact_map: ContactMap, bins: int | ArrayLike = 50
 ) -> Distribution:
-    """Distribution of the pressure on the atoms in contact.
+    """Return the distribution of the pressure on the atoms in contact.
 
     Parameters
     ----------
     contact_map : ContactMap
-        The contact.
     bins : int or array_like
-        Number of bins between the least and the largest value, or their edges, rising
+        Number of bins between the smallest and the largest value, or increasing edges
         (eV/Å^3).
 
     Returns
@@ -54,7 +53,7 @@ def pressure_distribution(
     Raises
     ------
     ValueError
-        If no atom is in contact, or the bins are not what they should be.
+        If no atom is in contact, or the bins are invalid.
     """
     values = contact_map.pressure[contact_map.contact]
     return _distribution(values, bins, "no atom is in contact")
@@ -63,7 +62,7 @@ def pressure_distribution(
 def gap_distribution(
     contact_map: ContactMap, bins: int | ArrayLike = 50
 ) -> Distribution:
-    """Distribution of the gap over the atoms that are not in contact.
+    """Return the distribution of the gap of the atoms that are not in contact.
 
     The gap of an atom in contact is zero under a hard wall, and a function of its
     pressure under a soft one.
@@ -73,7 +72,7 @@ def gap_distribution(
     contact_map : ContactMap
         With the gap.
     bins : int or array_like
-        Number of bins between the least and the largest value, or their edges, rising
+        Number of bins between the smallest and the largest value, or increasing edges
         (Å).
 
     Returns
@@ -83,12 +82,11 @@ def gap_distribution(
     Raises
     ------
     ValueError
-        If the map has no gap, all atoms are in contact, or the bins are not what they
-        should be.
+        If the map has no gap, all atoms are in contact, or the bins are invalid.
     """
     if contact_map.gap is None:
         raise ValueError(
-            "the map has no gap: make it with ContactMap.from_atoms(atoms) or "
+            "the map has no gap: create it with ContactMap.from_atoms(atoms) or "
             "from_frame(frame, indenter=...)"
         )
     values = contact_map.gap[~contact_map.contact & ~np.isnan(contact_map.gap)]
@@ -97,7 +95,7 @@ def gap_distribution(
 
 def _distribution(values: np.ndarray, bins: int | ArrayLike, none: str) -> Distribution:
     if not len(values):
-        raise ValueError(f"there is nothing to distribute: {none}")
-    edges = integer("bins", bins, 1) if np.ndim(bins) == 0 else rising(bins)
+        raise ValueError(f"the distribution is empty: {none}")
+    edges = integer("bins", bins, 1) if np.ndim(bins) == 0 else increasing(bins)
     counts, edges = np.histogram(values, edges)
     return Distribution(counts / len(values) / np.diff(edges), edges)

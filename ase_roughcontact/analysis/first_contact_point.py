@@ -40,7 +40,7 @@ def first_contact(
     Parameters
     ----------
     indenter : Surface
-        A `RoughSphere`, or another one that rises out of reach.
+        `RoughSphere` or another bounded surface.
     spacing : float
         Distance of neighbouring atoms (Å).
     offset : (float, float)
@@ -54,13 +54,13 @@ def first_contact(
     Raises
     ------
     ValueError
-        If the indenter is flat, or an atom where its surface is not known could touch
-        first.
+        If the indenter is not bounded, or an atom where its surface is undefined could
+        touch first.
     """
     if not isinstance(indenter, BoundedSurface):
         raise ValueError(
-            "the first contact is that of an indenter that rises out of reach, such as "
-            f"RoughSphere, got {indenter!r}"
+            "first_contact needs a bounded indenter such as RoughSphere, got "
+            f"{indenter!r}"
         )
     _, spacing, offset = window((1, 1), spacing, offset)
     footprint = Footprint(indenter, spacing, offset)

@@ -13,7 +13,7 @@ from ase_roughcontact._util.validation import (
     positive_array,
 )
 
-# A fit with an error bar needs this many points.
+# Least number of points of a fit with a standard error.
 _FEWEST = 3
 
 
@@ -58,8 +58,8 @@ def fit_kappa(
     contact_modulus : float
         E* (eV/Å^3).
     limits : (float, float)
-        Least and largest force of the linear range (eV/Å); see the notes. By default
-        all forces above zero.
+        Smallest and largest force of the linear range (eV/Å), see the notes. Default:
+        all positive forces.
     area_error : array_like, shape (k,) or a number, optional
         Standard deviation sigma of the areas, up to a common factor (Å^2); by default
         the same for all. With the area itself, as for an error in per cent, kappa is
@@ -73,20 +73,19 @@ def fit_kappa(
     Raises
     ------
     ValueError
-        If an argument is not what it should be, or fewer than three points are within
-        the limits.
+        If an argument is invalid, or fewer than three points are within the limits.
 
     Notes
     -----
-    The range is chosen by the force, which is given, and not by the area, which
-    scatters: a choice by the area would favour areas that came out small. Below the
-    range a few asperities carry the load; above it the area saturates. On rough flats
-    of area A0, eq. (2) of the reference falls below the line by the part
+    The range is selected by the force, which is controlled: selection by the area,
+    which scatters, would be biased towards small areas. Below the range a few
+    asperities carry the load; above it the area saturates. On rough flats
+    of area A0, eq. (2) of the reference falls below the line by the fraction
     ``(pi/12) (kappa N/(A0 h' E*))^2``, 0.3 % at a tenth of full contact. On a sphere
-    take the Hertz area for A0, so that the range ends well below
-    `theory.crossover_load`. The standard error holds for independent points. Those of
-    one realisation under rising load are not: fit each realisation, and take the
-    scatter of their kappas.
+    A0 is the Hertz area, so that the range ends well below
+    `theory.crossover_load`. The standard error is that of independent points. Points of
+    one realisation at increasing load are correlated: fit each realisation, and use
+    the scatter of their kappas.
 
     References
     ----------
@@ -97,7 +96,8 @@ def fit_kappa(
     area = nonnegative_array("contact_area", contact_area)
     if force.ndim != 1 or force.shape != area.shape:
         raise ValueError(
-            "normal_force and contact_area must be lists of one length, got shapes "
+            "normal_force and contact_area must be one-dimensional and of the same "
+            "length, got shapes "
             f"{force.shape} and {area.shape}"
         )
     sigma = positive_array("area_error", 1.0 if area_error is None else area_error)

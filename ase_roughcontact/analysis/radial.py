@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.validation import FloatArray, integer, nonnegative_array
-from ase_roughcontact.analysis.bins import rising
+from ase_roughcontact.analysis.bins import increasing
 from ase_roughcontact.analysis.contact_map import ContactMap
 
 
@@ -37,16 +37,14 @@ class RadialAverage:
 def radial_average(
     contact_map: ContactMap, bins: int | ArrayLike | None = None
 ) -> RadialAverage:
-    """Average the pressure over rings, p(r) of all sites and p_c(r) of contacts.
+    """Return the pressure averaged over rings around the indenter's axis.
 
     Parameters
     ----------
     contact_map : ContactMap
-        The contact.
     bins : int or array_like, optional
-        Number of rings up to the farthest site of the map, or their edges, rising
-        from r >= 0 (Å). By default rings one spacing wide, between half-integer
-        multiples of it, the first one the disc of half a spacing.
+        Number of rings up to the farthest site of the map, or increasing edges >= 0
+        (Å). By default the edges are 0 and half-integer multiples of the spacing.
 
     Returns
     -------
@@ -55,14 +53,14 @@ def radial_average(
     Raises
     ------
     ValueError
-        If the bins are not what they should be.
+        If the bins are invalid.
 
     Notes
     -----
-    The sites beyond the map of a free half space carry no pressure. They are counted,
-    so that a small map around a contact far off the axis gives the same average as a
-    large one. In a periodic cell a site belongs to the nearest image of the axis, and
-    rings wider than the cell are what of them is in it.
+    The sites beyond the map of a free half space carry no pressure, but are counted, so
+    that the average does not depend on the size of the map. In a periodic cell the
+    distance is that from the nearest image of the axis, and rings are limited to the
+    cell.
 
     References
     ----------
@@ -74,8 +72,8 @@ def radial_average(
     sites = np.histogram(every, edges)[0]
     contacts = np.histogram(distance[mask], edges)[0]
 
-    def total(places: FloatArray, values: FloatArray) -> FloatArray:
-        return np.histogram(places, edges, weights=values)[0]
+    def total(radii: FloatArray, values: FloatArray) -> FloatArray:
+        return np.histogram(radii, edges, weights=values)[0]
 
     pressure = contact_map.pressure
     return RadialAverage(
@@ -94,13 +92,13 @@ def _ring_edges(
         rings = int(np.ceil(farthest / spacing + 0.5))
         return spacing * np.append(0.0, np.arange(rings) + 0.5)
     if np.ndim(bins) == 0:
-        # a lone atom on the axis has a ring of one spacing
+        # one spacing for a single atom on the axis
         return np.linspace(0.0, farthest or spacing, integer("bins", bins, 1) + 1)
-    return nonnegative_array("bins", rising(bins))
+    return nonnegative_array("bins", increasing(bins))
 
 
 def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
-    """Distances from the axis of all sites of the endless lattice up to one."""
+    """Return the distances from the axis of all lattice sites up to a largest one."""
     a0 = contact_map.spacing
     x, y = (
         start
@@ -113,5 +111,5 @@ def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:
 
 
 def _mean(total: FloatArray, count: np.ndarray) -> FloatArray:
-    """Ratio, nan where there is nothing."""
+    """Return the ratio, nan where the count is zero."""
     return np.divide(total, count, where=count > 0, out=np.full(total.shape, np.nan))

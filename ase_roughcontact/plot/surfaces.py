@@ -10,8 +10,7 @@ from ase.units import GPa
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.analysis import radial_average
-from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis import ContactMap, radial_average
 from ase_roughcontact.topography.selfaffine import SelfAffine
 from ase_roughcontact.topography.spectrum import power_spectrum
 

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 from ase.units import GPa
 
 from ase_roughcontact import ActiveSet, HardWall, RoughContact, RoughSphere, substrate
-from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.plot import plot_pressure, style
 from ase_roughcontact.theory import hertz_contact_radius_from_penetration, hertz_force
 

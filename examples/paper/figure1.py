@@ -23,8 +23,7 @@ import numpy as np
 from paper_scenes import scene, theory
 
 from ase_roughcontact import load_path
-from ase_roughcontact.analysis import radial_average
-from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis import ContactMap, radial_average
 from ase_roughcontact.theory import hertz_pressure
 
 HERE = Path(__file__).parent

@@ -28,7 +28,7 @@ from ase_roughcontact import (
     snapshot,
     substrate,
 )
-from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.scene import RoughnessConfig, Scene
 
 SPHERE = RoughSphere(10.0)

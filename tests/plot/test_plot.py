@@ -23,7 +23,7 @@ from ase_roughcontact import (  # noqa: E402
     snapshot,
     substrate,
 )
-from ase_roughcontact.analysis.contact_map import ContactMap  # noqa: E402
+from ase_roughcontact.analysis import ContactMap  # noqa: E402
 from ase_roughcontact.theory import (  # noqa: E402
     hertz_contact_radius,
     hertz_pressure,
