@@ -20,7 +20,7 @@ from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.scene import Scene, default_text
-from ase_roughcontact.scene.reading import tomllib
+from ase_roughcontact.scene.file import tomllib
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 

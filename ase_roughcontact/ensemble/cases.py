@@ -6,7 +6,6 @@ import hashlib
 import itertools
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -88,10 +87,7 @@ def scene_as_dict(scene: Scene) -> dict[str, Any]:
     ValueError
         If a value is not text, a number, a truth value or a sequence of these.
     """
-    sections = {f.name: getattr(scene, f.name) for f in fields(scene)}
-    return _json_value(
-        {title: section and section.entries() for title, section in sections.items()}
-    )
+    return _json_value(scene.entries())
 
 
 def _plain_number(value: Any) -> Any:

@@ -1,6 +1,6 @@
-"""A whole calculation as one object, also written as a TOML file.
+"""A whole calculation as one object, which can be written as a TOML file.
 
-See ``ase_roughcontact/default.toml`` for the format, key by key.
+The built-in scene file, `default_text`, explains every key.
 """
 
 from ase_roughcontact.scene.config import (
@@ -11,7 +11,7 @@ from ase_roughcontact.scene.config import (
     SphereConfig,
     SubstrateConfig,
 )
-from ase_roughcontact.scene.optimizers import OPTIMIZERS
+from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
 
 __all__ = [
@@ -25,4 +25,5 @@ __all__ = [
     "SphereConfig",
     "SubstrateConfig",
     "default_text",
+    "on_modes",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,14 +17,7 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
 from ase_roughcontact.interactions import Interaction, make_wall
-from ase_roughcontact.scene.config import (
-    InteractionConfig,
-    PathConfig,
-    RoughnessConfig,
-    SolverConfig,
-    SphereConfig,
-    SubstrateConfig,
-)
+from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 # Modulus (GPa) beyond that of any solid, which must have been given in another unit.
@@ -36,15 +29,8 @@ _LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
 
 @dataclass(frozen=True)
-class Model:
+class Model(SceneFile):
     """Solid, indenter and wall of a scene; see `Scene`."""
-
-    substrate: SubstrateConfig = field(default_factory=SubstrateConfig)
-    sphere: SphereConfig = field(default_factory=SphereConfig)
-    roughness: RoughnessConfig | None = None
-    interaction: InteractionConfig = field(default_factory=InteractionConfig)
-    path: PathConfig = field(default_factory=PathConfig)
-    solver: SolverConfig = field(default_factory=SolverConfig)
 
     @property
     def spacing(self) -> float:

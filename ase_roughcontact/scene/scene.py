@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -21,10 +20,8 @@ from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.reading import read_sections
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
 
 # Shape of the atoms before a window is chosen.
@@ -90,64 +87,9 @@ class Scene(Model):
             raise ValueError(f"can't read the scene {file}: {error}") from error
 
     @classmethod
-    def parse(cls, text: str, name: str = "scene") -> Scene:
-        """Return the scene of a text, without `check`.
-
-        The scene of an ensemble may omit keys that are set for each case.
-
-        Parameters
-        ----------
-        text : str
-            TOML.
-        name : str
-            Name of the file for error messages.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        ValueError
-            If the text is not TOML, a section or key is unknown, or a value is of the
-            wrong type.
-        """
-        return cls(**read_sections(text, name))
-
-    @classmethod
     def default(cls) -> Scene:
         """Return the built-in scene."""
         return cls.parse(default_text(), "default.toml")
-
-    def with_values(self, values: Mapping[str, Any]) -> Scene:
-        """Return the scene with other values of some keys.
-
-        Parameters
-        ----------
-        values : mapping
-            Values by key, in the units of the scene file: ``"sphere.radius"``; or whole
-            sections by title, None for none.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        ValueError
-            If a section or key is unknown, or a value is of the wrong type.
-        """
-        changes: dict[str, Any] = {}
-        for key, value in values.items():
-            title, _, name = key.partition(".")
-            lookup(title, SECTIONS, "section")
-            section = changes.get(title, getattr(self, title))
-            if name and section is None:
-                raise ValueError(f"{key} can't be set: the scene has no [{title}]")
-            if not (name or value is None or isinstance(value, SECTIONS[title])):
-                raise ValueError(f"[{title}] must be a section, got {value!r}")
-            changes[title] = section.changed(name, value) if name else value
-        return replace(self, **changes)
 
     def check(self, name: str = "scene") -> None:
         """Raise an error if a value is out of range or inconsistent with others.
@@ -236,15 +178,15 @@ class Scene(Model):
 
     def atoms(self) -> Atoms:
         """Return the substrate and the indenter above it, with a calculator."""
-        given = self.substrate
+        periodic = self.substrate.periodic
         if self.shape:
-            check_memory(self.shape, margin=not given.periodic)
+            check_memory(self.shape, margin=not periodic)
         atoms = substrate(
-            given.symbol,
+            self.substrate.symbol,
             self.shape or _FIRST_SHAPE,
             self.surface,
             spacing=self.spacing,
-            periodic=given.periodic,
+            periodic=periodic,
             fixed=self.path.control != "load",
         )
         atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
@@ -315,7 +257,8 @@ class Scene(Model):
         try:
             path = self.relax(resume=True, **files)
         except ValueError as error:
-            changes = self._changes_from(folder / "scene.toml")
+            file = folder / "scene.toml"
+            changes = self.changes_from(Scene.read(file)) if file.exists() else []
             if not changes:
                 raise
             raise ValueError(
@@ -324,31 +267,6 @@ class Scene(Model):
                 "steps after its last one"
             ) from error
         yield from path
-
-    def _entries(self) -> dict[str, Any]:
-        """Return the values of all keys, such as ``"sphere.radius"``."""
-        sections = {title: getattr(self, title) for title in SECTIONS}
-        return {
-            f"[{title}] {key}": value
-            for title, section in sections.items()
-            if section is not None
-            for key, value in section.entries().items()
-        }
-
-    def _changes_from(self, file: Path) -> list[str]:
-        """Return the keys whose values differ from those of a file, if it exists."""
-        if not file.exists():
-            return []
-        old, new = Scene.read(file)._entries(), self._entries()
-        return [
-            f"{key} was {_toml(old.get(key))}, is {_toml(new.get(key))}"
-            for key in {**old, **new}
-            if old.get(key) != new.get(key)
-        ]
-
-
-def _toml(value: Any) -> str:
-    return "not given" if value is None else json.dumps(value)
 
 
 def default_text() -> str:

@@ -135,12 +135,13 @@ class Tradeoff:
         return min(sufficient, key=lambda trial: trial.work, default=None)
 
     def __str__(self) -> str:
+        width = max(len(trial.label) for trial in self.trials)
         lines = [
-            f"{'setting':<26}   force error    area error  atoms    pairs  time (s)"
-            "  memory (GB)"
+            f"{'setting':<{width}}   force error    area error  atoms    pairs"
+            "  time (s)  memory (GB)"
         ]
         lines += [
-            f"{t.label:<26}{t.force_error:14.1e}{t.area_error:14.1e}{t.atoms:7d}"
+            f"{t.label:<{width}}{t.force_error:14.1e}{t.area_error:14.1e}{t.atoms:7d}"
             f"{t.pairs:9.0f}{t.seconds:10.2g}{t.memory / UNITS['GB']:13.2f}"
             + ("" if t.converged else "   NOT CONVERGED")
             for t in self.trials

@@ -1,0 +1,131 @@
+"""Contents of a scene file: its sections, read from TOML, changed and compared."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
+
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.scene.config import (
+    SECTIONS,
+    InteractionConfig,
+    PathConfig,
+    RoughnessConfig,
+    SolverConfig,
+    SphereConfig,
+    SubstrateConfig,
+)
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+AnyFile = TypeVar("AnyFile", bound="SceneFile")
+
+
+@dataclass(frozen=True)
+class SceneFile:
+    """Sections of a scene file; see `Scene`."""
+
+    substrate: SubstrateConfig = field(default_factory=SubstrateConfig)
+    sphere: SphereConfig = field(default_factory=SphereConfig)
+    roughness: RoughnessConfig | None = None
+    interaction: InteractionConfig = field(default_factory=InteractionConfig)
+    path: PathConfig = field(default_factory=PathConfig)
+    solver: SolverConfig = field(default_factory=SolverConfig)
+
+    @classmethod
+    def parse(cls: type[AnyFile], text: str, name: str = "scene") -> AnyFile:
+        """Read the text of a scene file, without checking that the values are valid.
+
+        The scene of an ensemble may omit keys that are set for each case.
+
+        Parameters
+        ----------
+        text : str
+            TOML.
+        name : str
+            Name of the file for error messages.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If the text is not TOML, a section or key is unknown, or a value is of the
+            wrong type.
+        """
+        try:
+            document = tomllib.loads(text)
+        except (ValueError, RecursionError) as error:
+            raise ValueError(f"{name} is not a TOML file: {error}") from error
+        sections: dict[str, Any] = {}
+        try:
+            for title, entries in document.items():
+                section = lookup(title, SECTIONS, "section")
+                if not isinstance(entries, dict):
+                    raise ValueError(f"[{title}] must be a section, got {entries!r}")
+                sections[title] = section.of(entries)
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from error
+        return cls(**sections)
+
+    def entries(self) -> dict[str, dict[str, Any] | None]:
+        """Return the values by section and key; None for a section that is missing."""
+        sections = {title: getattr(self, title) for title in SECTIONS}
+        return {
+            title: section and section.entries() for title, section in sections.items()
+        }
+
+    def with_values(self: AnyFile, values: Mapping[str, Any]) -> AnyFile:
+        """Return the scene with other values of some keys.
+
+        Parameters
+        ----------
+        values : mapping
+            Values by key, ``"sphere.radius"``, in the units of the file; or whole
+            sections by title, None for none.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If a section or key is unknown, or a value is of the wrong type.
+        """
+        changes: dict[str, Any] = {}
+        for key, value in values.items():
+            title, _, name = key.partition(".")
+            lookup(title, SECTIONS, "section")
+            section = changes.get(title, getattr(self, title))
+            if name and section is None:
+                raise ValueError(f"{key} can't be set: the scene has no [{title}]")
+            if not (name or value is None or isinstance(value, SECTIONS[title])):
+                raise ValueError(f"[{title}] must be a section, got {value!r}")
+            changes[title] = section.changed(name, value) if name else value
+        return replace(self, **changes)
+
+    def changes_from(self, old: SceneFile) -> list[str]:
+        """Return descriptions of the keys whose values differ from those of another."""
+        values = old.entries(), self.entries()
+        changes = []
+        for title in SECTIONS:
+            was, now = (entries[title] or {} for entries in values)
+            changes += [
+                f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
+                for key in {**was, **now}
+                if was.get(key) != now.get(key)
+            ]
+        return changes
+
+
+def _toml(value: Any) -> str:
+    return "not given" if value is None else json.dumps(value)
