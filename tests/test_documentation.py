@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ase_roughcontact import LoadStep
+from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.paths.record import columns_of
 
@@ -169,6 +169,11 @@ def test_classes_in_code_exist():
         for line in code(page):
             if name := re.fullmatch(r"\.?([A-Z][a-z]+[A-Z]\w*)(\(.*\))?", line):
                 assert name[1] in known, f"{page}: {name[1]}"
+
+
+def test_version_is_the_same_everywhere():
+    assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    assert f"\n## {__version__}" in (ROOT / "CHANGELOG.md").read_text()
 
 
 def test_columns_on_the_page_are_those_of_a_step():
