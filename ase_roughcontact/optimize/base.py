@@ -35,13 +35,15 @@ class ContactOptimizer(Optimizer):
         Not supported: the optimizer starts from the atoms.
     logfile, trajectory, append_trajectory, **kwargs
         As for any ASE `Optimizer`.
+    options : optional
+        Options of the solver: `NewtonKrylovOptions` or `ActiveSetOptions`.
 
     Attributes
     ----------
     solver : callable
         Class attribute, set with `staticmethod`: a generator function
-        ``solver(contact, *, height, external, start, tolerance)``, see
-        `solvers.newton.newton_krylov`, that yields a `Relaxation` for each step.
+        ``solver(contact, *, height, external, start, tolerance)``, as `newton_krylov`,
+        that yields a `Relaxation` for each step. It also gets `options`, if any.
     hard_walls : bool
         Class attribute: whether the solver is for hard walls, or for all others.
     springs : bool
@@ -80,6 +82,8 @@ class ContactOptimizer(Optimizer):
         logfile: IO | str | Path | None = None,
         trajectory: str | Path | None = None,
         append_trajectory: bool = False,
+        *,
+        options: Any = None,
         **kwargs: Any,
     ) -> None:
         if restart is not None:
@@ -88,6 +92,7 @@ class ContactOptimizer(Optimizer):
             )
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
         self.pairs = 0.0
+        self._options = {} if options is None else {"options": options}
         self._connect()
 
     def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
@@ -170,6 +175,7 @@ class ContactOptimizer(Optimizer):
             external=None if self.indenter.fixed else self.indenter.external,
             start=start,
             tolerance=fmax,
+            **self._options,
         )
         try:
             if self.nsteps == 0:

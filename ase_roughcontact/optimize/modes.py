@@ -1,19 +1,18 @@
-r"""The contact in scaled Fourier modes, for any optimizer of ASE.
+r"""The contact problem in scaled Fourier modes, for any optimizer of ASE.
 
 The Hessian of the energy is :math:`a_0^2 [K + \operatorname{diag} V'']`. Its elastic
-part is diagonal in Fourier space, with values that reach from those of the longest to
-those of the shortest wave: the larger the grid, the worse for an optimizer that does
-not know. In the modes
+part is diagonal in Fourier space, with eigenvalues that increase from the longest to
+the shortest wave: the larger the grid, the worse its condition number. In the modes
 
 .. math:: x(q) = \sqrt{\frac{w(q)\, a_0^2 [K(q) + k_\text{ref}]}{N M\, c}}\; \tilde u(q)
 
-it is nearly the identity times :math:`c` = 1 eV/Å\ :sup:`2`, on any grid. :math:`w`
-is 2 for the waves that stand for their conjugates, too.
+it is nearly the identity times :math:`c` = 1 eV/Å\ :sup:`2`, on any grid. The weight
+:math:`w` is 2 for modes that also stand for their complex conjugates, else 1.
 
 References
 ----------
 Y. Zhou, M. Moseler, M. H. Müser, Phys. Rev. B 99, 144103 (2019), for the idea of
-giving every mode the mass that suits its stiffness.
+giving every mode a mass in proportion to its stiffness.
 """
 
 from __future__ import annotations
@@ -24,6 +23,7 @@ import numpy as np
 from ase import Atoms
 from ase.utils.abc import Optimizable
 
+from ase_roughcontact._util.kernels import inner, rowwise
 from ase_roughcontact.atoms.calculator import elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.optimize.constraints import (
@@ -36,45 +36,33 @@ from ase_roughcontact.solvers.relaxation import indenter_stiffness
 # Curvature of the energy in the scaled modes (eV/Å^2).
 _CURVATURE = 1.0
 
-# Rows of the spectrum that are worked on at once, to stay in the processor's cache.
-_BLOCK = 32
-
 
 class FourierModes(Optimizable):
-    """Atoms of a `RoughContact` in the scaled modes of their half space.
+    """Atoms of a `RoughContact` in the scaled Fourier modes of their half space.
 
-    An ASE `Optimizable`: hand it to FIRE, FIRE2, LBFGS, BFGSLineSearch or the SciPy
-    optimizers in place of the atoms. Energy and gradient together cost one inverse and
-    one forward transform. The atoms are written when the optimizer has converged or
-    writes a trajectory, and by `write`.
+    An ASE `Optimizable`, to be given to FIRE, FIRE2, LBFGS, BFGSLineSearch or the SciPy
+    optimizers in place of the atoms. Energy and gradient together cost one FFT pair.
+    The atoms are moved when the optimizer has converged or writes a trajectory, and by
+    `write`. Load and constraints are those at the time of construction.
 
-    The curvature of the energy is about 1 eV/Å^2 in these coordinates: tell LBFGS so
-    (``alpha=1``; its default is meant for atoms). FIRE and FIRE2 limit the norm of a
-    step: ``maxstep=modes.maxstep`` limits the mean displacement of an atom instead.
-    Load and constraints are those at the time when it is made.
-
-    The steps to a force do not grow with the resolution of a problem: for a rough
-    sphere, a repulsive wall, and 64 to 512 atoms along the window's side, LBFGS took
-    100 and 102, FIRE2 193 and 152. When the contact grows at fixed spacing, windows of
-    64 to 256 atoms, LBFGS's steps grow with the 0.65th power of the side, on plain
-    atoms with the first. With a window of 512 x 512 atoms an evaluation takes 1.2 times
-    its pair of transforms and the wall; FIRE2 adds 1.5 times that again, and LBFGS
-    (20 vectors kept) ten times.
+    The curvature of the energy is about 1 eV/Å^2 in these coordinates, which LBFGS
+    needs as ``alpha=1`` (its default is meant for atoms). FIRE and FIRE2 limit the norm
+    of a step; ``maxstep=modes.maxstep`` limits the mean displacement of an atom.
 
     Parameters
     ----------
     atoms : Atoms
         With a `RoughContact` calculator and a soft wall. Constraints of the indenter
-        act; others are refused.
+        are supported, others are not.
     reference_stiffness : float, optional
         ``k_ref`` of the scaling (eV/Å^4, pressure per length); by default three times
-        the wall's stiffness where it begins to repel.
+        the stiffness of the wall where it begins to repel.
 
     Raises
     ------
     ValueError
         If the calculator is not a `RoughContact`, the wall is hard, or there is a
-        constraint on another atom than the indenter.
+        constraint that is not supported.
 
     Examples
     --------
@@ -98,7 +86,7 @@ class FourierModes(Optimizable):
 
     @property
     def maxstep(self) -> float:
-        """Norm of a step that moves the atoms of the window by 0.1 spacings (rms)."""
+        """Norm of a step in which atoms move by 0.1 spacings (root mean square)."""
         halfspace = self.contact.halfspace
         n, m = halfspace.shape
         stiffness = self._reference + np.median(halfspace.stiffness)
@@ -114,35 +102,35 @@ class FourierModes(Optimizable):
         return self._x.copy()
 
     def set_x(self, x: np.ndarray) -> None:
-        """Set the coordinates and forget what was calculated at the old ones."""
+        """Set the coordinates, and discard the results of the old ones."""
         self._x = np.array(x, dtype=float)
         self._gradient: np.ndarray | None = None
         self._norm: float | None = None
 
     def get_value(self) -> float:
-        """Return the energy, that of the load and of the constraints included (eV)."""
+        """Return the energy, including those of the load and of springs (eV)."""
         self._evaluate()
         return self._value
 
     def get_gradient(self) -> np.ndarray:
-        """Return the gradient, shape (ndofs,), not to be written to."""
+        """Return the gradient as a read-only array, shape (ndofs,)."""
         return self._evaluate()
 
     def gradient_norm(self, gradient: np.ndarray) -> float:
-        """Largest force on any atom; of a step, the largest displacement.
+        """Return the largest force on an atom, or the largest displacement in a step.
 
-        The optimizers of ASE ask for both by this name: of the gradient, which they
-        compare with `fmax`, and of a step, which they compare with `maxstep`.
+        ASE's optimizers use this method both for the gradient, which they compare with
+        `fmax`, and for steps, which they compare with `maxstep`.
 
         Parameters
         ----------
         gradient : ndarray, shape (ndofs,)
-            As `get_gradient` returned it, or a step.
+            The array that `get_gradient` returned, or a step.
 
         Returns
         -------
         float
-            eV/Å, or Å.
+            Force (eV/Å), or displacement (Å).
         """
         if gradient is not self._gradient:
             moved = self._real(gradient, self._from_mode)
@@ -152,7 +140,7 @@ class FourierModes(Optimizable):
         return self._norm
 
     def converged(self, gradient: np.ndarray, fmax: float) -> bool:
-        """Whether the largest force is below `fmax`; if it is, write the atoms."""
+        """Return whether the largest force is below `fmax`; if so, move the atoms."""
         if gradient is self._gradient:
             done = self.gradient_norm(gradient) < fmax
         else:
@@ -169,7 +157,7 @@ class FourierModes(Optimizable):
         self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
 
     def iterimages(self) -> Iterator[Atoms]:
-        """Yield the atoms where they are now, with energy and forces."""
+        """Yield the atoms at the present coordinates, with energy and forces."""
         self.write()
         self.atoms.get_potential_energy()
         yield self.atoms
@@ -213,7 +201,7 @@ class FourierModes(Optimizable):
         return float(max(np.abs(forces).max(), abs(gradient[-1]) / self._z_scale))
 
     def _real(self, coordinates: np.ndarray, factor: np.ndarray) -> np.ndarray:
-        """Return coordinates times a factor in real space, shape of the grid."""
+        """Return scaled coordinates in real space, shape of the padded grid."""
         transform = self.contact.halfspace.grid_transform
         modes = coordinates[: self._modes].reshape(self._shape)
         np.multiply(modes, factor, out=transform.spectrum.view(transform.dtype))
@@ -237,15 +225,9 @@ class FourierModes(Optimizable):
 
         gradient = np.empty(self.ndofs())
         slopes = gradient[: self._modes].reshape(self._shape)
-        twice_elastic = 0.0
-        for start in range(0, self._shape[0], _BLOCK):
-            rows = slice(start, start + _BLOCK)
-            elastic = self._elastic[rows] * modes[rows]
-            twice_elastic += np.einsum("ij,ij->", elastic, modes[rows])
-            np.multiply(
-                spectrum[rows], self._pressure_to_gradient[rows], out=slopes[rows]
-            )
-            slopes[rows] += elastic
+        twice_elastic = _set_gradient(
+            slopes, modes, self._elastic, spectrum, self._pressure_to_gradient
+        )
         external_energy, external_force = self.indenter.external(height)
         force = 0.0 if self.indenter.fixed else wall_force + external_force
         gradient[-1] = -force * self._z_scale
@@ -259,6 +241,21 @@ class FourierModes(Optimizable):
         return gradient
 
 
+@rowwise(np.add)
+def _set_gradient(
+    gradient: np.ndarray,
+    modes: np.ndarray,
+    elastic: np.ndarray,
+    pressure: np.ndarray,
+    factor: np.ndarray,
+) -> float:
+    """Set ``gradient = elastic x + factor pressure`` and return ``elastic x^2``."""
+    force = elastic * modes
+    np.multiply(pressure, factor, out=gradient)
+    gradient += force
+    return inner(force, modes)
+
+
 def _twice(values: np.ndarray) -> np.ndarray:
-    """Each value twice, for the real and the imaginary part."""
+    """Return every column twice, for the real and the imaginary part."""
     return np.repeat(values, 2, axis=1)

@@ -15,20 +15,18 @@ class HalfSpacePrecon(Precon):
 
     .. math:: P = a_0^2 [K + k_\text{ref}]
 
-    along z, diagonal in Fourier space: `solve` and `Pdot` cost one pair of transforms
-    of the whole grid. Lateral coordinates, along which no force acts, keep their
-    scale. It is here for scripts that want atoms: `FourierModes` has no line search to
-    pay for and is faster. PreconLBFGS took 123 steps instead of 289 under a load, and
-    as many as without at a fixed height (rough sphere, window of 40 x 40 atoms); the
-    gain grows as the grid gets finer.
+    along z, which is diagonal in Fourier space: `solve` and `Pdot` cost one FFT pair.
+    Lateral coordinates, along which no force acts, are multiplied by a constant. Use it
+    in scripts that need atoms; otherwise `FourierModes`, which needs no line search, is
+    faster.
 
     Parameters
     ----------
     atoms : Atoms
         With a `RoughContact` calculator and a soft wall.
     reference : float, optional
-        ``k_ref`` (eV/Å^4, pressure per length); by default three times the wall's
-        stiffness where it begins to repel.
+        ``k_ref`` (eV/Å^4, pressure per length); by default three times the stiffness of
+        the wall where it begins to repel.
 
     Raises
     ------
@@ -54,7 +52,7 @@ class HalfSpacePrecon(Precon):
         stiffness = halfspace.cell_area * (
             halfspace.stiffness + reference_stiffness(contact, reference)
         )
-        self._layer = halfspace.dof_shape
+        self._shape = halfspace.dof_shape
         self._transform = halfspace.dof_transform
         self._multiply = self._transform.multiplier(stiffness)
         self._divide = self._transform.multiplier(1.0 / stiffness)
@@ -81,13 +79,13 @@ class HalfSpacePrecon(Precon):
 
     def asarray(self) -> np.ndarray:
         """Return P as a matrix; for tests on small grids."""
-        size = 3 * (self._layer[0] * self._layer[1] + 1)
+        size = 3 * (self._shape[0] * self._shape[1] + 1)
         return np.array([self.Pdot(column) for column in np.eye(size)])
 
     def _apply(
         self, x: np.ndarray, multiplier: np.ndarray, scale: np.ndarray
     ) -> np.ndarray:
         result = x.reshape(-1, 3) * scale
-        heights = x.reshape(-1, 3)[:-1, 2].reshape(self._layer)
+        heights = x.reshape(-1, 3)[:-1, 2].reshape(self._shape)
         result[:-1, 2] = self._transform.filter(heights, multiplier).ravel()
         return result.reshape(x.shape)

@@ -22,6 +22,7 @@ from ase_roughcontact import (
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.interactions import RepulsiveLennardJones93
 from ase_roughcontact.solvers.hard_wall import optimality_residuals
+from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
 SMOOTH = RoughSphere(radius=40.0)
 ROUGH = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
@@ -350,3 +351,19 @@ def test_a_spring_beside_the_indenter_is_refused():
     atoms.set_constraint(Hookean(a1=len(atoms) - 1, a2=(0.0, 0.0, -1.0), k=1.0, rt=0.0))
     with pytest.raises(ValueError, match="beside the indenter"):
         NewtonKrylov(atoms)
+
+
+@pytest.mark.parametrize(
+    "solver, options",
+    [
+        (NewtonKrylov, NewtonKrylovOptions(krylov_steps=1)),
+        (ActiveSet, ActiveSetOptions(inner_steps=2)),
+    ],
+    ids=["NewtonKrylov", "ActiveSet"],
+)
+def test_options_are_those_of_the_solver(solver, options):
+    changed, usual = (make_atoms(WALLS[solver], n=24) for _ in range(2))
+    dynamics, reference = solver(changed, options=options), solver(usual)
+    assert dynamics.run(fmax=1e-8) and reference.run(fmax=1e-8)
+    assert (dynamics.nsteps, dynamics.pairs) != (reference.nsteps, reference.pairs)
+    np.testing.assert_allclose(changed.positions, usual.positions, atol=1e-6)
