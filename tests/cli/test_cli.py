@@ -31,7 +31,9 @@ def test_run_writes_table_trajectories_and_figures(scene, tmp_path, capsys):
     assert [row["converged"] for row in rows] == ["True", "True"]
     assert len(read(out / "sweep.traj", ":")) == 2
     view = read(out / "view.traj", ":")
-    assert [set(frame.symbols) for frame in view] == 2 * [{"Cu", "X", "C"}]
+    counts = [frame.symbols.formula.count() for frame in view]
+    half = 32 * (30 // 2)  # of the indenter, towards positive y
+    assert counts == 2 * [{"Cu": 32 * 30, "X": 1, "C": half}]
     for name in ("curve.png", "force.png", "contact.png"):
         assert (out / name).read_bytes().startswith(b"\x89PNG")
     text = capsys.readouterr().out
@@ -328,6 +330,22 @@ def test_help_lists_commands_and_files(arguments, capsys):
     text = capsys.readouterr().out
     expected = ("run", "scene") if arguments == ["--help"] else ("curve.csv", "--out")
     assert all(word in text for word in expected)
+
+
+@pytest.mark.parametrize(
+    "command, option, value",
+    [
+        ("run", "--out", "roughcontact-out"),
+        ("ensemble", "--database", "roughcontact.db"),
+        ("tradeoff", "--error", "0.001"),
+    ],
+)
+def test_help_states_what_an_option_is_by_default(command, option, value, capsys):
+    with pytest.raises(SystemExit):
+        main([command, "--help"])
+    text = " ".join(capsys.readouterr().out.split())
+    described = text.rpartition(f" {option} ")[2]
+    assert described.partition("(default: ")[2].startswith(f"{value})")
 
 
 def test_matplotlib_is_not_imported_at_the_start():

@@ -212,11 +212,13 @@ def test_the_height_of_touch_is_printed_for_heights(case):
     assert stated(text, "touch", "Å") == pytest.approx(touch[0], rel=1e-3)
 
 
-def test_memory_is_printed_in_gigabytes(case):
+def test_memory_is_printed_in_gigabytes_and_what_is_left_of_forces_in_ase_s_unit(case):
     _, _, file, _, records = case
     text = printed("run", file, "--out", file.parent / "out", "--verbose")
     memory = numbers_of(re.findall(r"([0-9.]+) GB", text)) * UNITS["GB"]
     np.testing.assert_allclose(memory, column(records, "memory"), rtol=0.05)
+    forces = numbers_of(re.findall(r"([0-9.e+-]+) eV/Å\b", text))
+    np.testing.assert_allclose(forces, column(records, "tolerance"), rtol=0.05)
     planned = [line["memory"] for line in lines_of_json("plan", file)]
     shown = next(v for k, v in table_of(printed("plan", file)).items() if "GB" in k)
     np.testing.assert_allclose(numbers_of(shown) * UNITS["GB"], planned, atol=6e6)

@@ -14,6 +14,7 @@ from scipy.integrate import trapezoid  # noqa: E402
 from ase_roughcontact import (  # noqa: E402
     ActiveSet,
     HardWall,
+    HeightMap,
     LennardJones93,
     RoughContact,
     RoughSphere,
@@ -166,6 +167,22 @@ def test_contact_map_shows_pressures_of_contacts_in_place(axes, sphere_contact):
     # the axis is in the middle of atom 12, of 24 atoms 2.5 Å apart
     assert (left, right) == pytest.approx((-3.125, 2.875))
     assert (bottom, top) == pytest.approx((-3.125, 2.875))
+
+
+def test_x_is_drawn_to_the_right_and_y_upwards(axes):
+    heights = np.ones((8, 12))
+    heights[7, 2] = -0.1  # at x = 3 and y = -4 spacings from the axis
+    indenter = HeightMap(heights, SPACING)
+    atoms = substrate("Cu", (8, 12), indenter, spacing=SPACING, height=0.0)
+    atoms.calc = RoughContact(indenter, MODULUS, HardWall())
+    ActiveSet(atoms, logfile=None).run(fmax=1e-7)
+    image = plot.plot_contact(axes, snapshot(atoms))
+    (row,), (column,) = np.nonzero(~np.ma.getmaskarray(image.get_array()))
+    left, right, bottom, top = image.get_extent()
+    x = left + (column + 0.5) / 8 * (right - left)
+    y = bottom + (row + 0.5) / 12 * (top - bottom)
+    assert (x, y) == pytest.approx((0.3 * SPACING, -0.4 * SPACING))
+    assert image.origin == "lower"
 
 
 def test_circles_of_hertz_and_of_first_contact_have_their_radii(axes, sphere_contact):
