@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from ase_roughcontact import LennardJones93, RoughContact, RoughSphere, substrate
+from ase_roughcontact import (
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    substrate,
+)
 from ase_roughcontact.elasticity import Isotropic
 
 SPHERE = RoughSphere(10.0)
@@ -100,6 +106,11 @@ def stretch(atoms):
     atoms.set_cell(1.5 * atoms.cell.array, scale_atoms=True)
 
 
+def stretch_sideways(atoms):
+    atoms.set_cell(atoms.cell.array * [1.5, 1.5, 1.5], scale_atoms=False)
+    atoms.positions[:, :2] *= 1.5
+
+
 def turn_into_periodic(atoms):
     atoms.pbc = (True, True, False)
 
@@ -119,6 +130,7 @@ CHANGES = [
     (move_indenter_sideways, {}),
     (move_surface_sideways, {}),
     (stretch, {}),
+    (stretch_sideways, {}),
     (turn_into_periodic, {"margin": False}),
     (turn_into_free, {"periodic": True}),
     (widen_the_window, {}),
@@ -158,6 +170,44 @@ def test_what_was_handed_out_does_not_change_what_is_kept():
         if values.flags.writeable:
             values[...] = 7
     assert not differ(results(atoms, calc), kept)
+
+
+# A solver tells the calculator the pressure that displaces the atoms.
+
+
+def relaxed(options):
+    atoms = make_atoms(**options)
+    atoms.calc = RoughContact(SPHERE, 1.0, WALL, load=0.3)
+    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    return atoms
+
+
+def assert_as_good_as_fresh(atoms, calc):
+    """Compare with a calculator that knows no solver."""
+    fresh = RoughContact(**calc.parameters)
+    expected, found = results(atoms.copy(), fresh), results(atoms, calc)
+    for name, values in expected.items():
+        np.testing.assert_allclose(found[name], values, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_the_pressure_of_a_solver_is_not_that_of_other_parameters(name):
+    atoms = relaxed({})
+    atoms.calc.set(**OTHERS[name])
+    atoms.calc.set(fft={})
+    assert_as_good_as_fresh(atoms, atoms.calc)
+
+
+def test_atoms_whose_indenter_is_not_the_last_one_are_refused_at_any_time():
+    atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
+    before = results(atoms, calc)
+    for numbers in ({3: 0}, {-1: 29}):
+        wrong = atoms.copy()
+        for index, number in numbers.items():
+            wrong.numbers[index] = number
+        with pytest.raises(ValueError, match="indenter"):
+            calc.get_property("energy", wrong)
+    assert not differ(results(atoms, calc), before)
 
 
 def test_two_atoms_with_one_calculator_do_not_disturb_each_other():

@@ -96,6 +96,8 @@ def test_thinned_frame_keeps_every_row_in_so_many_at_its_place():
     assert len(shown) == 5 * 4 + 1
     rows = frame.positions[:-1].reshape(9, 8, 3)[::2, ::2].reshape(-1, 3)
     np.testing.assert_allclose(2 * shown.positions[:-1], rows)
+    np.testing.assert_allclose(2 * shown.positions[-1], frame.positions[-1])
+    np.testing.assert_allclose(2 * shown.cell.array, frame.cell.array)
     assert shown.get_potential_energy() == frame.get_potential_energy()
 
 

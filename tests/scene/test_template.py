@@ -1,0 +1,66 @@
+"""The built-in scene file: its values are the defaults, or it says what they are."""
+
+import re
+from itertools import takewhile
+
+import pytest
+
+from ase_roughcontact.scene import Scene, default_text
+
+LINES = default_text().splitlines()
+FULL = {'kind = "repulsive"': 'kind = "full"', "#work_of": "work_of"}
+
+
+def key_lines(mark):
+    """Numbers and comments of the lines of keys outside of [path]."""
+    found, title = {}, None
+    for number, line in enumerate(LINES):
+        title = (re.match(r"\[(\w+)\]", line) or [None, title])[1]
+        key = re.match(rf"{mark}(\w+) = ", line)
+        if key and title != "path":
+            more = takewhile(lambda line: line[:1] == " ", LINES[number + 1 :])
+            comments = [each.partition("# ")[2] for each in (line, *more)]
+            found[f"{title}.{key[1]}"] = number, " ".join(comments)
+    return found
+
+
+GIVEN, COMMENTED = key_lines(""), key_lines("#")
+
+
+def scene_with(number, line, changes=()):
+    """Scene of the file with another line, and other words."""
+    text = "\n".join([*LINES[:number], line, *LINES[number + 1 :]])
+    for old, new in dict(changes).items():
+        text = text.replace(old, new)
+    return Scene.parse(text)
+
+
+@pytest.mark.parametrize("key", GIVEN)
+def test_a_value_of_the_template_is_the_default_or_its_comment_states_it(key):
+    number, comment = GIVEN[key]
+    stated = re.search(r"default ([\w.\"]+)", comment)
+    line = f"{key.partition('.')[2]} = {stated[1]}" if stated else LINES[number]
+    assert scene_with(number, "") == scene_with(number, line)
+    assert bool(stated) == (scene_with(number, line) != Scene.default())
+
+
+@pytest.mark.parametrize("key", COMMENTED)
+def test_a_key_in_comments_can_be_used_and_its_comment_states_the_default(key):
+    number, comment = COMMENTED[key]
+    changes = FULL if key.startswith("interaction") else {}
+    given = scene_with(number, LINES[number][1:], changes)
+    given.check()
+    stated = re.search(r"default (true|false|\d+(?! times)|\"\w+\")", comment)
+    if stated:
+        line = f"{key.partition('.')[2]} = {stated[1]}"
+        usual, absent = (scene_with(number, x, changes) for x in (line, ""))
+        assert (usual.surface, usual.wall) == (absent.surface, absent.wall)
+
+
+@pytest.mark.parametrize("key", ["spacing", "contact_modulus", "elastic_constants"])
+def test_numbers_of_the_material_in_comments_are_those_of_its_crystal(key):
+    number, _ = COMMENTED[f"substrate.{key}"]
+    usual, given = Scene.default(), scene_with(number, LINES[number][1:])
+    assert given.substrate != usual.substrate
+    assert given.spacing == pytest.approx(usual.spacing, rel=0.01)
+    assert given.contact_modulus == pytest.approx(usual.contact_modulus, rel=0.01)
