@@ -254,3 +254,32 @@ def test_a_window_that_is_given_is_kept_and_else_chosen_step_by_step(shape, cont
     windows = {record.window for record in scene.relax()}
     assert len(windows) == (2 if shape == "auto" else 1)
     assert ("40x40" in windows) == (shape != "auto")
+
+
+def relaxed_with(**solver):
+    """Record of a step of a repulsive wall, with keys of [solver]."""
+    (record,) = scene_with(
+        {"substrate.shape": [40, 40], "substrate.periodic": False},
+        roughness=None,
+        interaction={},
+        path={"control": "penetration", "values": [2.0]},
+        solver=solver,
+    ).relax()
+    return record
+
+
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-5])
+def test_the_accuracy_of_a_scene_is_that_of_its_steps(accuracy):
+    record = relaxed_with(accuracy=accuracy)
+    mean = record.normal_force / record.repulsive_atoms
+    assert 0.02 * accuracy < record.tolerance / mean < 0.2501 * accuracy
+
+
+def test_the_force_that_may_be_left_in_a_scene_is_that_of_its_steps():
+    tolerance = relaxed_with(accuracy=1e-1, fmax=1e-7).tolerance
+    assert tolerance == pytest.approx(1e-7 * MODULUS * GPA * A0**2)
+
+
+def test_the_steps_of_the_optimizer_in_a_scene_are_those_of_its_steps():
+    record = relaxed_with(optimizer="LBFGS", max_steps=3)
+    assert (record.iterations, record.converged) == (3, False)

@@ -1,0 +1,100 @@
+"""What a trade-off makes of records: errors and costs of a trial, by made-up ones."""
+
+from dataclasses import replace
+
+import pytest
+
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.tradeoff import tradeoff
+
+SPACING, MODULUS = 2.5, 1e-19 / 1.602176634e-19  # Å, eV/Å^3
+TEXT = """
+substrate = {{ spacing = 2.5, contact_modulus = 100.0, shape = [36, 36] }}
+sphere = {{ radius = 60.0 }}
+path = {{ control = "{control}", values = [0.5, 1.0] }}
+solver = {{ accuracy = 1e-2 }}
+"""
+# What is compared with: a thousandth of 0.05 E* is 0.3 eV/Å on 10 000 atoms.
+TRUE = {
+    "height": 1.0,
+    "penetration": 4.0,
+    "normal_force": 80.0,
+    "contact_area": 200 * SPACING**2,
+    "repulsive_atoms": 200,
+    "attractive_atoms": 50,
+    "pairs": 30.0,
+    "grid": "10x20",
+    "memory": 1e9,
+    "seconds": 2.0,
+    "converged": True,
+}
+# Push of 0.05 E* on the atoms in contact, which a force near zero is measured by.
+PUSH = 0.05 * MODULUS * 200 * SPACING**2
+
+CASES = [
+    # control, what is true, what a trial finds, error of force, error of area, atoms
+    ("penetration", {}, {"normal_force": 80.8}, 0.01, 0.0, 0),
+    ("penetration", {}, {"normal_force": 79.2}, 0.01, 0.0, 0),
+    ("penetration", {"normal_force": -0.1}, {"normal_force": 0.1}, 0.2 / PUSH, 0.0, 0),
+    ("height", {}, {"normal_force": 80.8, "height": 3.0}, 0.01, 0.0, 0),
+    ("load", {}, {"height": 1.04, "normal_force": 99.0}, 0.01, 0.0, 0),
+    ("load", {"penetration": 0.5}, {"height": 1.05}, 0.05 / SPACING, 0.0, 0),
+    ("penetration", {}, {"repulsive_atoms": 203}, 0.0, 0.015, 3),
+    ("penetration", {}, {"repulsive_atoms": 197}, 0.0, 0.015, 3),
+    ("load", {"repulsive_atoms": 0}, {"repulsive_atoms": 2}, 0.0, 2.0, 2),
+]
+
+
+def study(monkeypatch, control, true=(), found=({},)):
+    """Study of a scene, all steps of which have made-up results.
+
+    Those of the two runs of every setting follow each other in `found`.
+    """
+    scene = Scene.parse(TEXT.format(control=control))
+    record = replace(next(scene.relax()), **TRUE | dict(true))
+    runs = {}
+
+    def relax(scene, steps, **_):
+        accuracy = scene.solver.accuracy
+        number = runs[accuracy] = runs.get(accuracy, -1) + 1
+        if accuracy < 1e-8:  # the reference, and what its own error is found by
+            return iter([record for _ in steps])
+        last = replace(record, **found[number % len(found)])
+        return iter([record for _ in steps[1:]] + [last])
+
+    monkeypatch.setattr(Scene, "relax", relax)
+    return tradeoff(scene, 1e-2)
+
+
+@pytest.mark.parametrize("control, true, found, force, area, atoms", CASES)
+def test_errors_are_relative_and_the_largest_of_any_step(
+    control, true, found, force, area, atoms, monkeypatch
+):
+    trial = study(monkeypatch, control, true, [found]).trials[0]
+    assert trial.force_error == pytest.approx(force, rel=1e-6, abs=1e-12)
+    assert trial.area_error == pytest.approx(area)
+    assert trial.atoms == atoms
+    assert trial.error == pytest.approx(max(force, area))
+
+
+def test_costs_are_those_of_all_steps_and_time_the_least_of_two(monkeypatch):
+    runs = [{"seconds": 9.0, "pairs": 50.0, "grid": "30x20"}, {"seconds": 3.0}]
+    runs[0]["memory"] = runs[1]["memory"] = 3e9
+    trial = study(monkeypatch, "load", found=runs).trials[0]
+    assert trial.pairs == 80.0
+    assert trial.work == 30.0 * 200 + 50.0 * 600
+    assert trial.seconds == 5.0
+    assert trial.memory == 3e9
+    assert trial.converged
+
+
+def test_a_step_that_did_not_converge_is_no_result(monkeypatch):
+    trial = study(monkeypatch, "load", found=[{"converged": False}]).trials[0]
+    assert not trial.converged and trial.error == float("inf")
+
+
+@pytest.mark.parametrize("control, unit", [("load", "nN"), ("height", "Å")])
+def test_targets_are_listed_in_the_unit_of_the_file(control, unit, monkeypatch):
+    found = study(monkeypatch, control)
+    assert found.steps == (f"0.5 {unit}", f"1 {unit}")
+    assert found.left_out == 0
