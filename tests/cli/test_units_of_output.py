@@ -212,13 +212,18 @@ def test_the_height_of_touch_is_printed_for_heights(case):
     assert stated(text, "touch", "Å") == pytest.approx(touch[0], rel=1e-3)
 
 
-def test_memory_is_printed_in_gigabytes_and_what_is_left_of_forces_in_ase_s_unit(case):
+def test_memory_is_printed_in_gigabytes_and_forces_that_are_left_in_ase_s_unit(case):
     _, _, file, _, records = case
     text = printed("run", file, "--out", file.parent / "out", "--verbose")
-    memory = numbers_of(re.findall(r"([0-9.]+) GB", text)) * UNITS["GB"]
-    np.testing.assert_allclose(memory, column(records, "memory"), rtol=0.05)
-    forces = numbers_of(re.findall(r"([0-9.e+-]+) eV/Å\b", text))
-    np.testing.assert_allclose(forces, column(records, "tolerance"), rtol=0.05)
+    number = r"([0-9.]+(?:e[+-]?\d+)?)"
+    for name, pattern in {
+        "memory": rf"{number} GB",
+        "max_force": rf"force {number} eV/Å",
+        "tolerance": rf"tolerance {number} eV/Å",
+    }.items():
+        unit = UNITS["GB"] if name == "memory" else 1.0
+        found = numbers_of(re.findall(pattern, text)) * unit
+        np.testing.assert_allclose(found, column(records, name), rtol=0.05)
     planned = [line["memory"] for line in lines_of_json("plan", file)]
     shown = next(v for k, v in table_of(printed("plan", file)).items() if "GB" in k)
     np.testing.assert_allclose(numbers_of(shown) * UNITS["GB"], planned, atol=6e6)

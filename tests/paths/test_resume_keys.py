@@ -1,0 +1,163 @@
+"""A path goes on only where all that its states depend on is as it was."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ase.constraints import FixAtoms, Hookean
+
+from ase_roughcontact import (
+    HeightMap,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.elasticity import Isotropic
+
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
+SPHERE = RoughSphere(10.0, ROUGH)
+BUMPS = np.random.default_rng(1).uniform(0.0, 1.0, (14, 14))
+ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.02)
+
+
+def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
+    """Atoms and calculator; a spring is (stiffness, length at rest, end)."""
+    lattice = {"shape": (12, 10), "periodic": True} | {
+        key: options.pop(key) for key in ("shape", "periodic") if key in options
+    }
+    atoms = substrate(
+        "Cu", indenter=sphere, spacing=spacing, height=2.0, fixed=False, **lattice
+    )
+    atoms.calc = RoughContact(
+        sphere, **{"contact_modulus": 1.0} | options, interaction=wall
+    )
+    if spring is None:
+        atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    else:
+        stiffness, rest, end = spring
+        point = (*atoms.positions[-1, :2], end)
+        atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=rest))
+    return atoms
+
+
+def rough(**changes):
+    return RoughSphere(10.0, replace(ROUGH, **changes))
+
+
+# What is there before, and what is not the same afterwards.
+OTHERS = {
+    "radius": ({}, {"sphere": RoughSphere(11.0, ROUGH)}),
+    "profile": ({}, {"sphere": RoughSphere(10.0, ROUGH, "sphere")}),
+    "smooth": ({}, {"sphere": RoughSphere(10.0)}),
+    "slope": ({}, {"sphere": rough(rms_slope=0.11)}),
+    "hurst": ({}, {"sphere": rough(hurst=0.7)}),
+    "shortest wave": ({}, {"sphere": rough(short_wavelength=5.0)}),
+    "longest wave": ({}, {"sphere": rough(longest_wavelength=20.0)}),
+    "seed": ({}, {"sphere": rough(seed=2)}),
+    "amplitudes": ({}, {"sphere": rough(random_amplitudes=True)}),
+    "domain": ({}, {"sphere": rough(domain=80.0)}),
+    "one height of a map": (
+        {"sphere": HeightMap(BUMPS, 1.0)},
+        {"sphere": HeightMap(BUMPS + 1e-12 * np.eye(14), 1.0)},
+    ),
+    "modulus": ({}, {"contact_modulus": 1.1}),
+    "solid": ({}, {"contact_modulus": None, "solid": Isotropic(1.1)}),
+    "wall": ({}, {"wall": ADHESIVE}),
+    "default wall": ({}, {"wall": LennardJones93.repulsive(1.2, 1.0)}),
+    "work of adhesion": (
+        {"wall": ADHESIVE},
+        {"wall": LennardJones93.adhesive(1.0, 1.0, 0.021)},
+    ),
+    "precision": ({}, {"fft": {"dtype": "float32"}}),
+    "spacing": ({"sphere": RoughSphere(10.0)}, {"spacing": 1.01}),
+    "window": ({}, {"shape": (10, 12)}),
+    "boundary": ({}, {"periodic": False}),
+}
+SPRING = (1.0, 0.5, -3.0)
+SPRINGS = {
+    "stiffness": (1.1, 0.5, -3.0),
+    "length at rest": (1.0, 0.6, -3.0),
+    "end": (1.0, 0.5, -3.1),
+    "no spring": None,
+}
+SAME = {
+    "all": {},
+    "threads": {"fft": {"threads": 2}},
+    "named precision": {"fft": {"dtype": "float64"}},
+    "the default wall by name": {"wall": LennardJones93.repulsive(1.0, 1.0)},
+}
+
+
+def begun(file, atoms, **path):
+    """Take the first step of a path, and let its file be."""
+    path = path or {"penetrations": [0.1, 0.2]}
+    steps = load_path(atoms, **path, edge="ignore", trajectory=file)
+    next(steps)
+    steps.close()
+
+
+def resumed(file, atoms, **path):
+    path = path or {"penetrations": [0.1, 0.2]}
+    return list(load_path(atoms, **path, edge="ignore", trajectory=file, resume=True))
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_a_path_of_another_system_is_not_resumed(name, tmp_path):
+    file, (before, after) = tmp_path / "sweep.traj", OTHERS[name]
+    begun(file, make_atoms(**before))
+    with pytest.raises(ValueError, match="can't resume"):
+        resumed(file, make_atoms(**before | after))
+    assert len(resumed(file, make_atoms(**before))) == 2
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_a_path_of_the_same_system_is_resumed(name, tmp_path):
+    file = tmp_path / "sweep.traj"
+    begun(file, make_atoms())
+    assert [step.step for step in resumed(file, make_atoms(**SAME[name]))] == [0, 1]
+
+
+@pytest.mark.parametrize("name", SPRINGS)
+def test_a_path_on_another_spring_is_not_resumed(name, tmp_path):
+    file, path = tmp_path / "sweep.traj", {"loads": [0.1, 0.2]}
+    begun(file, make_atoms(spring=SPRING), **path)
+    other = make_atoms(spring=SPRINGS[name])
+    if SPRINGS[name] is None:
+        other.set_constraint()
+    with pytest.raises(ValueError, match="can't resume"):
+        resumed(file, other, **path)
+    assert len(resumed(file, make_atoms(spring=SPRING), **path)) == 2
+
+
+PATH = {"penetrations": [0.1, 0.2, 0.3], "accuracy": 1e-4}
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        {"penetrations": [0.11, 0.2, 0.3]},
+        {"heights": [0.1, 0.2, 0.3], "penetrations": None},
+        {"accuracy": 1e-3},
+        {"fmax": 1e-4},
+    ],
+    ids=str,
+)
+def test_another_path_is_not_resumed(other, tmp_path):
+    file = tmp_path / "sweep.traj"
+    begun(file, make_atoms(), **PATH)
+    with pytest.raises(ValueError, match="can't resume"):
+        resumed(file, make_atoms(), **PATH | other)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [{"penetrations": [0.1, 0.25]}, {"max_steps": 99}, {"accuracy": "normal"}],
+    ids=str,
+)
+def test_steps_to_come_may_be_others(other, tmp_path):
+    file, path = tmp_path / "sweep.traj", PATH | other
+    begun(file, make_atoms(), **PATH)
+    assert len(resumed(file, make_atoms(), **path)) == len(path["penetrations"])
