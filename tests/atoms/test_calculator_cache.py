@@ -198,6 +198,16 @@ def test_the_pressure_of_a_solver_is_not_that_of_other_parameters(name):
     assert_as_good_as_fresh(atoms, atoms.calc)
 
 
+@pytest.mark.parametrize(
+    "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
+)
+def test_the_pressure_of_a_solver_is_not_that_of_other_atoms(change, options):
+    atoms = relaxed(options)
+    assert_as_good_as_fresh(atoms, atoms.calc)
+    change(atoms)
+    assert_as_good_as_fresh(atoms, atoms.calc)
+
+
 def test_atoms_whose_indenter_is_not_the_last_one_are_refused_at_any_time():
     atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
     before = results(atoms, calc)

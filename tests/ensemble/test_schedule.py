@@ -46,9 +46,9 @@ def order(database):
 # Variants of the scene, the dearest one last.
 DEAREST_LAST = {
     "penetrations": {"path.values": [(0.1,), (8.0,)]},
-    "heights": {"path.values": [(2.0, 1.9), (2.0, -6.0)]},
+    "heights": {"path.values": [(2.0, 2.0, -6.0), (2.0, -3.0, -3.0)]},
     "loads": {"path.values": [(1.0,), (2000.0,)]},
-    "more steps": {"path.values": [(0.1,), (0.1, 0.1)]},
+    "many light steps": {"path.values": [(4.0,), (0.1, 0.1, 0.1)]},
     "larger windows": {"substrate.shape": [(40, 40), (80, 80)]},
 }
 CONTROLS = {"heights": "height", "loads": "load"}
@@ -104,6 +104,14 @@ def test_a_smooth_sphere_without_adhesion_has_no_numbers_of_either(tmp_path):
     assert columns["rms_slope"] == [0.0] and columns["seed"] == [-1]
     for name in ("hurst", "short_wavelength", "long_wavelength", "work_of_adhesion"):
         assert np.isnan(columns[name]).all()
+
+
+@pytest.mark.parametrize("key", ["sphere.radius", "roughness.rms_slope", "path.last"])
+def test_cases_differ_from_the_eleventh_digit_of_a_number_on(key):
+    scene = Scene.parse("[path]\nfirst = 1.0\nlast = 3.0\nsteps = 2\n[roughness]\n")
+    values = (3.0, 3.0 * (1.0 + 1e-11), 3.0 * (1.0 + 1e-14))
+    names = [case_of(each) for each in product(scene, {key: values})]
+    assert names[0] == names[2] != names[1]
 
 
 def test_progress_counts_steps_of_all_cases(tmp_path):

@@ -84,7 +84,7 @@ def test_lbfgs_of_scenes_knows_the_curvature_of_the_modes_and_keeps_twenty_vecto
         atoms = make_scene().atoms()
         atoms.positions[-1, 2] = 1.0
         dynamics = optimizer(atoms)
-        assert dynamics.run(fmax=1e-9, steps=1000)
+        assert dynamics.run(fmax=1e-6, steps=1000)
         return dynamics.nsteps, atoms.positions[-2, 2]
 
     def on_modes(**options):
@@ -179,3 +179,19 @@ def test_an_indenter_on_a_stiff_spring_costs_what_a_fixed_one_costs(stiffness):
     assert fixed.run(fmax=1e-9)
     assert spring.nsteps <= 1.2 * fixed.nsteps
     assert spring.pairs <= 1.3 * fixed.pairs
+
+
+# Residuals of the hard wall's conditions
+
+
+@pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
+def test_the_load_that_is_missing_is_an_error_of_a_free_indenter_alone(fixed):
+    atoms = substrate("Cu", (24, 24), SPHERE, spacing=1.0, fixed=fixed)
+    atoms.calc = RoughContact(SPHERE, 1.0, HardWall(), load=5.0)
+    atoms.positions[-1, 2] = -0.2
+    optimizer = ActiveSet(atoms, logfile=None)
+    assert optimizer.run(fmax=1e-9)
+    assert optimizer.optimality_residuals.load_error < 1e-9
+    atoms.calc.set(load=6.0)
+    error = optimizer.optimality_residuals.load_error
+    assert error == pytest.approx(0.0 if fixed else 1.0, abs=1e-9)

@@ -1,5 +1,8 @@
 """Planned costs: n log n of the transforms, beside the counts that a run has."""
 
+import itertools
+import time
+
 import numpy as np
 import pytest
 
@@ -63,3 +66,17 @@ def test_planned_memory_is_that_of_the_records(wall, window):
         tolerance = 1e-12 if step.window == record.window else 0.05
         assert step.memory == pytest.approx(record.memory, rel=tolerance)
         assert (step.window == "64x64") == (window == "fixed")
+
+
+# Exact convolutions that took as long as a step, in windows of 100 to 1700 atoms.
+MEASURED = {"hard": (106, 197), "repulsive": (132, 248), "adhesive": (218, 463)}
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_a_step_takes_as_many_convolutions_as_were_measured(wall, monkeypatch):
+    ticks = itertools.count()
+    monkeypatch.setattr(time, "perf_counter", lambda: float(next(ticks)))
+    atoms = make_atoms(wall, RoughSphere(1000.0), (16, 16), periodic=True)
+    (step,) = plan_path(atoms, "penetrations", [0.1], "fixed").steps
+    fewest, most = MEASURED[wall]
+    assert fewest < step.seconds < most

@@ -127,15 +127,21 @@ def test_penetrations_count_down_from_the_first_touch(wall, periodic):
     assert (record.penetration, record.height) == pytest.approx((1.0, touch - 1.0))
 
 
-def test_of_a_hard_wall_the_largest_gap_and_overlap_are_recorded(periodic):
-    atoms = make_atoms("hard", periodic)
-    record = relaxed(atoms, heights=[-1.0])
-    gap, touching = (
-        atoms.calc.get_property(name, atoms) for name in ("gap", "contact")
-    )
-    overlap = -gap[~touching].min(initial=0.0)
-    assert record.gap_error == max(abs(gap[touching]).max(), overlap)
-    assert 0.0 < record.gap_error < 1e-3 * SPACING
+@pytest.mark.parametrize("steps, larger", [(1, "overlap"), (500, "gap")])
+def test_of_a_hard_wall_the_largest_gap_and_overlap_are_recorded(steps, larger):
+    atoms = make_atoms("hard")
+    record = relaxed(atoms, heights=[-1.0], max_steps=steps)
+    names = ("gap", "contact")
+    gap, touching = (atoms.calc.get_property(name, atoms) for name in names)
+    errors = {
+        "overlap": -gap[~touching].min(),
+        "gap": abs(gap[touching]).max(initial=0.0),
+    }
+    assert record.converged == (steps > 1)
+    assert record.gap_error == max(errors.values()) == errors[larger] > 0.0
+
+
+def test_a_soft_wall_has_no_error_of_the_gap(periodic):
     record = relaxed(make_atoms("repulsive", periodic), heights=[-1.0])
     assert record.gap_error == 0.0
 

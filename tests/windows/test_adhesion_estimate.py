@@ -1,5 +1,7 @@
 """Contact radius under adhesion: its estimate, and the error if it is too large."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -122,3 +124,18 @@ def test_contact_too_large_for_the_memory_is_an_error_before_the_calculation(
     )
     with pytest.raises(MemoryError, match=message):
         first_step(sphere(1e6), 0.05, **path)
+
+
+@pytest.mark.parametrize("spacing", [1.0, 2.5])
+def test_the_radius_of_a_refused_contact_is_stated_in_spacings(spacing, monkeypatch):
+    monkeypatch.setattr("ase_roughcontact.windows.memory.available_memory", lambda: 0.0)
+    indenter = RoughSphere(1e4 * spacing)
+    atoms = substrate("Cu", (8, 8), indenter, spacing=spacing)
+    atoms.calc = RoughContact(
+        indenter, 1.0, LennardJones93.adhesive(1.0, spacing, 0.05 * spacing)
+    )
+    with pytest.raises(MemoryError) as refused:
+        next(load_path(atoms, [0.0], window="auto"))
+    radius = int(re.search(r"radius of about (\d+) spacings", str(refused.value))[1])
+    jkr = (2.0 * np.pi * 0.05 * 1e8) ** (1.0 / 3.0)  # at a penetration of zero
+    assert radius == pytest.approx(jkr, abs=1.0)
