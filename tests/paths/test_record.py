@@ -4,7 +4,6 @@ import csv
 import json
 import re
 from dataclasses import asdict, dataclass, fields
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,7 +34,6 @@ UNITS = {
     "memory": "bytes",
     "seconds": "s",
 }
-EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = [
     "step",
     "height",
@@ -122,13 +120,6 @@ def test_documentation_of_the_class_describes_every_column():
     for name, each in columns_of().items():
         entry = rf"\n    {name} : \w+\n        {re.escape(each.description)}"
         assert re.search(entry, LoadStep.__doc__)
-
-
-def test_table_of_the_guide_describes_every_column():
-    guide = (EXAMPLES / "guide" / "files.md").read_text(encoding="utf-8")
-    for name, each in columns_of().items():
-        unit = each.unit.replace("^2", "²")
-        assert f"\n| `{name}` | {each.description} | {unit} |\n" in guide
 
 
 def test_values_have_the_type_of_their_column():
