@@ -198,7 +198,7 @@ def _tradeoff(options: argparse.Namespace) -> int:
             values = {
                 **asdict(trial),
                 "recommended": trial is study.best,
-                "error_wanted": study.wanted,
+                "error_wanted": study.requested,
                 "error_of_reference": study.reference_error,
             }
             print(json_line(values, units_of()))

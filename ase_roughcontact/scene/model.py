@@ -20,7 +20,7 @@ from ase_roughcontact.interactions import Interaction, make_wall
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
-# Modulus (GPa) beyond that of any solid, which must have been given in another unit.
+# Modulus (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_MODULUS = 1e4
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6

@@ -85,7 +85,7 @@ def reference_for(scene: Scene) -> Reference:
         smooth = Hertz(scene.radius, scene.contact_modulus)
         return Reference(scene, smooth, rough_above=0.0 if scene.roughness else None)
     reference = _adhesive(scene, scene.wall.work_of_adhesion)
-    return _rough(reference) if scene.roughness else reference
+    return _rough(reference)
 
 
 def _adhesive(scene: Scene, work: float) -> Reference:
@@ -107,9 +107,10 @@ def _adhesive(scene: Scene, work: float) -> Reference:
 
 
 def _rough(smooth: Reference) -> Reference:
-    """Choose the theory of a rough adhesive sphere, given that of the smooth one."""
+    """Choose the theory of a rough adhesive sphere, from that of the smooth one."""
     scene, rough = smooth.scene, smooth.scene.self_affine
-    assert rough is not None
+    if rough is None:
+        return smooth
     system = theory.RoughSphereTheory(
         scene.radius,
         scene.contact_modulus,
@@ -145,9 +146,9 @@ def _rough(smooth: Reference) -> Reference:
         )
         return replace(smooth, explanation=f"{explanation}; {comparison}")
     flattened = _adhesive(scene, work)
-    given = scene.wall.work_of_adhesion / UNITS["J/m^2"]
+    total = scene.wall.work_of_adhesion / UNITS["J/m^2"]
     explanation = (
-        f"adhesion of w = {given:.3g} J/m² flattens the roughness, which reduces it "
+        f"adhesion of w = {total:.3g} J/m² flattens the roughness, which reduces it "
         f"to {work / UNITS['J/m^2']:.3g} J/m²: {flattened.explanation}"
     )
     return replace(flattened, explanation=explanation)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -185,7 +186,7 @@ class MaugisDugdale(SphereTheory):
         """Maugis' parameter: small in the limit of DMT, large in that of JKR."""
         return float(theory.maugis_parameter(*self._adhesive_sphere, self.tension))
 
-    @property
+    @cached_property
     def pull_off_force(self) -> float:
         """Smallest force of a contact."""
         return self._unit_force * theory.maugis_dugdale_pull_off_force(self.parameter)

@@ -26,7 +26,7 @@ SAFETY_FACTOR = 0.3
 _ACCURACIES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
 # Accuracy of the reference, and of the calculation from which its error is estimated.
 _REFERENCE, _CHECK = 1e-10, 1e-9
-# Ratio of the requested error to that of the reference, at least.
+# Smallest ratio of the requested error to that of the reference.
 _MARGIN = 10.0
 # Cutoffs of the trials, and that of the reference, in units of the spacing.
 _CUTOFFS, _REFERENCE_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
@@ -104,7 +104,7 @@ class Tradeoff:
 
     Attributes
     ----------
-    wanted : float
+    requested : float
         Requested relative error.
     steps : tuple of str
         Targets of the calculated steps.
@@ -116,7 +116,7 @@ class Tradeoff:
         Estimated error of the reference; it counts as an error of every trial.
     """
 
-    wanted: float
+    requested: float
     steps: tuple[str, ...]
     omitted: int
     trials: tuple[Trial, ...]
@@ -125,11 +125,11 @@ class Tradeoff:
     @property
     def best(self) -> Trial | None:
         """Cheapest trial of sufficient nominal and measured accuracy, or None."""
-        limit = SAFETY_FACTOR * self.wanted - self.reference_error
+        limit = SAFETY_FACTOR * self.requested - self.reference_error
         sufficient = [
             trial
             for trial in self.trials
-            if trial.nominal_error <= self.wanted and trial.error <= limit
+            if trial.nominal_error <= self.requested and trial.error <= limit
         ]
         # in contrast to the time, the work does not depend on the load of the machine
         return min(sufficient, key=lambda trial: trial.work, default=None)
@@ -157,16 +157,12 @@ class Tradeoff:
             "",
         ]
         if self.best:
-            lines += [
-                f"Recommended for an error of {self.wanted:g}:",
-                "",
-                self.best.toml,
-            ]
-            return "\n".join(lines)
+            lines += [f"Recommended for an error of {self.requested:g}:", ""]
+            return "\n".join([*lines, self.best.toml])
         smallest = min(self.trials, key=lambda trial: trial.error)
         lines.append(
-            f"No setting is safe for an error of {self.wanted:g}: its accuracy must be "
-            f"at least that, and its measured error at most {SAFETY_FACTOR:g} of that. "
+            f"No setting is safe for an error of {self.requested:g}: its accuracy must "
+            f"allow no more, and its measured error at most {SAFETY_FACTOR:g} of it. "
             f"The smallest measured error was {smallest.error:.1e} ({smallest.label})."
         )
         return "\n".join(lines)
@@ -213,8 +209,8 @@ def tradeoff(
     reference: dict[str, Any] = {"solver.accuracy": _REFERENCE}
     cutoffs: list[dict[str, Any]] = []
     wall: dict[str, Any] = {}
-    given = scene.interaction.parameters
-    if "cutoff" in scene.wall.parameters and "cutoff" not in given:
+    wall_entries = scene.interaction.entries()
+    if "cutoff" in scene.wall.parameters and "cutoff" not in wall_entries:
         reference["interaction.cutoff"] = _REFERENCE_CUTOFF
         cutoffs = [{"interaction.cutoff": cutoff} for cutoff in _CUTOFFS]
     runs = len(cutoffs) + len(_ACCURACIES) + 4
@@ -248,7 +244,7 @@ def tradeoff(
     trials += [trial({"solver.accuracy": accuracy} | wall) for accuracy in accuracies]
     unit = scene.path.unit
     return Tradeoff(
-        wanted=error,
+        requested=error,
         steps=tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets),
         omitted=omitted,
         trials=tuple(trials),

@@ -63,7 +63,7 @@ def test_steps_that_are_too_slow_are_left_out():
 
 def test_the_cheapest_sufficient_setting_is_recommended():
     study = studied()
-    assert study.best.error + study.reference_error < study.wanted
+    assert study.best.error + study.reference_error < study.requested
     better = [t for t in study.trials if t.error <= study.best.error]
     assert study.best.work == min(t.work for t in better)
     assert study.best.work < study.trials[0].work
@@ -81,7 +81,7 @@ def test_the_recommendation_is_part_of_a_scene_file_and_has_the_requested_error(
 
 def test_the_reference_is_much_more_accurate_than_the_trials():
     study = studied()
-    assert study.reference_error < 1e-3 * study.wanted
+    assert study.reference_error < 1e-3 * study.requested
     errors = [
         t.error for t in study.trials if t.settings.get("solver.accuracy") == 1e-6
     ]
@@ -117,7 +117,7 @@ def test_a_reference_of_insufficient_accuracy_is_an_error(monkeypatch):
 
 
 def test_if_no_setting_suffices_the_smallest_error_is_printed():
-    study = replace(studied(), wanted=1e-30)
+    study = replace(studied(), requested=1e-30)
     assert study.best is None
     last = str(study).splitlines()[-1]
     assert last.startswith("No setting is safe for an error of 1e-30")
@@ -126,7 +126,7 @@ def test_if_no_setting_suffices_the_smallest_error_is_printed():
 
 def test_the_error_of_the_reference_counts():
     study = studied()
-    assert replace(study, reference_error=study.wanted).best is None
+    assert replace(study, reference_error=study.requested).best is None
 
 
 def test_named_accuracies_have_nominal_errors_and_tolerances_have_none():
