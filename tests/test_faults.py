@@ -186,7 +186,7 @@ def test_interrupted_run_says_that_it_can_be_resumed(file, folder, undisturbed, 
         process.send_signal(signal.SIGINT)
         _, message = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert message.strip().startswith("stopped; what was calculated is kept")
+    assert message.strip().startswith("interrupted; finished steps are saved")
     assert_resumes(folder, undisturbed, kept(folder))
 
 
