@@ -100,9 +100,9 @@ def pin_threads(count: int) -> None:
 
     Threads of BLAS would fight with all others, and cost SciPy's L-BFGS the most.
     """
-    wanted = {"OMP_NUM_THREADS": str(count), "OPENBLAS_NUM_THREADS": "1"}
-    if not wanted.items() <= os.environ.items():
-        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | wanted)
+    threads = {"OMP_NUM_THREADS": str(count), "OPENBLAS_NUM_THREADS": "1"}
+    if not threads.items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | threads)
 
 
 def measure(problem: Problem, options: argparse.Namespace) -> None:

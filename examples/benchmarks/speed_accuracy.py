@@ -6,7 +6,7 @@
 
 Lengths are in spacings a0, and the contact modulus is 1. A row of the table is one
 setting: its errors against the same case calculated to a force of 1e-12 of the mean on
-an atom in contact (where the row 1e-11 tells the error of that), and its cost from a
+an atom in contact (the row 1e-11 shows the error of that), and its cost from a
 cold start: pairs of transforms, exact, and seconds, as good as the machine is quiet.
 """
 
@@ -164,13 +164,14 @@ def measured(case, size, axis, settings):
     finest = {SMALL: 0.25, LARGE: 0.5}[size] if case == "resolution" else 1.0
     against = Settings(1e-12, spacing=finest, by_load=settings.by_load)
     target, ref, highest = reference(case, size, against)
-    given = case, size, settings, target, ref.normal_force / ref.contact_area
-    record, top = relaxed(*given)
+    arguments = case, size, settings, target, ref.normal_force / ref.contact_area
+    record, top = relaxed(*arguments)
     times = [
-        relaxed(*given)[0].seconds for _ in range(REPEATS if record.seconds < 2 else 0)
+        relaxed(*arguments)[0].seconds
+        for _ in range(REPEATS if record.seconds < 2 else 0)
     ]
     tracemalloc.start()
-    relaxed(*given)
+    relaxed(*arguments)
     memory = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     row = dict(zip(KEY, (case, size, axis, str(settings)), strict=True))
@@ -238,10 +239,10 @@ def transforms(size):
             for _ in range(40):
                 fft.filter(values, weights)
             times.append(time.perf_counter() - start)
-        told = f"{engine}, {count} threads" + ", measured plans" * plans
+        name = f"{engine}, {count} threads" + ", measured plans" * plans
         # FFTW remembers its plans: only the first time pays for them
         for when, seconds in ("first", times[0]), ("later", min(times)):
-            row = dict(zip(KEY, ("transforms", size, when, told), strict=True))
+            row = dict(zip(KEY, ("transforms", size, when, name), strict=True))
             yield row | {"pairs": 40, "seconds": seconds}
 
 
@@ -335,12 +336,12 @@ def main():
             writer.writeheader()
         for size, case in product(options.size, options.case):
             for row in () if options.plot else rows(case, size, done):
-                told = {
+                rounded = {
                     k: f"{v:.3g}" if isinstance(v, float) else v for k, v in row.items()
                 }
-                writer.writerow(told)
+                writer.writerow(rounded)
                 file.flush()
-                print(*told.values(), flush=True)
+                print(*rounded.values(), flush=True)
     own = options.table != TABLE
     draw(read(options.table), options.table.with_suffix(".png") if own else IMAGE)
 

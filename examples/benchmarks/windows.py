@@ -58,8 +58,8 @@ def pair_times(shape):
     spectrum = scipy.fft.rfft2(grid)
 
     def by_scipy():
-        there = scipy.fft.rfft2(grid, workers=threads)
-        scipy.fft.irfft2(there, grid.shape, workers=threads)
+        spectrum = scipy.fft.rfft2(grid, workers=threads)
+        scipy.fft.irfft2(spectrum, grid.shape, workers=threads)
 
     def by_ducc():
         options = {"axes": (0, 1), "nthreads": threads}

@@ -35,7 +35,7 @@ CONTACTS = {
     "quick": (16.0, 32.0, 64.0, 128.0),
     "paper": (16.0, 64.0, 256.0, 1024.0),
 }
-# Okabe and Ito's colours: told apart by all kinds of colour vision.
+# Colours of Okabe and Ito, which remain distinct for all kinds of colour vision.
 ORANGE, BLUE = "#E69F00", "#0072B2"
 RINGS = 40
 

@@ -38,7 +38,7 @@ from ase_roughcontact.theory import (
 )
 
 HERE = Path(__file__).parent
-# Okabe and Ito's colours: told apart by all kinds of colour vision.
+# Colours of Okabe and Ito, which remain distinct for all kinds of colour vision.
 SLOPE_COLOURS = {0.1: "#D55E00", 0.01: "#0072B2"}
 WORK_COLOURS = {0.0005: "#009E73", 0.005: "#CC79A7"}
 MARKERS = {1e2: "o", 1e3: "s", 1e4: "^", 1e5: "D"}

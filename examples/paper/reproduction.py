@@ -52,7 +52,7 @@ MIDDLE = 2.0**6.5
 WINDOW = 4
 
 
-def told(values: Iterable[float], digits: int = 2) -> str:
+def mean_and_error(values: Iterable[float], digits: int = 2) -> str:
     """Write the mean of the realisations and its standard error."""
     known = np.array([value for value in values if np.isfinite(value)])
     if len(known) < 2:
@@ -71,9 +71,9 @@ def markdown(head: str, rows: Iterable[Iterable[object]]) -> Iterator[str]:
 
 
 def missing(table: Table) -> Iterator[str]:
-    """Points of the paper's range that the table does not hold."""
+    """Report the points of the figure that the table does not contain."""
     done = set(zip(table["case"].tolist(), table["step"].tolist(), strict=True))
-    wanted: dict[tuple, bool] = {}
+    calculated: dict[tuple, bool] = {}
     for scene in (scene for band in scenes("paper") for scene in band):
         case, wall, rough = case_of(scene), scene.interaction, scene.roughness
         joule = wall.parameters.get("work_of_adhesion")
@@ -83,18 +83,19 @@ def missing(table: Table) -> Iterator[str]:
         for step, load in enumerate(scene.steps):
             a = round(np.cbrt(0.75 * load * scene.radius))
             point = wall.kind + work, f"{scene.radius:g}", slope, a, seed
-            wanted[point] = wanted.get(point, False) or (case, step) in done
-    lacking: dict[tuple, Counter] = {}
-    for wall, *sphere, a, _ in (point for point, there in wanted.items() if not there):
-        lacking.setdefault((wall, *sphere), Counter())[a] += 1
+            calculated[point] = calculated.get(point, False) or (case, step) in done
+    counts: dict[tuple, Counter] = {}
+    for wall, *sphere, a, _ in (point for point in calculated if not calculated[point]):
+        counts.setdefault((wall, *sphere), Counter())[a] += 1
     spheres: dict[tuple[str, str], list[str]] = {}
-    for (name, radius, slope), radii in lacking.items():
-        told_radii = ", ".join(f"{a} ({n})" for a, n in sorted(radii.items()))
-        spheres.setdefault((name, told_radii), []).append(f"{radius}/{slope}")
-    found = sum(wanted.values())
-    failed = np.count_nonzero(~table["converged"])
-    yield f"{found} of {len(wanted)} points are there; {failed} steps did not converge."
-    yield f"Calculated in {table['seconds'].sum() / 3600.0:.1f} h, all steps added."
+    for (name, radius, slope), radii in counts.items():
+        missing_radii = ", ".join(f"{a} ({n})" for a, n in sorted(radii.items()))
+        spheres.setdefault((name, missing_radii), []).append(f"{radius}/{slope}")
+    total, failed = len(calculated), np.count_nonzero(~table["converged"])
+    yield f"{sum(calculated.values())} of {total} points were calculated;"
+    yield f"{failed} steps did not converge."
+    hours = table["seconds"].sum() / 3600.0
+    yield f"The sum of the times of all steps is {hours:.1f} h."
     if spheres:
         rows = [(wall, radii, ", ".join(on)) for (wall, radii), on in spheres.items()]
         yield ""
@@ -134,7 +135,7 @@ def kappa(table: Table) -> Iterator[str]:
         span = f"{radii[0]:.0f} to {radii[1]:.0f}"
         paper = f"{curve.theory.kappa_repulsive:g}"
         sphere = curve.kind, f"{curve.radius:g}", curve.slope
-        rows.append((*sphere, span, paper, told(found)))
+        rows.append((*sphere, span, paper, mean_and_error(found)))
     yield from markdown("wall, R/a0, h'rms, contact radii/a0, paper, found", rows)
 
 
@@ -152,8 +153,8 @@ def asperity(table: Table) -> Iterator[str]:
         rho = theory(curve.radius, curve.slope, "hard").asperity_radius
         atoms = np.nanmean(areas, axis=1)
         paper = f"{scales.asperity_factor:g}"
-        found = told(np.exp(np.nanmean(np.log(radii), axis=0)) / rho)
-        first = told(radii[0] / rho)
+        found = mean_and_error(np.exp(np.nanmean(np.log(radii), axis=0)) / rho)
+        first = mean_and_error(radii[0] / rho)
         span = f"{atoms[0]:.0f} to {atoms[-1]:.0f}"
         sphere = curve.kind, f"{curve.radius:g}", curve.slope
         rows.append((*sphere, span, paper, first, found))
@@ -179,7 +180,7 @@ def attraction(table: Table) -> Iterator[str]:
             paper = {0.0005: 0.04, 0.005: 0.25}[curve.work]
             scales = theory(curve.radius, curve.slope, "repulsive", curve.work)
             formula = 1.0 / scales.kappa_repulsive - scales.inverse_kappa
-            ours = told(inverse, 3)
+            ours = mean_and_error(inverse, 3)
             rows.append((curve.work, f"{a:.0f}", paper, f"{formula:.3f}", ours))
     head = "w/(E* a0), contact radius/a0, paper, formula with our D, found"
     yield from markdown(head, rows)
@@ -246,7 +247,7 @@ def exponents(table: Table) -> Iterator[str]:
         covered = {n + k for n in np.flatnonzero(linear) for k in range(WINDOW)}
         decades = max(len(covered) - 1, 0) * np.log10(2**1.5)
         sphere = curve.kind, f"{curve.radius:g}"
-        rows.append((*sphere, told(slopes[best]), where, f"{decades:.1f}"))
+        rows.append((*sphere, mean_and_error(slopes[best]), where, f"{decades:.1f}"))
     head = "wall, R/a0, largest exponent, N/N_c there, decades of N with more than 0.9"
     yield from markdown(head, rows)
 
@@ -288,7 +289,14 @@ def grid(seeds: int = 10) -> Iterator[str]:
         found = [areas_of(kind, s, [alone, linear], 1e4, spacing) for s in range(seeds)]
         first, last = np.transpose(found)
         radii = (first / np.pi) ** 1.5 * 4.0 / (3.0 * alone)
-        rows.append((kind, spacing, told(last * 0.1 / linear), told(radii / rho)))
+        rows.append(
+            (
+                kind,
+                spacing,
+                mean_and_error(last * 0.1 / linear),
+                mean_and_error(radii / rho),
+            )
+        )
     yield from markdown("wall, spacing/a0, A h'rms E*/N, ρ/ρ(6)", rows)
 
 
@@ -321,7 +329,12 @@ def first(seeds: int = 20) -> Iterator[str]:
             found.append(first_contact(RoughSphere(radius, rough), 1.0).distance)
         printed = theory(radius, 0.1, "hard").first_contact_radius
         solved = first_contact_radius_from_height(radius, 0.1, 0.8, 4.0)
-        row = f"{radius:g}", f"{printed:.0f}", f"{float(solved):.0f}", told(found, 0)
+        row = (
+            f"{radius:g}",
+            f"{printed:.0f}",
+            f"{float(solved):.0f}",
+            mean_and_error(found, 0),
+        )
         rows.append((*row, f"{max(found):.0f}"))
     yield from markdown("R/a0, Eq. (3), solved, found, farthest", rows)
 
