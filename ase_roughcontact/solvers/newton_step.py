@@ -48,10 +48,11 @@ class NewtonStepper:
         # forces below which the negative stiffness is included
         modulus = halfspace.contact_modulus
         self._small = options.attraction_residual * modulus * halfspace.cell_area
-        attractive = energy.wall.attractive
-        self._history_length = (
-            options.attractive_history if attractive else options.history
-        )
+        self._history_length = options.history
+        self._least_curvature = options.least_curvature
+        if energy.wall.attractive:
+            self._history_length = options.attractive_history
+            self._least_curvature = options.attractive_least_curvature
         self._history: list[Increment] = []
         self._model: CirculantModel | None = None
         self._model_work = 0
@@ -85,7 +86,7 @@ class NewtonStepper:
             return energy.moved(state, increment, 1.0)
         increments = [increment, *self._history]
         self._history = increments[: self._history_length]
-        combination = combine(energy, state, increments, options.least_curvature)
+        combination = combine(energy, state, increments, self._least_curvature)
         length = line_search(energy, state, combination, options.remaining_slope)
         if length == 0.0:
             return self._convex_step(state, tolerance)

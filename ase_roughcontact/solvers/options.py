@@ -39,9 +39,9 @@ class NewtonKrylovOptions:
     history, attractive_history : int
         Number of earlier increments that are combined with the present one, for
         repulsive walls and for walls with attraction.
-    least_curvature : float
+    least_curvature, attractive_least_curvature : float
         Lower bound to the curvatures of the combination, relative to the curvature
-        along one increment.
+        along one increment, for repulsive walls and for walls with attraction.
     remaining_slope : float
         Slope at which the line search stops, relative to the initial one.
     load_steps : int
@@ -67,7 +67,8 @@ class NewtonKrylovOptions:
     attraction_residual: float = 0.3
     history: int = 3
     attractive_history: int = 6
-    least_curvature: float = 0.003
+    least_curvature: float = 0.03
+    attractive_least_curvature: float = 0.003
     remaining_slope: float = 0.3
     load_steps: int = 3
     patience: int = 5
