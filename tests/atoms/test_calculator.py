@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from ase.constraints import Hookean
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
-from ase.units import GPa, _e
+from ase.units import GPa
+from scipy.constants import e
 
 from ase_roughcontact import (
     HardWall,
@@ -81,7 +82,7 @@ def test_free_energy_is_the_energy():
         (1.0, 1.0),
         (2.55, 150 * GPa),
         (2.55e-10, 150e9),
-        (2.55e-10, 150 * GPa * _e * 1e30),
+        (2.55e-10, 150 * GPa * e * 1e30),
     ],
     ids=["reduced", "eV and Å", "SI", "SI from eV and Å"],
 )

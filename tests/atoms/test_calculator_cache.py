@@ -1,4 +1,4 @@
-"""What is calculated is never that of other parameters or of other atoms."""
+"""Cached results are never used for other parameters or other atoms."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ WALL = LennardJones93.repulsive(1.0, 1.0)
 PER_ATOM = ("energies", "forces", "pressure", "gap", "contact")
 NUMBERS = ("energy", "normal_force", "contact_area")
 
-# Another value of every parameter of the calculator, and what it goes along with.
+# Changes of every parameter of the calculator.
 OTHERS = {
     "indenter": {"indenter": RoughSphere(20.0)},
     "contact_modulus": {"contact_modulus": 2.0},
@@ -47,7 +47,7 @@ def results(atoms, calc):
 
 
 def assert_fresh(atoms, calc):
-    """Compare all results with those of a calculator that knows no other atoms."""
+    """Compare all results with those of a new calculator, and return them."""
     fresh = RoughContact(**calc.parameters)
     expected, found = results(atoms.copy(), fresh), results(atoms, calc)
     for name, values in expected.items():
@@ -56,7 +56,7 @@ def assert_fresh(atoms, calc):
 
 
 def differ(some, others):
-    """Names of results that are not the same."""
+    """Return the names of the results that differ."""
     return {name for name in some if not np.array_equal(some[name], others[name])}
 
 
@@ -66,7 +66,7 @@ def test_every_parameter_of_the_calculator_is_in_the_table():
 
 @pytest.mark.parametrize("wall", [None, WALL], ids=["default wall", "given wall"])
 @pytest.mark.parametrize("name", OTHERS)
-def test_results_follow_a_parameter_that_is_set(name, wall):
+def test_results_are_those_of_the_new_parameters(name, wall):
     atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, wall)
     before = results(atoms, calc)
     calc.set(**OTHERS[name])
@@ -140,7 +140,7 @@ CHANGES = [
 @pytest.mark.parametrize(
     "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
 )
-def test_results_follow_a_change_of_the_atoms(change, options):
+def test_results_are_those_of_the_changed_atoms(change, options):
     atoms, calc = make_atoms(**options), RoughContact(SPHERE, 1.0, WALL, load=0.3)
     before, unchanged = results(atoms, calc), atoms.copy()
     change(atoms)
@@ -151,7 +151,7 @@ def test_results_follow_a_change_of_the_atoms(change, options):
 @pytest.mark.parametrize(
     "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
 )
-def test_asking_for_one_property_first_is_no_different(change, options):
+def test_single_properties_are_those_of_the_changed_atoms(change, options):
     for name in ("forces", "pressure", "normal_force"):
         atoms, calc = make_atoms(**options), RoughContact(SPHERE, 1.0, WALL)
         calc.get_property(name, atoms)
@@ -161,7 +161,7 @@ def test_asking_for_one_property_first_is_no_different(change, options):
         np.testing.assert_array_equal(found, fresh)
 
 
-def test_what_was_handed_out_does_not_change_what_is_kept():
+def test_arrays_of_results_may_be_changed():
     atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
     first = results(atoms, calc)
     kept = {name: np.copy(values) for name, values in first.items()}
@@ -172,7 +172,7 @@ def test_what_was_handed_out_does_not_change_what_is_kept():
     assert not differ(results(atoms, calc), kept)
 
 
-# A solver tells the calculator the pressure that displaces the atoms.
+# Solvers pass the pressure that displaces the atoms on to the calculator.
 
 
 def relaxed(options):
@@ -183,7 +183,7 @@ def relaxed(options):
 
 
 def assert_as_good_as_fresh(atoms, calc):
-    """Compare with a calculator that knows no solver."""
+    """Compare with a new calculator, to which no pressure was passed."""
     fresh = RoughContact(**calc.parameters)
     expected, found = results(atoms.copy(), fresh), results(atoms, calc)
     for name, values in expected.items():
@@ -191,7 +191,7 @@ def assert_as_good_as_fresh(atoms, calc):
 
 
 @pytest.mark.parametrize("name", OTHERS)
-def test_the_pressure_of_a_solver_is_not_that_of_other_parameters(name):
+def test_the_pressure_of_a_solver_is_not_used_with_other_parameters(name):
     atoms = relaxed({})
     atoms.calc.set(**OTHERS[name])
     atoms.calc.set(fft={})
@@ -201,14 +201,14 @@ def test_the_pressure_of_a_solver_is_not_that_of_other_parameters(name):
 @pytest.mark.parametrize(
     "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
 )
-def test_the_pressure_of_a_solver_is_not_that_of_other_atoms(change, options):
+def test_the_pressure_of_a_solver_is_not_used_for_other_atoms(change, options):
     atoms = relaxed(options)
     assert_as_good_as_fresh(atoms, atoms.calc)
     change(atoms)
     assert_as_good_as_fresh(atoms, atoms.calc)
 
 
-def test_atoms_whose_indenter_is_not_the_last_one_are_refused_at_any_time():
+def test_misplaced_indenters_are_refused_after_a_calculation_too():
     atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
     before = results(atoms, calc)
     for numbers in ({3: 0}, {-1: 29}):
@@ -220,7 +220,7 @@ def test_atoms_whose_indenter_is_not_the_last_one_are_refused_at_any_time():
     assert not differ(results(atoms, calc), before)
 
 
-def test_two_atoms_with_one_calculator_do_not_disturb_each_other():
+def test_a_calculator_may_be_used_for_two_atoms_objects_in_turn():
     calc = RoughContact(SPHERE, 1.0, WALL)
     pair = make_atoms(), make_atoms(periodic=True)
     before = [results(atoms, calc) for atoms in pair]
@@ -230,7 +230,7 @@ def test_two_atoms_with_one_calculator_do_not_disturb_each_other():
 
 
 @pytest.mark.parametrize("name", ["energy", "forces", "pressure"])
-def test_results_of_other_atoms_are_not_those_that_are_known(name):
+def test_results_of_other_atoms_are_none_without_a_calculation(name):
     atoms, calc = make_atoms(), RoughContact(SPHERE, 1.0, WALL)
     calc.get_property(name, atoms)
     move_surface(atoms)

@@ -1,8 +1,8 @@
-"""Numbers that the command prints or writes are in the units that stand beside them.
+"""Printed and written values have the units given beside them.
 
-All is compared with ``curve.csv``, whose numbers are in ASE's units, by factors that
-follow from the elementary charge alone; and the units of lines of JSON are checked by
-what happens to a number when lengths are doubled and moduli made four times as large.
+Printed values are compared with ``curve.csv``, which is in ASE's units, with conversion
+factors from the elementary charge. The units of JSON lines are compared with the factor
+by which a value changes when lengths are doubled and moduli are quadrupled.
 """
 
 import csv
@@ -19,7 +19,7 @@ from scipy.special import erf
 from ase_roughcontact.cli import main
 
 CHARGE = 1.602176634e-19  # eV in J
-# Unit of a printed number, in eV and Å.
+# Printed units, in ASE's units.
 UNITS = {
     "Å": 1.0,
     "nm": 10.0,
@@ -30,7 +30,7 @@ UNITS = {
     "s": 1.0,
     "GB": 1e9,
 }
-# Word of a printed heading, and the column of curve.csv.
+# Columns of curve.csv by the words of printed headings.
 COLUMNS = {
     "load": "normal_force",
     "force": "normal_force",
@@ -40,8 +40,7 @@ COLUMNS = {
     "height": "height",
     "time": "seconds",
 }
-# What dimension a column must have, in powers of energy and length, where it is one
-# that anybody asks for.
+# Dimensions of the main columns, as powers of energy and length.
 DIMENSIONS = {
     "height": (0, 1),
     "penetration": (0, 1),
@@ -50,7 +49,7 @@ DIMENSIONS = {
     "energy": (1, 0),
     "max_force": (1, -1),
 }
-# Units of lines of JSON that are none of a mechanical quantity.
+# Units of costs.
 COSTS = {"memory": "bytes", "seconds": "s", "elapsed": "s", "left": "s"}
 
 SCENE = """
@@ -84,7 +83,7 @@ def text_of(wall, control, values, more="", length=2.5, modulus=100.0):
 
 
 def printed(*arguments):
-    """What the command prints."""
+    """Run the command and return its output."""
     with redirect_stdout(io.StringIO()) as out:
         assert main(list(map(str, arguments))) == 0
     return out.getvalue()
@@ -95,16 +94,16 @@ def lines_of_json(*arguments):
 
 
 def stated(text, word, unit):
-    """Return the number in front of a unit, after a word."""
+    """Return the value between a word and a unit, in ASE's units."""
     found = re.search(rf"{word}[^0-9\n]*?(-?[0-9.]+(?:e[+-]?\d+)?) ?{unit}\b", text)
     assert found, f"no {word} in {unit}"
     return float(found[1]) * UNITS[unit]
 
 
 def table_of(text):
-    """Columns of a printed table, by heading; steps are the lines that have a number.
+    """Return the columns of a printed table, by heading.
 
-    A heading is words with one blank between them, and a unit in brackets.
+    Headings are separated by two or more blanks; rows begin with a number.
     """
     lines = iter(text.splitlines())
     head = next(line for line in lines if "(s)" in line)
@@ -118,14 +117,14 @@ def numbers_of(texts):
 
 
 def unit_of(name):
-    """Word and unit of a heading."""
+    """Return the word and the unit of a heading."""
     found = re.fullmatch(r"(\w+) \((\D+)\)", name)
     return found.groups() if found else (name, None)
 
 
 @pytest.fixture(scope="module", autouse=True)
 def no_pictures():
-    """Let the command draw nothing, which takes longer than all else."""
+    """Skip the figures, which would take most of the time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(sys.modules, "matplotlib", None)
         yield
@@ -133,7 +132,7 @@ def no_pictures():
 
 @pytest.fixture(scope="module", params=CASES.values(), ids=CASES.keys())
 def case(request, tmp_path_factory):
-    """Wall, control, scene file, what a run of it prints, and its records."""
+    """Wall, control, scene file, printed output and results of a run."""
     wall, control, *_ = request.param
     folder = tmp_path_factory.mktemp("run")
     file = folder / "scene.toml"
@@ -203,7 +202,7 @@ def test_adhesion_is_printed_in_joule_per_square_metre_and_pull_off_in_nanonewto
     assert stated(text, "tension", "nN") == pytest.approx(least, rel=1e-3)
 
 
-def test_the_height_of_touch_is_printed_for_heights(case):
+def test_the_height_of_first_contact_is_printed_for_paths_of_heights(case):
     _, control, _, text, records = case
     if control != "height":
         assert "height of" not in text
@@ -212,7 +211,7 @@ def test_the_height_of_touch_is_printed_for_heights(case):
     assert stated(text, "touch", "Å") == pytest.approx(touch[0], rel=1e-3)
 
 
-def test_memory_is_printed_in_gigabytes_and_forces_that_are_left_in_ase_s_unit(case):
+def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
     _, _, file, _, records = case
     text = printed("run", file, "--out", file.parent / "out", "--verbose")
     number = r"([0-9.]+(?:e[+-]?\d+)?)"
@@ -242,11 +241,11 @@ def test_targets_of_a_plan_are_those_of_the_path(case):
         assert line["target"] == pytest.approx(value * UNITS[unit])
 
 
-# Lines of JSON
+# JSON lines
 
 
 def dimension(label):
-    """Powers of energy and length of a unit of ASE's, such as eV/Å^2."""
+    """Return the powers of energy and length in a unit such as eV/Å^2."""
     powers = {"eV": 0, "Å": 0}
     for i, part in enumerate(label.replace("²", "^2").replace("³", "^3").split("/")):
         name, _, power = part.partition("^")
@@ -255,7 +254,7 @@ def dimension(label):
 
 
 def assert_scales(line, scaled, length, energy):
-    """Compare lines of JSON of two runs, the second in other units."""
+    """Compare JSON lines of two runs that differ in their scales."""
     assert line.keys() == scaled.keys() and line["units"] == scaled["units"]
     assert line["units"].keys() <= line.keys()
     for name, value in line.items():
@@ -274,7 +273,7 @@ def assert_scales(line, scaled, length, energy):
 
 @pytest.mark.parametrize("wall", ["hard", "repulsive", "sticky"])
 @pytest.mark.parametrize("control", ["load", "height"])
-def test_units_in_json_tell_how_numbers_scale(wall, control, tmp_path):
+def test_values_in_json_scale_as_their_units(wall, control, tmp_path):
     found = []
     for length, modulus in ((1.0, 1.0), (2.0, 4.0)):
         target = 30.0 * modulus * length**2 if control == "load" else length
@@ -290,7 +289,7 @@ def test_units_in_json_tell_how_numbers_scale(wall, control, tmp_path):
     assert {*DIMENSIONS, "memory", "seconds"} <= run.keys()
 
 
-def test_lines_of_json_have_the_columns_of_curve_csv(case):
+def test_json_lines_have_the_columns_of_curve_csv(case):
     _, _, file, _, records = case
     lines = lines_of_json("run", file, "--out", file.parent / "out")
     for line, record in zip(lines, records, strict=True):

@@ -1,6 +1,6 @@
-"""What pictures of a run show is what ``curve.csv`` and ``sweep.traj`` hold.
+"""Figures of a run show the values of ``curve.csv`` and ``sweep.traj``.
 
-Figures are looked at where they would be saved, and not drawn.
+The figures are inspected instead of being saved.
 """
 
 import csv
@@ -39,7 +39,7 @@ CASES = {
 
 @pytest.fixture(scope="module", params=CASES)
 def run(request, tmp_path_factory):
-    """Control, records, frames and figures of a run."""
+    """Control, results, frames and figures of a run."""
     control, (wall, values) = request.param, CASES[request.param]
     folder, figures = tmp_path_factory.mktemp("run"), {}
     (folder / "scene.toml").write_text(
@@ -64,7 +64,7 @@ def column(records, name):
 
 
 def points(axes, label):
-    """Points of all lines that have a label, in their order."""
+    """Return the points of all lines with a label, in order."""
     lines = [line for line in axes.get_lines() if line.get_label().startswith(label)]
     assert lines, f"no line {label!r}"
     return np.concatenate([line.get_xydata() for line in lines])
@@ -99,7 +99,7 @@ def test_lines_of_theory_are_in_the_units_of_the_axes(run):
     np.testing.assert_allclose(y, dmt_area(x * NN) / hertz_area(x * NN), rtol=1e-6)
 
 
-def test_forces_are_drawn_against_what_is_given(run):
+def test_forces_are_drawn_against_the_controlled_quantity(run):
     control, records, _, figures = run
     if control == "load":
         assert "force.png" not in figures
@@ -118,7 +118,7 @@ def test_forces_are_drawn_against_what_is_given(run):
         np.testing.assert_allclose(points(axes, "simulation"), expected)
 
 
-def test_forces_of_theory_belong_to_their_depths(run):
+def test_forces_of_theory_are_those_at_the_drawn_depths(run):
     control, records, _, figures = run
     if control == "load":
         assert figures.keys() == {"curve.png", "contact.png"}
@@ -134,7 +134,7 @@ def test_forces_of_theory_belong_to_their_depths(run):
     np.testing.assert_allclose(y, force / NN, rtol=1e-6, atol=1e-9)
 
 
-def test_maps_show_contacts_where_they_are_with_pressures_in_gigapascal(run):
+def test_maps_show_the_pressure_in_gigapascal_at_the_positions_of_the_atoms(run):
     _, records, frames, figures = run
     *panels, bar = figures["contact.png"].axes
     assert bar.get_ylabel() == "pressure (GPa)"
@@ -171,7 +171,7 @@ def test_circles_of_theory_have_the_radius_of_the_contact(run):
             np.testing.assert_allclose(found, np.sqrt(limits[0] / np.pi), rtol=1e-6)
 
 
-def test_titles_of_maps_state_force_and_place_on_the_path(run):
+def test_titles_of_maps_state_force_and_target(run):
     control, records, _, figures = run
     for panel, record in zip(figures["contact.png"].axes, records, strict=False):
         title = panel.get_title()

@@ -1,4 +1,4 @@
-"""The order of an ensemble's cases, and the units of what it keeps of them."""
+"""Order of the cases of an ensemble, and units of its columns."""
 
 from concurrent.futures import Executor, Future
 from dataclasses import replace
@@ -23,8 +23,8 @@ SCENE = Scene.parse(
 )
 
 
-class AtOnce(Executor):
-    """Calculates what is submitted before anything else is."""
+class SerialExecutor(Executor):
+    """Executor that runs a task when it is submitted."""
 
     def submit(self, function, *arguments, **options):
         future = Future()
@@ -33,34 +33,34 @@ class AtOnce(Executor):
 
 
 def finish(scenes, database):
-    """Run one case after the other; return the last progress."""
-    return list(run_ensemble(scenes, database, AtOnce(), interval=1e-3))[-1]
+    """Run one case after another; return the last progress."""
+    return list(run_ensemble(scenes, database, SerialExecutor(), interval=1e-3))[-1]
 
 
 def order(database):
-    """Cases in the order in which they were begun."""
+    """Return the cases in the order of their first steps."""
     rows = connect(database).select(record="step")
     return list(dict.fromkeys(row.case for row in sorted(rows, key=lambda r: r.id)))
 
 
-# Variants of the scene, the dearest one last.
-DEAREST_LAST = {
+# Variants of the scene, the most expensive one last.
+MOST_EXPENSIVE_LAST = {
     "penetrations": {"path.values": [(0.1,), (8.0,)]},
     "heights": {"path.values": [(2.0, 2.0, -6.0), (2.0, -3.0, -3.0)]},
     "loads": {"path.values": [(1.0,), (2000.0,)]},
-    "many light steps": {"path.values": [(4.0,), (0.1, 0.1, 0.1)]},
+    "many small steps": {"path.values": [(4.0,), (0.1, 0.1, 0.1)]},
     "larger windows": {"substrate.shape": [(40, 40), (80, 80)]},
 }
 CONTROLS = {"heights": "height", "loads": "load"}
 
 
-@pytest.mark.parametrize("variants", DEAREST_LAST)
-def test_cases_of_largest_cost_go_first(variants, tmp_path):
+@pytest.mark.parametrize("variants", MOST_EXPENSIVE_LAST)
+def test_the_most_expensive_cases_are_calculated_first(variants, tmp_path):
     control = CONTROLS.get(variants, "penetration")
     scene = replace(SCENE, path=replace(SCENE.path, control=control))
-    cheap, dear = product(scene, DEAREST_LAST[variants])
-    finish([cheap, dear], tmp_path / "e.db")
-    assert order(tmp_path / "e.db") == [case_of(dear), case_of(cheap)]
+    cheap, expensive = product(scene, MOST_EXPENSIVE_LAST[variants])
+    finish([cheap, expensive], tmp_path / "e.db")
+    assert order(tmp_path / "e.db") == [case_of(expensive), case_of(cheap)]
 
 
 @pytest.mark.parametrize("control", ["load", "height"])
@@ -98,7 +98,7 @@ def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     np.testing.assert_allclose(columns[reached], columns["target"], rtol=1e-3)
 
 
-def test_a_smooth_sphere_without_adhesion_has_no_numbers_of_either(tmp_path):
+def test_parameters_of_missing_roughness_and_adhesion_are_nan(tmp_path):
     finish([SCENE], tmp_path / "e.db")
     columns = read_ensemble(tmp_path / "e.db")
     assert columns["rms_slope"] == [0.0] and columns["seed"] == [-1]
@@ -107,7 +107,7 @@ def test_a_smooth_sphere_without_adhesion_has_no_numbers_of_either(tmp_path):
 
 
 @pytest.mark.parametrize("key", ["sphere.radius", "roughness.rms_slope", "path.last"])
-def test_cases_differ_from_the_eleventh_digit_of_a_number_on(key):
+def test_names_of_cases_depend_on_twelve_digits(key):
     scene = Scene.parse("[path]\nfirst = 1.0\nlast = 3.0\nsteps = 2\n[roughness]\n")
     values = (3.0, 3.0 * (1.0 + 1e-11), 3.0 * (1.0 + 1e-14))
     names = [case_of(each) for each in product(scene, {key: values})]

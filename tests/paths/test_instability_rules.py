@@ -1,4 +1,4 @@
-"""When a step of a loop is halved, and when it is a jump: both sides of the limits."""
+"""Criteria for halving a step of a loop and for instabilities, on both sides."""
 
 from dataclasses import replace
 
@@ -7,13 +7,13 @@ import pytest
 from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
 from ase_roughcontact.paths.instabilities import balanced, jumped
 
-LITTLE = 1e-6
+EPSILON = 1e-6
 SIDES = pytest.mark.parametrize("side", [-1, 1], ids=["below", "above"])
 
 
 @pytest.fixture(scope="module")
 def state():
-    """Made-up state at a height of 2 Å, under 3 eV/Å, with 100 atoms that act."""
+    """State with round numbers: a height of 2 Å, 3 eV/Å, 100 interacting atoms."""
     sphere = RoughSphere(20.0)
     atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
     atoms.calc = RoughContact(sphere, 1.0)
@@ -30,7 +30,7 @@ def state():
 
 
 def after(state, lost, down=0.5, force=3.0, **changes):
-    """State after a step down, on the way to which an energy was lost."""
+    """Return the state after a step down in which some energy was lost."""
     work = 0.5 * (state.normal_force + force) * down
     given = {"height": state.height - down, "normal_force": force}
     return replace(state, energy=state.energy + work - lost, **given | changes)
@@ -39,28 +39,32 @@ def after(state, lost, down=0.5, force=3.0, **changes):
 @SIDES
 @pytest.mark.parametrize("down", [0.5, -0.5], ids=["down", "up"])
 @pytest.mark.parametrize("force", [3.0, -1.0])
-def test_a_jump_loses_more_than_any_force_between_explains(state, force, down, side):
-    # all forces from one to the other, and what is left on 100 atoms
+def test_an_instability_loses_more_energy_than_any_intermediate_force_explains(
+    state, force, down, side
+):
+    # half the difference of the forces, and residual forces on 100 atoms
     explained = (0.5 * abs(3.0 - force) + 100 * 1e-3) * abs(down)
-    new = after(state, explained * (1.0 + side * LITTLE), down, force)
+    new = after(state, explained * (1.0 + side * EPSILON), down, force)
     assert jumped(state, new) == (side > 0)
 
 
 @SIDES
 @pytest.mark.parametrize("sign", [-1, 1])
 @pytest.mark.parametrize("force, largest", [(3.0, 3.0), (-5.0, 5.0)])
-def test_work_is_stored_to_a_part_of_the_larger_force(
+def test_the_energy_balance_is_relative_to_the_larger_force(
     state, force, largest, sign, side
 ):
     allowed = (0.01 * largest + 100 * 1e-3) * 0.5
-    new = after(state, sign * allowed * (1.0 + side * LITTLE), force=force)
+    new = after(state, sign * allowed * (1.0 + side * EPSILON), force=force)
     assert balanced(state, new, 0.01, 0.5) == (side < 0)
     assert not balanced(state, replace(new, converged=False), 0.01, 0.5)
 
 
 @SIDES
-def test_work_near_zero_force_is_stored_to_a_part_of_the_smallest_one(state, side):
+def test_the_energy_balance_near_zero_force_is_relative_to_the_smallest_force(
+    state, side
+):
     light = replace(state, normal_force=0.01)
     allowed = (0.01 * 0.5 + 100 * 1e-3) * 0.5
-    new = after(light, allowed * (1.0 + side * LITTLE), force=-0.01)
+    new = after(light, allowed * (1.0 + side * EPSILON), force=-0.01)
     assert balanced(light, new, 0.01, 0.5) == (side < 0)

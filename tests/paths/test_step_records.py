@@ -1,4 +1,4 @@
-"""A record of a step is read off the atoms, all of them, and off the path."""
+"""Results of load steps agree with the atoms and with the path."""
 
 import numpy as np
 import pytest
@@ -36,19 +36,19 @@ def make_atoms(wall, periodic=False, shape=(20, 16), **options):
 
 
 def tie(atoms, stiffness, end):
-    """Tie the indenter by a spring to a point on its axis; return its energy."""
+    """Attach the indenter to a spring along z; return the energy of the spring."""
     point = (*atoms.positions[-1, :2], end)
     atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
     return lambda height: 0.5 * stiffness * (height - end) ** 2
 
 
 def relaxed(atoms, optimizer=None, **options):
-    """First record of a path; the atoms are where it ends."""
+    """Return the result of the first step of a path."""
     return next(load_path(atoms, optimizer=optimizer, edge="ignore", **options))
 
 
 def stopped_or_relaxed(atoms, stopped, **options):
-    """Record of a step that was stopped after one step of LBFGS, or relaxed."""
+    """Return the result of a step, stopped after one iteration or relaxed."""
     how = {"optimizer": LBFGS, "max_steps": 1} if stopped else {}
     record = relaxed(atoms, fmax=1e-5, **how, **options)
     assert record.converged == (not stopped)
@@ -56,14 +56,14 @@ def stopped_or_relaxed(atoms, stopped, **options):
 
 
 def fresh(atoms):
-    """Atoms with a calculator that knows nothing yet."""
+    """Return a copy of the atoms with a new calculator."""
     again = atoms.copy()
     again.calc = RoughContact(**atoms.calc.parameters)
     return again
 
 
 def assert_describes(record, atoms, unit=1e-6):
-    """Compare a record with what a calculator finds that knows nothing yet."""
+    """Compare a result with properties from a new calculator."""
     again, load = fresh(atoms), atoms.calc.parameters["load"]
     calc = again.calc
     pressure = calc.get_property("pressure", again)
@@ -85,7 +85,7 @@ def assert_describes(record, atoms, unit=1e-6):
 
 @pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
 @pytest.mark.parametrize("wall", SOFT)
-def test_a_record_at_a_height_describes_the_atoms(wall, stopped, periodic):
+def test_results_at_a_given_height_are_those_of_the_atoms(wall, stopped, periodic):
     atoms = make_atoms(wall, periodic)
     record = stopped_or_relaxed(atoms, stopped, heights=[0.6 * SPACING])
     assert record.contact_area > 0.0
@@ -94,18 +94,18 @@ def test_a_record_at_a_height_describes_the_atoms(wall, stopped, periodic):
 
 @pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
 @pytest.mark.parametrize("wall", SOFT)
-def test_a_record_under_a_load_describes_the_atoms(wall, stopped, periodic):
+def test_results_under_a_load_are_those_of_the_atoms(wall, stopped, periodic):
     atoms = make_atoms(wall, periodic, fixed=False)
     record = stopped_or_relaxed(atoms, stopped, loads=[3.0])
     assert_describes(record, atoms)
-    if stopped:  # most of the load is not carried
+    if stopped:  # the indenter has the largest force
         assert record.max_force == pytest.approx(3.0 - record.normal_force)
     else:
         assert record.normal_force == pytest.approx(3.0, abs=1e-5)
 
 
 @pytest.mark.parametrize("stopped", [True, False], ids=["stopped", "relaxed"])
-def test_a_record_on_a_spring_has_its_force_and_energy(stopped):
+def test_results_on_a_spring_include_its_force_and_energy(stopped):
     atoms = make_atoms("repulsive", fixed=False, height=SPACING)
     stored = tie(atoms, 0.7, -2.0)
     record = stopped_or_relaxed(atoms, stopped, loads=[1.5])
@@ -118,9 +118,9 @@ def test_a_record_on_a_spring_has_its_force_and_energy(stopped):
 
 
 @pytest.mark.parametrize("wall", WALLS)
-def test_penetrations_count_down_from_the_first_touch(wall, periodic):
+def test_penetrations_count_from_the_first_contact(wall, periodic):
     atoms = make_atoms(wall, periodic)
-    touch = WALLS[wall].contact_distance  # of the lowest point, which is over an atom
+    touch = WALLS[wall].contact_distance  # the lowest point is above an atom
     record = relaxed(atoms, penetrations=[1.5])
     assert (record.penetration, record.height) == pytest.approx((1.5, touch - 1.5))
     record = relaxed(make_atoms(wall, periodic), heights=[touch - 1.0])
@@ -128,7 +128,7 @@ def test_penetrations_count_down_from_the_first_touch(wall, periodic):
 
 
 @pytest.mark.parametrize("steps, larger", [(1, "overlap"), (500, "gap")])
-def test_of_a_hard_wall_the_largest_gap_and_overlap_are_recorded(steps, larger):
+def test_the_gap_error_of_a_hard_wall_is_the_largest_gap_or_overlap(steps, larger):
     atoms = make_atoms("hard")
     record = relaxed(atoms, heights=[-1.0], max_steps=steps)
     names = ("gap", "contact")
@@ -141,7 +141,7 @@ def test_of_a_hard_wall_the_largest_gap_and_overlap_are_recorded(steps, larger):
     assert record.gap_error == max(errors.values()) == errors[larger] > 0.0
 
 
-def test_a_soft_wall_has_no_error_of_the_gap(periodic):
+def test_the_gap_error_of_a_soft_wall_is_zero(periodic):
     record = relaxed(make_atoms("repulsive", periodic), heights=[-1.0])
     assert record.gap_error == 0.0
 
@@ -149,9 +149,7 @@ def test_a_soft_wall_has_no_error_of_the_gap(periodic):
 @pytest.mark.parametrize("path", [{"loads": [0.3]}, {"penetrations": [2.0]}])
 @pytest.mark.parametrize("error", ["fast", "normal", 1e-3, 1e-6])
 @pytest.mark.parametrize("wall", ["hard", "repulsive"])
-def test_forces_that_are_left_are_a_quarter_of_the_error_that_is_allowed(
-    wall, error, path
-):
+def test_the_relative_tolerance_is_a_quarter_of_the_relative_error(wall, error, path):
     atoms = make_atoms(wall, fixed="loads" not in path)
     record = relaxed(atoms, accuracy=error, **path)
     mean = record.normal_force / record.repulsive_atoms
@@ -168,7 +166,7 @@ def test_errors_of_the_levels_of_accuracy(error, allowed):
     assert accuracy_of(error).tolerance == pytest.approx(allowed / 4.0)
 
 
-def test_the_usual_accuracy_is_normal():
+def test_the_default_accuracy_is_normal():
     usual, normal = (
         relaxed(make_atoms("repulsive"), heights=[0.0], **options)
         for options in ({}, {"accuracy": "normal"})
@@ -177,7 +175,7 @@ def test_the_usual_accuracy_is_normal():
 
 
 @pytest.mark.parametrize("wall", WALLS)
-def test_steps_are_numbered_from_zero_and_none_is_left_out(wall):
+def test_steps_are_numbered_from_zero(wall):
     atoms, depths = make_atoms(wall), [0.2, 0.6, 0.4]
     records = list(load_path(atoms, depths, edge="ignore"))
     assert [record.step for record in records] == [0, 1, 2]

@@ -1,6 +1,6 @@
-"""Every key of a scene file arrives where it is used, in the units of the file.
+"""Every key of a scene file is converted to ASE's units and used.
 
-Expected factors follow from the elementary charge alone.
+The expected conversion factors follow from the elementary charge.
 """
 
 import json
@@ -55,7 +55,7 @@ SCENE = {
 
 
 def scene_with(changes=(), **tables):
-    """Scene of a file with other keys or tables; what is None is not in it."""
+    """Return the scene of a file with changed keys or tables; None removes one."""
     text = ""
     for title, keys in (SCENE | tables).items():
         if keys is None:
@@ -75,7 +75,7 @@ def rough(scene):
     return scene.surface.roughness
 
 
-# What a key stands for, its value in ASE's units, and another value of the key.
+# Quantity defined by a key, its value in ASE's units, and another value of the key.
 KEYS = {
     "substrate.symbol": (lambda s: s.atoms().symbols[0], "Au", "Cu"),
     "substrate.spacing": (lambda s: s.atoms().positions[1, 1], A0, 3.0),
@@ -130,7 +130,7 @@ KEYS = {
     "solver.fmax": (lambda s: s.fmax, 1e-5 * MODULUS * GPA * A0**2, 1e-6),
     "solver.max_steps": (lambda s: s.solver.max_steps, 77, 78),
 }
-# Keys that stand in place of others; see below.
+# Keys that replace others, tested separately.
 INSTEAD = {"substrate.elastic_constants", "path.values"}
 
 
@@ -139,7 +139,7 @@ def relaxed_by(scene):
 
 
 def keys_of(text):
-    """Keys of a scene file by table, those in comments as well."""
+    """Return the keys of a scene file with their tables, including commented keys."""
     found, title = set(), None
     for line in text.splitlines():
         title = (re.match(r"\[(\w+)\]", line) or [None, title])[1]
@@ -153,7 +153,7 @@ def test_the_table_has_every_key_of_a_scene_file():
 
 
 @pytest.mark.parametrize("key", KEYS)
-def test_a_key_arrives_in_the_units_of_ase(key):
+def test_keys_are_converted_to_the_units_of_ase(key):
     read, expected, other = KEYS[key]
     if isinstance(expected, float):
         expected = pytest.approx(expected, rel=1e-7)
@@ -173,7 +173,7 @@ def test_targets_are_in_nanonewton_or_in_angstrom(control):
     np.testing.assert_allclose(listed.steps, unit * np.array([1.5, 3.0]))
 
 
-def test_a_geometric_path_has_equal_ratios_and_as_many_steps_as_were_asked_for():
+def test_a_geometric_path_has_equal_ratios_and_the_given_number_of_steps():
     steps = scene_with({"path.scale": "geometric", "path.steps": 5}).steps
     np.testing.assert_allclose(steps[1:] / steps[:-1], 25.0**0.25)
     assert (len(steps), steps[0]) == (5, pytest.approx(2.0 * NN))
@@ -189,7 +189,7 @@ def test_elastic_constants_are_in_gigapascal():
     assert scene.contact_modulus == pytest.approx(young / (1.0 - nu**2) * GPA)
 
 
-def test_the_crystal_gives_what_is_not_given():
+def test_spacing_and_modulus_are_those_of_the_crystal_by_default():
     scene = scene_with(substrate={"symbol": "Au"})
     assert scene.spacing == pytest.approx(4.08 / 2**0.5)
     assert 80.0 * GPA < scene.contact_modulus < 110.0 * GPA
@@ -243,7 +243,9 @@ def test_walls_scale_with_modulus_and_spacing(kind, work):
 
 @pytest.mark.parametrize("shape", ["auto", [40, 40]], ids=str)
 @pytest.mark.parametrize("control", ["load", "penetration"])
-def test_a_window_that_is_given_is_kept_and_else_chosen_step_by_step(shape, control):
+def test_a_given_window_is_kept_and_an_automatic_one_follows_the_contact(
+    shape, control
+):
     scene = scene_with(
         {"substrate.shape": shape, "substrate.periodic": False},
         roughness=None,
@@ -257,7 +259,7 @@ def test_a_window_that_is_given_is_kept_and_else_chosen_step_by_step(shape, cont
 
 
 def relaxed_with(**solver):
-    """Record of a step of a repulsive wall, with keys of [solver]."""
+    """Return the result of a step with the given keys of [solver]."""
     (record,) = scene_with(
         {"substrate.shape": [40, 40], "substrate.periodic": False},
         roughness=None,
@@ -269,17 +271,17 @@ def relaxed_with(**solver):
 
 
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-5])
-def test_the_accuracy_of_a_scene_is_that_of_its_steps(accuracy):
+def test_steps_have_the_accuracy_of_the_scene(accuracy):
     record = relaxed_with(accuracy=accuracy)
     mean = record.normal_force / record.repulsive_atoms
     assert 0.02 * accuracy < record.tolerance / mean < 0.2501 * accuracy
 
 
-def test_the_force_that_may_be_left_in_a_scene_is_that_of_its_steps():
+def test_steps_have_the_force_tolerance_of_the_scene():
     tolerance = relaxed_with(accuracy=1e-1, fmax=1e-7).tolerance
     assert tolerance == pytest.approx(1e-7 * MODULUS * GPA * A0**2)
 
 
-def test_the_steps_of_the_optimizer_in_a_scene_are_those_of_its_steps():
+def test_steps_have_the_maximum_number_of_iterations_of_the_scene():
     record = relaxed_with(optimizer="LBFGS", max_steps=3)
     assert (record.iterations, record.converged) == (3, False)

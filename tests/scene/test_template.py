@@ -1,4 +1,4 @@
-"""The built-in scene file: its values are the defaults, or it says what they are."""
+"""The built-in scene file has the default values unless a comment says otherwise."""
 
 import re
 from itertools import takewhile
@@ -12,7 +12,7 @@ FULL = {'kind = "repulsive"': 'kind = "full"', "#work_of": "work_of"}
 
 
 def key_lines(mark):
-    """Numbers and comments of the lines of keys outside of [path]."""
+    """Return line numbers and comments of the keys outside of [path]."""
     found, title = {}, None
     for number, line in enumerate(LINES):
         title = (re.match(r"\[(\w+)\]", line) or [None, title])[1]
@@ -28,7 +28,7 @@ GIVEN, COMMENTED = key_lines(""), key_lines("#")
 
 
 def scene_with(number, line, changes=()):
-    """Scene of the file with another line, and other words."""
+    """Return the scene of the file with a line and some words replaced."""
     text = "\n".join([*LINES[:number], line, *LINES[number + 1 :]])
     for old, new in dict(changes).items():
         text = text.replace(old, new)
@@ -36,7 +36,7 @@ def scene_with(number, line, changes=()):
 
 
 @pytest.mark.parametrize("key", GIVEN)
-def test_a_value_of_the_template_is_the_default_or_its_comment_states_it(key):
+def test_values_are_the_defaults_or_the_comment_gives_the_default(key):
     number, comment = GIVEN[key]
     stated = re.search(r"default ([\w.\"]+)", comment)
     line = f"{key.partition('.')[2]} = {stated[1]}" if stated else LINES[number]
@@ -45,7 +45,7 @@ def test_a_value_of_the_template_is_the_default_or_its_comment_states_it(key):
 
 
 @pytest.mark.parametrize("key", COMMENTED)
-def test_a_key_in_comments_can_be_used_and_its_comment_states_the_default(key):
+def test_commented_keys_are_valid_and_the_comment_gives_the_default(key):
     number, comment = COMMENTED[key]
     changes = FULL if key.startswith("interaction") else {}
     given = scene_with(number, LINES[number][1:], changes)
@@ -58,7 +58,7 @@ def test_a_key_in_comments_can_be_used_and_its_comment_states_the_default(key):
 
 
 @pytest.mark.parametrize("key", ["spacing", "contact_modulus", "elastic_constants"])
-def test_numbers_of_the_material_in_comments_are_those_of_its_crystal(key):
+def test_commented_material_parameters_are_those_of_the_crystal(key):
     number, _ = COMMENTED[f"substrate.{key}"]
     usual, given = Scene.default(), scene_with(number, LINES[number][1:])
     assert given.substrate != usual.substrate

@@ -1,4 +1,4 @@
-"""What a trade-off makes of records: errors and costs of a trial, by made-up ones."""
+"""Errors and costs of the trials of a trade-off, from given results of load steps."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ sphere = {{ radius = 60.0 }}
 path = {{ control = "{control}", values = [0.5, 1.0] }}
 solver = {{ accuracy = 1e-2 }}
 """
-# What is compared with: a thousandth of 0.05 E* is 0.3 eV/Å on 10 000 atoms.
+# Result of the reference.
 TRUE = {
     "height": 1.0,
     "penetration": 4.0,
@@ -28,11 +28,11 @@ TRUE = {
     "seconds": 2.0,
     "converged": True,
 }
-# Push of 0.05 E* on the atoms in contact, which a force near zero is measured by.
+# Force of 0.05 E* on the atoms in contact, the scale of errors of small forces.
 PUSH = 0.05 * MODULUS * 200 * SPACING**2
 
 CASES = [
-    # control, what is true, what a trial finds, error of force, error of area, atoms
+    # control, changes of the reference, of the trial, error of force, of area, of atoms
     ("penetration", {}, {"normal_force": 80.8}, 0.01, 0.0, 0),
     ("penetration", {}, {"normal_force": 79.2}, 0.01, 0.0, 0),
     ("penetration", {"normal_force": -0.1}, {"normal_force": 0.1}, 0.2 / PUSH, 0.0, 0),
@@ -46,12 +46,12 @@ CASES = [
 
 
 def study(monkeypatch, control, true=(), found=()):
-    """Study of a scene whose last step has made-up results in every trial."""
+    """Return a trade-off in which the last step of all trials has given results."""
     scene = Scene.parse(TEXT.format(control=control))
     record = replace(next(scene.relax()), **TRUE | dict(true))
 
     def relax(scene, steps, **_):
-        # the reference is far more accurate than any trial
+        # only the reference and the check of its error are this accurate
         changes = {} if scene.solver.accuracy < 1e-8 else dict(found)
         return iter([record for _ in steps[1:]] + [replace(record, **changes)])
 
@@ -60,7 +60,7 @@ def study(monkeypatch, control, true=(), found=()):
 
 
 @pytest.mark.parametrize("control, true, found, force, area, atoms", CASES)
-def test_errors_are_relative_and_the_largest_of_any_step(
+def test_errors_are_the_largest_relative_errors_of_any_step(
     control, true, found, force, area, atoms, monkeypatch
 ):
     trial = study(monkeypatch, control, true, found).trials[0]
@@ -70,7 +70,7 @@ def test_errors_are_relative_and_the_largest_of_any_step(
     assert trial.error == pytest.approx(max(force, area))
 
 
-def test_costs_are_those_of_all_steps(monkeypatch):
+def test_costs_are_sums_over_steps_and_the_peak_memory(monkeypatch):
     costs = {"seconds": 9.0, "pairs": 50.0, "grid": "30x20", "memory": 3e9}
     trial = study(monkeypatch, "load", found=costs).trials[0]
     assert trial.pairs == 80.0
@@ -80,7 +80,7 @@ def test_costs_are_those_of_all_steps(monkeypatch):
     assert trial.converged
 
 
-def test_a_step_that_did_not_converge_is_no_result(monkeypatch):
+def test_the_error_is_infinite_if_a_step_did_not_converge(monkeypatch):
     trial = study(monkeypatch, "load", found={"converged": False}).trials[0]
     assert not trial.converged and trial.error == float("inf")
 

@@ -1,6 +1,6 @@
-"""Which law is chosen, on both sides of every limit.
+"""Selection of laws, on both sides of every limit.
 
-The limits are written here as formulas of their own, in units of E*.
+The limits are calculated from independent formulas, in units of E*.
 """
 
 import math
@@ -23,7 +23,7 @@ from ase_roughcontact.theory import (
 
 OFFSET = 1e-6
 SIDES = pytest.mark.parametrize("side", [-1, 1], ids=["below", "above"])
-# Maugis' parameters up to which, and from which on, laws of smooth spheres hold.
+# Limits of Maugis' parameter, and the laws below and above them.
 LIMITS = pytest.mark.parametrize(
     "limit, laws", [(0.1, ("DMT", "Maugis-Dugdale")), (5.0, ("Maugis-Dugdale", "JKR"))]
 )
@@ -31,13 +31,13 @@ PULL_OFF = {"DMT": -2.0, "JKR": -1.5}  # in units of pi w R
 
 SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
 ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
-# h'rms/h''rms, and the radius of the first asperity, Eq. (6) of the paper
+# h'rms/h''rms, and the radius of the first asperity by Eq. (6)
 WIDTH = math.sqrt((2.0 - HURST) / (1.0 - HURST)) * SHORT / (2.0 * math.pi)
 ASPERITY = SHORT / (2.0 * math.pi * SLOPE) * math.sqrt(2 * (2 - HURST) / (1 - HURST))
 
 
 def beside(limit, side):
-    """A number just below a limit, or just above."""
+    """Return a number just below a limit, or just above it."""
     return limit * (1.0 + side * OFFSET)
 
 
@@ -46,7 +46,7 @@ def chosen(pair, side):
 
 
 def range_for(parameter, radius, work):
-    """Range of the attraction that gives Maugis' parameter, stress being w/D."""
+    """Return the range D of the attraction for a Maugis parameter with stress w/D."""
     return work * np.cbrt(9.0 * radius / (2.0 * np.pi * work)) / parameter
 
 
@@ -76,7 +76,7 @@ def test_smooth_spheres_follow_the_law_of_maugis_parameter(
 @LIMITS
 def test_scenes_are_compared_with_the_law_of_maugis_parameter(limit, laws, side):
     a0, modulus, work = 2.5, 100.0 * GPa, 0.2 * J / m**2
-    # of a full wall the range is the spacing
+    # the range of a full wall is the spacing
     third = 2.0 * np.pi / 9.0 * (a0 * beside(limit, side)) ** 3 * modulus**2 / work**2
     scene = Scene.parse(
         f"""
@@ -89,7 +89,7 @@ def test_scenes_are_compared_with_the_law_of_maugis_parameter(limit, laws, side)
 
 
 @SIDES
-def test_a_force_that_makes_adhesion_unimportant_is_that_of_a_tenth_of_the_area(side):
+def test_adhesion_is_neglected_if_it_increases_the_area_by_less_than_a_tenth(side):
     radius, work = 1e6, 1e-4
     ratio = 1.1**1.5  # of the cubes of the radii by JKR and by Hertz
     force = 3.0 * np.pi * work * radius * 2.0 * ratio / (ratio - 1.0) ** 2
@@ -155,7 +155,7 @@ def test_rough_flats_are_sticky_where_kappa_of_the_attraction_is_that_of_the_wal
 
 
 @SIDES
-def test_adhesion_flattens_roughness_that_costs_less_than_it(side):
+def test_roughness_is_flattened_if_the_work_of_adhesion_exceeds_its_energy(side):
     smoother = SelfAffine(1e-3, HURST, SHORT, LONG)
     cost = float(flattening_energy(1e-3, 1.0, HURST, SHORT, LONG))
     sphere = RoughSphereTheory(1e5, 1.0, smoother, beside(cost, side), 1e-4)
