@@ -96,7 +96,7 @@ def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng):
 
 
 @pytest.mark.parametrize("name", ["energies", "forces", "gap", "pressure"])
-def test_periodic_substrate_may_shift_as_a_whole(wall, rng, name):
+def test_a_shift_of_the_whole_periodic_substrate_changes_nothing(wall, rng, name):
     contact = Contact(half_space(True), rng.uniform(0.0, 3.0, (6, 5)), wall)
     u = random_displacement(contact, rng)
     there, here = (getattr(contact.evaluate(u + c, 0.8), name) for c in (0.7, 0.0))
@@ -109,7 +109,7 @@ def test_periodic_forces_sum_to_zero(wall, rng):
     assert abs(forces.sum()) < 1e-12 * np.abs(forces).sum()
 
 
-def test_free_indenter_may_stand_anywhere_on_the_window():
+def test_energy_does_not_depend_on_the_position_in_a_free_window():
     heights = np.full((8, 8), 5.0)
     heights[2, 2] = 0.0
     corner = np.roll(heights, (3, 4), (0, 1))
@@ -125,7 +125,7 @@ def test_free_indenter_may_stand_anywhere_on_the_window():
 # Contact
 
 
-def test_distant_indenter_feels_nothing_and_touches_nothing(scene):
+def test_distant_indenter_has_no_energy_force_or_contact(scene):
     state = scene.evaluate(np.zeros(scene.halfspace.grid), 50.0)
     assert (state.energy, state.normal_force, state.contact_area) == (0.0, 0.0, 0.0)
 

@@ -1,7 +1,7 @@
-"""Extremes: what must hold at the ends of every range, and where the ends are.
+"""Extreme parameters: solvers converge over their whole range, and report its limits.
 
-Every relaxation in here is checked for all of it: numbers that are finite, an energy
-that falls in each step, convergence, and force balance by a convolution of its own.
+Every relaxation is checked for convergence, finite numbers, an energy that falls in
+each step, and a balance of forces by an independent convolution.
 """
 
 import gc
@@ -30,7 +30,7 @@ WALLS = {
     "full": lambda e, a: LennardJones93.full(a, 0.04 * e * a, cutoff=3.0 * a),
     "hard": lambda e, a: HardWall(),
 }
-UNIQUE = ("repulsive", "hard")  # no attraction: one minimum, however it is come by
+UNIQUE = ("repulsive", "hard")  # without attraction there is a single minimum
 
 bounded = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 walls = st.sampled_from(sorted(WALLS))
@@ -63,7 +63,7 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
     """All steps of a relaxation; loads and tolerances in units of E* a0^2."""
     halfspace = contact.halfspace
     unit = halfspace.contact_modulus * halfspace.cell_area
-    hard = isinstance(contact.interaction, HardWall)
+    hard = contact.interaction.hard
     external = None
     if load is not None:
         external = lambda z: (load * unit * z, -load * unit)  # noqa: E731
@@ -79,25 +79,25 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
 
 
 def relaxed(contact, load=None, tolerance=1e-9, **options):
-    """Last step of a relaxation in which all is as it must be."""
+    """Last state of a relaxation that passes all checks."""
     states = steps(contact, load, tolerance=tolerance, **options)
     halfspace, last = contact.halfspace, states[-1]
     unit = halfspace.contact_modulus * halfspace.cell_area
     assert last.converged and not last.message, last.message
-    energies = np.array([descending(contact, state, load) for state in states])
+    energies = np.array([minimised(contact, state, load) for state in states])
     assert np.isfinite(energies).all()
     assert np.isfinite(last.pressure).all() and np.isfinite(last.height)
-    # a line search can't see less of the terms, which are far larger at the start
+    # rounding errors of the terms of the energy, which are larger at the start
     assert (np.diff(energies) <= 1e-12 * abs(energies).max()).all()
-    assert left(contact, last, load) <= 1.001 * tolerance * unit + 8 * EPS * (
+    assert largest_force(contact, last, load) <= 1.001 * tolerance * unit + 8 * EPS * (
         halfspace.cell_area * abs(last.pressure).sum()
     )
     return last
 
 
-def descending(contact, state, load):
-    """Energy that falls: under a hard wall's load that of the pressure alone."""
-    if not isinstance(contact.interaction, HardWall):
+def minimised(contact, state, load):
+    """Energy that is minimised: for a hard wall under a load without the load's."""
+    if not contact.interaction.hard:
         return state.energy
     area = contact.halfspace.cell_area
     undeformed = contact.heights + (state.height if load is None else 0.0)
@@ -105,16 +105,16 @@ def descending(contact, state, load):
     return area * float((stored + state.pressure * undeformed).sum())
 
 
-def left(contact, state, load):
-    """Largest force that is left on an atom or the indenter."""
+def largest_force(contact, state, load):
+    """Largest force on an atom or the indenter."""
     halfspace, pressure = contact.halfspace, state.pressure
     area = halfspace.cell_area
     wanted = (load or 0.0) * halfspace.contact_modulus * area
-    if isinstance(contact.interaction, HardWall):
-        told = optimality_residuals(contact, pressure, state.height, wanted)
-        gap = max(told.gap_in_contact, told.penetration)
-        assert gap <= 1e-6 * halfspace.spacing and told.tension == 0.0
-        missing = 0.0 if load is None else told.load_error
+    if contact.interaction.hard:
+        errors = optimality_residuals(contact, pressure, state.height, wanted)
+        gap = max(errors.gap_in_contact, errors.penetration)
+        assert gap <= 1e-6 * halfspace.spacing and errors.tension == 0.0
+        missing = 0.0 if load is None else errors.load_error
         return max(gap * area / halfspace.self_compliance, missing)
     gap = state.height + contact.heights - halfspace.displacement(pressure)
     repulsion = contact.wall(gap)[1]
@@ -122,7 +122,7 @@ def left(contact, state, load):
     return max(area * float(abs(repulsion - pressure).max()), missing)
 
 
-# The ranges of what a scene says
+# Ranges of the parameters of a scene
 
 
 @bounded
@@ -163,7 +163,7 @@ def test_roughness_of_one_wavelength_relaxes(wall):
 
 
 @pytest.mark.parametrize("wall", UNIQUE)
-def test_automatic_windows_serve_a_sphere_of_a_hundred_million_atoms(wall):
+def test_automatic_windows_work_for_a_radius_of_a_hundred_million_atoms(wall):
     sphere = RoughSphere(1e8)
     atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(sphere, 1.0, WALLS[wall](1.0, 1.0))
@@ -253,7 +253,7 @@ def test_full_contact_of_a_periodic_surface_is_solved_to_eleven_digits(wall):
 
 @pytest.mark.parametrize("wall", WALLS)
 @pytest.mark.parametrize("height", [1e1, 1e3, 1e6, 1e12, 1e100])
-def test_an_indenter_out_of_reach_does_nothing(wall, height):
+def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
     contact = contact_of(RoughSphere(100.0, rough()), wall)
     state = relaxed(contact, height=contact.first_contact + height)
     assert state.energy == 0.0
@@ -268,7 +268,7 @@ def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
 
 
 @pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
-def test_a_flat_indenter_holds_a_flat_surface_at_any_joint_of_the_potential(wall):
+def test_a_flat_indenter_relaxes_where_pieces_of_the_potential_join(wall):
     contact = contact_on(np.zeros((8, 8)), wall)
     law = contact.interaction
     onset = getattr(law, "onset", law.distance)
@@ -297,7 +297,7 @@ def test_energy_of_the_wall_is_exact_next_to_its_minimum():
 
 @pytest.mark.parametrize("work", [1e-9, 1e-3, 0.05])
 @pytest.mark.parametrize("stiffness", [1e-3, 1.0, 1e4])
-def test_energy_does_not_jump_at_the_minimum(work, stiffness):
+def test_energy_is_continuous_at_the_minimum(work, stiffness):
     wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     gaps = np.array([np.nextafter(1.0, 0.0), 1.0, np.nextafter(1.0, 2.0)])
     assert_allclose(wall.evaluate(gaps)[0], -work, rtol=4 * EPS)
@@ -316,13 +316,13 @@ def test_a_random_start_of_any_size_relaxes(wall, size):
     for option in options:
         states = steps(contact, start=start, **option)
         assert states[-1].converged
-        energies = [descending(contact, s, option.get("load")) for s in states]
+        energies = [minimised(contact, s, option.get("load")) for s in states]
         assert (np.diff(energies) <= 1e-12 * max(map(abs, energies))).all()
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @pytest.mark.parametrize("wall", UNIQUE)
-def test_the_answer_does_not_depend_on_where_it_started(wall, periodic):
+def test_results_do_not_depend_on_the_start(wall, periodic):
     surface = rough() if periodic else RoughSphere(100.0, rough())
     contact = contact_of(surface, wall, periodic=periodic)
     rng = np.random.default_rng(5)
@@ -350,15 +350,15 @@ def test_area_and_depth_grow_with_the_load(wall, periodic, seed):
         areas.append(np.count_nonzero(state.pressure > 1e-9 * state.pressure.max()))
         heights.append(state.height)
     assert (np.diff(areas) >= 0).all() and areas[0] < areas[-1]
-    assert (np.diff(heights) < 2e-7).all()  # gaps that are left where nothing gives way
+    assert (np.diff(heights) < 2e-7).all()  # remaining gaps in full contact
 
 
-# Limits: where they are, and that they are told
+# Limits, and how they are reported
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @pytest.mark.parametrize("wall", ["repulsive", "adhesive", "hard"])
-def test_single_precision_reaches_its_floor_and_says_where_it_is(wall, periodic):
+def test_single_precision_reports_its_limit(wall, periodic):
     surface = rough() if periodic else RoughSphere(100.0, rough())
     contact = contact_of(surface, wall, periodic=periodic, dtype="float32")
     assert steps(contact, 2.0, tolerance=1e-5)[-1].converged
@@ -368,7 +368,7 @@ def test_single_precision_reaches_its_floor_and_says_where_it_is(wall, periodic)
 
 
 @pytest.mark.parametrize("offset", [1e4, 1e8])
-def test_a_load_below_the_rounding_of_the_height_is_told(offset):
+def test_a_load_below_rounding_errors_of_the_height_is_reported(offset):
     contact = contact_of(RoughSphere(100.0, rough()), "repulsive")
     far = Contact(contact.halfspace, contact.heights + offset, contact.interaction)
     rounding = EPS * offset  # a force, since the wall's stiffness is one
@@ -382,7 +382,7 @@ def test_a_load_below_the_rounding_of_the_height_is_told(offset):
     "count",
     [256, pytest.param(8192, marks=pytest.mark.slow)],  # 4 GB at 8192
 )
-def test_round_off_of_a_convolution_does_not_grow_with_the_grid(count):
+def test_rounding_error_of_a_convolution_does_not_grow_with_the_grid(count):
     halfspace = PeriodicHalfSpace((count, count), 1.0, 1.0)
     i, j = np.ogrid[:count, :count]
     q = 2.0 * np.pi / count
@@ -399,7 +399,7 @@ def test_round_off_of_a_convolution_does_not_grow_with_the_grid(count):
     "turns",
     [25, pytest.param(500, marks=pytest.mark.slow)],  # seconds
 )
-def test_a_path_up_and_down_comes_back_without_drift_or_growth_of_memory(turns):
+def test_a_path_up_and_down_is_reversible_and_needs_no_more_memory(turns):
     sphere = RoughSphere(100.0, rough(long=12.0))
     atoms = substrate("Cu", (24, 24), sphere, spacing=1.0, height=1.0)
     atoms.calc = RoughContact(sphere, 1.0)
@@ -422,7 +422,7 @@ def test_a_path_up_and_down_comes_back_without_drift_or_growth_of_memory(turns):
 
 @pytest.mark.parametrize("wall", ["repulsive", "adhesive", "full"])
 @pytest.mark.parametrize("load, carried", [(3e-12, True), (1e-14, False)])
-def test_a_load_that_rounding_leaves_uncarried_is_marked(wall, load, carried):
+def test_a_load_below_rounding_errors_is_not_converged(wall, load, carried):
     sphere = RoughSphere(100.0, rough())
     atoms = substrate("Cu", (24, 24), sphere, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(sphere, 1.0, WALLS[wall](1.0, 1.0))

@@ -44,7 +44,7 @@ def contact_of(kind, wall):
 
 
 def relaxed(contact, load=20.0):
-    solver = active_set if isinstance(contact.interaction, HardWall) else newton_krylov
+    solver = active_set if contact.interaction.hard else newton_krylov
     *_, last = solver(
         contact,
         height=0.3,

@@ -42,7 +42,7 @@ def constant(load):
 
 
 def spring(stiffness, rest):
-    """Spring that holds the indenter at a height, from both sides."""
+    """Spring to a height."""
     return lambda height: (
         0.5 * stiffness * (height - rest) ** 2,
         -stiffness * (height - rest),
