@@ -118,6 +118,21 @@ def max_abs(a: np.ndarray) -> float:
     return float(max(a.max(), -a.min()))
 
 
+@rowwise(np.add)
+def total(a: np.ndarray) -> float:
+    """Return the sum of an array."""
+    return float(a.sum())
+
+
+@rowwise(np.add)
+def subtract_and_dot(
+    a: np.ndarray, factor: float, b: np.ndarray, c: np.ndarray
+) -> float:
+    """Set ``a -= factor b``, then return ``a . c``; `c` may be `a` itself."""
+    a -= factor * b
+    return inner(a, c)
+
+
 @rowwise()
 def scale(out: np.ndarray, a: np.ndarray, factor: float) -> None:
     """Set ``out = factor a``, rounded to the precision of `out`."""
@@ -164,18 +179,3 @@ def array_equal(a: np.ndarray, b: np.ndarray) -> bool:
 @rowwise(np.logical_and)
 def _all_equal(a: np.ndarray, b: np.ndarray) -> bool:
     return bool((a == b).all())
-
-
-@rowwise(np.add)
-def total(a: np.ndarray) -> float:
-    """Return the sum of an array."""
-    return float(a.sum())
-
-
-@rowwise(np.add)
-def subtract_and_dot(
-    a: np.ndarray, factor: float, b: np.ndarray, c: np.ndarray
-) -> float:
-    """Set ``a -= factor b``, then return ``a . c``; `c` may be `a` itself."""
-    a -= factor * b
-    return inner(a, c)

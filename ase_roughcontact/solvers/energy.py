@@ -213,7 +213,8 @@ class ContactEnergy:
             Opening of the gap by the displacement of the surface (length); by default
             the surface is flat.
         highest : float
-            Upper bound to the height; by default the one at which the wall begins.
+            Upper bound to the height; by default the one at which the wall is just in
+            range.
 
         Returns
         -------
