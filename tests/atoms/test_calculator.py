@@ -1,4 +1,4 @@
-"""The ASE calculator: units, control, optimizers, cache, and what it refuses."""
+"""The ASE calculator: forces, units, control, optimizers, cache, errors."""
 
 import copy
 import gc
@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from ase.calculators.calculator import Calculator
 from ase.constraints import Hookean
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 from ase.units import GPa
@@ -69,7 +70,7 @@ def test_energies_sum_to_the_energy_with_the_load_on_the_indenter(wall, periodic
     assert energies[-1] == pytest.approx(0.3 * 0.6)
 
 
-def test_free_energy_is_the_energy():
+def test_free_energy_equals_the_energy():
     atoms = make_atoms()
     assert atoms.get_potential_energy(force_consistent=True) == (
         atoms.get_potential_energy()
@@ -86,7 +87,7 @@ def test_free_energy_is_the_energy():
     ],
     ids=["reduced", "eV and Å", "SI", "SI from eV and Å"],
 )
-def test_units_do_not_matter(wall, periodic, rng, length, modulus):
+def test_results_scale_with_the_units(wall, periodic, rng, length, modulus):
     u = rng.normal(0.0, 0.1, len(make_atoms(periodic=periodic)) - 1)
 
     def evaluate(a0, stress):
@@ -103,26 +104,38 @@ def test_units_do_not_matter(wall, periodic, rng, length, modulus):
         energy = atoms.get_potential_energies() / (stress * a0**3)
         return energy, atoms.get_forces(apply_constraint=False) / (stress * a0**2)
 
-    for here, reduced in zip(evaluate(length, modulus), evaluate(1, 1), strict=True):
-        np.testing.assert_allclose(here, reduced, atol=1e-10 * np.abs(reduced).max())
+    for scaled, reduced in zip(evaluate(length, modulus), evaluate(1, 1), strict=True):
+        np.testing.assert_allclose(scaled, reduced, atol=1e-10 * np.abs(reduced).max())
 
 
-def test_contact_properties_are_those_of_the_state():
+def test_contact_quantities_are_results_like_any_other():
     atoms = make_atoms(LennardJones93.adhesive(1.0, 1.0, 0.02))
-    state = atoms.calc.state(atoms)
-    assert atoms.calc.get_property("normal_force", atoms) > 0.0
-    assert atoms.calc.get_property("contact_area") == state.repulsive_atoms
+    atoms.get_potential_energy()
+    calc, state = atoms.calc, atoms.calc.state(atoms)
+    assert set(calc.results) == set(calc.implemented_properties)
+    assert type(calc).get_property is Calculator.get_property
+    assert calc.results["normal_force"] == state.normal_force > 0.0
+    assert calc.results["contact_area"] == state.repulsive_atoms > 0
     for name in ("pressure", "gap", "contact"):
-        assert atoms.calc.get_property(name).shape == (8, 6)
+        assert calc.get_property(name).shape == (8, 6)
+        np.testing.assert_array_equal(calc.get_property(name), getattr(state, name))
+        np.testing.assert_array_equal(calc.results[name], getattr(state, name))
 
 
-def test_indenter_far_away_feels_nothing():
+def test_state_is_the_only_public_method_beyond_those_of_ase():
+    calc = RoughContact()
+    methods = {name for name in dir(calc) if callable(getattr(calc, name))}
+    own = methods - set(dir(Calculator()))
+    assert {name for name in own if not name.startswith("_")} == {"state"}
+
+
+def test_indenter_out_of_range_exerts_no_force():
     atoms = make_atoms(height=30.0)
     assert atoms.calc.get_property("contact_area", atoms) == 0.0
     assert not atoms.get_forces(apply_constraint=False).any()
 
 
-def test_indenter_that_moves_sideways_takes_its_pressure_along():
+def test_pressure_moves_with_the_indenter():
     atoms = make_atoms(shape=(12, 12))
     before = atoms.calc.get_property("pressure", atoms)
     atoms.positions[-1, :2] += (2.0, -1.0)
@@ -134,7 +147,7 @@ def test_indenter_that_moves_sideways_takes_its_pressure_along():
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, FIRE2, LBFGS, BFGSLineSearch])
-def test_optimizers_relax_the_atoms_to_one_energy(optimizer, periodic):
+def test_optimizers_of_ase_find_the_same_energy(optimizer, periodic):
     atoms, reference = (make_atoms(periodic=periodic) for _ in range(2))
     assert LBFGS(reference, logfile=None).run(fmax=1e-6)
     assert optimizer(atoms, logfile=None).run(fmax=1e-4, steps=1000)
@@ -142,7 +155,7 @@ def test_optimizers_relax_the_atoms_to_one_energy(optimizer, periodic):
     assert next(energies) == pytest.approx(next(energies), rel=1e-5)
 
 
-def test_free_indenter_sinks_until_the_wall_carries_the_load(periodic):
+def test_free_indenter_moves_until_the_wall_carries_the_load(periodic):
     atoms = make_atoms(periodic=periodic, load=0.5, fixed=False, height=1.0)
     assert LBFGS(atoms, logfile=None).run(fmax=1e-6)
     assert atoms.calc.state(atoms).normal_force == pytest.approx(0.5, abs=1e-6)
@@ -150,7 +163,7 @@ def test_free_indenter_sinks_until_the_wall_carries_the_load(periodic):
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
-def test_hookean_makes_a_cantilever_in_balance_with_the_wall(optimizer):
+def test_cantilever_is_in_balance_with_the_wall(optimizer):
     atoms = make_atoms(fixed=False, height=1.0)
     base, stiffness = -0.5, 0.7
     point = (*atoms.positions[-1, :2], base)
@@ -163,7 +176,7 @@ def test_hookean_makes_a_cantilever_in_balance_with_the_wall(optimizer):
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, FIRE2])
-def test_hard_wall_and_an_unconstrained_optimizer_is_an_error_with_advice(
+def test_unconstrained_optimizer_with_a_hard_wall_is_an_error_with_advice(
     periodic, optimizer
 ):
     atoms = make_atoms(HardWall(), periodic=periodic, fixed=False, load=1.0, height=0.1)
@@ -187,7 +200,7 @@ def test_nothing_is_calculated_twice():
     assert convolutions(atoms) == before + 1
 
 
-def test_new_load_forgets_the_results_and_keeps_the_half_space():
+def test_new_load_discards_the_results_and_keeps_the_half_space():
     atoms = make_atoms(fixed=False)
     before = atoms.get_forces(apply_constraint=False)[-1, 2]
     contact = contact_of(atoms)
@@ -208,26 +221,26 @@ def test_new_load_forgets_the_results_and_keeps_the_half_space():
     ],
     ids=lambda change: next(iter(change)),
 )
-def test_new_parameters_give_the_forces_of_a_new_calculator(change, rng):
+def test_changed_parameters_give_the_forces_of_a_new_calculator(change, rng):
     atoms = make_atoms()
     atoms.positions[:-1, 2] = rng.normal(0.0, 0.05, len(atoms) - 1)
     before = atoms.get_forces()
-    given = {"indenter": SPHERE, "contact_modulus": 1.0}
+    parameters = {"indenter": SPHERE, "contact_modulus": 1.0}
     del atoms.info["indenter"]  # replaced on purpose
     atoms.calc.set(**change)
     after = atoms.get_forces()
-    atoms.calc = RoughContact(**given | change)
+    atoms.calc = RoughContact(**parameters | change)
     np.testing.assert_array_equal(after, atoms.get_forces())
     assert np.abs(after - before).max() > (0.0 if "fft" in change else 1e-3)
 
 
-def test_what_is_not_calculated_is_none_on_demand():
+def test_properties_that_are_not_calculated_are_none_on_request():
     atoms = make_atoms()
     assert atoms.calc.get_property("pressure", atoms, allow_calculation=False) is None
     force = atoms.calc.get_property("normal_force", atoms)
-    for given in (atoms, None):
-        kept = atoms.calc.get_property("normal_force", given, allow_calculation=False)
-        assert kept == force > 0.0
+    for known in (atoms, None):
+        again = atoms.calc.get_property("normal_force", known, allow_calculation=False)
+        assert again == force > 0.0
 
 
 def test_pressure_of_another_shape_than_the_window_is_refused():
@@ -236,7 +249,7 @@ def test_pressure_of_another_shape_than_the_window_is_refused():
         apply_pressure(atoms, np.zeros((3, 3)))
 
 
-def test_state_without_atoms_or_calculation_is_an_error_that_says_so():
+def test_state_needs_atoms_or_a_calculation():
     atoms = make_atoms()
     atoms.get_potential_energy()
     atoms.calc.set(load=1.0)
@@ -258,7 +271,7 @@ def test_copies_of_the_calculator_give_the_same_forces(copied, used):
     assert twin.calc.parameters == atoms.calc.parameters
 
 
-def test_parameters_fit_into_json(wall):
+def test_parameters_can_be_stored_as_json(wall):
     calculator = RoughContact(SPHERE, 1.0, wall, load=0.5)
     stored = json.loads(json.dumps(calculator.todict()))
     assert stored["indenter"] == SPHERE.todict()
@@ -269,7 +282,7 @@ def test_parameters_fit_into_json(wall):
 # Bad input
 
 
-def test_unknown_keyword_is_an_error_that_names_the_nearest():
+def test_unknown_keyword_is_an_error_with_the_nearest_name():
     with pytest.raises(TypeError, match=r"'contact_modlus'.*did you mean 'contact_mod"):
         RoughContact(SPHERE, contact_modlus=1.0)
 
@@ -291,7 +304,7 @@ BAD_PARAMETERS = [
 
 
 @pytest.mark.parametrize("dtype", ["foo", "int64"])
-def test_precision_that_is_not_known_is_refused_at_once(dtype):
+def test_unknown_precision_is_refused_at_construction(dtype):
     with pytest.raises(ValueError, match=f"must be float32 or float64, got '{dtype}'"):
         RoughContact(SPHERE, 1.0, fft={"dtype": dtype})
 
@@ -318,7 +331,7 @@ def test_missing_parameters_are_an_error(parameters):
 
 @pytest.mark.parametrize("index", [3, -1])
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_positions_that_are_not_finite_are_refused(index, bad):
+def test_non_finite_positions_are_refused(index, bad):
     atoms = make_atoms()
     atoms.get_forces()
     atoms.positions[index, 2] = bad
@@ -326,7 +339,7 @@ def test_positions_that_are_not_finite_are_refused(index, bad):
         atoms.get_forces()
 
 
-def test_atom_moved_off_the_grid_is_refused_until_it_is_back():
+def test_atom_off_the_grid_is_refused_until_it_is_moved_back():
     atoms = make_atoms()
     forces = atoms.get_forces()
     atoms.positions[9, 0] += 0.01
@@ -348,7 +361,7 @@ class BadSurface:
 
 
 class Plain:
-    """Heights of a paraboloid, and nothing else."""
+    """Paraboloid with heights only."""
 
     def heights(self, shape, spacing, origin=(0.0, 0.0)):
         x, y = (
@@ -359,7 +372,7 @@ class Plain:
 
 
 @pytest.mark.parametrize("rough", [False, True])
-def test_heights_alone_are_enough_to_calculate_with(rough):
+def test_surface_needs_heights_only(rough):
     indenter = RoughSphere(math.inf, Plain()) if rough else Plain()
     atoms, expected = make_atoms(), make_atoms()
     atoms.calc = RoughContact(indenter, 1.0, expected.calc.parameters["interaction"])
@@ -378,7 +391,7 @@ def test_surface_with_bad_heights_is_refused(heights, message):
         atoms.get_forces()
 
 
-def test_calculator_does_not_keep_itself_alive():
+def test_calculator_has_no_reference_cycle():
     atoms = make_atoms()
     atoms.get_potential_energy()
     calculator = weakref.ref(atoms.calc)
@@ -406,5 +419,5 @@ def test_calculator_does_not_keep_itself_alive():
     ],
     ids=["empty", "unmade", "hard"],
 )
-def test_representation_lists_the_parameters_that_are_not_defaults(calc, expected):
+def test_representation_lists_parameters_that_are_not_defaults(calc, expected):
     assert repr(calc) == expected

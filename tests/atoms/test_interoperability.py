@@ -45,7 +45,7 @@ def make_atoms(shape=(4, 3), periodic=False, fixed=True):
 
 @pytest.fixture(scope="module")
 def energy():
-    """Of the atoms when relaxed."""
+    """Energy of the relaxed atoms."""
     atoms = make_atoms()
     NewtonKrylov(atoms, logfile=None).run(fmax=1e-10)
     return atoms.get_potential_energy()
@@ -79,7 +79,7 @@ def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
 
 
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db"])
-def test_calculation_goes_on_from_a_file(tmp_path, name):
+def test_frame_from_a_file_can_be_relaxed_further(tmp_path, name):
     atoms = make_atoms((6, 5))
     NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
     frame = round_trip(snapshot(atoms), tmp_path / name)
@@ -92,7 +92,7 @@ def test_calculation_goes_on_from_a_file(tmp_path, name):
 
 # Optimizers
 
-# GPMin is not among them: it keeps the matrix of all coordinates of all steps.
+# GPMin is left out: it stores the matrix of all coordinates of all steps.
 OPTIMIZERS = [
     optimize.BFGS,
     optimize.BFGSLineSearch,
@@ -132,7 +132,7 @@ def test_any_optimizer_of_ase_relaxes_the_atoms(optimizer, energy):
         sciopt.SciPyFminCG,
     ],
 )
-def test_optimizers_relax_the_modes(optimizer, energy):
+def test_optimizers_of_ase_relax_the_modes(optimizer, energy):
     modes = FourierModes(make_atoms())
     optimizer(modes, logfile=None).run(fmax=1e-4, steps=1000)
     modes.write()
@@ -157,7 +157,7 @@ def test_surface_atoms_can_be_fixed(constraint):
     assert np.abs(free).max() < 1e-5 < np.abs(left[[13, 20]]).min()
 
 
-def test_lines_along_z_change_nothing(energy):
+def test_constraints_to_lines_along_z_change_nothing(energy):
     atoms = make_atoms()
     lines = FixedLine(range(len(atoms) - 1), [0, 0, 1])
     atoms.set_constraint([*atoms.constraints, lines])
@@ -183,7 +183,7 @@ def test_sum_with_another_calculator_adds_energy_and_forces():
     assert abs(push).max() > 0.1 and abs(force).max() > 0.1
 
 
-def test_tip_on_a_spring_by_calculator_or_constraint_is_the_same():
+def test_springs_of_calculator_and_constraint_are_equivalent():
     heights = []
     for constrained in (False, True):
         atoms = make_atoms(fixed=False)
@@ -243,7 +243,7 @@ def test_surfaces_are_copied(copied):
 
 
 def force_of(heights, pixel):
-    """Force on a sphere with a height map for roughness."""
+    """Return the force on a sphere whose roughness is a height map."""
     sphere = RoughSphere(30.0, HeightMap(heights, pixel))
     atoms = substrate("Cu", (12, 12), sphere, spacing=1.0, height=0.0)
     atoms.calc = RoughContact(sphere, 1.0)
@@ -260,12 +260,12 @@ def heights():
 @pytest.mark.parametrize(
     "form", [np.asfortranarray, np.ndarray.tolist, lambda h: h[::-1][::-1]]
 )
-def test_height_map_is_any_array(heights, form):
+def test_height_map_accepts_any_array(heights, form):
     assert force_of(form(heights), 1.0) == force_of(heights, 1.0)
 
 
 @pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
-def test_height_map_comes_from_surface_topography(heights):
+def test_height_map_accepts_heights_of_surface_topography(heights):
     from SurfaceTopography import Topography
 
     topography = Topography(heights, physical_sizes=(16.0, 16.0))
@@ -278,7 +278,7 @@ def test_height_map_comes_from_surface_topography(heights):
 
 
 class SecondOfTwo:
-    """Communicator of ASE as the second of two processes has it."""
+    """Communicator of the second of two processes."""
 
     rank, size = 1, 2
 
@@ -292,9 +292,7 @@ class SecondOfTwo:
         return None
 
 
-def test_every_process_of_a_parallel_run_gets_its_results(
-    tmp_path, monkeypatch, energy
-):
+def test_every_process_of_a_parallel_run_has_the_results(tmp_path, monkeypatch, energy):
     monkeypatch.setattr(world, "comm", SecondOfTwo())
     assert (world.rank, world.size) == (1, 2)
     atoms = make_atoms()

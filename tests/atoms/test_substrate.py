@@ -1,11 +1,11 @@
 """The substrate as ASE Atoms: built, checked, written, read back, restored."""
 
 import ase.db
+import ase.io
 import numpy as np
 import pytest
 from ase import Atoms
 from ase.constraints import FixAtoms, Hookean
-from ase.io import read
 from ase.optimize import LBFGS
 from ase.units import GPa
 
@@ -19,6 +19,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.snapshot import pressure_of
 
 SPHERE = RoughSphere(radius=20.0)
 MODULUS = 100 * GPa
@@ -29,7 +30,7 @@ def make_atoms(shape=(8, 6), **options):
 
 
 def relaxed_atoms(**options):
-    """Relaxed under an adhesive wall, so that some atoms are pulled."""
+    """Return atoms relaxed under an adhesive wall, some of them attracted."""
     atoms = make_atoms(height=2.0, **options)
     wall = LennardJones93.adhesive(MODULUS, fcc_spacing("Cu"), 0.05)
     atoms.calc = RoughContact(SPHERE, MODULUS, wall)
@@ -46,7 +47,7 @@ def test_spacing_is_that_of_the_100_surface():
 
 
 @pytest.mark.parametrize("shape", [(8, 6), (7, 5), (1, 9), (9, 1), (1, 1)])
-def test_grid_is_read_off_the_atoms(shape, periodic):
+def test_grid_follows_from_the_atoms(shape, periodic):
     grid = SurfaceGrid.of(make_atoms(shape, periodic=periodic))
     assert grid.window == shape
     assert grid.periodic == periodic
@@ -56,14 +57,14 @@ def test_grid_is_read_off_the_atoms(shape, periodic):
         assert all(2 * n - 1 <= N for N, n in zip(grid.shape, shape, strict=True))
 
 
-def test_atoms_come_row_by_row_along_y_and_the_indenter_last():
+def test_atoms_are_ordered_by_rows_along_y_with_the_indenter_last():
     atoms = make_atoms((4, 3), spacing=2.0, periodic=True)
     np.testing.assert_array_equal(atoms.positions[1, :2], (0.0, 2.0))
     np.testing.assert_array_equal(atoms.positions[3, :2], (2.0, 0.0))
     assert atoms.get_chemical_symbols() == ["Cu"] * 12 + ["X"]
 
 
-def test_indenter_stands_over_an_atom_one_spacing_above_the_plane():
+def test_indenter_is_above_an_atom_at_the_height_of_one_spacing():
     atoms = make_atoms((7, 5), spacing=2.0)
     np.testing.assert_array_equal(atoms.positions[-1], (6.0, 4.0, 2.0))
 
@@ -73,7 +74,7 @@ def test_centre_moves_the_window_against_the_indenter():
     assert SurfaceGrid.of(atoms).origin == (-4.0, -8.0)
 
 
-def test_indenter_is_fixed_by_default_and_free_on_demand():
+def test_indenter_is_fixed_by_default_and_optionally_free():
     assert make_atoms().constraints[0].index.tolist() == [len(make_atoms()) - 1]
     assert not make_atoms(fixed=False).constraints
 
@@ -186,7 +187,7 @@ def round_trip(atoms, path):
         database = ase.db.connect(path)
         return database.get_atoms(id=1, add_additional_information=True)
     atoms.write(path)
-    return read(path)
+    return ase.io.read(path)
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -201,7 +202,7 @@ def test_grid_survives_a_file(tmp_path, periodic, name):
     assert grid.origin == pytest.approx(expected.origin, abs=1e-7)
 
 
-def test_snapshot_shows_contact_in_tags_and_pressure_in_charges():
+def test_snapshot_has_contact_as_tags_and_pressure_as_charges():
     atoms = relaxed_atoms()
     frame, state = snapshot(atoms), atoms.calc.state(atoms)
     assert len(frame) == 8 * 6 + 1
@@ -214,7 +215,7 @@ def test_snapshot_shows_contact_in_tags_and_pressure_in_charges():
     np.testing.assert_allclose(pressure, state.pressure.ravel(), rtol=1e-14)
 
 
-def test_snapshot_leaves_the_atoms_alone():
+def test_snapshot_does_not_change_the_atoms():
     atoms = relaxed_atoms()
     snapshot(atoms, step=1)
     assert not atoms.get_tags().any() and not atoms.get_initial_charges().any()
@@ -232,9 +233,11 @@ def test_snapshot_keeps_results_and_info_in_a_file(tmp_path, name):
     assert frame.get_potential_energy() == pytest.approx(atoms.get_potential_energy())
 
 
-# Text keeps eight digits after the point, of positions and charges.
+# extxyz stores positions with eight decimals.
 @pytest.mark.parametrize("name, residual", [("a.traj", 2e-5), ("a.extxyz", 1e-4)])
-def test_restored_atoms_are_relaxed_margin_included(tmp_path, periodic, name, residual):
+def test_restored_atoms_are_relaxed_including_the_padding(
+    tmp_path, periodic, name, residual
+):
     atoms = relaxed_atoms(periodic=periodic)
     frame = round_trip(snapshot(atoms), tmp_path / name)
     rebuilt = restore(frame, MODULUS)
@@ -244,7 +247,7 @@ def test_restored_atoms_are_relaxed_margin_included(tmp_path, periodic, name, re
     assert np.abs(rebuilt.get_forces()).max() < residual
 
 
-def test_restored_window_is_that_of_the_frame_also_where_it_is_not_relaxed(rng):
+def test_restored_window_equals_that_of_an_unrelaxed_frame(rng):
     atoms = relaxed_atoms()
     atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)
     frame = snapshot(atoms)
@@ -254,12 +257,12 @@ def test_restored_window_is_that_of_the_frame_also_where_it_is_not_relaxed(rng):
 
 
 @pytest.mark.parametrize("fixed", [True, False])
-def test_restored_indenter_is_as_fixed_as_it_was(fixed):
+def test_restored_indenter_is_fixed_if_it_was(fixed):
     frame = snapshot(relaxed_atoms(fixed=fixed))
     assert bool(restore(frame, MODULUS).constraints) == fixed
 
 
-def test_restored_cantilever_is_not_clamped():
+def test_restored_cantilever_is_not_fixed():
     atoms = relaxed_atoms(fixed=False)
     point = (*atoms.positions[-1, :2], 0.0)
     atoms.set_constraint(Hookean(len(atoms) - 1, point, 1.0, rt=0.0))
@@ -267,6 +270,44 @@ def test_restored_cantilever_is_not_clamped():
     assert not any(isinstance(constraint, FixAtoms) for constraint in constraints)
 
 
-def test_snapshot_needs_the_calculator():
+def test_snapshot_needs_a_calculator():
     with pytest.raises(ValueError, match="RoughContact"):
         snapshot(make_atoms())
+
+
+def pressures_lost(frame, path):
+    ase.io.write(path, frame)
+    return ase.io.read(path)
+
+
+def older_version(frame, path):
+    del frame.info["pressure"]
+    return frame
+
+
+def damaged(frame, path):
+    text = frame.info["pressure"]
+    frame.info["pressure"] = text[:20] + ("A" if text[20] != "A" else "B") + text[21:]
+    return frame
+
+
+def other_window(frame, path):
+    frame.info["pressure"] = snapshot(relaxed_atoms(shape=(7, 6))).info["pressure"]
+    return frame
+
+
+def array_instead(frame, path):
+    frame.info["pressure"] = pressure_of(frame)
+    return frame
+
+
+@pytest.mark.parametrize(
+    "change", [pressures_lost, older_version, damaged, other_window, array_instead]
+)
+def test_frame_without_its_pressures_is_refused_with_advice(tmp_path, change):
+    frame = change(snapshot(relaxed_atoms()), tmp_path / "a.json")
+    with pytest.raises(
+        ValueError, match=r"no pressures.*data=frame\.info"
+    ):
+        pressure_of(frame)
+    assert len(restore(frame, MODULUS)) > len(frame)  # needs positions only

@@ -1,4 +1,4 @@
-"""Frames to look at: the indenter as atoms, thinned, centred, with columns."""
+"""Frames for viewers: the indenter as atoms, thinned, centred, with columns."""
 
 import numpy as np
 import pytest
@@ -48,7 +48,7 @@ def automatic(tmp_path):
     return read(movie, 0)
 
 
-def test_indenter_stands_over_every_atom_at_its_gap(periodic):
+def test_indenter_surface_is_above_every_atom_at_its_gap(periodic):
     atoms = relaxed(periodic)
     gap = atoms.calc.state(atoms).gap.ravel()
     shown = with_indenter(atoms)
@@ -66,7 +66,7 @@ def test_frame_from_a_file_shows_the_same_indenter(tmp_path):
     np.testing.assert_allclose(shown.positions, with_indenter(atoms).positions)
 
 
-def test_indenter_has_an_element_of_its_own_and_contacts_keep_their_tags():
+def test_indenter_surface_has_another_element_and_other_tags():
     atoms = relaxed()
     shown = with_indenter(atoms, symbol="Au")
     assert set(shown.symbols) == {"Cu", "X", "Au"}
@@ -74,14 +74,14 @@ def test_indenter_has_an_element_of_its_own_and_contacts_keep_their_tags():
     assert (shown.get_tags() == 1).sum() == atoms.calc.state(atoms).repulsive_atoms
 
 
-def test_half_of_the_indenter_leaves_the_other_half_of_the_contact_open():
+def test_half_of_the_indenter_surface_can_be_left_out():
     shown = with_indenter(relaxed(), half=True)
     sphere = shown[shown.get_tags() == TAG_INDENTER]
     assert len(sphere) == 9 * 4
     assert sphere.positions[:, 1].min() == 4.0
 
 
-def test_atoms_of_an_automatic_window_have_the_indenter_above_them(automatic):
+def test_frames_of_automatic_windows_have_the_indenter_above_them(automatic):
     shown = with_indenter(automatic, LARGE)
     k = len(automatic) - 1
     gap = with_columns(automatic, LARGE).arrays["gap"][:-1]
@@ -90,7 +90,7 @@ def test_atoms_of_an_automatic_window_have_the_indenter_above_them(automatic):
     assert gap[automatic.get_tags()[:-1] == 1].max() < 1.0  # where the wall begins
 
 
-def test_thinned_frame_keeps_every_row_in_so_many_at_its_place():
+def test_thinned_frame_has_every_second_row_at_scaled_positions():
     frame = snapshot(relaxed())
     shown = thinned(frame, 2)
     assert len(shown) == 5 * 4 + 1
@@ -101,7 +101,7 @@ def test_thinned_frame_keeps_every_row_in_so_many_at_its_place():
     assert shown.get_potential_energy() == frame.get_potential_energy()
 
 
-def test_thinning_takes_substrate_and_indenter_alike():
+def test_thinning_applies_to_the_indenter_surface():
     shown = with_indenter(relaxed(), every=3)
     assert (shown.get_tags() == TAG_INDENTER).sum() == 3 * 3
 
@@ -112,7 +112,7 @@ def test_thinned_frame_of_a_large_window_has_few_atoms():
     assert len(with_indenter(atoms, every=8)) == 2 * 64 * 64 + 1
 
 
-def test_centred_frames_have_the_axis_in_one_place(automatic):
+def test_centred_frames_have_the_axis_at_the_origin(automatic):
     for frame in (automatic, snapshot(relaxed()), with_indenter(relaxed())):
         moved = centred(frame)
         axis = moved.positions[moved.numbers == 0]
@@ -124,39 +124,39 @@ def test_centred_frames_have_the_axis_in_one_place(automatic):
 
 def test_columns_are_pressure_contact_and_gap():
     atoms = relaxed()
-    state, told = atoms.calc.state(atoms), with_columns(atoms)
+    state, columns = atoms.calc.state(atoms), with_columns(atoms)
     pressure = state.pressure.ravel() / GPa
-    np.testing.assert_allclose(told.arrays["pressure"], np.append(pressure, 0.0))
-    assert told.arrays["contact"].tolist() == [*state.contact.ravel(), 0]
-    np.testing.assert_allclose(told.arrays["gap"], np.append(state.gap.ravel(), 0.0))
+    np.testing.assert_allclose(columns.arrays["pressure"], np.append(pressure, 0.0))
+    assert columns.arrays["contact"].tolist() == [*state.contact.ravel(), 0]
+    np.testing.assert_allclose(columns.arrays["gap"], np.append(state.gap.ravel(), 0.0))
 
 
-def test_columns_are_in_an_extxyz_file_by_name(tmp_path):
-    told = with_columns(relaxed())
-    write(tmp_path / "frame.extxyz", told)
+def test_columns_are_named_in_an_extxyz_file(tmp_path):
+    columns = with_columns(relaxed())
+    write(tmp_path / "frame.extxyz", columns)
     header = (tmp_path / "frame.extxyz").read_text().splitlines()[1]
     assert "pressure:R:1:contact:I:1:gap:R:1" in header
     again = read(tmp_path / "frame.extxyz")
     for name in ("pressure", "contact", "gap"):
-        np.testing.assert_allclose(again.arrays[name], told.arrays[name], atol=1e-8)
+        np.testing.assert_allclose(again.arrays[name], columns.arrays[name], atol=1e-8)
 
 
 def test_columns_of_a_frame_have_no_gap_without_its_indenter():
     assert "gap" not in with_columns(snapshot(relaxed())).arrays
 
 
-def test_looking_leaves_the_atoms_alone():
+def test_views_do_not_change_the_atoms():
     atoms = relaxed()
     before = atoms.positions.copy()
-    for look in (with_indenter, with_columns, centred, lambda a: thinned(a, 2)):
-        look(atoms)
+    for view in (with_indenter, with_columns, centred, lambda a: thinned(a, 2)):
+        view(atoms)
     np.testing.assert_array_equal(atoms.positions, before)
     assert not atoms.get_tags().any() and set(atoms.arrays) <= {
         "numbers", "positions", "tags",
     }  # fmt: skip
 
 
-def test_columns_leave_the_frame_alone():
+def test_columns_do_not_change_the_frame():
     frame = snapshot(relaxed())
     with_columns(frame, SPHERE)
     assert "pressure" not in frame.arrays

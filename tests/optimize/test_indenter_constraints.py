@@ -101,3 +101,8 @@ def test_hard_wall_supports_a_spring_on_a_fixed_indenter_only():
         ActiveSet(make_atoms(spring, HardWall()))
     atoms = make_atoms([FixAtoms([LAST]), spring], HardWall())
     assert ActiveSet(atoms).run(fmax=1e-8)
+
+
+def test_spring_beside_the_indenter_is_refused():
+    with pytest.raises(ValueError, match="beside the indenter"):
+        NewtonKrylov(make_atoms(Hookean(LAST, (0.0, 0.0, -1.0), 1.0, rt=0.0)))

@@ -1,4 +1,4 @@
-"""The contact in scaled Fourier modes: gradient, norms, ASE's optimizers, and cost."""
+"""Scaled Fourier modes: gradient, norms, ASE's optimizers, steps, cost."""
 
 from functools import cache
 from statistics import median
@@ -67,13 +67,13 @@ def test_gradient_is_the_derivative_of_the_value(shape, periodic, wall, rng):
     assert_gradient(FourierModes(shaken(atoms, rng)), rng)
 
 
-def test_gradient_has_the_spring_on_the_indenter(periodic, rng):
+def test_gradient_includes_the_spring_on_the_indenter(periodic, rng):
     atoms = spring(make_atoms(periodic=periodic, load=0.3, fixed=False))
     assert_gradient(FourierModes(shaken(atoms, rng)), rng)
 
 
 @pytest.mark.parametrize("tied", [False, True])
-def test_value_and_norm_are_the_atoms_energy_and_largest_force(
+def test_value_and_norm_are_energy_and_largest_force_of_the_atoms(
     periodic, wall, rng, tied
 ):
     atoms = make_atoms(wall, periodic=periodic, load=0.3, fixed=False)
@@ -96,7 +96,7 @@ def test_norm_of_a_step_is_the_largest_displacement(periodic, rng):
     assert modes.gradient_norm(step) == pytest.approx(moved, rel=1e-10)
 
 
-def test_coordinates_go_to_modes_and_back(periodic, rng):
+def test_coordinates_are_transformed_to_modes_and_back(periodic, rng):
     atoms = shaken(make_atoms(periodic=periodic), rng)
     before = atoms.positions.copy()
     FourierModes(atoms).write()
@@ -111,7 +111,7 @@ def test_scaling_changes_the_coordinates_and_not_the_energy(reference, rng):
     assert_gradient(modes, rng)
 
 
-def test_curvature_is_nearly_that_of_the_identity(rng):
+def test_curvature_is_nearly_one(rng):
     atoms = make_atoms(height=30.0)
     modes = FourierModes(atoms)
     step = 1e-3 * rng.normal(size=modes.ndofs())
@@ -136,9 +136,7 @@ def test_curvature_is_nearly_that_of_the_identity(rng):
         (SciPyFminBFGS, {"alpha": 1.0}),
     ],
 )
-def test_optimizers_find_the_energy_that_they_find_on_atoms(
-    optimizer, options, control
-):
+def test_optimizers_find_the_same_energy_as_on_atoms(optimizer, options, control):
     reference, atoms = (
         make_atoms(load=0.5, fixed=control == "fixed") for _ in range(2)
     )
@@ -174,7 +172,7 @@ def test_optimizers_evaluate_once_a_step(optimizer):
     assert modes.evaluations == dynamics.nsteps + 1
 
 
-def test_atoms_move_when_converged_and_not_before():
+def test_atoms_are_moved_on_convergence_only():
     atoms = make_atoms()
     dynamics = FIRE(FourierModes(atoms), logfile=None)
     assert not dynamics.run(fmax=1e-6, steps=3)
@@ -183,7 +181,7 @@ def test_atoms_move_when_converged_and_not_before():
     assert np.abs(atoms.get_forces()).max() < 1e-6
 
 
-def test_trajectory_shows_the_atoms_where_they_were(tmp_path):
+def test_trajectory_has_the_atoms_of_every_step(tmp_path):
     atoms, movie = make_atoms(), tmp_path / "relax.traj"
     with FIRE(FourierModes(atoms), logfile=None, trajectory=movie) as dynamics:
         dynamics.run(fmax=1e-4)
@@ -196,13 +194,13 @@ def test_trajectory_shows_the_atoms_where_they_were(tmp_path):
 
 
 @pytest.mark.parametrize("optimizer", [FIRE2, LBFGS])
-def test_fixed_indenter_stays(optimizer):
+def test_fixed_indenter_does_not_move(optimizer):
     atoms = make_atoms(load=0.5)
     assert optimizer(FourierModes(atoms), logfile=None).run(fmax=1e-5)
     assert atoms.positions[-1, 2] == pytest.approx(0.6, abs=1e-14)
 
 
-# What is refused
+# Errors
 
 
 def test_hard_wall_is_refused():
@@ -240,7 +238,7 @@ def test_reference_stiffness_must_be_positive(reference):
 
 
 def pressed(n, spacing, radius, depth):
-    """Rough sphere, and the solid shifted until no atom is in the wall's core."""
+    """Return a rough sphere, and the solid moved until no atom is in the core."""
     rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1, domain=512.0)
     sphere = RoughSphere(radius, rough)
     atoms = substrate("Cu", (n, n), sphere, spacing=spacing, height=0.0)
@@ -251,12 +249,12 @@ def pressed(n, spacing, radius, depth):
 
 
 def refined(n):
-    """One contact on n x n atoms of spacing 64/n."""
+    """Return one contact on n x n atoms of spacing 64/n."""
     return pressed(n, 64.0 / n, 640.0, 1.0)
 
 
 def grown(n):
-    """A contact that grows with the window, at a spacing of 1."""
+    """Return a contact that grows with the window, at a spacing of 1."""
     return pressed(n, 1.0, 10.0 * n, 0.015 * n)
 
 
@@ -265,7 +263,7 @@ OPTIMIZERS = {"FIRE2": FIRE2, "LBFGS": LBFGS}
 
 @cache
 def steps(problem, name, n, helped=True):
-    """Steps to a force of 1e-4 E* per area of an atom."""
+    """Return the steps to a force of 1e-4 E* times the area per atom."""
     atoms, fmax = problem(n)
     options = {"memory": 20} if name == "LBFGS" else {"maxstep": 0.2 * n}
     if helped:
@@ -317,7 +315,7 @@ def timed(function, repeats=15):
 
 
 def cost_ratio(n):
-    """Time of set, value and gradient over that of the transforms and the wall."""
+    """Return the time of an evaluation over that of its transforms and the wall."""
     atoms, _ = grown(n)
     modes = FourierModes(atoms)
     contact = modes.contact
@@ -339,5 +337,5 @@ def cost_ratio(n):
 
 
 @pytest.mark.slow  # a million atoms, and needs a quiet machine
-def test_own_evaluation_costs_little_more_than_transforms_and_wall():
+def test_evaluation_costs_little_more_than_transforms_and_wall():
     assert median(cost_ratio(512) for _ in range(3)) <= 1.5

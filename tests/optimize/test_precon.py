@@ -24,7 +24,7 @@ def make_atoms(n=5, *, wall=None, periodic=False, **options):
     return atoms
 
 
-def test_solving_undoes_the_product(periodic, rng):
+def test_solve_is_the_inverse_of_the_product(periodic, rng):
     precon = HalfSpacePrecon(make_atoms(periodic=periodic))
     x = rng.normal(size=3 * len(make_atoms(periodic=periodic)))
     np.testing.assert_allclose(precon.solve(precon.Pdot(x)), x, rtol=1e-12)
