@@ -5,9 +5,9 @@
     python solver_options.py --solver hard     # the solver for the hard wall alone
 
 prints a table in Markdown: one line for each value of an option, one column for each
-contact, the number of FFT pairs of a cold start (normalised to one pair on the full
-padded grid), and a dash where the solver does not converge. Pairs do not depend on the
-machine.
+contact, and the number of FFT pairs (normalised to one pair on the full padded grid).
+It is left out where it is that of the defaults, and a dash stands for a solver that
+does not converge. Pairs do not depend on the machine.
 """
 
 import argparse
@@ -39,7 +39,9 @@ NEWTON = {
     "exact_residual": (0.1, 10.0),
     "attraction_residual": (0.03, 3.0),
     "history": (0, 1, 10),
+    "attractive_history": (0, 3, 12),
     "least_curvature": (0.3, 0.003),
+    "attractive_least_curvature": (0.03, 0.0003),
     "remaining_slope": (0.1, 0.9),
     "load_steps": (0,),
 }
@@ -144,15 +146,20 @@ def table(
     yield f"| option | value | {' | '.join(cases)} |"
     yield f"|{'---|' * (2 + len(cases))}"
 
-    def line(name: str, value: object, options: Any) -> str:
-        found = [case(options) for case in cases.values()]
-        shown = [f"{pairs:.1f}" if np.isfinite(pairs) else "-" for pairs in found]
-        return f"| {name} | {value} | {' | '.join(shown)} |"
+    def cells(options: Any) -> list[str]:
+        pairs = [case(options) for case in cases.values()]
+        return [f"{count:.1f}" if np.isfinite(count) else "-" for count in pairs]
 
-    yield line("all", "default", default)
+    usual = cells(default)
+    yield f"| all | default | {' | '.join(usual)} |"
     for name, others in values.items():
         for value in others:
-            yield line(f"`{name}`", f"{value:g}", replace(default, **{name: value}))
+            row = cells(replace(default, **{name: value}))
+            new = [
+                "" if one == other else one
+                for one, other in zip(row, usual, strict=True)
+            ]
+            yield f"| `{name}` | {value:g} | {' | '.join(new)} |"
 
 
 def main(arguments: list[str] | None = None) -> None:
