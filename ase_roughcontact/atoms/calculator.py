@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.calculators.calculator import Calculator, all_changes
+from ase.outputs import Properties, all_outputs
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import finite, positive, surface, unknown
@@ -237,6 +238,11 @@ class RoughContact(Calculator):
             raise ValueError("nothing has been calculated: give the atoms")
         self.get_property("energy", atoms)
         return self._state
+
+    def export_properties(self) -> Properties:
+        """Return those results that ASE defines, as a mapping."""
+        names = all_outputs.keys() & self.results.keys()
+        return Properties({name: self.results[name] for name in names})
 
     def get_spin_polarized(self) -> bool:
         """Return False.

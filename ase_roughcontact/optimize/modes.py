@@ -150,16 +150,16 @@ class FourierModes(Optimizable):
         return done
 
     def write(self) -> None:
-        """Move the atoms to the present coordinates."""
+        """Move the atoms to the present coordinates, and calculate their results."""
         rows, columns = self.contact.halfspace.dof_shape
         values = self._real(self._x, self._from_mode)[:rows, :columns]
         set_displacement(self.atoms, values)
         self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
+        self.atoms.get_potential_energy()
 
     def iterimages(self) -> Iterator[Atoms]:
         """Yield the atoms at the present coordinates, with energy and forces."""
         self.write()
-        self.atoms.get_potential_energy()
         yield self.atoms
 
     def _scale(self, reference: float | None) -> None:

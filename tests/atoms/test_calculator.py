@@ -122,6 +122,13 @@ def test_contact_quantities_are_results_like_any_other():
         np.testing.assert_array_equal(calc.results[name], getattr(state, name))
 
 
+def test_atoms_return_properties_of_ase_as_a_mapping():
+    atoms = make_atoms()
+    properties = atoms.get_properties(["energy", "forces"])
+    assert properties["energy"] == atoms.get_potential_energy()
+    assert "pressure" not in properties
+
+
 def test_state_is_the_only_public_method_beyond_those_of_ase():
     calc = RoughContact()
     methods = {name for name in dir(calc) if callable(getattr(calc, name))}

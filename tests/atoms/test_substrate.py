@@ -306,8 +306,6 @@ def array_instead(frame, path):
 )
 def test_frame_without_its_pressures_is_refused_with_advice(tmp_path, change):
     frame = change(snapshot(relaxed_atoms()), tmp_path / "a.json")
-    with pytest.raises(
-        ValueError, match=r"no pressures.*data=frame\.info"
-    ):
+    with pytest.raises(ValueError, match=r"no pressures.*data=frame\.info"):
         pressure_of(frame)
     assert len(restore(frame, MODULUS)) > len(frame)  # needs positions only
