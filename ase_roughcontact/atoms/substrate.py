@@ -156,7 +156,8 @@ def fcc_spacing(symbol: str) -> float:
     state = reference_states[atomic_numbers[symbol]]
     if state is None or state.get("symmetry") != "fcc":
         raise ValueError(
-            f"{symbol} is not fcc in ASE's reference states: give spacing="
+            f"{symbol} is not fcc in ASE's reference states, so that its spacing is "
+            "not known"
         )
     return float(state["a"] / math.sqrt(2))
 

@@ -103,7 +103,8 @@ def _relax(
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
     folder, (text, _) = options.out, _scene_text(options)
-    restored = count_steps(folder / "sweep.traj")
+    # more steps than the scene has are those of another one, which `run` refuses
+    restored = min(count_steps(folder / "sweep.traj"), len(reference.scene.steps))
     meter = ProgressMeter({"path": expected_costs(reference.scene)})
     meter.add(["path"] * restored)
     meter.progress()

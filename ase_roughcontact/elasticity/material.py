@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from matscipy.elasticity import coalesce_elastic_constants
 
-from ase_roughcontact._util.validation import finite_array, unknown
+from ase_roughcontact._util.validation import finite_array
 
 #: Elastic constants C11, C12 and C44 of cubic crystals at room temperature (GPa):
 #: J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982), Appendix 1.
@@ -98,7 +98,10 @@ def crystal_modulus(symbol: str) -> float:
         If the crystal is not in the table.
     """
     if symbol not in CRYSTALS:
-        raise ValueError(unknown(symbol, list(CRYSTALS), "crystal"))
+        raise ValueError(
+            f"the elastic constants of {symbol!r} are not known, but those of "
+            f"{', '.join(CRYSTALS)}"
+        )
     return contact_modulus(CRYSTALS[symbol])
 
 

@@ -14,8 +14,9 @@ from ase_roughcontact._util.validation import (
     finite_array,
     integer,
     lookup,
+    unknown,
 )
-from ase_roughcontact.interactions import wall_parameters
+from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.scene.section import Section
 
 # Largest number of steps of a path, all of which are kept in memory.
@@ -75,6 +76,18 @@ class InteractionConfig(Section):
 
     kind: str = "repulsive"
     parameters: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    @classmethod
+    def of(cls, entries: Mapping[str, Any]) -> InteractionConfig:
+        """Return the section with the given entries; see `Section.of`."""
+        kind = entries.get("kind", cls.kind)
+        if isinstance(kind, str) and kind not in WALLS:
+            problem = unknown(kind, list(WALLS), "kind of interaction")
+            raise ValueError(
+                f"[{cls.title}] {problem}. A wall of your own must be imported before "
+                "the scene is read, in a Python script"
+            )
+        return super().of(entries)
 
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:

@@ -193,4 +193,4 @@ def _of_crystal(calculate: Callable[[str], float], symbol: str, instead: str) ->
     try:
         return calculate(symbol)
     except ValueError as error:
-        raise ValueError(f"symbol = {symbol!r}: give {instead}: {error}") from error
+        raise ValueError(f"symbol = {symbol!r}: {error}; give {instead}") from error

@@ -357,3 +357,13 @@ def test_matplotlib_is_not_imported_at_the_start():
         subprocess.run([sys.executable, "-c", code], capture_output=True).returncode
         == 0
     )
+
+
+def test_folder_with_more_steps_of_another_scene_is_refused(scene, tmp_path, capsys):
+    out = str(tmp_path / "out")
+    assert main(["run", str(scene), "--out", out, "--quiet"]) == 0
+    other = tmp_path / "other.toml"
+    text = SMALL.replace("steps = 2", "steps = 1").replace("radius = 60", "radius = 70")
+    other.write_text(text)
+    assert main(["run", str(other), "--out", out]) == 2
+    assert "contains a run of another scene" in capsys.readouterr().err

@@ -229,7 +229,7 @@ def test_errors_of_invalid_values_name_the_key(old, new, message, tmp_path):
             "spacing = -2.5",
             "spacing must be a finite number > 0, got -2.5",
         ),
-        ("substrate", 'symbol = "Fe"', "symbol = 'Fe': give spacing"),
+        ("substrate", 'symbol = "Fe"', "symbol = 'Fe': Fe is not fcc"),
         ("substrate", "contact_modulus = 0", "contact_modulus must be .* > 0, got 0"),
         ("substrate", "elastic_constants = [1.0, 2.0, 3.0]", "elastic_constants must"),
         ("substrate", "shape = [0, 4]", "shape must be two whole numbers >= 1"),
