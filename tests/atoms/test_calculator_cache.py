@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ase.constraints import FixAtoms
 
 from ase_roughcontact import (
     LennardJones93,
@@ -124,6 +125,10 @@ def widen_the_window(atoms):
     atoms.cell[:] = np.diag([*sides, sides.max()])
 
 
+def fix_the_indenter(atoms):
+    atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+
+
 CHANGES = [
     (move_surface, {}),
     (move_indenter_down, {}),
@@ -134,6 +139,7 @@ CHANGES = [
     (turn_into_periodic, {"margin": False}),
     (turn_into_free, {"periodic": True}),
     (widen_the_window, {}),
+    (fix_the_indenter, {}),
 ]
 
 

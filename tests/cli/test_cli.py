@@ -5,6 +5,7 @@ import json
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from ase import Atoms
@@ -232,6 +233,31 @@ def test_invalid_values_of_an_ensemble_are_one_line_on_stderr(
 
 
 @pytest.mark.parametrize(
+    "option, key, values",
+    [
+        ("interaction.kind=hard,repulsive", "kind", ["hard", "repulsive"]),
+        ('interaction.kind="hard"', "kind", ["hard"]),
+        ("roughness.seed=1,2,3", "seed", [1, 2, 3]),
+        ("sphere.radius=50,60.5", "radius", [50.0, 60.5]),
+        ("roughness.random_amplitudes=true,false", "random_amplitudes", [True, False]),
+    ],
+)
+def test_values_of_an_ensemble_are_numbers_strings_or_truth_values(
+    option, key, values, scene, monkeypatch
+):
+    given = []
+
+    def run(scenes, *_, **__):
+        given.extend(scenes)
+        yield Progress(2, 2)
+
+    monkeypatch.setattr(commands, "run_ensemble", run)
+    assert main(["ensemble", str(scene), "--set", option]) == 0
+    title = option.partition(".")[0]
+    assert [getattr(getattr(each, title), key) for each in given] == values
+
+
+@pytest.mark.parametrize(
     "address, shown",
     [
         ("postgresql://me:se/cr@et@host:5432/db", "postgresql://me:***@host:5432/db"),
@@ -291,7 +317,14 @@ def test_tradeoff_prints_json_lines_or_nothing(scene, capsys):
     trials = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     (best,) = [trial for trial in trials if trial["recommended"]]
     assert best["force_error"] < best["error_wanted"] == 1e-2
-    assert best["units"]["seconds"] == "s" and "solver.accuracy" in best["settings"]
+    assert best["units"] == {"memory": "bytes", "seconds": "s"}
+    assert "solver.accuracy" in best["settings"]
+
+
+def test_tradeoff_without_a_recommendation_has_another_exit_status(scene, monkeypatch):
+    none = SimpleNamespace(best=None, trials=())
+    monkeypatch.setattr(commands, "tradeoff", lambda *_: none)
+    assert main(["tradeoff", str(scene)]) == 1
 
 
 def test_version_is_printed(capsys):
