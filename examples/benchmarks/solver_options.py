@@ -134,15 +134,14 @@ def table(
     sphere, flat = sphere_contact(size, wall), flat_contact(size, wall)
     cases = {
         "sphere": partial(cold_start, solver, *sphere),
-        "flat, periodic": partial(cold_start, solver, *flat),
-        "sphere, from 97 % of the load": partial(warm_start, 0.97, solver, *sphere),
-        "sphere, from 80 %": partial(warm_start, 0.8, solver, *sphere),
+        "flat": partial(cold_start, solver, *flat),
+        "from 97 %": partial(warm_start, 0.97, solver, *sphere),
+        "from 80 %": partial(warm_start, 0.8, solver, *sphere),
     }
     if not hard:
         for work in (0.005, 0.05):
             sticky = sphere_contact(size, LennardJones93.adhesive(1.0, 1.0, work))
-            name = f"sphere, adhesive, w = {work:g}"
-            cases[name] = partial(cold_start, solver, *sticky)
+            cases[f"w = {work:g}"] = partial(cold_start, solver, *sticky)
     yield f"| option | value | {' | '.join(cases)} |"
     yield f"|{'---|' * (2 + len(cases))}"
 
@@ -151,15 +150,17 @@ def table(
         return [f"{count:.1f}" if np.isfinite(count) else "-" for count in pairs]
 
     usual = cells(default)
-    yield f"| all | default | {' | '.join(usual)} |"
+    yield f"| all default | | {' | '.join(usual)} |"
     for name, others in values.items():
+        option = f"`{name}` ({getattr(default, name):g})"
         for value in others:
             row = cells(replace(default, **{name: value}))
             new = [
                 "" if one == other else one
                 for one, other in zip(row, usual, strict=True)
             ]
-            yield f"| `{name}` | {value:g} | {' | '.join(new)} |"
+            yield f"| {option} | {value:g} | {' | '.join(new)} |"
+            option = ""
 
 
 def main(arguments: list[str] | None = None) -> None:
