@@ -28,6 +28,7 @@ def test_product_does_not_make_a_smooth_sphere_rough():
         ({"spere.radius": [1.0]}, "unknown section 'spere'.*'sphere'"),
         ({"sphere.radus": [1.0]}, r"\[sphere\] unknown key 'radus'.*'radius'"),
         ({"sphere.radius": []}, "at least one value"),
+        ({"interaction.kind": ["soft"]}, "unknown kind of interaction 'soft'"),
     ],
 )
 def test_product_rejects_unknown_keys_and_keys_without_values(choices, message):

@@ -107,7 +107,6 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
         ([SCENE], "e.db", {"workers": 0}, "workers must be an integer >= 1"),
         ([SCENE], "e.db", {"interval": 0.0}, "interval must be"),
         (product(SCENE, {"path.values": [()]}), "e.db", {}, "give either values"),
-        (product(SCENE, {"interaction.kind": ["soft"]}), "e.db", {}, "kind of inter"),
         (product(SCENE, {"solver.optimizer": ["LFBGS"]}), "e.db", {}, "'LFBGS'"),
     ],
 )
