@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from ase_roughcontact import LoadStep, __version__
+from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.paths.record import columns_of
 
@@ -182,3 +183,11 @@ def test_columns_on_the_page_are_those_of_a_step():
         for name, column in columns_of(LoadStep).items()
     ]
     assert "".join(rows) in PAGES["examples/guide/files.md"]
+
+
+def test_reference_lists_all_packages_and_public_names():
+    page = (GUIDE / "reference" / "index.rst").read_text()
+    folders = (path for path in ROOT.glob("ase_roughcontact/[a-z]*") if path.is_dir())
+    packages = {path.name for path in folders} | {"contact"}
+    assert set(re.findall(r"^   ase_roughcontact\.(\w+)$", page, re.M)) == packages
+    assert set(re.findall(r":(?:class|func):`\.(\w+)`", page)) == set(public_names)
