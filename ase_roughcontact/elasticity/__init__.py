@@ -1,11 +1,13 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
+from ase_roughcontact.elasticity.cubic import Cubic, surface_modulus
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic, love_kernel
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
     HalfSpace,
     PeriodicHalfSpace,
 )
+from ase_roughcontact.elasticity.layer import Layer
 from ase_roughcontact.elasticity.material import (
     CRYSTALS,
     contact_modulus,
@@ -15,13 +17,16 @@ from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 
 __all__ = [
     "CRYSTALS",
+    "Cubic",
     "ElasticSolid",
     "FreeHalfSpace",
     "HalfSpace",
     "Isotropic",
+    "Layer",
     "PeriodicHalfSpace",
     "ReducedHalfSpace",
     "contact_modulus",
     "crystal_modulus",
     "love_kernel",
+    "surface_modulus",
 ]

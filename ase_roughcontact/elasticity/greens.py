@@ -85,7 +85,8 @@ class ElasticSolid(ABC):
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the solid in files."""
-        return {"name": type(self).__name__, **vars(self)}
+        parameters = {k: v for k, v in vars(self).items() if not k.startswith("_")}
+        return {"name": type(self).__name__, **parameters}
 
 
 @dataclass(frozen=True)

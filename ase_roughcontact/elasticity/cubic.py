@@ -1,0 +1,152 @@
+r"""Anisotropic half space: the (100) surface of a cubic crystal as a continuum.
+
+The surface impedance of an anisotropic half space gives the compliance of a plane wave
+of pressure that runs in the direction :math:`\theta`,
+
+.. math:: G(q) = \frac{[L^{-1}(\theta)]_{zz}}{|q|} = \frac{2}{E^*(\theta) |q|}, \qquad
+          L = \frac{1}{\pi} \int_0^\pi \left(Q - R T^{-1} R^T\right) d\omega,
+
+where :math:`Q_{ik} = m_j C_{ijkl} m_l`, :math:`R_{ik} = m_j C_{ijkl} n_l` and
+:math:`T_{ik} = n_j C_{ijkl} n_l`, and :math:`m` and :math:`n` are the wave's direction
+and the surface normal, both turned by :math:`\omega` in their plane. The displacement
+by a point force F in the direction :math:`\phi` is
+:math:`F/[\pi r E^*(\phi + \pi/2)]`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from matscipy.elasticity import Voigt_6x6_to_full_3x3x3x3, coalesce_elastic_constants
+from numpy.polynomial.chebyshev import chebval
+
+from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact.elasticity.angular import (
+    angular_cell_kernel,
+    angular_series,
+    cos4,
+)
+from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
+
+# Angles of the rotation by which the integral of the surface impedance is summed; the
+# integrand is periodic, so that the sum converges exponentially.
+_ROTATIONS = 256
+# Angle between the x axis and a cube axis, by the direction of the x axis.
+_ANGLES = {"110": np.pi / 4, "100": 0.0}
+
+
+def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the modulus of plane waves of pressure on an anisotropic half space.
+
+    Parameters
+    ----------
+    stiffness : ndarray, shape (6, 6)
+        Elastic constants in Voigt's notation; the surface normal is z (pressure).
+    angles : ndarray, shape (n,)
+        Angles between the wave vectors and the x axis.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        ``E*(theta)``; the compliance is ``2/(E* |q|)``.
+
+    References
+    ----------
+    D. M. Barnett, J. Lothe, Phys. Norv. 7, 13 (1973); T. C. T. Ting, Anisotropic
+    Elasticity (1996), Ch. 7; J. J. Vlassak, W. D. Nix, J. Mech. Phys. Solids 42, 1223
+    (1994).
+    """
+    tensor = Voigt_6x6_to_full_3x3x3x3(np.asarray(stiffness, dtype=float))
+    rotation = np.pi * np.arange(_ROTATIONS) / _ROTATIONS
+    wave = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], -1)
+    normal = np.array([0.0, 0.0, 1.0])
+    cosine, sine = np.cos(rotation)[:, None, None], np.sin(rotation)[:, None, None]
+    m, n = cosine * wave + sine * normal, cosine * normal - sine * wave
+    q, r, t = (
+        np.einsum("abj,ijkl,abl->abik", left, tensor, right, optimize=True)
+        for left, right in ((m, m), (m, n), (n, n))
+    )
+    impedance = (q - r @ np.linalg.solve(t, r.swapaxes(-1, -2))).mean(axis=0)
+    return 2.0 / np.linalg.inv(impedance)[:, 2, 2]
+
+
+@dataclass(frozen=True)
+class Cubic(ElasticSolid):
+    r"""Half space of a cubic crystal with a (100) surface, as a continuum.
+
+    .. math:: G(q) = \frac{2}{E^*(\theta) |q|}
+
+    with the modulus of `surface_modulus`. On one cell, the Green's function
+    :math:`1/[\pi r E^*(\phi + \pi/2)]` is integrated over the cell. The contact modulus
+    is the indentation modulus, :math:`1/E^* = \langle 1/E^*(\theta) \rangle`.
+
+    Parameters
+    ----------
+    c11, c12, c44 : float
+        Elastic constants (pressure).
+    x : {"110", "100"}
+        Crystal direction of the x axis: "110", along the rows of nearest neighbours
+        of an fcc crystal, whose surface atoms are a square grid in these directions,
+        or "100", along a cube axis.
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not stable, or the direction is neither.
+
+    References
+    ----------
+    J. R. Willis, J. Mech. Phys. Solids 14, 163 (1966); J. J. Vlassak, W. D. Nix,
+    J. Mech. Phys. Solids 42, 1223 (1994).
+
+    Examples
+    --------
+    >>> from ase_roughcontact.elasticity import Cubic
+    >>> round(Cubic(168.4, 121.4, 75.4).contact_modulus, 1)
+    134.0
+    """
+
+    c11: float
+    c12: float
+    c44: float
+    x: str = "110"
+
+    def __post_init__(self) -> None:
+        positive(c11=self.c11, c44=self.c44)
+        lookup(self.x, _ANGLES, "direction of the x axis")
+        if not -self.c11 / 2 < self.c12 < self.c11:
+            raise ValueError(
+                "a stable cubic crystal has -c11/2 < c12 < c11, got c11 = "
+                f"{self.c11:g} and c12 = {self.c12:g}"
+            )
+
+    def surface_modulus(self, angles: np.ndarray) -> np.ndarray:
+        """Return ``E*(theta)`` of waves at angles to the x axis, shape (n,)."""
+        stiffness = coalesce_elastic_constants(
+            self.c11, self.c12, self.c44, convention="Cij"
+        )
+        return surface_modulus(stiffness, np.asarray(angles) + _ANGLES[self.x])
+
+    @cached_property
+    def _compliances(self) -> np.ndarray:
+        """Angular series of ``1/E*``."""
+        return angular_series(lambda angles: 1.0 / self.surface_modulus(angles))
+
+    @property
+    def contact_modulus(self) -> float:  # type: ignore[override]
+        """Indentation modulus (pressure)."""
+        return 1.0 / float(self._compliances[0])
+
+    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return ``2/(E*(theta) |q|)``; see `ElasticSolid`."""
+        return 2.0 * chebval(cos4(qx, qy), self._compliances) / np.hypot(qx, qy)
+
+    def cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Integrate the Green's function over a cell; see `ElasticSolid`."""
+        harmonics = np.concatenate([[0.0], self._compliances[1:]])
+        kernel = love_kernel(i, j, spacing, self.contact_modulus)
+        return kernel + spacing / np.pi * angular_cell_kernel(i, j, harmonics)

@@ -1,0 +1,104 @@
+"""Cubic crystals as continua, against finite elements and closed forms."""
+
+import numpy as np
+import pytest
+from depth_elements import compliance, isotropic
+from matscipy.elasticity import coalesce_elastic_constants
+from numpy.polynomial.legendre import leggauss
+
+from ase_roughcontact.elasticity import (
+    Cubic,
+    FreeHalfSpace,
+    Isotropic,
+    PeriodicHalfSpace,
+)
+
+COPPER = (168.4, 121.4, 75.4)
+GOLD = (186.0, 157.0, 42.0)
+HALF_SPACE = 1.3 * np.concatenate([np.linspace(0, 3, 60), np.linspace(3.2, 20, 70)])
+
+
+@pytest.mark.parametrize("constants", [COPPER, GOLD])
+@pytest.mark.parametrize("angle", [0.0, 0.3, np.pi / 4])
+def test_wave_compliance_is_that_of_finite_elements(constants, angle):
+    stiffness = coalesce_elastic_constants(*constants, convention="Cij")
+    expected = compliance([(stiffness, HALF_SPACE)], 1 / 1.3, angle)
+    q = np.array([np.cos(angle), np.sin(angle)]) / 1.3
+    measured = Cubic(*constants, x="100").wave_compliance(*q)
+    assert measured == pytest.approx(expected, rel=2e-6)
+
+
+def test_isotropic_constants_give_the_isotropic_solid():
+    c = isotropic(1.0, 0.3)
+    cubic = Cubic(c[0, 0], c[0, 1], c[3, 3])
+    assert cubic.contact_modulus == pytest.approx(1.0, rel=1e-13)
+    i = np.arange(80)
+    for name, arguments in {
+        "wave_compliance": (0.1 * i[:, None] + 0.01, 0.2 * i),
+        "cell_compliance": (i[:, None], i, 1.5),
+    }.items():
+        measured, expected = (
+            getattr(s, name)(*arguments) for s in (cubic, Isotropic(1.0))
+        )
+        np.testing.assert_allclose(measured, expected, rtol=1e-12)
+
+
+def test_x_axis_turns_the_crystal_by_45_degrees():
+    rows, cube = Cubic(*COPPER), Cubic(*COPPER, x="100")
+    q = np.array([0.3, 0.7])
+    turned = np.array([0.3 - 0.7, 0.3 + 0.7]) / np.sqrt(2)
+    assert rows.wave_compliance(*q) == pytest.approx(cube.wave_compliance(*turned))
+    assert rows.wave_compliance(0.5, 0.0) < rows.wave_compliance(0.35, 0.35)
+
+
+def test_contact_modulus_is_the_mean_inverse():
+    angles = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    cubic = Cubic(*COPPER)
+    mean = np.mean(1 / cubic.surface_modulus(angles))
+    assert 1 / cubic.contact_modulus == pytest.approx(mean, rel=1e-12)
+
+
+@pytest.mark.parametrize("i, j", [(0, 0), (1, 0), (2, 1), (31, 30), (33, 5), (200, 90)])
+def test_cell_compliance_is_the_integral_of_the_point_solution(i, j):
+    cubic = Cubic(*COPPER)
+    # polar coordinates about the load for the loaded cell, products elsewhere
+    n = 60 if i + j < 3 else 8
+    points, weights = leggauss(n)
+    x, y = (i + points / 2)[:, None], j + points / 2
+    if (i, j) == (0, 0):
+        angles, w = np.pi / 4 * points, np.pi / 4 * weights
+        value = 4 * np.sum(w / (2 * np.cos(angles)) / cubic.surface_modulus(angles))
+    else:
+        modulus = cubic.surface_modulus(np.arctan2(y, x).ravel() + np.pi / 2)
+        kernel = 1 / (np.hypot(x, y) * modulus.reshape(n, n))
+        value = weights @ kernel @ weights / 4
+    measured = cubic.cell_compliance(np.array([i]), np.array([j]), 2.0)
+    assert measured[0] == pytest.approx(2.0 * value / np.pi, rel=1e-9)
+
+
+def test_free_half_space_is_the_limit_of_large_periodic_cells():
+    cubic, window = Cubic(*GOLD), (64, 64)
+    x = np.arange(64) - 12.0
+    pressure = np.exp(-(x[:, None] ** 2 + x**2) / 8.0)  # smooth on the grid
+    at = np.array([12, 40, 50, 60]), np.array([60, 50, 20, 59])
+    free = FreeHalfSpace(window, 1.0, cubic).displacement(pressure)[at]
+    errors = []
+    for n in (256, 512):
+        padded = np.zeros((n, n))
+        padded[:64, :64] = pressure
+        large = PeriodicHalfSpace((n, n), 1.0, cubic).displacement(padded)[at]
+        errors.append(abs(np.diff(large) / np.diff(free) - 1).max())
+    assert errors[1] < 0.15 * errors[0] < 0.015
+
+
+def test_an_unstable_crystal_is_refused():
+    with pytest.raises(ValueError, match="c12 < c11"):
+        Cubic(100.0, 120.0, 50.0)
+    with pytest.raises(ValueError, match="direction of the x axis"):
+        Cubic(*COPPER, x="111")
+
+
+def test_half_spaces_use_the_solid():
+    half = FreeHalfSpace((8, 6), 2.0, Cubic(*COPPER))
+    assert half.contact_modulus == Cubic(*COPPER).contact_modulus
+    assert half.displacement(np.ones((8, 6))).max() < 0.0

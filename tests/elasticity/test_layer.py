@@ -1,0 +1,108 @@
+"""Isotropic layers, against finite elements and their limits."""
+
+import numpy as np
+import pytest
+from depth_elements import compliance, isotropic
+from scipy.fft import irfft2
+
+from ase_roughcontact.elasticity import Isotropic, Layer, PeriodicHalfSpace
+
+THICKNESS = 2.0
+LAYER = np.linspace(0.0, THICKNESS, 60)
+BASE = THICKNESS + np.concatenate([np.linspace(0, 6, 80), np.linspace(6.2, 60, 150)])
+
+
+@pytest.mark.parametrize("bonded", [True, False], ids=["bonded", "sliding"])
+@pytest.mark.parametrize("base", [None, 0.1, 4.0])
+@pytest.mark.parametrize("q", [0.3, 1.0])
+def test_wave_compliance_is_that_of_finite_elements(base, bonded, q):
+    stack = [(isotropic(1.0, 0.3), LAYER)]
+    if base is not None:
+        stack.append((isotropic(base, 0.2), BASE))
+    layer = Layer(1.0, THICKNESS, base, 0.3, 0.2, bonded)
+    expected = compliance(stack, q, bonded=bonded)
+    assert layer.wave_compliance(q, 0.0) == pytest.approx(expected, rel=1e-5)
+    assert layer.wave_compliance(0.6 * q, 0.8 * q) == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize("bonded", [True, False], ids=["bonded", "sliding"])
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+def test_limits_of_thin_and_thick_layers(poisson, bonded):
+    q = 1.0
+    wave = {"qx": np.array(q), "qy": np.array(0.0)}
+    thick = Layer(1.0, 30.0, 5.0, poisson, 0.3, bonded).wave_compliance(**wave)
+    assert thick == pytest.approx(2.0 / q, rel=1e-12)
+    thin = Layer(1.0, 1e-6, 5.0, poisson, 0.3, bonded).wave_compliance(**wave)
+    assert thin == pytest.approx(2.0 / (5.0 * q), rel=1e-4)
+    # on a rigid base, uniaxial strain (bonded), or plane strain, in which the layer
+    # may expand along the wave (sliding); without a change of volume, Johnson (5.80)
+    rigid = Layer(1.0, 1e-3, None, poisson, bonded=bonded).wave_compliance(**wave)
+    if not bonded:
+        expected = 1e-3
+    elif poisson < 0.5:
+        expected = 1e-3 * (1 - 2 * poisson) / (1 - poisson) ** 2
+    else:
+        expected = 4 / 3 * 1e-9 * q**2
+    assert rigid == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize("bonded", [True, False], ids=["bonded", "sliding"])
+def test_a_layer_of_its_bases_material(bonded):
+    layer = Layer(2.0, 3.0, 2.0, 0.3, 0.3, bonded)
+    q = np.geomspace(1e-3, 10.0, 20)
+    same = layer.wave_compliance(q, 0.0) / Isotropic(2.0).wave_compliance(q, 0.0)
+    if bonded:
+        np.testing.assert_allclose(same, 1.0, rtol=1e-12)
+    else:
+        assert 1.0 < same.max() < 1.5
+
+
+SOLIDS = {
+    "hard layer": Layer(1.0, 5.0, 0.05, 0.3, 0.3),
+    "soft layer": Layer(1.0, 5.0, 10.0, 0.3, 0.3),
+    "sliding": Layer(1.0, 5.0, 3.0, 0.3, 0.3, bonded=False),
+    "rigid base": Layer(1.0, 5.0, None, 0.5),
+}
+
+
+@pytest.mark.parametrize("layer", SOLIDS.values(), ids=SOLIDS)
+def test_free_kernel_is_the_limit_of_large_periodic_cells(layer):
+    # the difference to a half space is smooth, so that a grid resolves it
+    bare = Isotropic(layer.layer_modulus)
+    at = np.array([0, 3, 8, 20]), np.array([0, 1, 8, 3])
+    with_layer, without = (s.cell_compliance(*at, 1.0) for s in (layer, bare))
+    expected = np.diff(with_layer - without)
+    errors = []
+    for n in (256, 512):
+        spectra = (PeriodicHalfSpace((n, n), 1.0, s).compliance for s in (layer, bare))
+        uniform = np.outer(np.sinc(np.fft.fftfreq(n)), np.sinc(np.fft.rfftfreq(n)))
+        change = np.diff(irfft2(np.subtract(*spectra) * uniform, (n, n))[at])
+        errors.append(abs(change - expected).max() / abs(expected).max())
+    assert errors[1] < max(0.15 * errors[0], 1e-7) < 1e-3
+
+
+def test_far_field_is_that_of_the_base():
+    far = np.array([20000]), np.array([15000])
+    for layer in (SOLIDS["hard layer"], SOLIDS["soft layer"], SOLIDS["sliding"]):
+        base = Isotropic(layer.contact_modulus)
+        assert layer.contact_modulus == layer.base_modulus
+        np.testing.assert_allclose(
+            layer.cell_compliance(*far, 1.0), base.cell_compliance(*far, 1.0), rtol=1e-5
+        )
+    assert SOLIDS["rigid base"].contact_modulus == 1.0
+    assert abs(SOLIDS["rigid base"].cell_compliance(*far, 1.0)) < 1e-8
+
+
+def test_kernel_is_continuous_between_its_forms():
+    j = np.array([31, 32, 33, 34])
+    kernel = SOLIDS["hard layer"].cell_compliance(j, np.array(7), 1.0)
+    assert abs(np.diff(kernel, 3)) < 2e-4 * kernel[0]
+
+
+def test_impossible_layers_are_refused():
+    with pytest.raises(ValueError, match="thickness"):
+        Layer(1.0, 0.0)
+    with pytest.raises(ValueError, match="poisson must be"):
+        Layer(1.0, 1.0, poisson=0.6)
+    with pytest.raises(ValueError, match="base_modulus"):
+        Layer(1.0, 1.0, base_modulus=0.0)
