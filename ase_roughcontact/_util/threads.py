@@ -51,9 +51,13 @@ def processors() -> int:
 
 
 def available_threads() -> int:
-    """Return the number set by `threads`, by ``OMP_NUM_THREADS``, or of processors."""
-    variable = os.environ.get("OMP_NUM_THREADS", "")
-    default = int(variable) if variable.isdigit() and int(variable) else processors()
+    """Return the number set by `threads`, by ``OMP_NUM_THREADS``, or of processors.
+
+    The variable may have a number for each level of nested parallelism, as in ``4,2``:
+    the first one counts.
+    """
+    first = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0].strip()
+    default = int(first) if first.isdecimal() and int(first) else processors()
     return _threads.get() or default
 
 

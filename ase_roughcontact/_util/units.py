@@ -1,5 +1,7 @@
 """Units of scene files, printed output and figures."""
 
+from __future__ import annotations
+
 from ase.units import GPa, J, m
 
 #: Value of each unit in ASE's units (Å, eV, s).
@@ -22,6 +24,27 @@ UNITS: dict[str, float] = {
 
 # Units in which columns are printed, by their unit.
 _PRINTED = {"eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
+
+
+def cell(value: str | float, width: int, form: str = "") -> str:
+    """Return an entry of a table, right-aligned, with a blank before it at least.
+
+    Parameters
+    ----------
+    value : str or float
+    width : int
+        Width of the column; longer entries extend beyond it.
+    form : str
+        Format of a number, ``".2f"``; in its place ``".2g"`` if that is too wide.
+
+    Returns
+    -------
+    str
+    """
+    text = format(value, form)
+    if len(text) >= width and form.endswith("f"):
+        text = format(value, f"{form[:-1]}g")
+    return f" {text:>{width - 1}}"
 
 
 def printed_unit(unit: str) -> str:

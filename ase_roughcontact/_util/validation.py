@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
+import reprlib
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, TypeAlias
@@ -16,6 +17,14 @@ FloatArray: TypeAlias = NDArray[np.float64]
 # Largest number of grid points along x or y: more do not fit into any memory.
 _MAX_POINTS = 10**9
 _NUMBERS = (int, float, np.integer, np.floating)
+# Shortens values in messages.
+_shortened = reprlib.Repr()
+_shortened.maxstring = _shortened.maxother = _shortened.maxlong = 100
+
+
+def shown(value: Any) -> str:
+    """Return a value as text for a message, shortened if it is long."""
+    return _shortened.repr(value)
 
 
 def _number(value: Any) -> bool:
@@ -31,28 +40,37 @@ def positive(**values: Any) -> None:
     """Raise `ValueError` for a value that is not a finite number > 0."""
     for name, value in values.items():
         if not (_number(value) and value > 0):
-            raise ValueError(f"{name} must be a finite number > 0, got {value!r}")
+            raise ValueError(f"{name} must be a finite number > 0, got {shown(value)}")
 
 
 def nonnegative(**values: Any) -> None:
     """Raise `ValueError` for a value that is not a finite number >= 0."""
     for name, value in values.items():
         if not (_number(value) and value >= 0):
-            raise ValueError(f"{name} must be a finite number >= 0, got {value!r}")
+            raise ValueError(f"{name} must be a finite number >= 0, got {shown(value)}")
 
 
 def finite(**values: Any) -> None:
     """Raise `ValueError` for a value that is not a finite number."""
     for name, value in values.items():
         if not _number(value):
-            raise ValueError(f"{name} must be a finite number, got {value!r}")
+            raise ValueError(f"{name} must be a finite number, got {shown(value)}")
+
+
+def check_options(options: Any) -> None:
+    """Raise `ValueError` if a field of a dataclass is no number; it may be infinite."""
+    for name, value in vars(options).items():
+        if not (
+            _number(value) or (isinstance(value, float) and abs(value) == math.inf)
+        ):
+            raise ValueError(f"{name} must be a number, got {shown(value)}")
 
 
 def positive_array(name: str, value: Any) -> FloatArray:
     """Return numbers as an array; raise `ValueError` unless all are finite and > 0."""
     array = _float_array(name, value)
     if not np.all(np.isfinite(array) & (array > 0)):
-        raise ValueError(f"{name} must be finite and > 0, got {value!r}")
+        raise ValueError(f"{name} must be finite and > 0, got {shown(value)}")
     return array
 
 
@@ -60,7 +78,7 @@ def nonnegative_array(name: str, value: Any) -> FloatArray:
     """Return numbers as an array; raise `ValueError` unless all are finite and >= 0."""
     array = _float_array(name, value)
     if not np.all(np.isfinite(array) & (array >= 0)):
-        raise ValueError(f"{name} must be finite and >= 0, got {value!r}")
+        raise ValueError(f"{name} must be finite and >= 0, got {shown(value)}")
     return array
 
 
@@ -68,7 +86,7 @@ def finite_array(name: str, value: Any) -> FloatArray:
     """Return numbers as an array; raise `ValueError` unless all are finite."""
     array = _float_array(name, value)
     if not np.all(np.isfinite(array)):
-        raise ValueError(f"{name} must be finite, got {value!r}")
+        raise ValueError(f"{name} must be finite, got {shown(value)}")
     return array
 
 
@@ -80,7 +98,7 @@ def _float_array(name: str, value: Any) -> FloatArray:
         return array.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(
-            f"{name} must be a number or an array of them, got {value!r}"
+            f"{name} must be a number or an array of them, got {shown(value)}"
         ) from error
 
 
@@ -102,12 +120,14 @@ def height_array(heights: Any) -> FloatArray:
 
 def integer(name: str, value: Any, least: int) -> int:
     """Return `value` as an int; raise `ValueError` if it is below the least one."""
+    if isinstance(value, (bool, np.ndarray)):
+        value = None
     try:
         number = operator.index(value)
     except TypeError:
         number = least - 1
     if number < least:
-        raise ValueError(f"{name} must be an integer >= {least}, got {value!r}")
+        raise ValueError(f"{name} must be an integer >= {least}, got {shown(value)}")
     return number
 
 
@@ -119,10 +139,10 @@ def grid_shape(shape: Any) -> tuple[int, int]:
     except (TypeError, ValueError, OverflowError):
         valid = False
     if not valid:
-        raise ValueError(f"shape must be two whole numbers >= 1, got {shape!r}")
+        raise ValueError(f"shape must be two whole numbers >= 1, got {shown(shape)}")
     if max(n, m) > _MAX_POINTS:
         raise ValueError(
-            f"shape must be at most {_MAX_POINTS} points wide, got {shape!r}"
+            f"shape must be at most {_MAX_POINTS} points wide, got {shown(shape)}"
         )
     return int(n), int(m)
 
@@ -136,7 +156,7 @@ def window(
         x, y = origin
     except (TypeError, ValueError) as error:
         raise ValueError(
-            f"origin must be two numbers (x, y), got {origin!r}"
+            f"origin must be two numbers (x, y), got {shown(origin)}"
         ) from error
     finite(origin_x=x, origin_y=y)
     return grid_shape(shape), float(spacing), (float(x), float(y))
@@ -147,15 +167,16 @@ def surface(**values: Any) -> None:
     for name, value in values.items():
         if isinstance(value, type) or not callable(getattr(value, "heights", None)):
             raise ValueError(
-                f"{name} must be a surface with a method heights, got {value!r}"
+                f"{name} must be a surface with a method heights, got {shown(value)}"
             )
 
 
 def unknown(name: str, known: Sequence[str], what: str) -> str:
     """Return the error message for an unknown name, with the most similar known one."""
-    similar = get_close_matches(name, known, n=1, cutoff=0.0)
+    similar = get_close_matches(name[:100], known, n=1, cutoff=0.0)
     hint = f"; did you mean {similar[0]!r}?" if similar else ""
-    return f"unknown {what} {name!r}{hint} Known: {', '.join(known) or 'none'}"
+    known_names = ", ".join(known) or "none"
+    return f"unknown {what} {shown(name)}{hint} Known: {known_names}"
 
 
 def lookup(name: Any, choices: Mapping[str, Any], what: str) -> Any:

@@ -11,6 +11,7 @@ from dataclasses import asdict
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import figures, report
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.parser import make_parser
@@ -20,7 +21,7 @@ from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.scene import Scene, default_text
-from ase_roughcontact.scene.file import tomllib
+from ase_roughcontact.scene.file import load_toml
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
@@ -184,11 +185,13 @@ def _values_of_key(text: str) -> tuple[str, list[Any]]:
     """Return key and values of an option ``section.key=value,value``."""
     key, equals, values = text.partition("=")
     try:
-        listed = tomllib.loads(f"values = [{values}]")["values"]
-    except tomllib.TOMLDecodeError:
+        listed = load_toml(f"values = [{values}]")["values"]
+    except ValueError:
         listed = values.split(",")  # strings without quotes
     if not equals or not values:
-        raise ValueError(f"--set must be SECTION.KEY=VALUE,VALUE,..., got {text!r}")
+        raise ValueError(
+            f"--set must be SECTION.KEY=VALUE,VALUE,..., got {shown(text)}"
+        )
     return key.strip(), listed
 
 

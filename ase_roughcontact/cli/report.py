@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
 
-from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.units import UNITS, cell, printed_unit
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
@@ -76,13 +76,13 @@ def table_row(
     smooth = float(reference.smooth.contact_area(force)) if touches else math.nan
     row = f"{step.step:4d}/{len(scene.steps) - 1:<3d}"
     if scene.path.control != "load":
-        row += f"{_printed(step, scene.path.control):13.4f}"
-    row += f"{_printed(step, 'normal_force'):11.4g}"
-    row += f"{_printed(step, 'contact_area'):13.4g}"
+        row += cell(_printed(step, scene.path.control), 13, ".4f")
+    row += cell(_printed(step, "normal_force"), 11, ".4g")
+    row += cell(_printed(step, "contact_area"), 13, ".4g")
     row += _ratio(step.contact_area, smooth, 12)
     if reference.rough_above is not None:
         row += _ratio(float(reference.rough_area(force)), smooth, 10)
-    row += f"{'restored':>11}" if restored else f"{step.seconds:11.2f}"
+    row += cell("restored", 11) if restored else cell(step.seconds, 11, ".2f")
     if math.isfinite(left) and round(left):
         row += f"   about {timedelta(seconds=round(left))} left"
     return row + _failure(scene, step)
@@ -195,4 +195,4 @@ def _failure(scene: Scene, step: LoadStep) -> str:
 def _ratio(area: float, reference: float, width: int) -> str:
     """Return a ratio of areas, a dash if it is undefined."""
     defined = math.isfinite(area) and reference > 0.0
-    return f"{area / reference:{width}.4f}" if defined else f"{'-':>{width}}"
+    return cell(area / reference, width, ".4f") if defined else cell("-", width)

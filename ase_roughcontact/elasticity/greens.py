@@ -170,6 +170,7 @@ def love_kernel(
     A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929); K. L. Johnson, Contact
     Mechanics (1985), Eq. (3.25).
     """
+    positive(spacing=spacing, contact_modulus=contact_modulus)
     x, y = (np.abs(distance).astype(float) for distance in (i, j))
     kernel = np.asarray(_cell_series(x, y))
     distance = np.maximum(x, y)

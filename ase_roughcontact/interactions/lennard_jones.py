@@ -399,10 +399,9 @@ class FullLennardJones93(LennardJones93):
 
     def __post_init__(self) -> None:
         """Check the parameters."""
+        positive(distance=self.distance, work_of_adhesion=self.work_of_adhesion)
+        positive(onset=self.onset, cutoff=self.cutoff)
         super().__post_init__()
-        positive(
-            work_of_adhesion=self.work_of_adhesion, onset=self.onset, cutoff=self.cutoff
-        )
         if not self.distance <= self.onset < self.cutoff:
             raise ValueError(
                 "onset and cutoff must satisfy distance <= onset < cutoff, got "

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.instabilities import (
@@ -230,10 +230,11 @@ def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:
             f"finite cutoff, got {wall.cutoff}"
         )
     attraction = wall.cutoff - wall.contact_distance
-    if not (np.isfinite(deepest) and deepest > -attraction):
+    finite(deepest=deepest)
+    if deepest <= -attraction:
         raise ValueError(
             f"deepest must be a finite penetration above {-attraction:g}, where the "
-            f"wall begins to act, got {deepest!r}"
+            f"wall begins to act, got {deepest}"
         )
     if calc.parameters["load"]:
         raise ValueError(

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.units import cell
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction
@@ -112,15 +113,16 @@ class Plan:
         lines = [f"{heading:>15}      window        grid  memory (GB)  time (s)"]
         last_problem = ""
         for step in self.steps:
-            target = f"{step.target / unit:15.5g}"
+            target = cell(step.target / unit, 15, ".5g")
             if step.problem:
                 same = step.problem == last_problem
                 reason = "for the same reason" if same else step.problem
                 lines.append(f"{target}   CAN'T RUN: {reason}")
             else:
                 lines.append(
-                    f"{target}{step.window:>12}{step.grid:>12}"
-                    f"{step.memory / 1e9:13.2f}{step.seconds:10.2g}"
+                    f"{target}{cell(step.window, 12)}{cell(step.grid, 12)}"
+                    f"{cell(step.memory / 1e9, 13, '.2f')}"
+                    f"{cell(step.seconds, 10, '.2g')}"
                 )
             last_problem = step.problem
         bad = [i for i, step in enumerate(self.steps) if step.problem]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact._util.validation import integer, positive
+from ase_roughcontact._util.validation import integer, positive, shown
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
@@ -60,6 +60,11 @@ class Stepper:
         record: type[LoadStep] = LoadStep,
     ) -> None:
         _check(atoms, control, window, edge)
+        if not (optimizer is None or callable(optimizer)):
+            raise ValueError(
+                "optimizer must be a class, or a function called as optimizer(atoms, "
+                f"logfile=None), got {shown(optimizer)}"
+            )
         if fmax is not None:
             positive(fmax=fmax)
         self.atoms = atoms

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
 
-from ase_roughcontact._util.validation import lookup
+from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene.config import (
     SECTIONS,
     InteractionConfig,
@@ -25,6 +26,9 @@ else:
     import tomli as tomllib
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
+
+# Number of dots, also in a comment, that no key has.
+_MOST_DOTS = 1000
 
 
 @dataclass(frozen=True)
@@ -62,15 +66,17 @@ class SceneFile:
             wrong type.
         """
         try:
-            document = tomllib.loads(text)
-        except (ValueError, RecursionError) as error:
+            document = load_toml(text)
+        except ValueError as error:
             raise ValueError(f"{name} is not a TOML file: {error}") from error
         sections: dict[str, Any] = {}
         try:
             for title, entries in document.items():
                 section = lookup(title, SECTIONS, "section")
                 if not isinstance(entries, dict):
-                    raise ValueError(f"[{title}] must be a section, got {entries!r}")
+                    raise ValueError(
+                        f"[{title}] must be a section, got {shown(entries)}"
+                    )
                 sections[title] = section.of(entries)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
@@ -109,7 +115,7 @@ class SceneFile:
             if name and section is None:
                 raise ValueError(f"{key} can't be set: the scene has no [{title}]")
             if not (name or value is None or isinstance(value, SECTIONS[title])):
-                raise ValueError(f"[{title}] must be a section, got {value!r}")
+                raise ValueError(f"[{title}] must be a section, got {shown(value)}")
             changes[title] = section.changed(name, value) if name else value
         return replace(self, **changes)
 
@@ -125,6 +131,17 @@ class SceneFile:
                 if was.get(key) != now.get(key)
             ]
         return changes
+
+
+def load_toml(text: str) -> dict[str, Any]:
+    """Return the document of a text, or raise `ValueError`."""
+    dots = max(part.count(".") for part in re.split(r"[=,\[\]{}\n]", text))
+    if dots > _MOST_DOTS:  # the reader would take minutes
+        raise ValueError(f"a key has {dots + 1} parts, those of scenes have two")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise ValueError(str(error)) from error
 
 
 def _toml(value: Any) -> str:

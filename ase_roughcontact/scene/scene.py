@@ -249,6 +249,8 @@ class Scene(Model):
         """
         self.check()
         folder = Path(folder)
+        if folder.exists() and not folder.is_dir():
+            raise ValueError(f"{folder} is a file, give a folder for the results")
         folder.mkdir(parents=True, exist_ok=True)
         files: dict[str, Any] = {
             "trajectory": folder / "sweep.traj",

@@ -7,9 +7,12 @@ from dataclasses import asdict, dataclass, fields
 from types import UnionType
 from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
-from ase_roughcontact._util.validation import unknown
+from ase_roughcontact._util.validation import shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
+
+# Largest number of characters of a string in a scene file: all are names.
+_LONGEST_WORD = 100
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,12 @@ class Section:
             if not any(_is_of_type(value, each) for each in types[name]):
                 expected = " or ".join(filter(None, map(_TYPES.get, types[name])))
                 raise ValueError(
-                    f"[{cls.title}] {name} must be {expected}, got {value!r}"
+                    f"[{cls.title}] {name} must be {expected}, got {shown(value)}"
+                )
+            if isinstance(value, str) and len(value) > _LONGEST_WORD:
+                raise ValueError(
+                    f"[{cls.title}] {name} must be a word of at most {_LONGEST_WORD} "
+                    f"characters, got {len(value)}: {shown(value)}"
                 )
         return cls._of(
             {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, cell
 from ase_roughcontact._util.validation import FloatArray, integer, positive
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.scene import Scene
@@ -141,8 +141,9 @@ class Tradeoff:
             "  time (s)  memory (GB)"
         ]
         lines += [
-            f"{t.label:<{width}}{t.force_error:14.1e}{t.area_error:14.1e}{t.atoms:7d}"
-            f"{t.pairs:9.0f}{t.seconds:10.2g}{t.memory / UNITS['GB']:13.2f}"
+            f"{t.label:<{width}}{t.force_error:14.1e}{t.area_error:14.1e}"
+            f"{cell(t.atoms, 7)}{cell(t.pairs, 9, '.0f')}{cell(t.seconds, 10, '.2g')}"
+            f"{cell(t.memory / UNITS['GB'], 13, '.2f')}"
             + ("" if t.converged else "   NOT CONVERGED")
             for t in self.trials
         ]

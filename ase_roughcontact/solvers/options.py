@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ase_roughcontact._util.validation import check_options
+
 
 @dataclass(frozen=True)
 class NewtonKrylovOptions:
@@ -75,6 +77,10 @@ class NewtonKrylovOptions:
     stagnation_steps: int = 50
     stagnation_fall: float = 1e8
 
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_options(self)
+
 
 @dataclass(frozen=True)
 class ActiveSetOptions:
@@ -122,3 +128,7 @@ class ActiveSetOptions:
     slow_contraction: float = 0.3
     history: int = 2
     patience: int = 10
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_options(self)

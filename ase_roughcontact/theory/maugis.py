@@ -251,6 +251,12 @@ def maugis_dugdale_contact_radius(
     ----------
     D. Maugis, J. Colloid Interface Sci. 150, 243 (1992).
     """
+    positive(
+        radius=radius,
+        contact_modulus=contact_modulus,
+        work_of_adhesion=work_of_adhesion,
+        cohesive_stress=cohesive_stress,
+    )
     parameter = float(
         maugis_parameter(radius, contact_modulus, work_of_adhesion, cohesive_stress)
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
-from ase_roughcontact._util.validation import FloatArray, nonnegative
+from ase_roughcontact._util.validation import FloatArray, nonnegative, positive
 from ase_roughcontact.theory.hertz import hertz_contact_radius
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
@@ -163,6 +163,7 @@ def regime(
     >>> print(str(tip).splitlines()[0])
     Maugis-Dugdale: smooth sphere, intermediate, maugis_dugdale_contact_radius
     """
+    positive(kappa_repulsive=kappa_repulsive, asperity_factor=asperity_factor)
     adhesion = work_of_adhesion, attraction_range
     if roughness is None:
         contact = smooth_contact(normal_force, radius, contact_modulus, *adhesion)

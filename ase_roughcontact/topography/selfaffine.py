@@ -182,7 +182,7 @@ class SelfAffine:
             raise ValueError(
                 f"a window of {shape} points exceeds the period of {points} x {points} "
                 "points, so that the roughness would be repeated: choose a domain "
-                f"of at least {max(shape) * spacing:g}"
+                f"of at least {max(shape)} spacings"
             )
         first, shift = _index(spacing, origin)
         field = _field(self, points, *shift)
@@ -256,8 +256,9 @@ def _modes(
     kx, ky, wavenumber = kx[first:], ky[first:], wavenumber[first:]
     if not kx.size:
         raise ValueError(
-            f"a domain of {surface.side:g} has no waves with a wavelength between "
-            f"{surface.short_wavelength:g} and {longest:g}: choose a larger domain"
+            "the domain has no waves between its shortest and its longest wavelength, "
+            f"{surface.short_wavelength / surface.side:g} and "
+            f"{longest / surface.side:g} of its side: choose a larger domain"
         )
 
     knee = surface.side / surface.long_wavelength

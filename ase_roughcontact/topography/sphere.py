@@ -41,7 +41,7 @@ class RoughSphere:
 
     def __post_init__(self) -> None:
         """Check the parameters."""
-        if self.radius != math.inf:
+        if not (isinstance(self.radius, float) and self.radius == math.inf):
             positive(radius=self.radius)
         if self.profile not in ("paraboloid", "sphere"):
             raise ValueError(

@@ -8,6 +8,7 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.topography import RoughSphere
 
 
 class FixedWindow:
@@ -44,10 +45,12 @@ class FixedWindow:
             return False
         acts = atoms.calc.state(atoms).pressure != 0.0
         if acts[[0, -1]].any() or acts[:, [0, -1]].any():
+            advice = "give a larger shape"
+            if not isinstance(atoms.calc.parameters["indenter"], RoughSphere):
+                advice += " (or edge='ignore' if the indenter ends there)"
             raise RuntimeError(
                 "the contact or its attraction has reached the edge of the window of "
-                f"{acts.shape} atoms: give a larger shape (or edge='ignore' if the "
-                "indenter ends there)"
+                f"{acts.shape} atoms: {advice}"
             )
         return False
 

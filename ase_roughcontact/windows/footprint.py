@@ -131,10 +131,7 @@ class Footprint:
         advice = "choose a smaller load or depth, or a larger map"
         if self.indenter.repeats:
             side = math.ceil(_DOMAIN_MARGIN * 2 * atoms)
-            advice = (
-                f"give the roughness a domain of {side} spacings or more "
-                f"(domain={side * self.spacing:.12g} of SelfAffine)"
-            )
+            advice = f"give the roughness a domain of {side} spacings or more"
         raise ValueError(
             f"atoms up to {atoms} spacings from the indenter's axis can touch, but its "
             f"surface is defined only up to {known:g} spacings: {advice}"

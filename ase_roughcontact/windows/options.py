@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ase_roughcontact._util.validation import check_options
+
 
 @dataclass(frozen=True)
 class WindowOptions:
@@ -37,3 +39,7 @@ class WindowOptions:
     load_factor: float = math.sqrt(8.0) / 3.0
     contact_window_size: int = 256 * 256
     contact_window_scale: float = 1.03
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        check_options(self)

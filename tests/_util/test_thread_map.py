@@ -142,7 +142,9 @@ def test_threads_work_in_a_process_forked_after_they_were_used():
 def test_number_of_threads_follows_the_environment(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
     assert available_threads() == 3
-    for value in ("", "many", "0"):
+    monkeypatch.setenv("OMP_NUM_THREADS", "4,2")  # of nested levels: the outer one
+    assert available_threads() == 4
+    for value in ("", "many", "0", ",2", "²"):
         monkeypatch.setenv("OMP_NUM_THREADS", value)
         assert available_threads() == processors() >= 1
 

@@ -355,6 +355,14 @@ def test_a_folder_that_can_not_be_created_is_an_error(scene, tmp_path, capsys):
     assert "file" in capsys.readouterr().err
 
 
+def test_a_file_in_place_of_the_folder_is_an_error_that_asks_for_a_folder(
+    scene, capsys
+):
+    assert main(["run", str(scene), "--out", str(scene)]) == 2
+    message = f"ase-roughcontact: {scene} is a file, give a folder for the results\n"
+    assert capsys.readouterr().err == message
+
+
 @pytest.mark.parametrize("arguments", [["--help"], ["run", "--help"]])
 def test_help_lists_commands_and_files(arguments, capsys):
     with pytest.raises(SystemExit) as status:

@@ -109,6 +109,15 @@ def test_the_summary_of_a_path_of_heights_has_the_height_of_first_contact(run):
     assert f"at a height of {height:.4g} Å." in text
 
 
+@pytest.mark.parametrize("size", [1.0, 1e7, 1e300])
+def test_columns_are_separated_whatever_the_size_of_the_numbers(run, size):
+    reference, steps, _ = run
+    values = {"penetration": -1.5 * size, "normal_force": -size, "seconds": size}
+    large = replace(steps[2], contact_area=size, **values)
+    headings = len(re.split(r" {2,}", table_header(reference).splitlines()[-1].strip()))
+    assert len(table_row(reference, large).split()) == headings
+
+
 # Figures
 
 

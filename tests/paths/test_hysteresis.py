@@ -531,7 +531,7 @@ def test_loop_does_not_write_to_the_file_of_another_run(tmp_path):
         ({"tolerance": -1.0}, "tolerance must be a finite number > 0"),
         ({"smallest_step": 0.0}, "smallest_step must be a finite number > 0"),
         ({"smallest_step": 0.2}, "smallest_step must not be larger than step"),
-        ({"deepest": np.inf}, "deepest must be a finite penetration"),
+        ({"deepest": np.inf}, "deepest must be a finite number"),
         ({"deepest": -1.0}, "deepest must be a finite penetration above -0.77"),
         ({"window": "large"}, "window must be"),
     ],

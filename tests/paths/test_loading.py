@@ -397,6 +397,12 @@ def test_periodic_cell_has_no_edge():
     assert next(load_path(atoms, [1.5], fmax=FMAX)).converged
 
 
+def test_an_instance_in_place_of_the_class_of_an_optimizer_is_an_error():
+    atoms = make_atoms()
+    with pytest.raises(ValueError, match="optimizer must be a class"):
+        load_path(atoms, [0.1], optimizer=LBFGS(atoms))
+
+
 # Indenters without a description
 
 

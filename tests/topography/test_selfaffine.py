@@ -252,7 +252,7 @@ def test_wrong_parameters_of_a_self_affine_surface_are_refused(change, message):
 
 
 def test_a_window_larger_than_the_domain_is_refused():
-    with pytest.raises(ValueError, match="choose a domain of at least 129"):
+    with pytest.raises(ValueError, match="choose a domain of at least 129 spacings"):
         SURFACE.heights((4, 129), 1.0)
 
 

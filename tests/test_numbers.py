@@ -1,0 +1,140 @@
+"""Numbers: arrays, lists, strings and truth values in their place are refused."""
+
+from dataclasses import asdict
+from functools import partial
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    FourierModes,
+    HalfSpacePrecon,
+    HeightMap,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    WindowOptions,
+    adhesion_loop,
+    analysis,
+    elasticity,
+    load_path,
+    substrate,
+    theory,
+)
+from ase_roughcontact.interactions import FullLennardJones93, make_wall
+from ase_roughcontact.paths.accuracy import Accuracy
+from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
+
+SPHERE = RoughSphere(10.0)
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0)
+FULL = LennardJones93.full(1.0, 0.04, cutoff=3.0)
+
+
+def make_atoms(load=0.0, wall=None, fixed=True):
+    atoms = substrate("Cu", (4, 4), SPHERE, spacing=1.0, periodic=True, fixed=fixed)
+    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
+    return atoms
+
+
+def energy(**options):
+    return make_atoms(**options).get_potential_energy()
+
+
+def path(**options):
+    return list(load_path(make_atoms(), [0.1], **options))
+
+
+def loop(**options):
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
+    return adhesion_loop(make_atoms(wall=wall), accuracy=1e-2, **options)
+
+
+def wall_of_a_scene(work_of_adhesion, **substrate):
+    parameters = {"work_of_adhesion": work_of_adhesion}
+    return make_wall("adhesive", parameters=parameters, **substrate)
+
+
+def rough_theory(**options):
+    return theory.RoughSphereTheory(roughness=ROUGH.statistics(), **options)
+
+
+SOLID = {"contact_modulus": 1.0, "spacing": 1.0}
+HERTZ = {"radius": 10.0, "contact_modulus": 1.0}
+ADHESION = {"work_of_adhesion": 0.05, "attraction_range": 1.0}
+FACTORS = {"kappa_repulsive": 2.0, "asperity_factor": 1.0}
+# Functions and valid values of all their arguments that are numbers.
+FUNCTIONS = {
+    "RoughSphere": (RoughSphere, {"radius": 10.0}),
+    "SelfAffine": (
+        SelfAffine,
+        asdict(ROUGH) | {"longest_wavelength": 16.0} | {"domain": 64.0},
+    ),
+    "HeightMap": (partial(HeightMap, np.zeros((4, 4))), {"spacing": 1.0}),
+    "heights": (partial(SPHERE.heights, (4, 4)), {"spacing": 1.0}),
+    "substrate": (
+        partial(substrate, "Cu", (4, 4), SPHERE),
+        {"spacing": 1.0, "height": 2.0},
+    ),
+    "RoughContact": (energy, {"load": 0.1}),
+    "modulus": (lambda modulus: RoughContact(SPHERE, modulus), {"modulus": 1.0}),
+    "Isotropic": (elasticity.Isotropic, {"contact_modulus": 1.0}),
+    "half space": (
+        partial(elasticity.FreeHalfSpace, (4, 4)),
+        {"spacing": 1.0, "solid": 1.0},
+    ),
+    "love_kernel": (partial(elasticity.love_kernel, np.arange(3), np.arange(3)), SOLID),
+    "repulsive": (LennardJones93.repulsive, SOLID),
+    "adhesive": (LennardJones93.adhesive, SOLID | {"work_of_adhesion": 0.02}),
+    "full": (LennardJones93.full, {"distance": 1.0, "work_of_adhesion": 0.04}),
+    "FullLennardJones93": (FullLennardJones93, asdict(FULL)),
+    "make_wall": (wall_of_a_scene, SOLID | {"work_of_adhesion": 0.1}),
+    "load_path": (path, {"fmax": 1e-2, "max_steps": 9}),
+    "accuracy": (path, {"accuracy": 1e-2}),
+    "adhesion_loop": (
+        loop,
+        {"deepest": 0.0, "step": 0.4, "smallest_step": 0.4, "tolerance": 0.5},
+    ),
+    "Accuracy": (Accuracy, {"error": 1e-2, "tolerance": 1e-2}),
+    "WindowOptions": (WindowOptions, asdict(WindowOptions())),
+    "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
+    "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),
+    "FourierModes": (
+        lambda stiffness: FourierModes(make_atoms(), stiffness),
+        {"stiffness": 1.0},
+    ),
+    "HalfSpacePrecon": (
+        lambda reference: HalfSpacePrecon(make_atoms(), reference),
+        {"reference": 1.0},
+    ),
+    "fit_kappa": (
+        partial(analysis.fit_kappa, [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]),
+        {"rms_slope": 0.1, "contact_modulus": 1.0},
+    ),
+    "first_contact": (partial(analysis.first_contact, SPHERE), {"spacing": 1.0}),
+    "smooth_contact": (theory.smooth_contact, {"normal_force": 1.0} | HERTZ | ADHESION),
+    "regime": (theory.regime, {"normal_force": 1.0} | HERTZ | ADHESION | FACTORS),
+    "RoughSphereTheory": (rough_theory, HERTZ | ADHESION | FACTORS),
+    "maugis_dugdale_contact_radius": (
+        partial(theory.maugis_dugdale_contact_radius, 1.0),
+        HERTZ | {"work_of_adhesion": 0.1, "cohesive_stress": 0.1},
+    ),
+    "maugis_dugdale_pull_off_force": (
+        theory.maugis_dugdale_pull_off_force,
+        {"maugis_parameter": 1.0},
+    ),
+}
+TEXT = {"normalise", "random_amplitudes", "seed"}
+NO_NUMBERS = [np.array([1.0, 2.0]), np.array([1.0]), [1.0], "1", True, 1j, np.nan]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_what_is_no_number_is_refused_by_name(name):
+    function, arguments = FUNCTIONS[name]
+    function(**arguments)
+    for key in arguments.keys() - TEXT:
+        for value in NO_NUMBERS:
+            with pytest.raises(ValueError, match=r"must be|got|unknown") as error:
+                function(**{**arguments, key: value})
+            message = str(error.value)
+            assert "ambiguous" not in message and "sequence" not in message, key
