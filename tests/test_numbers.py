@@ -112,17 +112,11 @@ FUNCTIONS = {
         {"rms_slope": 0.1, "contact_modulus": 1.0},
     ),
     "first_contact": (partial(analysis.first_contact, SPHERE), {"spacing": 1.0}),
-    "smooth_contact": (theory.smooth_contact, {"normal_force": 1.0} | HERTZ | ADHESION),
+    "sphere_theory": (theory.sphere_theory, HERTZ | ADHESION),
     "regime": (theory.regime, {"normal_force": 1.0} | HERTZ | ADHESION | FACTORS),
     "RoughSphereTheory": (rough_theory, HERTZ | ADHESION | FACTORS),
-    "maugis_dugdale_contact_radius": (
-        partial(theory.maugis_dugdale_contact_radius, 1.0),
-        HERTZ | {"work_of_adhesion": 0.1, "cohesive_stress": 0.1},
-    ),
-    "maugis_dugdale_pull_off_force": (
-        theory.maugis_dugdale_pull_off_force,
-        {"maugis_parameter": 1.0},
-    ),
+    "Hertz": (theory.Hertz, HERTZ),
+    "MaugisDugdale": (theory.MaugisDugdale, HERTZ | ADHESION),
 }
 TEXT = {"normalise", "random_amplitudes", "seed"}
 NO_NUMBERS = [np.array([1.0, 2.0]), np.array([1.0]), [1.0], "1", True, 1j, np.nan]

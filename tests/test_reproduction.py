@@ -14,7 +14,7 @@ from ase_roughcontact.ensemble import (
     run_ensemble,
     write_csv,
 )
-from ase_roughcontact.theory import hertz_contact_area
+from ase_roughcontact.theory import Hertz
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples"
@@ -106,7 +106,7 @@ def test_curves_have_a_row_a_load_and_a_column_a_realisation(examples):
     }
     (curve,) = examples["paper"].curves(table)
     np.testing.assert_array_equal(curve.areas, [[5.0, np.nan], [7.0, 8.0]])
-    np.testing.assert_allclose(curve.hertz, hertz_contact_area([1.0, 2.0], 100.0, 1.0))
+    np.testing.assert_allclose(curve.hertz, Hertz(100.0, 1.0).contact_area([1.0, 2.0]))
 
 
 def test_figure_1_is_drawn_from_maps_that_are_kept(examples, tmp_path):

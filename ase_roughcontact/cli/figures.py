@@ -19,7 +19,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.scene.sphere_theory import SphereTheory
+from ase_roughcontact.theory import SphereTheory
 
 NN = UNITS["nN"]
 # Largest number of atoms in a frame of the trajectory for viewing.

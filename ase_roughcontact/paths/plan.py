@@ -18,7 +18,7 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import check_control
-from ase_roughcontact.theory import hertz_contact_radius
+from ase_roughcontact.theory import Hertz
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
 
@@ -239,7 +239,7 @@ def _contact_width(atoms: Atoms, control: str, target: float) -> float:
         return 0.0
     if control == "loads":
         load, modulus = max(target, 0.0), halfspace.contact_modulus
-        a = float(hertz_contact_radius(load, radius, modulus))
+        a = float(Hertz(radius, modulus).contact_radius(load))
     else:
         height = target if control == "heights" else contact.first_contact - target
         # the depth of the mean sphere, not that of the lowest atom

@@ -4,7 +4,7 @@
 
     with style():
         figure, axes = pyplot.subplots()
-        plot_loop(axes, loop, {"JKR": jkr_pull_off_force(radius, work)})
+        plot_loop(axes, loop, {"JKR": JKR(radius, modulus, work).pull_off_force})
         figure.savefig("loop.pdf")
 
 Arguments are in ASE's units unless noted otherwise. Figures are in nm, nN and GPa;

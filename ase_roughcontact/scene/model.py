@@ -121,7 +121,7 @@ class Model(SceneFile):
             statistics.rms_slope,
             statistics.rms_curvature,
         )
-        return float(theory.inverse_kappa_adhesive(self.kappa_repulsive, attraction))
+        return float(1.0 / self.kappa_repulsive - attraction)
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
@@ -149,7 +149,7 @@ class Model(SceneFile):
         pressure = theory.mean_contact_pressure(
             self.roughness.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
         )
-        return theory.contact_area(
+        return theory.predicted_area(
             normal_force, self.radius, self.contact_modulus, pressure
         )
 
@@ -166,9 +166,8 @@ class Model(SceneFile):
         ndarray
             Areas (Å^2).
         """
-        return theory.hertz_contact_area(
-            normal_force, self.radius, self.contact_modulus
-        )
+        hertz = theory.Hertz(self.radius, self.contact_modulus)
+        return hertz.contact_area(normal_force)
 
 
 def _domain(rough: SelfAffine) -> float | None:

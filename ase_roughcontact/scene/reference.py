@@ -12,13 +12,6 @@ from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.scene.scene import Scene
-from ase_roughcontact.scene.sphere_theory import (
-    DMT,
-    JKR,
-    Hertz,
-    MaugisDugdale,
-    SphereTheory,
-)
 
 
 @dataclass(frozen=True)
@@ -45,8 +38,8 @@ class Reference:
     """
 
     scene: Scene
-    smooth: SphereTheory
-    limits: tuple[SphereTheory, ...] = ()
+    smooth: theory.SphereTheory
+    limits: tuple[theory.SphereTheory, ...] = ()
     explanation: str = ""
     rough_above: float | None = None
 
@@ -82,7 +75,7 @@ def reference_for(scene: Scene) -> Reference:
     Reference
     """
     if not scene.wall.attractive:
-        smooth = Hertz(scene.radius, scene.contact_modulus)
+        smooth = theory.Hertz(scene.radius, scene.contact_modulus)
         return Reference(scene, smooth, rough_above=0.0 if scene.roughness else None)
     reference = _adhesive(scene, scene.wall.work_of_adhesion)
     return _rough(reference)
@@ -91,17 +84,20 @@ def reference_for(scene: Scene) -> Reference:
 def _adhesive(scene: Scene, work: float) -> Reference:
     """Choose the theory of the smooth adhesive sphere, by Maugis' parameter."""
     sphere = scene.radius, scene.contact_modulus, work
-    general = MaugisDugdale(*sphere, attraction_range=scene.wall.attraction_range)
-    jkr, dmt = JKR(*sphere), DMT(*sphere)
-    parameter = f"Maugis' parameter is {general.parameter:.3g}"
-    smooth: SphereTheory = general
-    limits: tuple[SphereTheory, ...] = ()
-    if general.parameter > theory.JKR_ABOVE:
-        smooth, reason = jkr, f"above {theory.JKR_ABOVE:g}"
-    elif general.parameter < theory.DMT_BELOW:
-        smooth, reason = dmt, f"below {theory.DMT_BELOW:g}"
+    attraction_range = scene.wall.attraction_range
+    smooth = theory.sphere_theory(*sphere, attraction_range)
+    number = theory.MaugisDugdale(*sphere, attraction_range).parameter
+    parameter = f"Maugis' parameter is {number:.3g}"
+    limits: tuple[theory.SphereTheory, ...] = ()
+    if isinstance(smooth, theory.JKR):
+        reason = f"above {theory.JKR_ABOVE:g}"
+    elif isinstance(smooth, theory.DMT):
+        reason = f"below {theory.DMT_BELOW:g}"
     else:
-        limits, reason = (jkr, dmt), "between DMT and JKR"
+        limits, reason = (
+            (theory.JKR(*sphere), theory.DMT(*sphere)),
+            "between DMT and JKR",
+        )
     explanation = f"{smooth.name}, {smooth.sphere} ({parameter}, {reason})"
     return Reference(scene, smooth, limits, explanation)
 

@@ -1,214 +1,165 @@
-"""Hertz: a smooth rigid sphere on an elastic half space, without adhesion.
+"""Hertz, without adhesion, and DMT, with an attraction outside of the contact."""
 
-The contact modulus is E* = E/(1 - nu^2). All functions broadcast over arrays and accept
-any consistent system of units.
-"""
+from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.validation import (
-    FloatArray,
-    nonnegative_array,
-    positive_array,
-)
+from ase_roughcontact._util.validation import FloatArray, nonnegative_array
+from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, SphereTheory
 
 
-def hertz_contact_radius(
-    normal_force: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
-) -> FloatArray:
-    """Return the contact radius for a given force, a = (3 N R/4E*)^(1/3).
+@dataclass(frozen=True)
+class Hertz(SphereTheory):
+    """Hertz: a smooth sphere without adhesion; see `SphereTheory`.
 
     Parameters
     ----------
-    normal_force : array_like
-        N >= 0, force.
-    radius : array_like
+    radius : float
         R of the sphere, length.
-    contact_modulus : array_like
+    contact_modulus : float
         E*, force per area.
-
-    Returns
-    -------
-    ndarray
-        a, length; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), eq. (4.22).
-    """
-    force = nonnegative_array("normal_force", normal_force)
-    modulus = positive_array("contact_modulus", contact_modulus)
-    return np.cbrt(0.75 * force * positive_array("radius", radius) / modulus)
-
-
-def hertz_contact_radius_from_penetration(
-    penetration: ArrayLike, radius: ArrayLike
-) -> FloatArray:
-    """Return the contact radius for a given penetration, a = sqrt(R delta).
-
-    Parameters
-    ----------
-    penetration : array_like
-        delta >= 0, length.
-    radius : array_like
-        R of the sphere, length.
-
-    Returns
-    -------
-    ndarray
-        a, length; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), eq. (4.23).
-    """
-    penetration = nonnegative_array("penetration", penetration)
-    return np.sqrt(positive_array("radius", radius) * penetration)
-
-
-def hertz_force(
-    penetration: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
-) -> FloatArray:
-    """Return the force for a given penetration, N = (4/3) E* sqrt(R) delta^(3/2).
-
-    Parameters
-    ----------
-    penetration : array_like
-        delta >= 0, length.
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-
-    Returns
-    -------
-    ndarray
-        N, force; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), eq. (4.23).
-    """
-    penetration = nonnegative_array("penetration", penetration)
-    modulus = positive_array("contact_modulus", contact_modulus)
-    root = np.sqrt(positive_array("radius", radius))
-    return 4 / 3 * modulus * root * penetration**1.5
-
-
-def hertz_penetration(
-    normal_force: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
-) -> FloatArray:
-    """Return the penetration for a given force, delta = a^2/R.
-
-    Parameters
-    ----------
-    normal_force : array_like
-        N >= 0, force.
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-
-    Returns
-    -------
-    ndarray
-        delta, length; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), eq. (4.23).
-    """
-    a = hertz_contact_radius(normal_force, radius, contact_modulus)
-    return a**2 / np.asarray(radius, dtype=float)
-
-
-def hertz_contact_area(
-    normal_force: ArrayLike, radius: ArrayLike, contact_modulus: ArrayLike
-) -> FloatArray:
-    """Return the contact area for a given force, A = pi a^2.
-
-    Parameters
-    ----------
-    normal_force : array_like
-        N >= 0, force.
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-
-    Returns
-    -------
-    ndarray
-        A, area; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), eq. (4.22).
-    """
-    return np.pi * hertz_contact_radius(normal_force, radius, contact_modulus) ** 2
-
-
-def hertz_pressure(
-    distance: ArrayLike,
-    contact_radius: ArrayLike,
-    radius: ArrayLike,
-    contact_modulus: ArrayLike,
-) -> FloatArray:
-    """Return the pressure in the contact, p(r) = (2 E* a/pi R) sqrt(1 - r^2/a^2).
-
-    Parameters
-    ----------
-    distance : array_like
-        r >= 0 from the axis of the sphere, length.
-    contact_radius : array_like
-        a, length.
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-
-    Returns
-    -------
-    ndarray
-        p, force per area, zero beyond a; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
 
     References
     ----------
     K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), section 4.2.
     """
-    distance = nonnegative_array("distance", distance)
-    contact_radius = positive_array("contact_radius", contact_radius)
-    modulus = positive_array("contact_modulus", contact_modulus)
-    chord = np.sqrt(np.maximum(contact_radius**2 - distance**2, 0.0))
-    return 2 * modulus / (np.pi * positive_array("radius", radius)) * chord
+
+    radius: float
+    contact_modulus: float
+    work_of_adhesion = 0.0
+    name = symbol = "Hertz"
+
+    @property
+    def pull_off_force(self) -> float:
+        """Smallest force of a contact: zero."""
+        return 0.0
+
+    def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the contact radius, a = [3 (N - N_pull-off) R/4E*]^(1/3)."""
+        return self._hertz_radius(self._above_pull_off(normal_force))
+
+    def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
+        """Return the contact radius for a given penetration, a = sqrt(R delta).
+
+        Parameters
+        ----------
+        penetration : array_like
+            delta >= 0, length.
+
+        Returns
+        -------
+        ndarray
+            a, length.
+
+        Raises
+        ------
+        ValueError
+            If a penetration is not finite or negative.
+        """
+        return np.sqrt(self.radius * nonnegative_array("penetration", penetration))
+
+    def force(self, contact_radius: ArrayLike) -> FloatArray:
+        """Return the force for a given contact radius, N = 4 E* a^3/3R + N_pull-off.
+
+        Parameters
+        ----------
+        contact_radius : array_like
+            a >= 0, length.
+
+        Returns
+        -------
+        ndarray
+            N, force.
+
+        Raises
+        ------
+        ValueError
+            If a radius is not finite or negative.
+        """
+        cube = nonnegative_array("contact_radius", contact_radius) ** 3
+        repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
+        return repulsive + self.pull_off_force
+
+    def penetration(self, contact_radius: ArrayLike) -> FloatArray:
+        """Return the penetration for a given contact radius, delta = a^2/R.
+
+        Parameters
+        ----------
+        contact_radius : array_like
+            a >= 0, length.
+
+        Returns
+        -------
+        ndarray
+            delta, length.
+
+        Raises
+        ------
+        ValueError
+            If a radius is not finite or negative.
+        """
+        return nonnegative_array("contact_radius", contact_radius) ** 2 / self.radius
+
+    def pressure(self, distance: ArrayLike, contact_radius: float) -> FloatArray:
+        """Return the pressure in the contact, p(r) = (2 E* a/pi R) sqrt(1 - r^2/a^2).
+
+        Parameters
+        ----------
+        distance : array_like
+            r >= 0 from the axis of the sphere, length.
+        contact_radius : float
+            a, length.
+
+        Returns
+        -------
+        ndarray
+            p, force per area, zero beyond a.
+
+        Raises
+        ------
+        ValueError
+            If an argument is not finite or negative.
+        """
+        distance = nonnegative_array("distance", distance)
+        radius = nonnegative_array("contact_radius", contact_radius)
+        chord = np.sqrt(np.maximum(radius**2 - distance**2, 0.0))
+        return 2 * self.contact_modulus / (np.pi * self.radius) * chord
+
+    def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
+        """Return penetrations and forces."""
+        a = np.linspace(0.0, largest, CURVE_POINTS)
+        return self.penetration(a), self.force(a)
+
+
+@dataclass(frozen=True)
+class DMT(Hertz):
+    """Derjaguin, Muller and Toporov: a small and stiff sphere; see `SphereTheory`.
+
+    The attraction acts outside of the contact and adds its force to the load, while the
+    contact remains that of Hertz.
+
+    Parameters
+    ----------
+    radius : float
+        R of the sphere, length.
+    contact_modulus : float
+        E*, force per area.
+    work_of_adhesion : float
+        w, energy per area.
+
+    References
+    ----------
+    B. V. Derjaguin, V. M. Muller, Y. P. Toporov, J. Colloid Interface Sci. 53, 314
+    (1975); D. Maugis, J. Colloid Interface Sci. 150, 243 (1992).
+    """
+
+    work_of_adhesion: float
+    name = symbol = "DMT"
+
+    @property
+    def pull_off_force(self) -> float:
+        """Smallest force of a contact, -2 pi w R."""
+        return -2 * np.pi * self.work_of_adhesion * self.radius

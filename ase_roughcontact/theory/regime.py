@@ -4,20 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
-from ase_roughcontact._util.validation import FloatArray, nonnegative, positive
-from ase_roughcontact.theory.hertz import hertz_contact_radius
+import numpy as np
+
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite,
+    nonnegative,
+    positive,
+)
+from ase_roughcontact.theory.hertz import Hertz
+from ase_roughcontact.theory.maugis import MaugisDugdale
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
-from ase_roughcontact.theory.smooth_sphere import smooth_contact
+from ase_roughcontact.theory.selection import sphere_theory
 
 LAWS = {
     "Hertz": "smooth sphere without adhesion, A = pi (3 N R/4E*)^(2/3)",
-    "JKR": "smooth sphere, short-ranged adhesion, jkr_contact_radius",
-    "DMT": "smooth sphere, long-ranged adhesion, dmt_contact_radius",
-    "Maugis-Dugdale": "smooth sphere, intermediate, maugis_dugdale_contact_radius",
+    "JKR": "smooth sphere, short-ranged adhesion, theory.JKR",
+    "DMT": "smooth sphere, long-ranged adhesion, theory.DMT",
+    "Maugis-Dugdale": "smooth sphere, intermediate, theory.MaugisDugdale",
     "first asperity": "smooth sphere with the radius rho of the first asperity",
     "rough, linear": "many asperities as on rough flats, A = N/p_rough",
     "sticky rough": "macroscopic adhesion of rough flats, f(p) must be tabulated",
@@ -144,7 +152,7 @@ def regime(
 
     Notes
     -----
-    `smooth_contact` describes smooth spheres, rough ones above N_c, and those that are
+    `sphere_theory` describes smooth spheres, rough ones above N_c, and those that are
     sharper than their roughness, R <= rho. Below N_c(rho) one asperity carries the
     load; in between the area is linear in load. Adhesion changes kappa. If the work of
     adhesion exceeds `flattening_energy`, a sticky rough sphere behaves like a smooth
@@ -161,31 +169,42 @@ def regime(
 
     >>> tip = regime(10, 30, 10, work_of_adhesion=0.05, attraction_range=0.3)
     >>> print(str(tip).splitlines()[0])
-    Maugis-Dugdale: smooth sphere, intermediate, maugis_dugdale_contact_radius
+    Maugis-Dugdale: smooth sphere, intermediate, theory.MaugisDugdale
     """
     positive(kappa_repulsive=kappa_repulsive, asperity_factor=asperity_factor)
-    adhesion = work_of_adhesion, attraction_range
+    finite(normal_force=normal_force)
+    numbers: dict[str, Any]
     if roughness is None:
-        contact = smooth_contact(normal_force, radius, contact_modulus, *adhesion)
-        numbers = asdict(contact)
-        if work_of_adhesion > 0:
-            numbers["effective_work_of_adhesion"] = work_of_adhesion
+        smooth = sphere_theory(
+            radius, contact_modulus, work_of_adhesion, attraction_range
+        )
+        area = float(np.pi * smooth.contact_radius(normal_force) ** 2)
+        numbers = {"law": smooth.law(normal_force), "contact_area": area}
     else:
         nonnegative(normal_force=normal_force)
         sphere = RoughSphereTheory(
             radius,
             contact_modulus,
             roughness,
-            *adhesion,
+            work_of_adhesion,
+            attraction_range,
             kappa_repulsive,
             asperity_factor,
         )
+        smooth = sphere.smooth
         numbers = _rough_numbers(sphere, normal_force, flat)
+    if attraction_range is not None and work_of_adhesion > 0:
+        numbers["effective_work_of_adhesion"] = smooth.work_of_adhesion
+    if attraction_range is not None and smooth.work_of_adhesion > 0:
+        adhesive = radius, contact_modulus, smooth.work_of_adhesion, attraction_range
+        numbers["tabor_parameter"] = MaugisDugdale(*adhesive).tabor_parameter
+        numbers["maugis_parameter"] = MaugisDugdale(*adhesive).parameter
+        numbers["pull_off_force"] = smooth.pull_off_force
     area = numbers["contact_area"]
-    a = hertz_contact_radius(max(normal_force, 0.0), radius, contact_modulus)
+    hertz = Hertz(radius, contact_modulus).contact_radius(max(normal_force, 0.0))
     return Regime(
         mean_pressure=normal_force / area if area else None,
-        hertz_radius=float(a),
+        hertz_radius=float(hertz),
         **numbers,
     )
 
@@ -196,7 +215,7 @@ def _rough_numbers(
     flat: Callable[[FloatArray], FloatArray] | None,
 ) -> dict[str, Any]:
     """Return the attributes of `Regime` for a rough sphere."""
-    numbers = asdict(sphere.smooth(normal_force)) | {
+    numbers = {
         "law": sphere.law(normal_force),
         "contact_area": sphere.area(normal_force, flat),
         "inverse_kappa": sphere.inverse_kappa,
@@ -204,8 +223,6 @@ def _rough_numbers(
         "first_contact_radius": sphere.first_contact_radius,
         "crossover_ratio": normal_force / sphere.crossover_load,
     }
-    if sphere.work_of_adhesion > 0:
-        numbers["effective_work_of_adhesion"] = sphere.effective_work_of_adhesion
     if not sphere.sticky:
         ratio = sphere.asperity_load / sphere.crossover_load
         numbers["rough_pressure"] = sphere.rough_pressure

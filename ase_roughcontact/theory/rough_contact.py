@@ -15,52 +15,14 @@ from ase_roughcontact._util.validation import (
     positive_array,
 )
 from ase_roughcontact.theory.first_asperity import low_load_plateau
-from ase_roughcontact.theory.hertz import hertz_contact_radius
+from ase_roughcontact.theory.hertz import Hertz
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD, contact_fraction
-
-
-def contact_area(
-    normal_force: ArrayLike,
-    radius: ArrayLike,
-    contact_modulus: ArrayLike,
-    rough_pressure: ArrayLike,
-) -> FloatArray:
-    """Return the contact area of a rough sphere, A = A_Hertz f(N/A_Hertz).
-
-    It tends to N/p_rough at small force and to A_Hertz at large force.
-
-    Parameters
-    ----------
-    normal_force : array_like
-        N >= 0, force.
-    radius : array_like
-        R of the sphere, length.
-    contact_modulus : array_like
-        E*, force per area.
-    rough_pressure : array_like
-        p_rough of `mean_contact_pressure`, force per area.
-
-    Returns
-    -------
-    ndarray
-        A, area; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (4).
-    """
-    return predicted_area(normal_force, radius, contact_modulus, rough_pressure)
 
 
 def predicted_area(
     normal_force: ArrayLike,
-    radius: ArrayLike,
-    contact_modulus: ArrayLike,
+    radius: float,
+    contact_modulus: float,
     flat: ArrayLike | Callable[[FloatArray], FloatArray],
     *,
     asperity_radius: ArrayLike | None = None,
@@ -69,15 +31,17 @@ def predicted_area(
     """Return the contact area of a rough sphere at any load.
 
     A = max(A_Hertz(rho), A_adh, A_Hertz f(N/A_Hertz)), where A_Hertz(rho) is the area
-    of a smooth sphere with the radius rho of the first asperity, at most R.
+    of a smooth sphere with the radius rho of the first asperity, at most R. The last
+    term alone is Eq. (4), which tends to N/p_rough at small force and to A_Hertz at
+    large force.
 
     Parameters
     ----------
     normal_force : array_like
         N >= 0, force.
-    radius : array_like
+    radius : float
         R of the sphere, length.
-    contact_modulus : array_like
+    contact_modulus : float
         E*, force per area.
     flat : array_like or callable
         Contact of nominally flat surfaces: p_rough of `mean_contact_pressure` for the
@@ -112,9 +76,9 @@ def predicted_area(
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eqs. (2), (4) and
     (6), and fig. 2.
     """
-    a = hertz_contact_radius(normal_force, radius, contact_modulus)
+    a = Hertz(radius, contact_modulus).contact_radius(normal_force)
     # N/A_Hertz, also at N = 0
-    pressure = 4 / (3 * np.pi) * np.divide(contact_modulus, radius) * a
+    pressure = 4 / (3 * np.pi) * (contact_modulus / radius) * a
     fraction = flat(pressure) if callable(flat) else contact_fraction(pressure, flat)
     if asperity_radius is not None:
         plateau = low_load_plateau(asperity_radius, radius)
@@ -160,35 +124,7 @@ def crossover_load(
     """
     radius = positive_array("radius", radius)
     modulus = positive_array("contact_modulus", contact_modulus)
-    ratio = crossover_radius_ratio(rms_slope, kappa)
-    return 4 / 3 * modulus * radius**2 * ratio**3
-
-
-def crossover_radius_ratio(
-    rms_slope: ArrayLike, kappa: ArrayLike = KAPPA_HARD
-) -> FloatArray:
-    """Return the contact radius at the crossover load, a/R = (3 pi/4) h'/kappa.
-
-    Parameters
-    ----------
-    rms_slope : array_like
-        h', dimensionless.
-    kappa : array_like
-        Dimensionless.
-
-    Returns
-    -------
-    ndarray
-        a/R, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), after eq. (6).
-    """
     slope = positive_array("rms_slope", rms_slope)
-    return 0.75 * np.pi * slope / positive_array("kappa", kappa)
+    # contact radius over R at this load
+    ratio = 0.75 * np.pi * slope / positive_array("kappa", kappa)
+    return 4 / 3 * modulus * radius**2 * ratio**3

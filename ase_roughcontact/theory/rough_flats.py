@@ -6,12 +6,11 @@ and accept any consistent system of units.
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import erf, hyp2f1
 
 from ase_roughcontact._util.validation import (
     FloatArray,
-    finite_array,
     nonnegative_array,
     positive_array,
 )
@@ -217,61 +216,6 @@ def inverse_kappa_attractive(
     geometry = np.cbrt(3 / 16 * 4 * distance / (slope * diameter)) ** 2
     inverse: FloatArray = np.pi * work / (modulus * slope * distance) * geometry
     return inverse
-
-
-def inverse_kappa_adhesive(
-    kappa_repulsive: ArrayLike, inverse_kappa_attractive: ArrayLike
-) -> FloatArray:
-    """Return 1/kappa with adhesion, 1/kappa_adh = 1/kappa_rep - 1/kappa_att.
-
-    Parameters
-    ----------
-    kappa_repulsive : array_like
-        kappa_rep, without the attraction, dimensionless.
-    inverse_kappa_attractive : array_like
-        1/kappa_att >= 0, dimensionless.
-
-    Returns
-    -------
-    ndarray
-        1/kappa_adh, dimensionless, of either sign; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
-    """
-    attractive = nonnegative_array("inverse_kappa_attractive", inverse_kappa_attractive)
-    return 1 / positive_array("kappa_repulsive", kappa_repulsive) - attractive
-
-
-def is_sticky(inverse_kappa_adhesive: ArrayLike) -> NDArray[np.bool_]:
-    """Return whether rough flats adhere macroscopically, 1/kappa_adh <= 0.
-
-    Parameters
-    ----------
-    inverse_kappa_adhesive : array_like
-        1/kappa_adh, dimensionless.
-
-    Returns
-    -------
-    ndarray of bool
-        Shape of the argument.
-
-    Raises
-    ------
-    ValueError
-        If the argument is not finite.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014).
-    """
-    return finite_array("inverse_kappa_adhesive", inverse_kappa_adhesive) <= 0
 
 
 def flattening_energy(

@@ -13,13 +13,12 @@ from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
     flattening_energy,
-    inverse_kappa_adhesive,
     inverse_kappa_attractive,
-    is_sticky,
     mean_contact_pressure,
 )
+from ase_roughcontact.theory.selection import sphere_theory
 from ase_roughcontact.theory.self_affine import slope_to_curvature_ratio
-from ase_roughcontact.theory.smooth_sphere import SmoothContact, smooth_contact
+from ase_roughcontact.theory.smooth_sphere import SphereTheory
 
 
 class Roughness(Protocol):
@@ -91,7 +90,7 @@ class RoughSphereTheory:
         positive(
             kappa_repulsive=self.kappa_repulsive, asperity_factor=self.asperity_factor
         )
-        self._smooth(0.0, self.radius, self.work_of_adhesion)
+        self._sphere(self.radius, self.work_of_adhesion)
 
     @cached_property
     def inverse_kappa(self) -> float:
@@ -109,12 +108,12 @@ class RoughSphereTheory:
             slope,
             slope / ratio,
         )
-        return float(inverse_kappa_adhesive(self.kappa_repulsive, attraction))
+        return float(1 / self.kappa_repulsive - attraction)
 
     @property
     def sticky(self) -> bool:
         """Whether rough flats adhere macroscopically."""
-        return bool(is_sticky(self.inverse_kappa))
+        return self.inverse_kappa <= 0
 
     @property
     def kappa(self) -> float:
@@ -179,19 +178,10 @@ class RoughSphereTheory:
         )
         return max(self.work_of_adhesion - float(energy), 0.0)
 
-    def smooth(self, normal_force: float) -> SmoothContact:
-        """Return the contact of the sphere if adhesion flattens its roughness.
-
-        Parameters
-        ----------
-        normal_force : float
-            N >= 0, force.
-
-        Returns
-        -------
-        SmoothContact
-        """
-        return self._smooth(normal_force, self.radius, self.effective_work_of_adhesion)
+    @cached_property
+    def smooth(self) -> SphereTheory:
+        """Theory of the sphere if adhesion flattens its roughness."""
+        return self._sphere(self.radius, self.effective_work_of_adhesion)
 
     def law(self, normal_force: float) -> str:
         """Return the name of the law at a force.
@@ -210,7 +200,7 @@ class RoughSphereTheory:
         flattened = self.sticky and self.effective_work_of_adhesion > 0
         smooth = flattened or normal_force >= self.crossover_load
         if smooth or self.single_asperity:
-            return self.smooth(normal_force).law
+            return self.smooth.law(normal_force)
         if self.sticky:
             return "sticky rough"
         if normal_force < self.asperity_load:
@@ -243,10 +233,10 @@ class RoughSphereTheory:
         """
         law = self.law(normal_force)
         if self.single_asperity or law in ("JKR", "DMT", "Maugis-Dugdale"):
-            return self.smooth(normal_force).contact_area
+            return float(self.smooth.contact_area(normal_force))
         if law == "sticky rough" and flat is None:
             return None
-        first = self._smooth(normal_force, self.asperity_radius, self.work_of_adhesion)
+        first = self._sphere(self.asperity_radius, self.work_of_adhesion)
         return float(
             predicted_area(
                 normal_force,
@@ -254,11 +244,9 @@ class RoughSphereTheory:
                 self.contact_modulus,
                 self.rough_pressure if flat is None else flat,
                 asperity_radius=self.asperity_radius,
-                asperity_area=first.contact_area,
+                asperity_area=first.contact_area(normal_force),
             )
         )
 
-    def _smooth(self, normal_force: float, radius: float, work: float) -> SmoothContact:
-        return smooth_contact(
-            normal_force, radius, self.contact_modulus, work, self.attraction_range
-        )
+    def _sphere(self, radius: float, work: float) -> SphereTheory:
+        return sphere_theory(radius, self.contact_modulus, work, self.attraction_range)

@@ -1,130 +1,194 @@
-"""Choice of the law for a smooth sphere: Hertz, JKR, DMT or Maugis-Dugdale."""
+"""Smooth rigid spheres on an elastic half space: base class of their theories."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from abc import ABC, abstractmethod
+from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.validation import finite, nonnegative, positive
-from ase_roughcontact.theory.dmt import dmt_contact_radius, dmt_pull_off_force
-from ase_roughcontact.theory.hertz import hertz_contact_radius
-from ase_roughcontact.theory.jkr import jkr_contact_radius, jkr_pull_off_force
-from ase_roughcontact.theory.maugis import (
-    maugis_dugdale_contact_radius,
-    maugis_dugdale_pull_off_force,
-    maugis_parameter,
-    tabor_parameter,
-)
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray, finite_array, positive
 
-#: Maugis' parameters below which DMT, and above which JKR is accurate: R. W. Carpick,
-#: D. F. Ogletree, M. Salmeron, J. Colloid Interface Sci. 211, 395 (1999).
-DMT_BELOW, JKR_ABOVE = 0.1, 5.0
+Branch: TypeAlias = Literal["stable", "unstable"]
+
+# Points of a curve of force against penetration.
+CURVE_POINTS = 400
 
 #: Relative increase of the area by adhesion below which the law is called Hertz.
 NEGLIGIBLE_ADHESION = 0.1
 
 
-@dataclass(frozen=True, kw_only=True)
-class SmoothContact:
-    """Contact of a smooth sphere and the law that describes it.
+class SphereTheory(ABC):
+    """Theory of a smooth rigid sphere on an elastic half space.
+
+    Any consistent system of units will do; `label` alone assumes that of ASE. Methods
+    accept numbers and arrays, of which they return the shape.
 
     Attributes
     ----------
-    law : {"Hertz", "JKR", "DMT", "Maugis-Dugdale"}
-        Name of the law.
-    contact_area : float
-        A, area.
-    tabor_parameter, maugis_parameter : float or None
-        Dimensionless; None without adhesion.
-    pull_off_force : float or None
-        Force, negative; None without adhesion.
-    """
-
-    law: str
-    contact_area: float
-    tabor_parameter: float | None = None
-    maugis_parameter: float | None = None
-    pull_off_force: float | None = None
-
-
-def smooth_contact(
-    normal_force: float,
-    radius: float,
-    contact_modulus: float,
-    work_of_adhesion: float = 0.0,
-    attraction_range: float | None = None,
-) -> SmoothContact:
-    """Return the contact area of a smooth sphere and the law that describes it.
-
-    Parameters
-    ----------
-    normal_force : float
-        N, force, at least the pull-off force.
     radius : float
         R of the sphere, length.
     contact_modulus : float
-        E*, force per area.
+        E* = E/(1 - nu^2), force per area.
     work_of_adhesion : float
-        w, energy per area.
-    attraction_range : float, optional
-        D, range of the attraction, length; required with adhesion. It is the distance
-        in Tabor's parameter, and w/D is the tension in Maugis' parameter.
-
-    Returns
-    -------
-    SmoothContact
+        w, energy per area; zero for Hertz.
+    name : str
+        Name of the theory.
+    symbol : str
+        Subscript of quantities that follow from it, as in A_Hertz.
 
     Raises
     ------
     ValueError
-        If an argument is out of range or missing, or the force is below the pull-off
-        force.
-
-    Notes
-    -----
-    The law is called Hertz, too, if adhesion increases the area by less than
-    `NEGLIGIBLE_ADHESION`; the area is that with adhesion even then.
-
-    References
-    ----------
-    K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997): map of
-    the ranges of these laws.
+        If a parameter is not finite and positive.
     """
-    finite(normal_force=normal_force)
-    nonnegative(work_of_adhesion=work_of_adhesion)
-    positive(radius=radius, contact_modulus=contact_modulus)
-    if work_of_adhesion == 0:
-        a = hertz_contact_radius(normal_force, radius, contact_modulus)
-        return SmoothContact(law="Hertz", contact_area=float(np.pi * a**2))
-    if attraction_range is None:
+
+    radius: float
+    contact_modulus: float
+    work_of_adhesion: float
+    name: ClassVar[str]
+    symbol: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        positive(**vars(self))
+
+    @property
+    @abstractmethod
+    def pull_off_force(self) -> float:
+        """Smallest force of a contact, zero without adhesion, otherwise negative."""
+
+    @abstractmethod
+    def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the radius of the stable contact.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            N, force, at least the pull-off force.
+
+        Returns
+        -------
+        ndarray
+            a, length.
+
+        Raises
+        ------
+        ValueError
+            If a force is not finite, or below the pull-off force, where there is no
+            contact.
+        """
+
+    @abstractmethod
+    def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
+        """Return a curve of force against penetration, for figures.
+
+        The curve begins at the smallest contact that is stable at a given height.
+
+        Parameters
+        ----------
+        largest : float
+            Contact radius at which the curve ends, length.
+
+        Returns
+        -------
+        penetration, force : ndarray
+        """
+
+    def contact_area(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the area of the stable contact.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            N, force.
+
+        Returns
+        -------
+        ndarray
+            A = pi a^2, area; NaN below the pull-off force.
+        """
+        force = np.asarray(normal_force, dtype=float)
+        exists = force >= self.pull_off_force
+        radius = self.contact_radius(np.where(exists, force, 0.0))
+        return np.where(exists, np.pi * radius**2, np.nan)
+
+    def law(self, normal_force: float) -> str:
+        """Return the name of the simplest theory that is accurate at a force.
+
+        Parameters
+        ----------
+        normal_force : float
+            N, force, at least the pull-off force.
+
+        Returns
+        -------
+        str
+            "Hertz" if adhesion increases the area by less than a tenth, else `name`.
+        """
+        hertz = self._hertz_radius(max(normal_force, 0.0))
+        square = self.contact_radius(normal_force) ** 2
+        negligible = square < (1 + NEGLIGIBLE_ADHESION) * hertz**2
+        return "Hertz" if negligible else self.name
+
+    @property
+    def sphere(self) -> str:
+        """The sphere, with the work of adhesion in J/m^2, for printed output."""
+        work = self.work_of_adhesion / UNITS["J/m^2"]
+        return "smooth sphere" + (f", w = {work:.3g} J/m²" if work else "")
+
+    @property
+    def label(self) -> str:
+        """Name and sphere, for legends and printed output."""
+        return f"{self.name}: theory, {self.sphere}"
+
+    def _hertz_radius(self, normal_force: ArrayLike) -> FloatArray:
+        scaled = 0.75 * np.asarray(normal_force, dtype=float) * self.radius
+        return np.cbrt(scaled / self.contact_modulus)
+
+    def _above_pull_off(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the force above pull-off; rounding at pull-off counts as zero."""
+        excess = finite_array("normal_force", normal_force) - self.pull_off_force
+        if not np.all(excess >= 1e-12 * self.pull_off_force):
+            raise ValueError(
+                "normal_force must not be below the pull-off force "
+                f"{self.pull_off_force}, got {normal_force!r}"
+            )
+        return np.maximum(excess, 0.0)
+
+
+def is_stable(branch: str, name: str, values: FloatArray, end: float) -> bool:
+    """Return whether a branch is the stable one, after checks.
+
+    In a range of forces from pull-off on there are two contact radii: the larger one is
+    stable, the smaller one is not.
+
+    Parameters
+    ----------
+    branch : {"stable", "unstable"}
+        Name of the branch.
+    name : str
+        Name of the values, for the error.
+    values : ndarray
+        Forces or penetrations.
+    end : float
+        Value at which the radius on the unstable branch is zero.
+
+    Returns
+    -------
+    bool
+
+    Raises
+    ------
+    ValueError
+        If the branch is unknown, or a value is beyond the end of the unstable one.
+    """
+    if branch not in ("stable", "unstable"):
+        raise ValueError(f"branch must be 'stable' or 'unstable', got {branch!r}")
+    if branch == "unstable" and np.any(values > end):
         raise ValueError(
-            "attraction_range must be given with a work_of_adhesion, got None"
+            f"{name} must not exceed {end} on the unstable branch, got {values}"
         )
-    positive(attraction_range=attraction_range)
-
-    system = radius, contact_modulus, work_of_adhesion
-    stress = work_of_adhesion / attraction_range
-    parameter = float(maugis_parameter(*system, stress))
-    if parameter > JKR_ABOVE:
-        law, a = "JKR", jkr_contact_radius(normal_force, *system)
-        pull_off = float(jkr_pull_off_force(radius, work_of_adhesion))
-    elif parameter < DMT_BELOW:
-        law, a = "DMT", dmt_contact_radius(normal_force, *system)
-        pull_off = float(dmt_pull_off_force(radius, work_of_adhesion))
-    else:
-        law = "Maugis-Dugdale"
-        a = maugis_dugdale_contact_radius(normal_force, *system, stress)
-        reduced = maugis_dugdale_pull_off_force(parameter)
-        pull_off = float(reduced * np.pi * work_of_adhesion * radius)
-
-    hertz = hertz_contact_radius(max(normal_force, 0.0), radius, contact_modulus)
-    if a**2 < (1 + NEGLIGIBLE_ADHESION) * hertz**2:
-        law = "Hertz"
-    return SmoothContact(
-        law=law,
-        contact_area=float(np.pi * a**2),
-        tabor_parameter=float(tabor_parameter(*system, attraction_range)),
-        maugis_parameter=parameter,
-        pull_off_force=pull_off,
-    )
+    return branch == "stable"

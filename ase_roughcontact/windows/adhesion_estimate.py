@@ -20,12 +20,7 @@ import numpy as np
 
 from ase_roughcontact.elasticity.halfspace import PeriodicHalfSpace
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.theory.jkr import (
-    jkr_contact_radius,
-    jkr_contact_radius_from_penetration,
-    jkr_pull_off_penetration,
-)
-from ase_roughcontact.theory.rough_flats import flattening_energy
+from ase_roughcontact.theory import JKR, flattening_energy
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 from ase_roughcontact.windows.memory import check_memory
 
@@ -90,13 +85,13 @@ class AdhesionEstimate:
         """
         if not self.effective_work > 0.0:
             return 0.0
-        system = self.sphere.radius, self.modulus, self.effective_work
+        jkr = JKR(self.sphere.radius, self.modulus, self.effective_work)
         if load is not None:
-            radius = float(jkr_contact_radius(load, *system))
-        elif depth < jkr_pull_off_penetration(*system):
+            radius = float(jkr.contact_radius(load))
+        elif depth < jkr.pull_off_penetration:
             return 0.0
         else:
-            radius = float(jkr_contact_radius_from_penetration(depth, *system))
+            radius = float(jkr.contact_radius_from_penetration(depth))
         side = 2 * math.ceil(radius / self.spacing)
         try:
             check_memory((side, side))

@@ -17,7 +17,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.plot import style
-from ase_roughcontact.theory import maugis_dugdale_pull_off_force, maugis_parameter
+from ase_roughcontact.theory import MaugisDugdale
 
 RADIUS = 100.0
 WORK = 0.02
@@ -52,12 +52,11 @@ print("Maugis parameter  pull-off force/(pi w R)  Maugis-Dugdale  dissipated ene
 with style():
     figure, axes = plt.subplots()
     for stiffness, loop in loops.items():
-        stress = np.sqrt(WORK * stiffness / 12)
-        parameter = float(maugis_parameter(RADIUS, 1.0, WORK, stress))
-        force = loop.pull_off_force / unit
-        theory = -maugis_dugdale_pull_off_force(parameter)
+        theory = MaugisDugdale(RADIUS, 1.0, WORK, np.sqrt(12 * WORK / stiffness))
+        parameter = theory.parameter
+        force, expected = loop.pull_off_force / unit, -theory.pull_off_force / unit
         lost = loop.dissipated_energy / energy
-        print(f"{parameter:16.3f}  {force:23.4f}  {theory:14.4f}  {lost:17.3f}")
+        print(f"{parameter:16.3f}  {force:23.4f}  {expected:14.4f}  {lost:17.3f}")
         steps = (*loop.approach, *loop.retraction)
         points = np.array([(step.height, step.normal_force / unit) for step in steps])
         axes.plot(*points.T, label=f"parameter {parameter:.2f}")

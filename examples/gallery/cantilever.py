@@ -18,7 +18,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.plot import style
-from ase_roughcontact.theory import maugis_dugdale_pull_off_force, maugis_parameter
+from ase_roughcontact.theory import MaugisDugdale
 
 STEPS = 80  # on the way down
 
@@ -62,8 +62,7 @@ print(f"heights under the load and on the spring differ by {difference:.0e} a0")
 # The pull-off force is that of Maugis and Dugdale for the same work of adhesion and the
 # same range of the attraction.
 
-parameter = float(maugis_parameter(radius, 1.0, work, work / wall.attraction_range))
-theory = maugis_dugdale_pull_off_force(parameter) * unit
+theory = MaugisDugdale(radius, 1.0, work, wall.attraction_range).pull_off_force
 error = float(min(forces) / theory - 1)
 print(f"pull-off force {-min(forces):.3f} E* a0^2, relative error {100 * error:.1f} %")
 

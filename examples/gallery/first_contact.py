@@ -12,7 +12,7 @@ from ase.units import GPa
 from ase_roughcontact import ActiveSet, HardWall, RoughContact, RoughSphere, substrate
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.plot import plot_pressure, style
-from ase_roughcontact.theory import hertz_contact_radius_from_penetration, hertz_force
+from ase_roughcontact.theory import Hertz
 
 SIZE = 64  # atoms along a side of the window
 
@@ -46,11 +46,12 @@ if not optimizer.run(fmax=1e-6):
 # -------
 
 force = atoms.calc.state(atoms).normal_force
-error = force / hertz_force(depth, radius, modulus) - 1
+hertz = Hertz(radius, modulus)
+contact_radius = hertz.contact_radius_from_penetration(depth)
+error = force / hertz.force(contact_radius) - 1
 print(f"force {force:.4f} eV/Å, relative difference from Hertz: {100 * error:.2f} %")
 
 with style():
     figure, axes = plt.subplots()
-    contact_radius = hertz_contact_radius_from_penetration(depth, radius)
     plot_pressure(axes, ContactMap.from_atoms(atoms), float(contact_radius))
     figure.savefig("first_contact.png", dpi=200)

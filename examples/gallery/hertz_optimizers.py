@@ -20,7 +20,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.plot import plot_convergence, style
-from ase_roughcontact.theory import hertz_force
+from ase_roughcontact.theory import Hertz
 
 SIZE = 32  # atoms along a side of the window
 
@@ -58,7 +58,8 @@ optimizers = {
 depth = SIZE / 32
 sphere = RoughSphere(5.0 * SIZE)
 wall = LennardJones93.repulsive(1.0, 1.0, stiffness=10.0)
-hertz = hertz_force(depth, sphere.radius, 1.0)
+hertz = Hertz(sphere.radius, 1.0)
+exact = hertz.force(hertz.contact_radius_from_penetration(depth))
 
 errors, residuals = {}, {}
 for name, optimizer in optimizers.items():
@@ -71,7 +72,7 @@ for name, optimizer in optimizers.items():
         residual.append(dynamics.optimizable.gradient_norm(gradient))
     next(dynamics.optimizable.iterimages())  # moves the atoms
     force = atoms.calc.state(atoms).normal_force
-    errors[name] = float(force / hertz - 1)
+    errors[name] = float(force / exact - 1)
     residuals[name] = range(1, len(residual) + 1), residual
     print(f"{name:13s} {len(residual) - 1:4d} steps, error {100 * errors[name]:7.4f} %")
 

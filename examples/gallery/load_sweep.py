@@ -63,8 +63,8 @@ write("sweep.extxyz", [with_columns(frame, sphere) for frame in frames])
 # within which the first asperity is expected to touch, Eq. (3).
 
 pressure = theory.mean_contact_pressure(slope, modulus, theory.KAPPA_REPULSIVE)
-predicted = theory.contact_area(loads, sphere.radius, modulus, pressure)
-hertz = theory.hertz_contact_area(loads, sphere.radius, modulus)
+predicted = theory.predicted_area(loads, sphere.radius, modulus, pressure)
+hertz = theory.Hertz(sphere.radius, modulus).contact_area(loads)
 ratio = float(area[-1] / predicted[-1])
 print(f"area at {loads[-1] / nanonewton:g} nN: {ratio:.3f} of Eq. (4)")
 

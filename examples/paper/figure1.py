@@ -24,7 +24,7 @@ from paper_scenes import scene, theory
 
 from ase_roughcontact import load_path
 from ase_roughcontact.analysis import ContactMap, radial_average
-from ase_roughcontact.theory import hertz_pressure
+from ase_roughcontact.theory import Hertz
 
 HERE = Path(__file__).parent
 # With this slope the largest contact is far beyond N_c, where all atoms touch.
@@ -125,7 +125,7 @@ def draw_pressure(
     """Pressure over all atoms of a ring, and over those in contact."""
     rings = radial_average(seen, np.linspace(0.0, reach, RINGS + 1))
     r = np.linspace(0.0, reach, 400)
-    hertz = hertz_pressure(r, a, RADIUS, 1.0)
+    hertz = Hertz(RADIUS, 1.0).pressure(r, a)
     axes.plot(rings.radius, rings.pressure / rough, "k-", lw=2, label="$p$, all atoms")
     contacts = rings.contact_pressure / rough
     axes.plot(rings.radius, contacts, color=BLUE, lw=1.5, label="$p_c$, in contact")

@@ -31,8 +31,8 @@ from ase_roughcontact.ensemble import (
 )
 from ase_roughcontact.theory import (
     FlatReference,
+    Hertz,
     contact_fraction,
-    hertz_contact_area,
     low_load_plateau,
     predicted_area,
 )
@@ -126,7 +126,7 @@ def draw_adhesive(axes: Any, curve: Curve) -> None:
     name = f"$w/E^*$ = {curve.work:g} $a_0$, $R$ = {curve.radius:g} $a_0$"
     axes.plot(load, np.nanmean(ratio, axis=1), style, color=colour, lw=1.8, label=name)
     loads = crossover * np.geomspace(load[0], LIMITS["xlim"][1], 200)
-    hertz = hertz_contact_area(loads, curve.radius, 1.0)
+    hertz = Hertz(curve.radius, 1.0).contact_area(loads)
     first = np.nanmean(curve.areas[0])  # A_adh, of the least load
     sphere = theory(curve.radius, curve.slope, curve.kind, curve.work)
     table = FlatReference.read(curve.work)

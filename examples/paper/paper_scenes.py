@@ -25,8 +25,8 @@ from ase_roughcontact.theory import (
     ASPERITY_FACTOR_REPULSIVE,
     KAPPA_HARD,
     KAPPA_REPULSIVE,
+    Hertz,
     RoughSphereTheory,
-    hertz_contact_area,
 )
 
 RADII = (1e3, 1e5, 1e4, 1e2)
@@ -144,7 +144,7 @@ class Curve:
     @property
     def hertz(self) -> np.ndarray:
         """Contact areas of the smooth sphere, shape (k,)."""
-        return hertz_contact_area(self.loads, self.radius, 1.0)
+        return Hertz(self.radius, 1.0).contact_area(self.loads)
 
     @property
     def theory(self) -> RoughSphereTheory:

@@ -30,12 +30,7 @@ from ase_roughcontact.analysis import (
     pressure_distribution,
     radial_average,
 )
-from ase_roughcontact.theory import (
-    contact_fraction,
-    hertz_contact_radius,
-    hertz_pressure,
-    mean_contact_pressure,
-)
+from ase_roughcontact.theory import Hertz, contact_fraction, mean_contact_pressure
 
 A0 = 2.5
 SPHERE = RoughSphere(radius=20.0 * A0)
@@ -171,7 +166,7 @@ def test_bad_fields_of_a_map_are_refused(change):
 def hertz_map(radius=9.3, half=12, **options):
     x = A0 * np.arange(-half, half + 1)
     distance = np.hypot(x[:, None], x)
-    pressure = hertz_pressure(distance, radius * A0, 100.0 * A0, MODULUS)
+    pressure = Hertz(100.0 * A0, MODULUS).pressure(distance, radius * A0)
     return map_of(pressure, origin=(x[0], x[0]), **options)
 
 
@@ -180,13 +175,13 @@ def test_rings_of_one_distance_give_the_pressure_of_hertz_exactly():
     distances = np.unique(made.distance.round(9))
     edges = np.append(0.0, 0.5 * (distances[1:] + distances[:-1]))
     average = radial_average(made, edges)
-    exact = hertz_pressure(average.radius, 9.3 * A0, 100.0 * A0, MODULUS)
+    exact = Hertz(100.0 * A0, MODULUS).pressure(average.radius, 9.3 * A0)
     np.testing.assert_allclose(average.pressure, exact, rtol=1e-12, atol=1e-15)
 
 
 def test_rings_one_spacing_wide_follow_hertz():
     average = radial_average(hertz_map())
-    exact = hertz_pressure(average.radius, 9.3 * A0, 100.0 * A0, MODULUS)
+    exact = Hertz(100.0 * A0, MODULUS).pressure(average.radius, 9.3 * A0)
     inner = average.radius < 8 * A0
     np.testing.assert_allclose(average.pressure[inner], exact[inner], rtol=0.01)
 
@@ -591,10 +586,11 @@ def test_hard_smooth_sphere_has_the_radial_pressure_of_hertz():
     atoms.calc = RoughContact(sphere, 1.0, HardWall())
     assert ActiveSet(atoms, logfile=None).run(fmax=1e-8)
     made = ContactMap.from_atoms(atoms)
-    radius = float(hertz_contact_radius(made.normal_force, 200.0, 1.0))
+    hertz = Hertz(200.0, 1.0)
+    radius = float(hertz.contact_radius(made.normal_force))
     average = radial_average(made)
     inner = average.radius < 0.9 * radius
-    exact = hertz_pressure(average.radius, radius, 200.0, 1.0)
+    exact = hertz.pressure(average.radius, radius)
     np.testing.assert_allclose(average.pressure[inner], exact[inner], rtol=0.02)
     np.testing.assert_allclose(
         average.pressure[inner], average.contact_pressure[inner], rtol=1e-12

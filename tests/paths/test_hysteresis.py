@@ -36,12 +36,7 @@ from ase_roughcontact.paths.instabilities import (
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps
-from ase_roughcontact.theory import (
-    maugis_dugdale,
-    maugis_dugdale_contact_radius,
-    maugis_dugdale_pull_off_force,
-    maugis_parameter,
-)
+from ase_roughcontact.theory import MaugisDugdale
 
 ROUGH = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=32.0, seed=3)
 
@@ -280,31 +275,30 @@ def test_state_that_does_not_converge_is_marked():
 # Smooth spheres against theory
 
 
-def dugdale_parameter(radius, work, stiffness):
-    """Maugis parameter of the Dugdale wall with the same work and range."""
-    reach = np.sqrt(12.0 * work / stiffness)
-    return float(maugis_parameter(radius, 1.0, work, work / reach))
+def dugdale(radius, work, stiffness):
+    """Theory of Maugis and Dugdale for a wall of the same work and range."""
+    return MaugisDugdale(radius, 1.0, work, np.sqrt(12.0 * work / stiffness))
 
 
 def reduced_pull_off(loop, radius, work):
     return loop.pull_off_force / (np.pi * work * radius)
 
 
-def pushed_area(radius, work, stress):
+def pushed_area(theory):
     """Area under pressure of a Maugis-Dugdale contact at zero force.
 
     The pressure is the Hertzian one less the tension of the Dugdale wall,
     D. Maugis, J. Colloid Interface Sci. 150, 243 (1992):
     p = (2 E*/pi R) sqrt(a^2 - r^2) - (2 s/pi) arctan sqrt((c^2 - a^2)/(a^2 - r^2)).
     """
-    parameter = float(maugis_parameter(radius, 1.0, work, stress))
-    ratio = brentq(lambda m: maugis_dugdale(m, parameter)[1], 1.0 + 1e-9, 50.0)
-    a = float(maugis_dugdale_contact_radius(0.0, radius, 1.0, work, stress))
+    ratio = brentq(lambda m: theory.state(m)[1], 1.0 + 1e-9, 50.0)
+    a = float(theory.contact_radius(0.0))
+    stress = theory.work_of_adhesion / theory.attraction_range
 
     def pressure(r):
         root = np.sqrt(a**2 - r**2)
         tension = stress * np.arctan(a * np.sqrt(ratio**2 - 1.0) / root)
-        return 2.0 / np.pi * (root / radius - tension)
+        return 2.0 / np.pi * (root / theory.radius - tension)
 
     return np.pi * brentq(pressure, 0.0, a * (1.0 - 1e-12)) ** 2
 
@@ -314,11 +308,8 @@ def pushed_area(radius, work, stress):
     [(adhesive, 50.0, 0.05, 1.0), (stiff, 50.0, 0.005, 0.1)],
 )
 def test_pull_off_follows_maugis_and_dugdale(loop, radius, work, stiffness):
-    expected = -maugis_dugdale_pull_off_force(
-        dugdale_parameter(radius, work, stiffness)
-    )
-    pull_off = reduced_pull_off(loop(), radius, work)
-    assert pull_off == pytest.approx(expected, rel=0.02)
+    expected = -dugdale(radius, work, stiffness).pull_off_force
+    assert loop().pull_off_force == pytest.approx(expected, rel=0.02)
 
 
 def test_dmt_and_jkr_bound_the_pull_off():
@@ -335,12 +326,10 @@ def test_pull_off_and_area_follow_maugis_and_dugdale(radius, work, stiffness, er
     length = np.cbrt(work**2 * radius)
     atoms = sphere_above(radius, work, 16, stiffness)
     loop = adhesion_loop(atoms, 3.0 * length, 0.5 * length, window="auto")
-    parameter = dugdale_parameter(radius, work, stiffness)
-    expected = -maugis_dugdale_pull_off_force(parameter)
-    assert reduced_pull_off(loop, radius, work) == pytest.approx(expected, rel=0.02)
-    stress = work / np.sqrt(12.0 * work / stiffness)
+    theory = dugdale(radius, work, stiffness)
+    assert loop.pull_off_force == pytest.approx(-theory.pull_off_force, rel=0.02)
     # atoms are in contact where they are repelled; a soft wall adds a rim to them
-    expected = pushed_area(radius, work, stress)
+    expected = pushed_area(theory)
     assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=error)
     assert zero_load_area(loop.approach) == pytest.approx(expected, rel=error)
 

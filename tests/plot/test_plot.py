@@ -25,11 +25,7 @@ from ase_roughcontact import (  # noqa: E402
     substrate,
 )
 from ase_roughcontact.analysis import ContactMap  # noqa: E402
-from ase_roughcontact.theory import (  # noqa: E402
-    hertz_contact_radius,
-    hertz_pressure,
-    jkr_pull_off_force,
-)
+from ase_roughcontact.theory import JKR, Hertz  # noqa: E402
 
 NANONEWTON = 1e-9 * J / m
 RADIUS, MODULUS, SPACING = 400.0, 0.9, 2.5
@@ -199,11 +195,12 @@ def test_circles_of_hertz_and_of_first_contact_have_their_radii(axes, sphere_con
 
 def test_pressure_of_a_smooth_sphere_lies_on_hertz_s(axes, sphere_contact):
     seen = ContactMap.from_atoms(sphere_contact)
-    a = float(hertz_contact_radius(seen.normal_force, RADIUS, MODULUS))
+    hertz = Hertz(RADIUS, MODULUS)
+    a = float(hertz.contact_radius(seen.normal_force))
     assert plot.plot_pressure(axes, seen, a) is axes
-    r, hertz = line(axes, "smooth sphere (Hertz)")
-    expected = hertz_pressure(10 * r[:-1], a, RADIUS, MODULUS)
-    np.testing.assert_allclose(hertz[:-1] * GPa, expected, rtol=1e-6)
+    r, drawn = line(axes, "smooth sphere (Hertz)")
+    expected = hertz.pressure(10 * r[:-1], a)
+    np.testing.assert_allclose(drawn[:-1] * GPa, expected, rtol=1e-6)
     r, found = line(axes, "atoms in contact")
     within = r < 0.8 * a / 10
     assert within.sum() > 4
@@ -214,7 +211,7 @@ def test_pressure_of_a_smooth_sphere_lies_on_hertz_s(axes, sphere_contact):
 
 
 def test_loop_shows_both_ways_jumps_and_theory(axes, loop):
-    theory = float(jkr_pull_off_force(30.0, 0.05))
+    theory = JKR(30.0, 1.0, 0.05).pull_off_force
     assert plot.plot_loop(axes, loop, {"JKR": theory}) is axes
     _, force = line(axes, "retraction")
     assert -force.min() * NANONEWTON == pytest.approx(loop.pull_off_force)

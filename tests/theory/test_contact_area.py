@@ -13,6 +13,7 @@ from ase_roughcontact import SelfAffine, theory
 ROOT = Path(__file__).resolve().parents[2]
 E, SLOPE, HURST, SHORT, LONG = 1.0, 0.1, 0.8, 4.0, 512.0
 R = 1e5
+HERTZ = theory.Hertz(R, E)
 
 
 def hard(load, **options):
@@ -23,7 +24,7 @@ def hard(load, **options):
 def test_area_at_small_load_is_that_of_a_sphere_as_sharp_as_the_first_asperity():
     rho = theory.asperity_radius(SLOPE, HURST, SHORT)
     loads = theory.crossover_load(rho, E, SLOPE) * np.array([1e-9, 1e-3, 0.5])
-    first = theory.hertz_contact_area(loads, rho, E)
+    first = theory.Hertz(rho, E).contact_area(loads)
     assert_allclose(hard(loads, asperity_radius=rho), first, rtol=1e-12)
 
 
@@ -38,13 +39,13 @@ def test_area_between_asperity_and_sphere_is_load_over_rough_pressure():
 def test_area_at_large_load_is_that_of_hertz():
     load = 1e3 * theory.crossover_load(R, E, SLOPE)
     area = hard(load, asperity_radius=20.0)
-    assert_allclose(area, theory.hertz_contact_area(load, R, E), rtol=1e-12)
+    assert_allclose(area, HERTZ.contact_area(load), rtol=1e-12)
 
 
 def test_curves_of_asperity_and_flats_meet_at_the_crossover_load_of_the_asperity():
     rho = 20.0
     load = theory.crossover_load(rho, E, SLOPE)
-    first = theory.hertz_contact_area(load, rho, E)
+    first = theory.Hertz(rho, E).contact_area(load)
     assert_allclose(hard(load), first, rtol=1e-5)  # f is bent by 3e-6 there
 
 
@@ -55,7 +56,7 @@ def test_area_never_falls_with_the_load():
 
 def test_first_asperity_blunter_than_the_sphere_gives_hertz():
     area = hard(3.0, asperity_radius=5 * R)
-    assert_allclose(area, theory.hertz_contact_area(3.0, R, E), rtol=1e-12)
+    assert_allclose(area, HERTZ.contact_area(3.0), rtol=1e-12)
 
 
 def test_adhesive_first_asperity_has_its_area_at_any_small_load():

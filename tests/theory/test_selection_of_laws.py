@@ -18,7 +18,7 @@ from ase_roughcontact.theory import (
     crossover_load,
     flattening_energy,
     regime,
-    smooth_contact,
+    sphere_theory,
 )
 
 OFFSET = 1e-6
@@ -62,14 +62,14 @@ def test_smooth_spheres_follow_the_law_of_maugis_parameter(
     attraction = range_for(beside(limit, side), radius, work)
     law = chosen(laws, side)
     adhesion = {"work_of_adhesion": work, "attraction_range": attraction}
-    for choose in (smooth_contact, regime):
-        found = choose(0.0, radius, 1.0, **adhesion)
-        assert found.law == law
-        assert found.maugis_parameter == pytest.approx(limit, rel=2 * OFFSET)
-        pull_off = found.pull_off_force / (np.pi * work * radius)
-        assert -2.0001 < pull_off < -1.4999
-        if law in PULL_OFF:
-            assert pull_off == pytest.approx(PULL_OFF[law])
+    assert sphere_theory(radius, 1.0, **adhesion).name == law
+    found = regime(0.0, radius, 1.0, **adhesion)
+    assert found.law == law
+    assert found.maugis_parameter == pytest.approx(limit, rel=2 * OFFSET)
+    pull_off = found.pull_off_force / (np.pi * work * radius)
+    assert -2.0001 < pull_off < -1.4999
+    if law in PULL_OFF:
+        assert pull_off == pytest.approx(PULL_OFF[law])
 
 
 @SIDES
@@ -94,17 +94,11 @@ def test_adhesion_is_neglected_if_it_increases_the_area_by_less_than_a_tenth(sid
     ratio = 1.1**1.5  # of the cubes of the radii by JKR and by Hertz
     force = 3.0 * np.pi * work * radius * 2.0 * ratio / (ratio - 1.0) ** 2
     attraction = range_for(100.0, radius, work)
-    for choose in (smooth_contact, regime):
-        found = choose(
-            beside(force, side),
-            radius,
-            1.0,
-            work_of_adhesion=work,
-            attraction_range=attraction,
-        )
-        assert found.law == chosen(("JKR", "Hertz"), side)
-        hertz = np.pi * (0.75 * force * radius) ** (2.0 / 3.0)
-        assert found.contact_area == pytest.approx(1.1 * hertz, rel=1e-5)
+    adhesion = {"work_of_adhesion": work, "attraction_range": attraction}
+    found = regime(beside(force, side), radius, 1.0, **adhesion)
+    assert found.law == chosen(("JKR", "Hertz"), side)
+    hertz = np.pi * (0.75 * force * radius) ** (2.0 / 3.0)
+    assert found.contact_area == pytest.approx(1.1 * hertz, rel=1e-5)
 
 
 # Rough spheres

@@ -10,42 +10,46 @@ from ase_roughcontact import theory
 
 R, E, W = 30.0, 2.0, 0.05
 LOADS = np.geomspace(1e-12, 1e12, 49)
+HERTZ, JKR, DMT = theory.Hertz(R, E), theory.JKR(R, E, W), theory.DMT(R, E, W)
+
+
+def maugis(parameter):
+    """Theory of Maugis and Dugdale for the sphere with a given parameter."""
+    tension = parameter / np.cbrt(9 * R / (2 * np.pi * W * E**2))
+    return theory.MaugisDugdale(R, E, W, W / tension)
 
 
 # Hertz
 
 
 def test_hertz_pressure_integrates_to_the_normal_force():
-    a = theory.hertz_contact_radius(1.7, R, E)
-    force, _ = quad(
-        lambda r: 2 * np.pi * r * theory.hertz_pressure(r, a, R, E), 0, a, epsabs=0
-    )
+    a = HERTZ.contact_radius(1.7)
+    force, _ = quad(lambda r: 2 * np.pi * r * HERTZ.pressure(r, a), 0, a, epsabs=0)
     assert_allclose(force, 1.7, rtol=1e-8)
 
 
 def test_hertz_pressure_lifts_the_centre_by_the_penetration():
     # Displacement at the axis of a pressure p(r) is (2/E*) times its radial integral.
-    a = theory.hertz_contact_radius(1.7, R, E)
-    integral, _ = quad(theory.hertz_pressure, 0, a, args=(a, R, E))
-    assert_allclose(2 * integral / E, theory.hertz_penetration(1.7, R, E), rtol=1e-8)
+    a = HERTZ.contact_radius(1.7)
+    integral, _ = quad(HERTZ.pressure, 0, a, args=(a,))
+    assert_allclose(2 * integral / E, HERTZ.penetration(a), rtol=1e-8)
 
 
 def test_hertz_pressure_is_zero_outside_the_contact():
-    assert_allclose(theory.hertz_pressure([2.0, 2.1, 50.0], 2.0, R, E), 0.0)
+    assert_allclose(HERTZ.pressure([2.0, 2.1, 50.0], 2.0), 0.0)
 
 
-def test_hertz_force_and_penetration_are_inverse():
-    depth = theory.hertz_penetration(LOADS, R, E)
-    assert_allclose(theory.hertz_force(depth, R, E), LOADS, rtol=1e-13)
+def test_hertz_force_grows_with_the_penetration_to_the_power_three_halves():
+    a = HERTZ.contact_radius(LOADS)
+    assert_allclose(HERTZ.force(a), LOADS, rtol=1e-13)
+    depth = HERTZ.penetration(a)
+    assert_allclose(4 / 3 * E * np.sqrt(R) * depth**1.5, LOADS, rtol=1e-13)
 
 
 def test_hertz_radii_from_force_and_from_penetration_agree():
-    depth = theory.hertz_penetration(LOADS, R, E)
-    assert_allclose(
-        theory.hertz_contact_radius_from_penetration(depth, R),
-        theory.hertz_contact_radius(LOADS, R, E),
-        rtol=1e-13,
-    )
+    a = HERTZ.contact_radius(LOADS)
+    depth = HERTZ.penetration(a)
+    assert_allclose(HERTZ.contact_radius_from_penetration(depth), a, rtol=1e-13)
 
 
 # JKR and DMT
@@ -58,63 +62,57 @@ def test_jkr_contact_radius_makes_the_total_energy_stationary(a):
         cubic = depth**2 * radius - 2 * depth * radius**3 / (3 * R)
         return E * (cubic + radius**5 / (5 * R**2)) - np.pi * W * radius**2
 
-    depth, step = theory.jkr_penetration(a, R, E, W), 1e-4
+    depth, step = JKR.penetration(a), 1e-4
     slope = (energy(a + step, depth) - energy(a - step, depth)) / (2 * step)
     assert abs(slope) < 1e-6 * 2 * np.pi * W * a
     force = (energy(a, depth + step) - energy(a, depth - step)) / (2 * step)
-    assert_allclose(theory.jkr_force(a, R, E, W), force, rtol=1e-7)
+    assert_allclose(JKR.force(a), force, rtol=1e-7)
 
 
 def test_jkr_radius_from_force_inverts_force_from_radius_on_stable_branch():
-    pull_off = theory.jkr_pull_off_force(R, W)
-    forces = pull_off + np.geomspace(1e-6, 1e4, 30)
-    radii = theory.jkr_contact_radius(forces, R, E, W)
-    assert_allclose(theory.jkr_force(radii, R, E, W), forces, rtol=1e-10, atol=1e-10)
+    forces = JKR.pull_off_force + np.geomspace(1e-6, 1e4, 30)
+    radii = JKR.contact_radius(forces)
+    assert_allclose(JKR.force(radii), forces, rtol=1e-10, atol=1e-10)
     assert np.all(np.diff(radii) > 0)
 
 
 def test_jkr_least_force_is_the_pull_off_force_at_the_documented_radius():
-    least = minimize_scalar(
-        theory.jkr_force, bounds=(0.1, 5.0), args=(R, E, W), options={"xatol": 1e-9}
-    )
-    assert_allclose(least.fun, theory.jkr_pull_off_force(R, W), rtol=1e-12)
+    least = minimize_scalar(JKR.force, bounds=(0.1, 5.0), options={"xatol": 1e-9})
+    assert_allclose(least.fun, JKR.pull_off_force, rtol=1e-12)
     assert_allclose(least.x**3, 9 * np.pi * W * R**2 / (8 * E), rtol=1e-6)
 
 
 def test_jkr_least_penetration_lies_at_the_documented_radius():
-    least = minimize_scalar(
-        theory.jkr_penetration, bounds=(0.1, 5), args=(R, E, W), options={"xatol": 1e-9}
-    )
+    least = minimize_scalar(JKR.penetration, bounds=(0.1, 5), options={"xatol": 1e-9})
     assert_allclose(least.x**3, np.pi * W * R**2 / (8 * E), rtol=1e-6)
 
 
 def test_jkr_area_at_zero_load_is_johnsons():
     a0 = np.cbrt(9 * np.pi * W * R**2 / (2 * E))
-    assert_allclose(theory.jkr_zero_load_area(R, E, W), np.pi * a0**2, rtol=1e-14)
-    assert_allclose(theory.jkr_force(a0, R, E, W), 0.0, atol=1e-13)
+    assert_allclose(JKR.contact_area(0.0), np.pi * a0**2, rtol=1e-14)
+    assert_allclose(JKR.force(a0), 0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("rounding", [0.0, 1e-14])
 def test_jkr_and_dmt_accept_their_own_pull_off_force_with_its_rounding(rounding):
     factor = 1 + rounding
-    jkr = theory.jkr_contact_radius(factor * theory.jkr_pull_off_force(R, W), R, E, W)
-    dmt = theory.dmt_contact_radius(factor * theory.dmt_pull_off_force(R, W), R, E, W)
+    jkr, dmt = (
+        sphere.contact_radius(factor * sphere.pull_off_force) for sphere in (JKR, DMT)
+    )
     assert_allclose(jkr**3, 9 * np.pi * W * R**2 / (8 * E))
     assert dmt == 0.0
 
 
 def test_dmt_contact_is_hertz_with_the_pull_off_force_added():
     forces = np.array([-9.0, 0.0, 5.0])
-    shifted = theory.hertz_contact_radius(forces + 2 * np.pi * W * R, R, E)
-    assert_allclose(theory.dmt_contact_radius(forces, R, E, W), shifted, rtol=1e-14)
+    shifted = HERTZ.contact_radius(forces + 2 * np.pi * W * R)
+    assert_allclose(DMT.contact_radius(forces), shifted, rtol=1e-14)
 
 
-@pytest.mark.parametrize(
-    "contact_radius", [theory.jkr_contact_radius, theory.dmt_contact_radius]
-)
-def test_force_below_pull_off_is_refused(contact_radius):
+@pytest.mark.parametrize("sphere", [HERTZ, JKR, DMT])
+def test_force_below_pull_off_is_refused(sphere):
     with pytest.raises(ValueError, match="not be below the pull-off force"):
-        contact_radius(-2.1 * np.pi * W * R, R, E, W)
+        sphere.contact_radius(-2.1 * np.pi * W * R)
 
 
 # Maugis-Dugdale
@@ -125,10 +123,7 @@ def test_force_below_pull_off_is_refused(contact_radius):
 def test_maugis_state_solves_the_contact_problem_with_a_cohesive_zone(stress, ratio):
     # Sneddon's transform: surface displacement u and force follow from
     # g(t) = int_t^inf r p(r)/sqrt(r^2 - t^2) dr, here built from a, c and sigma0.
-    lam = theory.maugis_parameter(R, E, W, stress)
-    unit = theory.hertz_contact_radius(np.pi * W * R, R, E)
-    a, force, depth = theory.maugis_dugdale(ratio, lam)
-    a, force, depth = a * unit, force * np.pi * W * R, depth * unit**2 / R
+    a, force, depth = theory.MaugisDugdale(R, E, W, W / stress).state(ratio)
     c = ratio * a
 
     def cohesive(t):
@@ -151,61 +146,55 @@ def test_maugis_state_solves_the_contact_problem_with_a_cohesive_zone(stress, ra
     [(1e-4, -2.0, 1e-5), (1e3, -1.5, 1e-5)],
 )
 def test_maugis_pull_off_goes_from_dmt_to_jkr(parameter, expected, rtol):
-    pull_off = theory.maugis_dugdale_pull_off_force(parameter)
-    assert_allclose(pull_off, expected, rtol=rtol)
+    pull_off = maugis(parameter).pull_off_force
+    assert_allclose(pull_off, expected * np.pi * W * R, rtol=rtol)
 
 
 def test_maugis_radius_from_force_lies_on_the_curve():
-    stress = 0.7 / theory.maugis_parameter(R, E, W, 1.0)
-    ratio = np.array([1.001, 1.1, 1.5])
-    a, force, _ = theory.maugis_dugdale(ratio, 0.7)
-    radius = theory.maugis_dugdale_contact_radius(
-        force * np.pi * W * R, R, E, W, stress
-    )
-    unit = theory.hertz_contact_radius(np.pi * W * R, R, E)
-    assert_allclose(radius / unit, a, rtol=1e-9)
+    a, force, _ = maugis(0.7).state([1.001, 1.1, 1.5])
+    assert_allclose(maugis(0.7).contact_radius(force), a, rtol=1e-9)
 
 
 def test_maugis_load_stability_ends_where_the_force_is_least():
-    limit = theory.maugis_dugdale_stability_limit(1.0, "load")
-    _, force, _ = theory.maugis_dugdale(limit * np.array([0.99, 1.0, 1.01]), 1.0)
+    limit = maugis(1.0).stability_limit("load")
+    _, force, _ = maugis(1.0).state(limit * np.array([0.99, 1.0, 1.01]))
     assert np.argmin(force) == 1
-    assert_allclose(force[1], theory.maugis_dugdale_pull_off_force(1.0), rtol=1e-12)
+    assert_allclose(force[1], maugis(1.0).pull_off_force, rtol=1e-12)
 
 
 def test_maugis_pull_off_is_stable_below_the_known_parameter():
     # Johnson & Greenwood (1997): an instability under displacement control above 0.938.
-    assert theory.maugis_dugdale_stability_limit(0.937, "displacement") == np.inf
-    assert theory.maugis_dugdale_stability_limit(0.939, "displacement") < np.inf
+    assert maugis(0.937).stability_limit("displacement") == np.inf
+    assert maugis(0.939).stability_limit("displacement") < np.inf
 
 
 def test_maugis_parameter_is_maugis_own_definition():
     bulk = 4 * E / 3
     own = 2 * 0.3 / np.cbrt(np.pi * W * bulk**2 / R)
-    assert_allclose(theory.maugis_parameter(R, E, W, 0.3), own, rtol=1e-14)
+    sphere = theory.MaugisDugdale(R, E, W, W / 0.3)
+    assert_allclose(sphere.parameter, own, rtol=1e-14)
 
 
 def test_maugis_parameter_is_1_16_tabor_for_the_lennard_jones_strength():
     # Largest tension of the surface law (8w/3z0)[(z0/z)^3 - (z0/z)^9] is 1.026 w/z0.
     z0 = 0.4
     strength = 16 * W / (9 * np.sqrt(3) * z0)
-    ratio = theory.maugis_parameter(R, E, W, strength) / theory.tabor_parameter(
-        R, E, W, z0
-    )
-    assert_allclose(ratio, 1.157, atol=1e-3)
+    maugis = theory.MaugisDugdale(R, E, W, W / strength).parameter
+    tabor = theory.MaugisDugdale(R, E, W, z0).tabor_parameter
+    assert_allclose(maugis / tabor, 1.157, atol=1e-3)
 
 
 def test_maugis_refuses_a_force_below_pull_off_in_the_units_given():
     with pytest.raises(ValueError, match="got -20"):
-        theory.maugis_dugdale_contact_radius(-20.0, R, E, W, 0.1)
+        maugis(1.0).contact_radius(-20.0)
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5, np.nan])
 def test_maugis_zone_cannot_be_smaller_than_the_contact(ratio):
     with pytest.raises(ValueError, match="zone_ratio must be above 1"):
-        theory.maugis_dugdale(ratio, 1.0)
+        maugis(1.0).state(ratio)
 
 
 def test_maugis_stability_refuses_unknown_control():
     with pytest.raises(ValueError, match="'load' or 'displacement'"):
-        theory.maugis_dugdale_stability_limit(1.0, "speed")
+        maugis(1.0).stability_limit("speed")

@@ -14,10 +14,8 @@ SLOPE, HURST, SHORT = 0.1, 0.8, 4.0
 @pytest.mark.parametrize(
     "function",
     [
-        lambda bad: theory.hertz_contact_radius(bad, R, E),
-        lambda bad: theory.hertz_force(0.1, bad, E),
-        lambda bad: theory.jkr_force(0.1, R, E, bad),
-        lambda bad: theory.maugis_parameter(R, bad, W, 1.0),
+        theory.Hertz(R, E).force,
+        theory.JKR(R, E, W).penetration,
         lambda bad: theory.contact_fraction(bad, 1.0),
         lambda bad: theory.rms_height(100.0, bad, HURST, SHORT),
         lambda bad: theory.asperity_radius(SLOPE, HURST, bad),
@@ -26,6 +24,21 @@ SLOPE, HURST, SHORT = 0.1, 0.8, 4.0
 def test_unphysical_arguments_are_refused(function, bad):
     with pytest.raises(ValueError, match="must be finite and"):
         function(bad)
+
+
+@pytest.mark.parametrize("bad", [-1.0, 0.0, np.nan, np.inf, "1"])
+@pytest.mark.parametrize(
+    "sphere",
+    [
+        lambda bad: theory.Hertz(bad, E),
+        lambda bad: theory.DMT(R, bad, W),
+        lambda bad: theory.JKR(R, E, bad),
+        lambda bad: theory.MaugisDugdale(R, E, W, bad),
+    ],
+)
+def test_spheres_with_unphysical_parameters_are_refused(sphere, bad):
+    with pytest.raises(ValueError, match="must be a finite number > 0, got"):
+        sphere(bad)
 
 
 @pytest.mark.parametrize("hurst", [0.0, 1.0, -0.2, np.nan])
@@ -40,19 +53,18 @@ def test_results_do_not_depend_on_the_system_of_units():
         load, work = 3.0 * length**2 * pressure, W * length * pressure
         short = SHORT * length
         rough = theory.mean_contact_pressure(SLOPE, modulus)
+        sphere = radius, modulus, work
+        maugis = theory.MaugisDugdale(*sphere, 0.5 * length)
         curvature = SLOPE / theory.slope_to_curvature_ratio(HURST, short)
         return [
-            theory.contact_area(load, radius, modulus, rough) / length**2,
+            theory.predicted_area(load, radius, modulus, rough) / length**2,
             theory.crossover_load(radius, modulus, SLOPE) / (length**2 * pressure),
             theory.first_contact_radius(radius, SLOPE, HURST, short) / length,
             theory.compliant_kappa(modulus / short, modulus, HURST, short),
             theory.inverse_kappa_attractive(work, modulus, length, SLOPE, curvature),
-            theory.jkr_contact_radius(load, radius, modulus, work) / length,
-            theory.maugis_dugdale_contact_radius(
-                load, radius, modulus, work, 0.1 * pressure
-            )
-            / length,
-            theory.tabor_parameter(radius, modulus, work, 0.3 * length),
+            theory.JKR(*sphere).contact_radius(load) / length,
+            maugis.contact_radius(load) / length,
+            maugis.tabor_parameter,
         ]
 
     units = dimensionless(2.9e-10, 1.6e11)

@@ -14,7 +14,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.theory import jkr_contact_radius, jkr_penetration
+from ase_roughcontact.theory import JKR
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 
 SHORT, LONG = 4.0, 64.0
@@ -87,8 +87,8 @@ def test_effective_work_of_a_single_wavelength_lacks_its_energy():
 def test_contact_radius_of_a_smooth_sphere_is_that_of_jkr():
     contact = estimate(RoughSphere(1e4), 0.05)
     radius = contact.radius(0.0, 3.0)
-    assert radius == pytest.approx(float(jkr_contact_radius(3.0, 1e4, 1.0, 0.05)))
-    depth = float(jkr_penetration(radius, 1e4, 1.0, 0.05))
+    assert radius == pytest.approx(float(JKR(1e4, 1.0, 0.05).contact_radius(3.0)))
+    depth = float(JKR(1e4, 1.0, 0.05).penetration(radius))
     assert contact.radius(depth, None) == pytest.approx(radius, rel=1e-9)
 
 
