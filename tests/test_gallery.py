@@ -18,7 +18,7 @@ SMALL = {
     "hertz_optimizers": {"SIZE": 12},
     "load_sweep": {"RADIUS": 100.0},
     "cantilever": {"STEPS": 25},
-    "measured_topography": {"SIZE": 32},
+    "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
     "ensemble_database": {"SEEDS": 2, "LOADS": (1.0, 3.0), "WORKERS": 1},
     "own_wall": {},

@@ -22,6 +22,22 @@ UNITS: dict[str, float] = {
     "GB": 1e9,
 }
 
+#: Value of each unit of length, as written in files and scenes, in Å.
+LENGTHS: dict[str, float] = {
+    "m": 1e10,
+    "cm": 1e8,
+    "mm": 1e7,
+    "um": 1e4,
+    "\u00b5m": 1e4,  # micro sign
+    "\u03bcm": 1e4,  # Greek letter mu
+    "nm": 10.0,
+    "pm": 0.01,
+    "A": 1.0,
+    "Angstrom": 1.0,
+    "\u00c5": 1.0,  # letter A with ring
+    "\u212b": 1.0,  # Angstrom sign
+}
+
 # Units in which columns are printed, by their unit.
 _PRINTED = {"eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
 

@@ -4,14 +4,28 @@ from __future__ import annotations
 
 import hashlib
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline, make_interp_spline
 
-from ase_roughcontact._util.validation import FloatArray, height_array, positive, window
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    height_array,
+    integer,
+    lookup,
+    nonnegative,
+    window,
+)
+from ase_roughcontact.topography.scan import Scan, position
+from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
+from ase_roughcontact.topography.spectrum import (
+    Statistics,
+    axis_spacings,
+    power_spectrum,
+    statistics,
+)
 
 # Distance, in steps of the map, within which a grid point counts as a point of the map.
 _ROUNDING = 1e-9
@@ -21,65 +35,143 @@ class HeightMap:
     """Surface given by its heights on a grid.
 
     Between the points of the map heights are interpolated by a cubic spline, with
-    not-a-knot or periodic boundary conditions.
+    not-a-knot or periodic boundary conditions. The map is the lower side of an
+    indenter: its lowest points touch first. Scans of a microscope, whose highest points
+    touch first, are converted by `from_topography`.
 
     Parameters
     ----------
     heights : array_like, shape (n, m)
-        Heights (length). Element (n//2, m//2) is on the axis of the indenter.
-    spacing : float
-        Distance between the points of the map (length).
+        Heights, positive upward, away from the substrate (length).
+    spacing : float or (float, float)
+        Distance between the points of the map, or one each along x and y (length).
     periodic : bool
         Whether the map is periodic, with the periods n and m times the spacing.
+    center : (float, float), optional
+        Position (x, y) on the axis of the indenter, counted from element (0, 0)
+        (length). By default that of element (n//2, m//2).
 
     Raises
     ------
     ValueError
-        If the heights are not a real, finite, two-dimensional array, or the spacing is
-        not positive.
+        If the heights are not a real, finite, two-dimensional array, the spacing is
+        not positive, or the center is not on the map.
     """
 
     def __init__(
-        self, heights: ArrayLike, spacing: float, periodic: bool = False
+        self,
+        heights: ArrayLike,
+        spacing: float | tuple[float, float],
+        periodic: bool = False,
+        center: tuple[float, float] | None = None,
     ) -> None:
         self._values = height_array(heights)
-        positive(spacing=spacing)
-        self.spacing = float(spacing)
+        self.spacing = axis_spacings(spacing)
         self.periodic = bool(periodic)
+        middle = [n // 2 * step for n, step in self._axes]
+        x, y = middle if center is None else position(center, 1.0)
+        self.center = float(x), float(y)
+        for name, place, (n, step) in zip("xy", self.center, self._axes, strict=True):
+            if not (-_ROUNDING <= place / step <= n - 1 + _ROUNDING):
+                raise ValueError(
+                    f"center must be on the map, which spans {name} = 0 to "
+                    f"{(n - 1) * step:g}, got {place:g}"
+                )
 
     @classmethod
-    def read(
-        cls, file: str | Path, spacing: float, periodic: bool = False
+    def from_topography(
+        cls,
+        topography: Any,
+        role: str,
+        *,
+        spacing: float | tuple[float, float] | None = None,
+        unit: str | None = None,
+        detrend: str | None = "plane",
+        center: str | tuple[float, float] = "middle",
+        margin: float = 0.0,
+        periodic: bool | None = None,
+        channel: int | str | None = None,
     ) -> HeightMap:
-        """Read a map from a file.
+        """Return the lower side of an indenter for a scan of a surface.
+
+        Missing points, which are masked or NaN, are interpolated.
 
         Parameters
         ----------
-        file : str or Path
-            A .npy file, or a text file with one row (constant x) per line, columns
-            separated by blanks or commas, and comments after #.
-        spacing : float
-            Distance between the points of the map (length).
-        periodic : bool
-            Whether the map is periodic.
+        topography : path, array_like or SurfaceTopography object
+            The scan, with heights that are positive outside of the body, as microscopes
+            show them: its highest points touch first. The first index of an array is
+            along x. Of text files with a matrix each line is a line of the scan
+            (constant y); see `scan_files`. Other formats are read by the package
+            SurfaceTopography.
+        role : {"indenter", "substrate"}
+            Which body was scanned. A substrate stays in place, ``h(x, y) = -z(x, y)``.
+            An indenter is turned over around the y axis of the scan, ``h(x, y) =
+            -z(-x, y)``.
+        spacing : float or (float, float), optional
+            Distance between points, or one each along x and y (`unit`). Required for
+            arrays and files that do not contain it.
+        unit : str, optional
+            Unit of the lengths: m, mm, µm, nm, Å, A or pm. By default that of the file
+            or the object, for arrays Å.
+        detrend : {"plane", "mean", "curvature", "lines", "none"}
+            What is subtracted: the plane that fits best, the mean, a polynomial of
+            second degree in x and y, or a straight line from each line of the scan
+            (drift).
+        center : {"middle", "highest"} or (float, float)
+            Place on the axis of the indenter: the middle of the scan, its highest point
+            after detrending, or a position (x, y) from its first point (`unit`).
+        margin : float
+            Distance from the edges of the scan within which no highest point is sought
+            (`unit`).
+        periodic : bool, optional
+            Whether the scan is periodic; by default whether the object says so.
+        channel : int or str, optional
+            Channel of a file with several; by default the height.
 
         Returns
         -------
         HeightMap
+            In Å.
 
         Raises
         ------
         ValueError
-            If the file cannot be read as a map.
+            If the scan can't be read, its spacing or unit are not known, all its points
+            are missing, or a parameter is not valid.
+        ImportError
+            If the format needs SurfaceTopography, which is not installed.
+
+        Examples
+        --------
+        A bump of a substrate, 3 nm high, is pressed first:
+
+        >>> import numpy as np
+        >>> scan = np.zeros((9, 9))
+        >>> scan[2, 6] = 3.0
+        >>> bump = HeightMap.from_topography(
+        ...     scan, "substrate", spacing=1.0, unit="nm", detrend="none",
+        ...     center="highest")
+        >>> bump.center, float(bump.heights((1, 1), 1.0)[0, 0])
+        ((20.0, 60.0), -30.0)
         """
-        path = Path(file)
-        try:
-            values = np.load(path) if path.suffix == ".npy" else _load_text(path)
-            return cls(values, spacing, periodic)
-        except (OSError, EOFError, ValueError) as error:
-            raise ValueError(
-                f"cannot read a height map from {str(file)!r}: {error}"
-            ) from error
+        scan, factor = Scan.of(
+            topography, spacing=spacing, unit=unit, periodic=periodic, channel=channel
+        )
+        scan = scan.levelled(detrend).filled()
+        if isinstance(center, str):
+            lookup(center, {"middle": None, "highest": None}, "center")
+            place = scan.highest(margin * factor) if center == "highest" else None
+        else:
+            place = position(center, factor)
+        heights, place = scan.lower_side(role, place)
+        return cls(heights, scan.spacing, scan.periodic, place)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Number of points along x and y."""
+        n, m = self._values.shape
+        return n, m
 
     def heights(
         self,
@@ -97,8 +189,7 @@ class HeightMap:
             Distance between grid points (length), which may differ from that of the
             map.
         origin : tuple of float
-            Position (x, y) of grid point (0, 0) relative to the centre of the map
-            (length).
+            Position (x, y) of grid point (0, 0) relative to `center` (length).
 
         Returns
         -------
@@ -113,20 +204,29 @@ class HeightMap:
         shape, spacing, origin = window(shape, spacing, origin)
         values = self._values
         for axis, name in enumerate("xy"):
-            steps = (origin[axis] + spacing * np.arange(shape[axis])) / self.spacing
+            places = origin[axis] + spacing * np.arange(shape[axis])
             if self.periodic:
-                self._check_period(name, shape[axis] * spacing, values.shape[axis])
+                self._check_period(name, shape[axis] * spacing)
             else:
-                self._check_inside(name, steps, values.shape[axis])
-            indices = values.shape[axis] // 2 + steps
+                self._check_inside(name, places)
+            indices = (places + self.center[axis]) / self.spacing[axis]
             values = _interpolate(values, indices, axis, self.periodic)
         return np.ascontiguousarray(values)
 
     @property
+    def _axes(self) -> tuple[tuple[int, float], tuple[int, float]]:
+        """Number of points and their distance along x and y."""
+        (n, m), (x, y) = self.shape, self.spacing
+        return (n, x), (m, y)
+
+    @property
     def extent(self) -> float:
         """Distance from the axis up to which heights are known; half of a period."""
-        n = min(self._values.shape)
-        return self.spacing * (n / 2 if self.periodic else (n - 1) // 2)
+        sides = [n * step for n, step in self._axes]
+        if self.periodic:
+            return min(sides) / 2
+        ends = zip(self.center, sides, self.spacing, strict=True)
+        return min(min(x, side - step - x) for x, side, step in ends)
 
     @property
     def repeats(self) -> bool:
@@ -141,7 +241,7 @@ class HeightMap:
         spacing : float
             Distance between grid points (length).
         origin : tuple of float
-            Position (x, y) of one of them relative to the centre of the map (length).
+            Position (x, y) of one of them relative to `center` (length).
 
         Returns
         -------
@@ -149,7 +249,8 @@ class HeightMap:
             Lowest height of the map if all grid points are points of the map, else
             lowest B-spline coefficient, which is a lower bound of the spline (length).
         """
-        steps = np.array([spacing, *origin]) / self.spacing
+        offset = np.add(origin, self.center)
+        steps = np.array([[spacing, spacing], offset]) / self.spacing
         if np.abs(steps - np.rint(steps)).max() <= _ROUNDING:
             return float(self._values.min())
         return self._lowest_coefficient
@@ -166,6 +267,102 @@ class HeightMap:
             c = make_interp_spline(points, c, 3, axis=axis, bc_type=ends).c
         return float(c.min())
 
+    def centered(self, center: tuple[float, float]) -> HeightMap:
+        """Return the same map with another place on the axis of the indenter.
+
+        Parameters
+        ----------
+        center : (float, float)
+            See `HeightMap`.
+
+        Returns
+        -------
+        HeightMap
+        """
+        return HeightMap(self._values, self.spacing, self.periodic, center)
+
+    def places(
+        self, n: int, m: int, margin: float = 0.0
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return a grid of places on the map, for `centered`.
+
+        Parameters
+        ----------
+        n, m : int
+            Number of places along x and y.
+        margin : float
+            Distance of the outer places from the edges of the map (length).
+
+        Returns
+        -------
+        x, y : ndarray, shapes (n,) and (m,)
+            Positions, counted from element (0, 0).
+
+        Raises
+        ------
+        ValueError
+            If the margin leaves no places.
+        """
+        nonnegative(margin=margin)
+        ends = [(count - 1) * step - margin for count, step in self._axes]
+        if min(ends) < margin:
+            raise ValueError(f"a margin of {margin:g} leaves no places on {self!r}")
+        x, y = (
+            np.linspace(margin, end, integer("number of places", number, 1))
+            for end, number in zip(ends, (n, m), strict=True)
+        )
+        return x, y
+
+    def statistics(self) -> Statistics:
+        """Return the rms height, slope and curvature of the map.
+
+        Returns
+        -------
+        Statistics
+            See `spectrum.statistics`.
+        """
+        return statistics(self._values, self.spacing, self.periodic)
+
+    def power_spectrum(self, bins: int | None = None) -> tuple[FloatArray, FloatArray]:
+        """Return the radially averaged power spectrum; see `spectrum.power_spectrum`.
+
+        Parameters
+        ----------
+        bins : int, optional
+            Number of rings.
+
+        Returns
+        -------
+        q, C : ndarray, shape (k,)
+        """
+        return power_spectrum(self._values, self.spacing, bins, self.periodic)
+
+    @cached_property
+    def self_affine(self) -> SelfAffineFit:
+        """Self-affine roughness with the statistics of the map, for theory."""
+        longest = max(n * step for n, step in self._axes)
+        return SelfAffineFit.of(self.statistics(), *self.power_spectrum(), longest)
+
+    @property
+    def rms_slope(self) -> float:
+        """Rms slope of the map."""
+        return self.self_affine.rms_slope
+
+    @property
+    def hurst(self) -> float:
+        """Hurst exponent; see `self_affine`."""
+        return self.self_affine.hurst
+
+    @property
+    def short_wavelength(self) -> float:
+        """Shortest wavelength (length); see `self_affine`."""
+        return self.self_affine.short_wavelength
+
+    @property
+    def long_wavelength(self) -> float:
+        """Upper end of the self-affine range (length); see `self_affine`."""
+        return self.self_affine.long_wavelength
+
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, with a digest instead of the heights.
 
@@ -178,6 +375,7 @@ class HeightMap:
             "shape": self._values.shape,
             "spacing": self.spacing,
             "periodic": self.periodic,
+            "center": self.center,
             "sha256": self._digest,
         }
 
@@ -187,8 +385,9 @@ class HeightMap:
 
     def __repr__(self) -> str:
         """Return shape, spacing and periodicity."""
-        n, m = self._values.shape
-        return f"HeightMap({n} x {m}, {self.spacing:g}, periodic={self.periodic})"
+        (n, m), (x, y) = self.shape, self.spacing
+        spacing = f"{x:g}" if x == y else f"({x:g}, {y:g})"
+        return f"HeightMap({n} x {m}, {spacing}, periodic={self.periodic})"
 
     def __eq__(self, other: object) -> bool:
         """Return whether two maps describe the same surface."""
@@ -198,23 +397,24 @@ class HeightMap:
         """Return a hash of the heights."""
         return hash(self._digest)
 
-    def _check_period(self, name: str, extent: float, n: int) -> None:
-        period = n * self.spacing
+    def _check_period(self, name: str, extent: float) -> None:
+        axis = "xy".index(name)
+        period = self.shape[axis] * self.spacing[axis]
         if extent > period * (1 + _ROUNDING):
             raise ValueError(
                 f"a window of {extent:g} along {name} exceeds the period {period:g} of "
                 "the map, so that heights would be repeated: choose a smaller window"
             )
 
-    def _check_inside(self, name: str, steps: NDArray[Any], n: int) -> None:
-        first, last = -(n // 2), n - 1 - n // 2
-        if steps[0] < first - _ROUNDING or steps[-1] > last + _ROUNDING:
-            start, stop, left, right = (
-                self.spacing * step for step in (steps[0], steps[-1], first, last)
-            )
+    def _check_inside(self, name: str, places: NDArray[Any]) -> None:
+        axis = "xy".index(name)
+        step, left = self.spacing[axis], 0.0 - self.center[axis]
+        right = left + (self.shape[axis] - 1) * step
+        if min(places[0] - left, right - places[-1]) < -_ROUNDING * step:
             raise ValueError(
-                f"the window spans {name} = {start:g} to {stop:g}, but the map only "
-                f"{left:g} to {right:g}: choose a smaller window or another origin"
+                f"the window spans {name} = {places[0]:g} to {places[-1]:g}, but the "
+                f"map only {left:g} to {right:g}: choose a smaller window, or a center "
+                "further inside (margin)"
             )
 
 
@@ -239,12 +439,3 @@ def _check_points(n: int) -> None:
         raise ValueError(
             f"interpolation needs a map of at least 4 x 4 points, got {n} along a side"
         )
-
-
-def _load_text(path: Path) -> FloatArray:
-    """Read rows of numbers, separated by commas if the first row contains commas."""
-    with path.open(encoding="utf-8") as lines:
-        rows = [row for line in lines if (row := line.split("#")[0].strip())]
-    if not rows:
-        raise ValueError("the file contains no numbers")
-    return np.loadtxt(rows, delimiter="," if "," in rows[0] else None, ndmin=2)

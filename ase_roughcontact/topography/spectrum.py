@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
+from scipy.signal.windows import hann
 
 from ase_roughcontact._util.validation import (
     FloatArray,
@@ -59,7 +60,9 @@ class Statistics:
         return cls(*(math.sqrt(total) for total in sums))
 
 
-def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Statistics:
+def statistics(
+    heights: ArrayLike, spacing: float | tuple[float, float], periodic: bool = True
+) -> Statistics:
     r"""Return the rms height, slope and curvature of heights on a grid.
 
     Only the mean height is subtracted: tilt and shape contribute.
@@ -68,8 +71,8 @@ def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Sta
     ----------
     heights : array_like, shape (n, m)
         Heights (length).
-    spacing : float
-        Distance between grid points (length).
+    spacing : float or (float, float)
+        Distance between grid points, or one each along x and y (length).
     periodic : bool
         Whether the heights are periodic, and derivatives are taken in Fourier space.
         Otherwise central differences at the interior points are used.
@@ -90,20 +93,20 @@ def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Sta
     :math:`\sin(qa)/qa`, and its curvature by :math:`(\sin(qa/2)/(qa/2))^2`, with the
     spacing a.
     """
-    h = height_array(heights)
-    positive(spacing=spacing)
+    h, steps = height_array(heights), axis_spacings(spacing)
     if periodic:
-        square, _, power = _waves(h, spacing)
+        square, _, power = _waves(h, steps)
         return Statistics.of_waves(square, power)
     if min(h.shape) < 3:
         raise ValueError(
             "heights that are not periodic must have at least 3 x 3 points, got shape "
             f"{h.shape}"
         )
-    east, west = h[2:, 1:-1], h[:-2, 1:-1]
+    x, y = steps
+    middle, east, west = h[1:-1, 1:-1], h[2:, 1:-1], h[:-2, 1:-1]
     north, south = h[1:-1, 2:], h[1:-1, :-2]
-    square_slope = ((east - west) ** 2 + (north - south) ** 2) / (2 * spacing) ** 2
-    laplacian = (east + west + north + south - 4 * h[1:-1, 1:-1]) / spacing**2
+    square_slope = ((east - west) / (2 * x)) ** 2 + ((north - south) / (2 * y)) ** 2
+    laplacian = (east + west - 2 * middle) / x**2 + (north + south - 2 * middle) / y**2
     return Statistics(
         float(h.std()),
         math.sqrt(square_slope.mean()),
@@ -112,9 +115,12 @@ def statistics(heights: ArrayLike, spacing: float, periodic: bool = True) -> Sta
 
 
 def power_spectrum(
-    heights: ArrayLike, spacing: float, bins: int | None = None
+    heights: ArrayLike,
+    spacing: float | tuple[float, float],
+    bins: int | None = None,
+    periodic: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
-    r"""Return the radially averaged power spectrum of periodic heights.
+    r"""Return the radially averaged power spectrum of heights.
 
     On a map of area A it is :math:`C = A |c|^2`, such that the sum over all wave
     vectors except zero is
@@ -125,11 +131,14 @@ def power_spectrum(
     ----------
     heights : array_like, shape (n, m)
         Heights (length).
-    spacing : float
-        Distance between grid points (length).
+    spacing : float or (float, float)
+        Distance between grid points, or one each along x and y (length).
     bins : int, optional
         Number of rings of equal width up to the largest wave number of the grid; by
         default their width is the distance between wave vectors.
+    periodic : bool
+        Whether the heights are periodic. Otherwise they are multiplied by a Hann window
+        in both directions, of mean square one, and the sum above holds on average.
 
     Returns
     -------
@@ -149,13 +158,15 @@ def power_spectrum(
     T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
     (2017).
     """
-    h = height_array(heights)
-    positive(spacing=spacing)
-    square, number, power = _waves(h, spacing)
+    h, steps = height_array(heights), axis_spacings(spacing)
+    if not periodic:
+        window = np.outer(*(hann(n) for n in h.shape))
+        h = (h - h.mean()) * window / math.sqrt(np.mean(window**2))
+    square, number, power = _waves(h, steps)
     number[0, 0] = 0
     q = np.sqrt(square)
     if bins is None:
-        ring = np.rint(q * (min(h.shape) * spacing / (2 * np.pi))).astype(int)
+        ring = np.rint(q * (min(np.multiply(h.shape, steps)) / (2 * np.pi))).astype(int)
     else:
         bins = integer("bins", bins, least=1)
         ring = np.minimum((q * (bins / (q.max() or 1.0))).astype(int), bins - 1)
@@ -164,20 +175,43 @@ def power_spectrum(
         for weights in (number, number * q, power)
     )
     filled = total > 0
-    area = h.size * spacing**2
+    area = h.size * steps[0] * steps[1]
     return sum_q[filled] / total[filled], area * sum_power[filled] / total[filled]
 
 
+def axis_spacings(spacing: Any) -> tuple[float, float]:
+    """Return the distances between points along x and y, after checks.
+
+    Parameters
+    ----------
+    spacing : float or (float, float)
+        One for both directions, or one each.
+
+    Returns
+    -------
+    (float, float)
+
+    Raises
+    ------
+    ValueError
+        If they are not one or two finite numbers above zero.
+    """
+    x, y = spacing if np.ndim(spacing) == 1 and len(spacing) == 2 else (spacing,) * 2
+    positive(spacing=x)
+    positive(spacing=y)
+    return float(x), float(y)
+
+
 def _waves(
-    h: FloatArray, spacing: float
+    h: FloatArray, spacing: tuple[float, float]
 ) -> tuple[NDArray[Any], FloatArray, FloatArray]:
     """Return square wave number, multiplicity and mean square height of each wave.
 
     The heights are real: waves of one half plane also represent those of the other.
     """
     n, m = h.shape
-    qx = 2 * np.pi * fft.fftfreq(n, spacing)
-    qy = 2 * np.pi * fft.rfftfreq(m, spacing)
+    qx = 2 * np.pi * fft.fftfreq(n, spacing[0])
+    qy = 2 * np.pi * fft.rfftfreq(m, spacing[1])
     square = qx[:, None] ** 2 + qy[None, :] ** 2
     number = np.ones(square.shape)
     number[:, 1 : (m + 1) // 2] = 2

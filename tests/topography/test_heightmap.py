@@ -42,24 +42,11 @@ def test_a_map_does_not_change_with_the_array_it_came_from():
     assert surface.heights((1, 1), 1.0)[0, 0] == BUMPS[4, 6]
 
 
-def test_a_map_is_read_from_a_npy_file(tmp_path):
-    np.save(tmp_path / "map.npy", BUMPS)
-    surface = HeightMap.read(tmp_path / "map.npy", 0.3)
-    assert surface == HeightMap(BUMPS, 0.3)
-
-
-@pytest.mark.parametrize("delimiter", [" ", ",", ", ", "\t"])
-def test_a_map_is_read_from_a_text_file(tmp_path, delimiter):
-    file = tmp_path / "map.txt"
-    np.savetxt(file, BUMPS, fmt="%.17g", delimiter=delimiter, header="one, two")
-    surface = HeightMap.read(str(file), 0.3, periodic=True)
-    assert surface == HeightMap(BUMPS, 0.3, periodic=True)
-
-
 def test_a_map_describes_itself_without_its_heights():
     description = HeightMap(BUMPS, 0.3).todict()
     assert description["shape"] == (9, 12)
-    assert description["spacing"] == 0.3
+    assert description["spacing"] == (0.3, 0.3)
+    assert description["center"] == pytest.approx((1.2, 1.8))
     assert description["periodic"] is False
     assert len(description["sha256"]) == 16
     assert description["sha256"] != HeightMap(BUMPS + 1, 0.3).todict()["sha256"]
@@ -69,8 +56,33 @@ def test_representation_of_a_map_is_its_shape_spacing_and_periodicity():
     assert repr(HeightMap(BUMPS, 0.3)) == "HeightMap(9 x 12, 0.3, periodic=False)"
 
 
-def test_maps_of_other_spacing_are_not_equal():
+def test_maps_of_other_spacing_or_center_are_not_equal():
     assert HeightMap(BUMPS, 0.3) != HeightMap(BUMPS, 0.4)
+    assert HeightMap(BUMPS, 0.3) != HeightMap(BUMPS, 0.3, center=(0.0, 0.0))
+
+
+def test_a_map_has_its_own_spacing_along_x_and_y():
+    x, y = 0.5 * np.arange(-4, 5)[:, None], 0.2 * np.arange(-6, 6)
+    surface = HeightMap(x**2 + x * y, (0.5, 0.2))
+    window = surface.heights((3, 3), 0.3, (-1.0, -0.4))
+    x, y = -1.0 + 0.3 * np.arange(3)[:, None], -0.4 + 0.3 * np.arange(3)
+    np.testing.assert_allclose(window, x**2 + x * y, rtol=0, atol=1e-13)
+    assert surface.extent == pytest.approx(1.0)
+    assert repr(surface) == "HeightMap(9 x 12, (0.5, 0.2), periodic=False)"
+
+
+def test_the_center_of_a_map_is_on_the_axis():
+    surface = HeightMap(BUMPS, 0.5, center=(1.0, 4.5))
+    assert surface.heights((1, 1), 0.5)[0, 0] == BUMPS[2, 9]
+    assert surface.extent == pytest.approx(1.0)
+    assert surface.lowest(0.5) == BUMPS.min()
+    with pytest.raises(ValueError, match=r"y = -1 to 1.5, but the map only -4.5 to 1"):
+        surface.heights((1, 6), 0.5, (0.0, -1.0))
+
+
+def test_a_center_beyond_the_map_is_refused():
+    with pytest.raises(ValueError, match=r"which spans x = 0 to 8, got 8.5"):
+        HeightMap(BUMPS, 1.0, center=(8.5, 0.0))
 
 
 def test_a_window_beyond_the_map_is_refused_with_the_numbers():
@@ -90,28 +102,6 @@ def test_a_map_too_small_to_interpolate_is_refused():
             ValueError, match="at least 4 x 4 points, got 3 along a side"
         ):
             method()
-
-
-@pytest.mark.parametrize(
-    ("name", "content"),
-    [
-        ("empty.txt", b""),
-        ("words.txt", b"high low\n"),
-        ("ragged.txt", b"1 2\n3\n"),
-        ("decimal_comma.txt", b"1,5 2,5\n"),
-        ("nan.txt", b"1 nan\n"),
-        ("binary.dat", b"\x93\xff\xfe\x00"),
-        ("not.npy", b"1 2\n3 4\n"),
-        ("empty.npy", b""),
-        ("absent.npy", None),
-    ],
-)
-def test_an_unreadable_file_is_refused_by_name(tmp_path, name, content):
-    if content is not None:
-        (tmp_path / name).write_bytes(content)
-    with pytest.raises(ValueError, match=f"cannot read a height map .*{name}") as error:
-        HeightMap.read(tmp_path / name, 1.0)
-    assert error.value.__cause__ is not None
 
 
 @pytest.mark.parametrize("repeats", [False, True], ids=["once", "periodic"])

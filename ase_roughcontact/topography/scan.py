@@ -1,0 +1,267 @@
+"""Scans of surfaces: units, missing points, tilt, and the side that is pressed.
+
+A microscope shows a surface from outside: the high points of a scan z(x, y) stick out
+of the body, and touch first. An indenter is described by its lower side h(x, y), whose
+low points touch first::
+
+    role            lower side          the scanned body
+    "substrate"     h(x, y) = -z(x, y)    stays in place below the tip
+    "indenter"      h(x, y) = -z(-x, y)   is turned over around the y axis of the scan
+
+A scanned substrate is not modelled as a body of its own: with small slopes only the sum
+of the two shapes matters, so that it is added to the tip. Turning a body over reverses
+one direction, which is x.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.linalg import spsolve
+
+from ase_roughcontact._util.units import LENGTHS
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite,
+    lookup,
+    nonnegative,
+    unknown,
+)
+from ase_roughcontact.topography.scan_files import read_scan, scan_of
+from ase_roughcontact.topography.spectrum import axis_spacings
+
+#: Which of the two bodies was scanned.
+ROLES = ("indenter", "substrate")
+
+
+@dataclass(frozen=True, eq=False)
+class Scan:
+    """Measured surface, seen from outside.
+
+    Attributes
+    ----------
+    heights : ndarray, shape (n, m)
+        High points stick out of the body; NaN at missing points (Å).
+    spacing : (float, float)
+        Distance between points along x and y (Å).
+    periodic : bool
+    """
+
+    heights: FloatArray
+    spacing: tuple[float, float]
+    periodic: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        topography: Any,
+        *,
+        spacing: float | tuple[float, float] | None = None,
+        unit: str | None = None,
+        periodic: bool | None = None,
+        channel: int | str | None = None,
+    ) -> tuple[Scan, float]:
+        """Return a scan in Å, and the value of its own unit of length in Å.
+
+        Parameters
+        ----------
+        topography, spacing, unit, periodic, channel
+            See `HeightMap.from_topography`.
+
+        Returns
+        -------
+        scan : Scan
+        unit : float
+        """
+        is_file = isinstance(topography, (str, os.PathLike))
+        raw = read_scan(topography, channel) if is_file else scan_of(topography)
+        name = raw.unit if unit is None else unit
+        if raw.unit is not None and name != raw.unit:
+            raise ValueError(f"the scan is in {raw.unit}, but unit is {unit!r}")
+        if name is None and (is_file or raw.spacing is not None):
+            raise ValueError(
+                f"the unit of {topography!r} is not known: give unit, for example 'nm'"
+            )
+        factor = lookup("A" if name is None else name, LENGTHS, "unit of length")
+        steps = raw.spacing if spacing is None else axis_spacings(spacing)
+        if steps is None:
+            raise ValueError(
+                "the distance between the points of the scan is not known: give "
+                "spacing, in the unit of the heights"
+            )
+        scan = cls(
+            raw.heights * factor,
+            (steps[0] * factor, steps[1] * factor),
+            raw.periodic if periodic is None else bool(periodic),
+        )
+        return scan, factor
+
+    def filled(self) -> Scan:
+        """Return the scan with missing points interpolated.
+
+        The heights there solve Laplace's equation, with the known heights around them
+        as boundary values: nothing sticks out that was not measured.
+
+        Raises
+        ------
+        ValueError
+            If all points are missing.
+        """
+        missing = np.isnan(self.heights)
+        if not missing.any():
+            return self
+        if missing.all():
+            raise ValueError("all points of the scan are missing")
+        return replace(self, heights=_harmonic(self.heights, missing, self.periodic))
+
+    def levelled(self, detrend: str | None) -> Scan:
+        """Return the scan without tilt, curvature or offsets of its lines.
+
+        Parameters
+        ----------
+        detrend : {"mean", "plane", "curvature", "lines"} or None
+            See `HeightMap.from_topography`. Missing points are not taken into account.
+
+        Raises
+        ------
+        ValueError
+            If the name is unknown.
+        """
+        if detrend is None or detrend == "none":
+            return self
+        trends = {"mean": _polynomial(0), "plane": _polynomial(1)}
+        trends |= {"curvature": _polynomial(2), "lines": _lines}
+        trend = lookup(detrend, trends, "way to detrend")
+        return replace(self, heights=self.heights - trend(self.heights))
+
+    def highest(self, margin: float = 0.0) -> tuple[float, float]:
+        """Return the position (x, y) of the highest point (Å).
+
+        Parameters
+        ----------
+        margin : float
+            Distance from the edges within which points are not considered (Å).
+
+        Raises
+        ------
+        ValueError
+            If no point is that far from the edges.
+        """
+        nonnegative(margin=margin)
+        edges = [int(np.ceil(margin / step - 1e-9)) for step in self.spacing]
+        inside = tuple(
+            slice(edge, n - edge)
+            for edge, n in zip(edges, self.heights.shape, strict=True)
+        )
+        inner = self.heights[inside]
+        if not inner.size:
+            raise ValueError(f"no point of the scan is {margin:g} Å from its edges")
+        i, j = np.unravel_index(np.argmax(inner), inner.shape)
+        return (i + edges[0]) * self.spacing[0], (j + edges[1]) * self.spacing[1]
+
+    def lower_side(
+        self, role: str, place: tuple[float, float] | None
+    ) -> tuple[FloatArray, tuple[float, float] | None]:
+        """Return the heights of the indenter's lower side, and a place on it.
+
+        Parameters
+        ----------
+        role : {"indenter", "substrate"}
+            Which body was scanned.
+        place : (float, float) or None
+            Position on the scan (Å), if any.
+
+        Returns
+        -------
+        heights : ndarray, shape (n, m)
+            Positive upward, away from the substrate (Å).
+        place : (float, float) or None
+            The same place on them.
+
+        Raises
+        ------
+        ValueError
+            If the role is unknown.
+        """
+        if role not in ROLES:
+            raise ValueError(unknown(str(role), ROLES, "role"))
+        if role == "substrate":
+            return -self.heights, place
+        if place is not None:
+            place = (len(self.heights) - 1) * self.spacing[0] - place[0], place[1]
+        return -self.heights[::-1], place
+
+
+def position(center: Any, unit: float) -> tuple[float, float]:
+    """Return a place (x, y) in Å, after checks."""
+    try:
+        x, y = center
+    except (TypeError, ValueError) as error:
+        raise ValueError(
+            f"center must be 'middle', 'highest' or two numbers (x, y), got {center!r}"
+        ) from error
+    finite(center_x=x, center_y=y)
+    return float(x) * unit, float(y) * unit
+
+
+def _polynomial(degree: int) -> Any:
+    """Return a function that fits a polynomial in x and y to the known heights."""
+
+    def trend(heights: FloatArray) -> FloatArray:
+        x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)
+        powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+        terms = np.array([x[:, None] ** i * y**j for i, j in powers])
+        known = ~np.isnan(heights)
+        fit, *_ = np.linalg.lstsq(terms[:, known].T, heights[known], rcond=None)
+        return np.tensordot(fit, terms, 1)
+
+    return trend
+
+
+def _lines(heights: FloatArray) -> FloatArray:
+    """Return the straight lines that fit the scan lines (along x) best."""
+    x = np.linspace(-1.0, 1.0, len(heights))[:, None]
+    known = ~np.isnan(heights)
+    count = np.maximum(known.sum(axis=0), 1)
+    x_mean = np.where(known, x, 0.0).sum(axis=0) / count
+    mean = np.nansum(heights, axis=0) / count
+    distance = np.where(known, x - x_mean, 0.0)
+    square = (distance**2).sum(axis=0)
+    product = np.nansum(distance * (heights - mean), axis=0)
+    slope = np.divide(product, square, out=np.zeros_like(product), where=square > 0.0)
+    return mean + slope * (x - x_mean)
+
+
+def _harmonic(heights: FloatArray, missing: np.ndarray, periodic: bool) -> FloatArray:
+    """Return heights whose missing points are the means of their neighbours."""
+    number = np.full(heights.shape, -1)
+    number[missing] = np.arange(np.count_nonzero(missing))
+    count = np.zeros(heights.shape)
+    right = np.zeros(heights.shape)
+    pairs = []
+    for axis in (0, 1):
+        for step in (1, -1):
+            there = np.ones(heights.shape, bool)
+            if not periodic:
+                edge = [slice(None), slice(None)]
+                edge[axis] = slice(-1, None) if step == 1 else slice(0, 1)
+                there[tuple(edge)] = False
+            neighbour = np.roll(heights, -step, axis)
+            unknown_there = np.roll(number, -step, axis)
+            count += there
+            right += np.where(
+                there & (unknown_there < 0), np.nan_to_num(neighbour), 0.0
+            )
+            both = missing & there & (unknown_there >= 0)
+            pairs.append((number[both], unknown_there[both]))
+    rows, columns = (np.concatenate(part) for part in zip(*pairs, strict=True))
+    size = np.count_nonzero(missing)
+    links = coo_matrix((-np.ones(len(rows)), (rows, columns)), (size, size))
+    diagonal = coo_matrix((count[missing], (np.arange(size),) * 2), (size, size))
+    filled = heights.copy()
+    filled[missing] = spsolve((links + diagonal).tocsc(), right[missing])
+    return filled

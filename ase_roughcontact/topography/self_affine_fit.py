@@ -1,0 +1,140 @@
+r"""Self-affine parameters of a measured surface.
+
+The Hurst exponent is that of the power spectrum, :math:`C \sim q^{-2-2H}`. The ends of
+the self-affine range are those of a surface with the same rms height h, slope h' and
+curvature h''. With the moments :math:`M_m` of the spectrum, see
+`ase_roughcontact.theory.self_affine.spectral_moment`,
+
+.. math:: \frac{M_0 M_4}{M_2^2} = \frac{h^2 h''^2}{h'^4}, \qquad
+          \lambda_s = 2\pi \frac{h'}{h''} \left(\frac{M_4}{M_2}\right)^{1/2}.
+
+The spectrum is fitted inside this range, so that both are determined in turns.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.theory.self_affine import spectral_moment
+from ase_roughcontact.topography.spectrum import Statistics
+
+# The range of the fit is that between the ends, shortened by these factors: pixels blur
+# the shortest waves, and detrending changes the longest ones.
+_INSIDE = 1.5
+# Number of determinations, the first of them with a Hurst exponent of 0.5.
+_ROUNDS = 12
+# Number of intervals of the wave number, of equal ratio, with one weight each.
+_INTERVALS = 12
+# Part of the largest density that is only rounding.
+_ROUNDING = 1e-12
+# Limits of the Hurst exponent.
+_LEAST, _LARGEST = 0.05, 0.95
+# Smallest and largest ratio of the ends of the self-affine range.
+_RANGE, _LARGEST_RANGE = 1.01, 1e8
+
+
+@dataclass(frozen=True)
+class SelfAffineFit(Statistics):
+    """Parameters of a self-affine surface with the statistics of a measured one.
+
+    Parameters
+    ----------
+    hurst : float
+        H.
+    short_wavelength, long_wavelength : float
+        Ends of the self-affine range (length).
+    """
+
+    hurst: float
+    short_wavelength: float
+    long_wavelength: float
+
+    @classmethod
+    def of(
+        cls,
+        statistics: Statistics,
+        wave_number: FloatArray,
+        density: FloatArray,
+        longest: float,
+    ) -> SelfAffineFit:
+        """Return the parameters for statistics and a power spectrum.
+
+        Parameters
+        ----------
+        statistics : Statistics
+        wave_number, density : ndarray, shape (k,)
+            Power spectrum.
+        longest : float
+            Size of the map (length).
+
+        Returns
+        -------
+        SelfAffineFit
+
+        Raises
+        ------
+        ValueError
+            If the surface is flat.
+        """
+        h, slope, curvature = vars(statistics).values()
+        if not slope > 0.0 or not curvature > 0.0:
+            raise ValueError("a flat map has no self-affine parameters")
+        hurst, ends = 0.5, (0.0, longest)
+        for _ in range(_ROUNDS):
+            ends = _ends(h, slope, curvature, hurst, longest)
+            hurst = 0.5 * (hurst + _hurst(wave_number, density, *ends, hurst))
+        return cls(h, slope, curvature, hurst, *ends)
+
+
+def _ends(
+    height: float, slope: float, curvature: float, hurst: float, longest: float
+) -> tuple[float, float]:
+    """Return the ends of the self-affine range of a surface."""
+    wanted = math.log(height**2 * curvature**2 / slope**4)
+
+    def moments(log_ratio: float) -> tuple[float, float, float]:
+        long = math.exp(log_ratio)
+        m0, m2, m4 = (float(spectral_moment(m, hurst, 1.0, long)) for m in (0, 2, 4))
+        return m0, m2, m4
+
+    def excess(log_ratio: float) -> float:
+        m0, m2, m4 = moments(log_ratio)
+        return math.log(m0 * m4 / m2**2) - wanted
+
+    least, largest = math.log(_RANGE), math.log(_LARGEST_RANGE)
+    if excess(least) >= 0.0:
+        log_ratio = least
+    elif excess(largest) <= 0.0:
+        log_ratio = largest
+    else:
+        log_ratio = brentq(excess, least, largest)
+    _, m2, m4 = moments(log_ratio)
+    short = 2 * math.pi * slope / curvature * math.sqrt(m4 / m2)
+    return short, max(min(short * math.exp(log_ratio), longest), _RANGE * short)
+
+
+def _hurst(
+    wave_number: FloatArray,
+    density: FloatArray,
+    short: float,
+    long: float,
+    default: float,
+) -> float:
+    """Return the Hurst exponent of a spectrum, from its slope on logarithmic axes."""
+    first, last = 2 * math.pi * _INSIDE / long, 2 * math.pi / (_INSIDE * short)
+    used = (wave_number >= first) & (wave_number <= last)
+    used &= density > _ROUNDING * density.max()
+    x, y = np.log(wave_number[used]), np.log(density[used])
+    if x.size < 2 or x.max() - x.min() < math.log(2.0):
+        return default
+    edges = np.linspace(x.min(), x.max(), _INTERVALS)
+    interval = np.digitize(x, edges)
+    count = np.bincount(interval)
+    filled = count > 0
+    x, y = (np.bincount(interval, v)[filled] / count[filled] for v in (x, y))
+    return float(np.clip(-0.5 * np.polyfit(x, y, 1)[0] - 1.0, _LEAST, _LARGEST))

@@ -1,0 +1,379 @@
+"""Scans of surfaces: roles, units, files, missing points, tilt, places."""
+
+import numpy as np
+import pytest
+from SurfaceTopography import Topography
+
+from ase_roughcontact import (
+    HeightMap,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    substrate,
+)
+from ase_roughcontact.theory import regime
+
+RNG = np.random.default_rng(1)
+ROUGH = RNG.standard_normal((12, 9))
+# A high bump at (4, 10) and a deeper, wider pit at (15, 8), neither symmetric.
+X, Y = np.arange(20.0)[:, None], np.arange(16.0)
+SCAN = 3 * np.exp(-((X - 4) ** 2) / 4 - (Y - 10) ** 2 / 9 - 0.1 * (X - 4) * (Y - 10))
+SCAN -= 4 * np.exp(-((X - 15) ** 2) / 9 - (Y - 8) ** 2 / 16)
+
+
+def raw(surface):
+    """Heights of a map at all its points."""
+    x, y = surface.center
+    return surface.heights(surface.shape, surface.spacing[0], (-x, -y))
+
+
+def untouched(scan, role="substrate", **options):
+    options = {"spacing": 1.0, "detrend": "none"} | options
+    return HeightMap.from_topography(scan, role, **options)
+
+
+def pressed(surface):
+    """Force and places of the atoms in contact, of a map on a copper surface."""
+    atoms = substrate("Cu", surface.shape, surface, spacing=1.0)
+    atoms.calc = RoughContact(surface, 1.0)
+    atoms.positions[-1, 2] = -raw(surface).min()
+    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
+    state = atoms.calc.state(atoms)
+    return state.normal_force, state.contact
+
+
+@pytest.mark.parametrize(
+    ("role", "lower_side", "bump"),
+    [("substrate", -SCAN, (4, 10)), ("indenter", -SCAN[::-1], (15, 10))],
+)
+def test_the_bumps_of_a_scan_are_pressed_and_not_its_pits(role, lower_side, bump):
+    surface = untouched(SCAN, role)
+    np.testing.assert_array_equal(raw(surface), lower_side)
+    force, contact = pressed(surface)
+    direct, _ = pressed(HeightMap(lower_side, 1.0))
+    assert force == pytest.approx(direct, rel=1e-9)
+    assert force > 0.0
+    assert contact[bump]
+    i, j = np.nonzero(contact)
+    assert np.hypot(i - bump[0], j - bump[1]).max() < 4.0
+
+
+def test_the_same_scan_pressed_by_its_pits_gives_another_force():
+    bumps, _ = pressed(untouched(SCAN))
+    pits, _ = pressed(HeightMap(SCAN, 1.0))
+    assert abs(pits / bumps - 1.0) > 0.2
+
+
+def test_a_substrate_and_an_indenter_of_the_same_scan_are_mirror_images():
+    one, other = (untouched(SCAN, role) for role in ("substrate", "indenter"))
+    np.testing.assert_array_equal(raw(one), raw(other)[::-1])
+
+
+@pytest.mark.parametrize("role", ["tip", None, "Substrate"])
+def test_an_unknown_role_is_refused(role):
+    with pytest.raises(ValueError, match=r"unknown role .* Known: indenter, substrate"):
+        untouched(SCAN, role)
+
+
+def test_the_role_must_be_given():
+    with pytest.raises(TypeError, match="role"):
+        HeightMap.from_topography(SCAN, spacing=1.0)
+
+
+@pytest.mark.parametrize("role", ["substrate", "indenter"])
+@pytest.mark.parametrize("center", ["highest", (4.0, 10.0)])
+def test_the_center_is_a_place_on_the_scan(role, center):
+    surface = untouched(SCAN, role, center=center)
+    assert surface.heights((1, 1), 1.0)[0, 0] == -SCAN[4, 10] == -SCAN.max()
+
+
+@pytest.mark.parametrize("role", ["substrate", "indenter"])
+def test_the_middle_of_a_scan_is_the_default_center(role):
+    surface = untouched(SCAN, role)
+    assert surface.center == (10.0, 8.0)
+
+
+def test_the_highest_point_is_sought_inside_a_margin():
+    scan = np.zeros((9, 9))
+    scan[1, 1], scan[5, 4] = 2.0, 1.0
+    kept = untouched(scan, unit="nm", center="highest", margin=2.0)
+    assert kept.center == (50.0, 40.0)
+    with pytest.raises(ValueError, match="no point of the scan is 50 Å from its edges"):
+        untouched(scan, unit="nm", center="highest", margin=5.0)
+
+
+@pytest.mark.parametrize("center", ["lowest", 3.0, (1.0, np.nan)])
+def test_a_center_that_is_no_place_is_refused(center):
+    with pytest.raises(ValueError, match="center"):
+        untouched(SCAN, center=center)
+
+
+@pytest.mark.parametrize(
+    ("unit", "angstrom"), [("nm", 10.0), ("µm", 1e4), ("m", 1e10), ("Å", 1.0)]
+)
+def test_units_are_converted_to_angstrom(unit, angstrom):
+    surface = untouched(ROUGH, spacing=(2.0, 3.0), unit=unit, center=(4.0, 6.0))
+    assert surface.spacing == pytest.approx((2 * angstrom, 3 * angstrom))
+    assert surface.center == pytest.approx((4 * angstrom, 6 * angstrom))
+    lowest = surface.lowest(angstrom, (0.0, 0.0))
+    assert surface.statistics().rms_height == pytest.approx(ROUGH.std() * angstrom)
+    assert lowest <= -ROUGH.max() * angstrom
+
+
+def test_an_unknown_unit_is_refused():
+    with pytest.raises(ValueError, match="unknown unit of length 'inch'"):
+        untouched(ROUGH, unit="inch")
+
+
+def test_masked_points_and_nans_are_interpolated_harmonically():
+    x, y = np.arange(8.0)[:, None], np.arange(7.0)
+    plane = 0.5 * x - 0.25 * y
+    mask = np.zeros(plane.shape, bool)
+    mask[2:5, 3:5] = mask[0, 6] = True
+    nan = np.where(mask, np.nan, plane)
+    masked = np.ma.array(np.where(mask, 1e9, plane), mask=mask)
+    for scan in (nan, masked):
+        filled = raw(untouched(scan))
+        inner = (slice(1, -1),) * 2
+        np.testing.assert_allclose(filled[inner], -plane[inner], rtol=0, atol=1e-12)
+        assert abs(filled[0, 6] + plane[0, 6]) < 0.5
+
+
+def test_missing_points_of_a_periodic_scan_are_filled_across_its_edge():
+    scan = np.ones((4, 4))
+    scan[2], scan[0, 0] = 5.0, np.nan
+    once, periodic = (raw(untouched(scan, periodic=p))[0, 0] for p in (False, True))
+    assert once == pytest.approx(-1.0)
+    scan[3] = 5.0
+    assert raw(untouched(scan, periodic=True))[0, 0] == pytest.approx(-2.0)
+    assert periodic == pytest.approx(-1.0)
+
+
+def test_a_scan_without_any_point_is_refused():
+    with pytest.raises(ValueError, match="all points of the scan are missing"):
+        untouched(np.full((4, 4), np.nan))
+
+
+def test_tilt_is_subtracted_by_default():
+    tilted = ROUGH + 3.0 + 0.4 * np.arange(12)[:, None] - 0.7 * np.arange(9)
+    level = raw(HeightMap.from_topography(ROUGH, "substrate", spacing=1.0))
+    got = raw(HeightMap.from_topography(tilted, "substrate", spacing=1.0))
+    np.testing.assert_allclose(got, level, rtol=0, atol=1e-12)
+    assert abs(level.mean()) < 1e-12
+
+
+def test_missing_points_do_not_tilt_the_plane():
+    scan = np.arange(12.0)[:, None] + np.arange(9.0)
+    scan[:6, :4] = np.nan
+    got = raw(HeightMap.from_topography(scan, "substrate", spacing=1.0))
+    np.testing.assert_allclose(got, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("detrend", "added"),
+    [
+        ("mean", 7.0),
+        ("curvature", 0.1 * (np.arange(12.0)[:, None] - 3) ** 2 + 0.2 * np.arange(9.0)),
+        ("lines", np.sin(np.arange(9)) + np.arange(12)[:, None] * np.cos(np.arange(9))),
+    ],
+)
+def test_detrending_subtracts_what_its_name_says(detrend, added):
+    def kept(scan):
+        return raw(untouched(scan, detrend=detrend))
+
+    np.testing.assert_allclose(kept(ROUGH + added), kept(ROUGH), rtol=0, atol=1e-11)
+
+
+def test_an_unknown_way_to_detrend_is_refused():
+    with pytest.raises(ValueError, match="unknown way to detrend 'tilt'"):
+        untouched(ROUGH, detrend="tilt")
+
+
+def test_a_topography_object_has_its_own_sizes_unit_period_and_mask():
+    mask = np.zeros(ROUGH.shape, bool)
+    mask[3, 3] = True
+    scan = Topography(np.ma.array(ROUGH, mask=mask), (24.0, 27.0), unit="nm")
+    got = HeightMap.from_topography(scan, "substrate", detrend="none")
+    expected = untouched(np.where(mask, np.nan, ROUGH), spacing=(2.0, 3.0), unit="nm")
+    assert got == expected
+    assert not got.periodic
+    periodic = Topography(ROUGH, (24.0, 27.0), periodic=True, unit="µm")
+    assert HeightMap.from_topography(periodic, "indenter").periodic
+
+
+def test_a_topography_object_without_unit_needs_one():
+    scan = Topography(ROUGH, (24.0, 27.0))
+    with pytest.raises(ValueError, match=r"unit of .* is not known: give unit"):
+        HeightMap.from_topography(scan, "substrate")
+    got = HeightMap.from_topography(scan, "substrate", unit="nm", detrend="none")
+    assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
+
+
+def test_a_unit_that_contradicts_the_scan_is_refused():
+    scan = Topography(ROUGH, (24.0, 27.0), unit="nm")
+    with pytest.raises(ValueError, match="scan is in nm, but unit is 'µm'"):
+        HeightMap.from_topography(scan, "substrate", unit="µm")
+
+
+def test_an_array_needs_a_spacing():
+    with pytest.raises(ValueError, match=r"distance between the points .* not known"):
+        HeightMap.from_topography(ROUGH, "substrate")
+
+
+def test_a_line_scan_is_refused():
+    from SurfaceTopography import UniformLineScan
+
+    with pytest.raises(ValueError, match="must be a map of heights on a grid"):
+        HeightMap.from_topography(UniformLineScan(ROUGH[0], 9.0), "substrate")
+
+
+@pytest.mark.parametrize("suffix", [".nc", ".x3p", ".gwy"])
+def test_files_of_microscopes_are_read_with_their_units(tmp_path, suffix):
+    scan = Topography(ROUGH, (24.0, 27.0), unit="nm")
+    file = tmp_path / f"scan{suffix}"
+    write = {".nc": scan.to_netcdf, ".x3p": scan.to_x3p, ".gwy": scan.to_gwy}
+    write[suffix](str(file))
+    got = HeightMap.from_topography(file, "substrate", detrend="none")
+    np.testing.assert_allclose(
+        got.heights((12, 1), 20.0, (-120.0, 0.0))[:, 0], -10 * ROUGH[:, 4], rtol=1e-6
+    )
+    assert got.spacing == pytest.approx((20.0, 30.0))
+
+
+HEADER = """# Channel: Height
+# Width: 24.0 nm
+# Height: 0.027 µm
+# Value units: nm
+"""
+
+
+def matrix(heights, delimiter=" "):
+    rows = (delimiter.join(f"{z:.17g}" for z in line) for line in heights.T)
+    return "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize("delimiter", [" ", ",", ", ", "\t", ";"])
+@pytest.mark.parametrize("mark", ["# ", ""], ids=["comment", "plain"])
+def test_text_files_have_lines_of_constant_y_and_sizes_in_the_header(
+    tmp_path, delimiter, mark
+):
+    file = tmp_path / "scan.txt"
+    file.write_text(HEADER.replace("# ", mark) + matrix(ROUGH, delimiter))
+    got = HeightMap.from_topography(str(file), "substrate", detrend="none")
+    assert got.spacing == pytest.approx((20.0, 30.0))
+    window = got.heights((12, 9), 20.0, (-120.0, -120.0))[:, ::3]
+    np.testing.assert_allclose(window, -10 * ROUGH[:, :6:2], rtol=0, atol=1e-9)
+
+
+def test_text_without_header_needs_unit_and_spacing(tmp_path):
+    file = tmp_path / "scan.txt"
+    file.write_text("# nothing about lengths\n" + matrix(ROUGH))
+    with pytest.raises(ValueError, match=r"the unit of .*scan.txt.* is not known"):
+        HeightMap.from_topography(file, "substrate")
+    with pytest.raises(ValueError, match="distance between the points"):
+        HeightMap.from_topography(file, "substrate", unit="nm")
+    got = untouched(file, spacing=(2.0, 3.0), unit="nm")
+    assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
+
+
+def test_a_list_of_points_becomes_a_map_whatever_its_order(tmp_path):
+    x, y = 0.5 * np.arange(12), 2.0 + 0.25 * np.arange(9)
+    points = np.array([(x[i], y[j], ROUGH[i, j]) for i in range(12) for j in range(9)])
+    points = RNG.permutation(points[:-1])  # one is missing
+    file = tmp_path / "scan.xyz"
+    np.savetxt(file, points, header="x y z, units: nm")
+    got = untouched(file, spacing=None)
+    assert got.shape == (12, 9)
+    assert got.spacing == pytest.approx((5.0, 2.5))
+    np.testing.assert_allclose(
+        got.heights((12, 1), 5.0, (-30.0, 0.0))[:, 0], -10 * ROUGH[:, 4], rtol=1e-12
+    )
+
+
+def test_points_that_are_not_on_a_grid_are_refused(tmp_path):
+    file = tmp_path / "scan.xyz"
+    np.savetxt(file, RNG.uniform(size=(40, 3)))
+    with pytest.raises(ValueError, match="not on a regular grid along x"):
+        untouched(file, spacing=None, unit="nm")
+
+
+def test_a_npy_file_is_an_array(tmp_path):
+    np.save(tmp_path / "scan.npy", ROUGH)
+    got = untouched(tmp_path / "scan.npy", unit="nm")
+    assert got == untouched(ROUGH, unit="nm")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("empty.txt", b""),
+        ("words.txt", b"high low\n"),
+        ("ragged.txt", b"1 2\n3\n"),
+        ("decimal_comma.txt", b"1,5 2,5\n"),
+        ("text_after.txt", b"1 2\n3 4\nend\n"),
+        ("column.txt", b"0 0 1\n0 1 1\n0 2 3\n0 3 4\n"),
+        ("binary.dat", b"\x93\xff\xfe\x00"),
+        ("broken.gwy", b"GWYP\x00"),
+        ("not.npy", b"1 2\n3 4\n"),
+        ("empty.npy", b""),
+        ("absent.npy", None),
+        ("absent.ibw", None),
+    ],
+)
+def test_an_unreadable_file_is_refused_by_name(tmp_path, name, content):
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=f"cannot read a scan from .*{name}"):
+        untouched(tmp_path / name, unit="nm")
+
+
+@pytest.mark.parametrize("hurst", [0.5, 0.8])
+@pytest.mark.parametrize("periodic", [True, False])
+def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, periodic):
+    rough = SelfAffine(0.1, hurst, 4.0, 128.0, seed=2)
+    side = int(rough.side)
+    heights = rough.heights((side, side), 1.0)
+    scan = -heights if periodic else -heights[: side // 2, : side // 2]
+    fit = untouched(scan, periodic=periodic).self_affine
+    assert fit.hurst == pytest.approx(hurst, abs=0.08)
+    if periodic:
+        exact = rough.statistics()
+        assert fit.rms_height == pytest.approx(exact.rms_height, rel=1e-9)
+        assert fit.rms_slope == pytest.approx(exact.rms_slope, rel=1e-9)
+        assert fit.rms_curvature == pytest.approx(exact.rms_curvature, rel=1e-9)
+        assert fit.short_wavelength == pytest.approx(4.0, rel=0.01)
+        assert fit.long_wavelength == pytest.approx(128.0, rel=0.07)
+
+
+def test_the_regime_of_a_scan_is_that_of_its_surface():
+    rough = SelfAffine(0.1, 0.8, 4.0, 128.0, seed=2)
+    side = int(rough.side)
+    scan = untouched(-rough.heights((side, side), 1.0), periodic=True)
+    of_scan, of_surface = (regime(1e4, 1e5, 1.0, each) for each in (scan, rough))
+    assert of_scan.law == of_surface.law == "rough, linear"
+    assert of_scan.contact_area == pytest.approx(of_surface.contact_area, rel=1e-9)
+    assert of_scan.asperity_radius == pytest.approx(
+        of_surface.asperity_radius, rel=0.01
+    )
+
+
+def test_a_flat_scan_has_no_self_affine_parameters():
+    with pytest.raises(ValueError, match="a flat map has no self-affine parameters"):
+        _ = untouched(np.zeros((8, 8))).rms_slope
+
+
+def test_the_spectrum_of_a_scan_that_is_not_periodic_has_its_mean_square():
+    rough = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=3)
+    scan = untouched(rough.heights((128, 100), 1.0), spacing=(1.0, 1.0))
+    q, density = scan.power_spectrum()
+    # sum over all wave vectors, of which each ring has about 2 pi q dq / (2 pi)^2 A
+    square = np.trapezoid(q * density, q) / (2 * np.pi)
+    assert square == pytest.approx(scan.statistics().rms_height ** 2, rel=0.15)
+
+
+def test_a_sphere_on_a_scan_is_on_the_place_that_was_chosen():
+    surface = untouched(SCAN, center="highest")
+    sphere = RoughSphere(50.0, surface)
+    assert sphere.heights((1, 1), 1.0)[0, 0] == -SCAN.max()
+    assert sphere.heights((3, 3), 1.0, (-1.0, -1.0)).argmin() == 4
