@@ -131,6 +131,9 @@ def thread_map(
     -------
     list
     """
+    count = 1 if _inside.get() else min(threads, len(items))
+    if count == 1:
+        return [function(item) for item in items]
     pending = iter(enumerate(items))  # shared: each thread takes the next item
     results: dict[int, T] = {}
 
@@ -153,7 +156,6 @@ def thread_map(
             except BaseException as error:  # raised in the calling thread
                 helper.set_exception(error)
 
-    count = 1 if _inside.get() else min(threads, len(items))
     helpers: list[Future[None]] = [Future() for _ in range(1, count)]
     try:
         with suppress(RuntimeError):  # no thread can be started: work without it

@@ -117,20 +117,21 @@ class CirculantModel:
         return self._transform.filter(opening, self._stiffness, out)
 
     def preconditioner(
-        self, stiffness: float
+        self, softness: float
     ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-        """Return the operator ``(1 + S (C - 1))^-1`` for a uniform stiffness ``S``.
+        """Return the operator ``(s + (1 - s) C)^-1`` for a uniform softness ``s``.
 
         Parameters
         ----------
-        stiffness : float
-            Of wall and atom in series, in units of the inverse self-compliance.
+        softness : float
+            Between zero and one: compliance of the wall as a part of that of wall and
+            atom in series.
 
         Returns
         -------
         callable
             Function of a pressure and of an array for the result.
         """
-        series = 1.0 + stiffness * (self._spectrum - 1.0)
+        series = softness + (1.0 - softness) * self._spectrum
         multiplier = self._transform.multiplier(1.0 / series)
         return lambda pressure, out: self._transform.filter(pressure, multiplier, out)

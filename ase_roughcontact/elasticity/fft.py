@@ -17,6 +17,7 @@ import math
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -30,6 +31,9 @@ from ase_roughcontact.elasticity.fft_backends import (
     DuccTransform,
     PyfftwTransform,
 )
+
+# Most numbers in a SIMD vector of any processor: 64 bytes in single precision.
+_LONGEST_VECTOR = 16
 
 ENGINES = {"pyfftw": PyfftwTransform, "ducc0": DuccTransform}
 
@@ -50,7 +54,7 @@ class Blocking:
     single_thread_points : int
         Grids with fewer points are transformed by one thread, as a whole.
     whole_grid_bytes : int
-        Smaller grids are transformed as a whole by ducc0, with its own threads.
+        Smaller grids are transformed by ducc0 in one buffer, a part by each thread.
     """
 
     row_block: int = 131072
@@ -129,22 +133,19 @@ class RealFFT2:
         self.blocking = blocking or Blocking()
         self.pairs = 0
 
-        self._row_blocks, self._column_blocks = self._blocks()
-        self._whole = len(self._column_blocks) == 1
+        self._whole, self._row_blocks, self._column_blocks = self._blocks()
         self.workers = min(
             self.threads, max(len(self._row_blocks), len(self._column_blocks))
         )
-        small = math.prod(self.grid) < self.blocking.single_thread_points
-        make = partial(
-            ENGINES[self.engine],
-            self.grid,
-            _longest(self._row_blocks),
-            _longest(self._column_blocks),
-            dtype=self.dtype,
-            threads=1 if small or self.workers > 1 else self.threads,
-            measure=self.measure,
-        )
-        self._buffers: list[BlockTransform] = [make() for _ in range(self.workers)]
+        rows, columns = self.window[0], self.grid[1] // 2 + 1
+        if not self._whole:
+            rows, columns = _longest(self._row_blocks), _longest(self._column_blocks)
+        self._buffers: list[BlockTransform] = [
+            ENGINES[self.engine](
+                self.grid, rows, columns, dtype=self.dtype, measure=self.measure
+            )
+            for _ in range(1 if self._whole else self.workers)
+        ]
 
     def __reduce__(self) -> tuple:
         """Pickle the options only: plans can't be pickled."""
@@ -188,10 +189,15 @@ class RealFFT2:
 
         Returns
         -------
-        ndarray, shape (N//2 + 1, M//2 + 1)
+        ndarray
         """
-        half = values[: self.grid[0] // 2 + 1] * (1.0 / math.prod(self.grid))
-        return half.astype(self.dtype, copy=False)
+        rows = self.grid[0] // 2 + 1
+        half = values[:rows] * (1.0 / math.prod(self.grid))
+        if not self._whole:
+            return half.astype(self.dtype, copy=False)
+        # NumPy multiplies complex numbers faster by complex than by real ones
+        whole = np.concatenate((half, half[self.grid[0] - rows : 0 : -1]))
+        return whole.astype(self._buffers[0].columns.dtype)
 
     def filter(
         self,
@@ -245,46 +251,57 @@ class RealFFT2:
     def _forward_row_block(
         self, buffer: BlockTransform, rows: slice, values: np.ndarray, out: np.ndarray
     ) -> None:
-        count, width = rows.stop - rows.start, self.window[1]
-        buffer.rows[:count, :width] = values[rows]
-        buffer.rows[:count, width:] = 0.0
-        buffer.rows_forward(out[rows])
+        part, width = self._part(rows), self.window[1]
+        padded = buffer.rows[part]
+        padded[:, :width] = values[rows]
+        padded[:, width:] = 0.0
+        buffer.rows_forward(part, out[rows])
 
     def _inverse_row_block(
         self, buffer: BlockTransform, rows: slice, spectra: np.ndarray, out: np.ndarray
     ) -> None:
-        buffer.rows_inverse(spectra[rows])
-        out[rows] = buffer.rows[: rows.stop - rows.start, : self.window[1]]
+        part = self._part(rows)
+        buffer.rows_inverse(part, spectra[rows])
+        out[rows] = buffer.rows[part, : self.window[1]]
 
     def _forward_columns(self, buffer: BlockTransform, columns: slice) -> None:
-        block = buffer.columns[:, : columns.stop - columns.start]
-        self._load(block, self.spectrum[: self.window[0], columns])
-        buffer.columns_forward()
+        part = self._part(columns)
+        block = self._load(buffer, part, self.spectrum[: self.window[0], columns])
+        buffer.columns_forward(part)
         self._store(block, self.spectrum[:, columns])
 
     def _inverse_columns(self, buffer: BlockTransform, columns: slice) -> None:
-        block = buffer.columns[:, : columns.stop - columns.start]
-        self._load(block, self.spectrum[:, columns])
-        buffer.columns_inverse()
+        part = self._part(columns)
+        block = self._load(buffer, part, self.spectrum[:, columns])
+        buffer.columns_inverse(part)
         self._store(block, self.spectrum[: self.window[0], columns])
 
     def _filter_columns(
         self, buffer: BlockTransform, columns: slice, multiplier: np.ndarray
     ) -> None:
-        block = buffer.columns[:, : columns.stop - columns.start]
-        self._load(block, self._row_spectra[:, columns])
-        buffer.columns_forward()
+        part = self._part(columns)
+        block = self._load(buffer, part, self._row_spectra[:, columns])
+        buffer.columns_forward(part)
         rows = len(multiplier)
         block[:rows] *= multiplier[:, columns]
-        block[rows:] *= multiplier[self.grid[0] - rows : 0 : -1, columns]
-        buffer.columns_inverse()
+        if rows < len(block):
+            block[rows:] *= multiplier[len(block) - rows : 0 : -1, columns]
+        buffer.columns_inverse(part)
         self._store(block, self._row_spectra[:, columns])
 
-    def _load(self, block: np.ndarray, spectra: np.ndarray) -> None:
-        """Copy spectra of rows into the buffer of columns, padded with zeros."""
+    def _part(self, block: slice) -> slice:
+        """Return the part of a buffer for a block of the grid."""
+        return block if self._whole else slice(0, block.stop - block.start)
+
+    def _load(
+        self, buffer: BlockTransform, part: slice, spectra: np.ndarray
+    ) -> np.ndarray:
+        """Return a part of the buffer of columns with spectra of rows, and zeros."""
+        block = buffer.columns[:, part]
         if not self._whole:
             block[: len(spectra)] = spectra
         block[len(spectra) :] = 0.0
+        return block
 
     def _store(self, block: np.ndarray, spectra: np.ndarray) -> None:
         """Copy the leading rows of the buffer of columns back."""
@@ -295,7 +312,10 @@ class RealFFT2:
         self, blocks: list[slice], work: Callable[..., None], *arrays: np.ndarray
     ) -> None:
         """Call ``work(buffer, block, *arrays)`` for all blocks, shared by threads."""
-        idle = self._buffers[::-1]
+        if len(blocks) == 1:
+            work(self._buffers[0], blocks[0], *arrays)
+            return
+        idle = self._buffers * self.workers if self._whole else self._buffers[::-1]
 
         def run(block: slice) -> None:
             buffer = idle.pop()
@@ -304,16 +324,21 @@ class RealFFT2:
 
         thread_map(run, blocks, self.workers)
 
-    def _blocks(self) -> tuple[list[slice], list[slice]]:
-        """Return the blocks of rows of the window and of columns of the spectrum."""
+    def _blocks(self) -> tuple[bool, list[slice], list[slice]]:
+        """Return the blocks of rows of the window and of columns of the spectrum.
+
+        Before them, whether the buffers are for the whole grid.
+        """
         rows, (height, width) = self.window[0], self.grid
         columns, points = width // 2 + 1, height * width
         size = points * self.dtype.itemsize
-        whole = self.engine == "ducc0" and size < self.blocking.whole_grid_bytes
-        if whole or points < self.blocking.single_thread_points:
-            return [slice(0, rows)], [slice(0, columns)]
+        if points < self.blocking.single_thread_points:
+            return True, [slice(0, rows)], [slice(0, columns)]
+        if self.engine == "ducc0" and size < self.blocking.whole_grid_bytes:
+            return True, _shares(rows, self.threads), _shares(columns, self.threads)
         tall = math.ceil(self.blocking.column_height / height)
         return (
+            False,
             split(rows, self.blocking.row_block // width),
             split(columns, self.blocking.column_block * tall),
         )
@@ -324,6 +349,18 @@ class RealFFT2:
         if self._whole:
             return buffer[:rows]
         return np.zeros((rows, self.grid[1] // 2 + 1), buffer.dtype)
+
+
+def _shares(length: int, threads: int) -> list[slice]:
+    """Cut a length into a piece for each thread.
+
+    All but the last are multiples of the lengths of SIMD vectors. Where a line is in
+    its vector, which may change the rounding of its transform, then does not depend on
+    the number of threads.
+    """
+    vectors = math.ceil(length / _LONGEST_VECTOR)
+    ends = [vectors * k // threads * _LONGEST_VECTOR for k in range(threads + 1)]
+    return [slice(a, min(b, length)) for a, b in pairwise(ends) if a < b]
 
 
 def _float_type(dtype: object) -> np.dtype:

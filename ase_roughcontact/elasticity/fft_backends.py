@@ -20,6 +20,9 @@ _PLANNING_TIME = 1.0
 class BlockTransform(ABC):
     """Buffers for a block of rows and a block of columns, and their transforms.
 
+    Each transform uses one thread. Several threads may use different parts of buffers
+    of ducc0; those of FFTW are always transformed as a whole.
+
     Parameters
     ----------
     grid : (int, int)
@@ -28,8 +31,6 @@ class BlockTransform(ABC):
         Number of rows of the grid and of columns of its spectrum in the buffers.
     dtype : dtype
         Type of the rows.
-    threads : int
-        Number of threads of one transform of ducc0.
     measure : bool
         Whether FFTW measures several plans to find the fastest one.
 
@@ -48,43 +49,42 @@ class BlockTransform(ABC):
         columns: int,
         *,
         dtype: np.dtype,
-        threads: int,
         measure: bool,
     ) -> None:
         complex_type = np.result_type(dtype, np.complex64)
         self.rows = pyfftw.zeros_aligned((rows, grid[1]), dtype)
         self.columns = pyfftw.zeros_aligned((grid[0], columns), complex_type)
-        self._plan(threads, measure)
+        self._plan(measure)
 
     @abstractmethod
-    def _plan(self, threads: int, measure: bool) -> None:
+    def _plan(self, measure: bool) -> None:
         """Prepare the transforms."""
 
     @abstractmethod
-    def rows_forward(self, spectra: np.ndarray) -> None:
-        """Transform the first k rows into `spectra`, shape (k, M//2 + 1)."""
+    def rows_forward(self, part: slice, spectra: np.ndarray) -> None:
+        """Transform a part of the rows into `spectra`, shape (k, M//2 + 1)."""
 
     @abstractmethod
-    def rows_inverse(self, spectra: np.ndarray) -> None:
-        """Transform `spectra`, shape (k, M//2 + 1), back into the first k rows."""
+    def rows_inverse(self, part: slice, spectra: np.ndarray) -> None:
+        """Transform `spectra`, shape (k, M//2 + 1), back into a part of the rows."""
 
     @abstractmethod
-    def columns_forward(self) -> None:
-        """Transform all columns in place."""
+    def columns_forward(self, part: slice) -> None:
+        """Transform a part of the columns in place."""
 
     @abstractmethod
-    def columns_inverse(self) -> None:
-        """Transform all columns back in place, not normalised."""
+    def columns_inverse(self, part: slice) -> None:
+        """Transform a part of the columns back in place, not normalised."""
 
 
 class PyfftwTransform(BlockTransform):
     """Transforms by FFTW, whose plans are bound to the buffers.
 
-    Each plan uses one thread, because the threads of FFTW spin while they wait for each
-    other, which is slow on busy processors.
+    The threads of FFTW spin while they wait for each other, which is slow on busy
+    processors, so that they are not used.
     """
 
-    def _plan(self, threads: int, measure: bool) -> None:
+    def _plan(self, measure: bool) -> None:
         width = self.rows.shape[1] // 2 + 1
         self._spectra = pyfftw.zeros_aligned(
             (len(self.rows), width), self.columns.dtype
@@ -100,21 +100,21 @@ class PyfftwTransform(BlockTransform):
         self._columns_forward = plan(*both, **columns)
         self._columns_inverse = plan(*both, **columns, **inverse)
 
-    def rows_forward(self, spectra: np.ndarray) -> None:
+    def rows_forward(self, part: slice, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
         self._rows_forward.execute()
-        spectra[:] = self._spectra[: len(spectra)]
+        spectra[:] = self._spectra[part]
 
-    def rows_inverse(self, spectra: np.ndarray) -> None:
+    def rows_inverse(self, part: slice, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        self._spectra[: len(spectra)] = spectra
+        self._spectra[part] = spectra
         self._rows_inverse.execute()
 
-    def columns_forward(self) -> None:
+    def columns_forward(self, part: slice) -> None:
         """See `BlockTransform`."""
         self._columns_forward.execute()
 
-    def columns_inverse(self) -> None:
+    def columns_inverse(self, part: slice) -> None:
         """See `BlockTransform`."""
         self._columns_inverse.execute()
 
@@ -122,50 +122,33 @@ class PyfftwTransform(BlockTransform):
 class DuccTransform(BlockTransform):
     """Transforms by ducc0, which needs no plans.
 
-    Attributes
-    ----------
-    threads : int
-        Number of threads of one transform.
-
     Raises
     ------
     ImportError
         If ducc0 is not installed.
     """
 
-    def _plan(self, threads: int, measure: bool) -> None:
+    def _plan(self, measure: bool) -> None:
         if ducc0 is None:
             raise ImportError(
                 "engine 'ducc0' needs the package ducc0: pip install ducc0"
             )
-        self.threads = threads
 
-    def rows_forward(self, spectra: np.ndarray) -> None:
+    def rows_forward(self, part: slice, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        rows = self.rows[: len(spectra)]
-        ducc0.fft.r2c(rows, axes=(1,), out=spectra, nthreads=self.threads)
+        ducc0.fft.r2c(self.rows[part], axes=(1,), out=spectra)
 
-    def rows_inverse(self, spectra: np.ndarray) -> None:
+    def rows_inverse(self, part: slice, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        ducc0.fft.c2r(
-            spectra,
-            axes=(1,),
-            lastsize=self.rows.shape[1],
-            forward=False,
-            out=self.rows[: len(spectra)],
-            nthreads=self.threads,
-        )
+        rows, width = self.rows[part], self.rows.shape[1]
+        ducc0.fft.c2r(spectra, axes=(1,), lastsize=width, forward=False, out=rows)
 
-    def columns_forward(self) -> None:
+    def columns_forward(self, part: slice) -> None:
         """See `BlockTransform`."""
-        ducc0.fft.c2c(self.columns, axes=(0,), out=self.columns, nthreads=self.threads)
+        columns = self.columns[:, part]
+        ducc0.fft.c2c(columns, axes=(0,), out=columns)
 
-    def columns_inverse(self) -> None:
+    def columns_inverse(self, part: slice) -> None:
         """See `BlockTransform`."""
-        ducc0.fft.c2c(
-            self.columns,
-            axes=(0,),
-            forward=False,
-            out=self.columns,
-            nthreads=self.threads,
-        )
+        columns = self.columns[:, part]
+        ducc0.fft.c2c(columns, axes=(0,), forward=False, out=columns)

@@ -31,6 +31,8 @@ from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
+# Smallest number of grid points for which several threads are worth their start.
+_LEAST_SHARED = 256 * 256
 # Rows of a kernel that are evaluated at once, so that temporaries stay in the cache.
 _KERNEL_ROWS = 32
 
@@ -219,7 +221,7 @@ class HalfSpace(ABC):
             raise ValueError(
                 f"pressure must have the shape {self.shape}, got {pressure.shape}"
             )
-        workers = available_threads()
+        workers = _workers(math.prod(self.grid))
         spectrum = rfft2(pressure, self.grid, workers=workers)
         return irfft2(-self.compliance * spectrum, self.grid, workers=workers)
 
@@ -268,6 +270,10 @@ class PeriodicHalfSpace(HalfSpace):
         # subtracting the mean, which displaces nothing, avoids its rounding error
         return super().displacement(pressure - pressure.mean())
 
+    def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
+        """Return `displacement`, whose rounding the solvers have seen."""
+        return self.displacement(pressure)
+
 
 class FreeHalfSpace(HalfSpace):
     """Half space with a single contact, without periodic images.
@@ -294,6 +300,11 @@ class FreeHalfSpace(HalfSpace):
         return _even_spectrum(_even_spectrum(kernel, m, 1), n, 0)
 
 
+def _workers(points: int) -> int:
+    """Return the number of threads for transforms of scipy: one for small grids."""
+    return available_threads() if points >= _LEAST_SHARED else 1
+
+
 def _wrapped_distance(n: int) -> np.ndarray:
     """Return the distances from point 0 to n points on a ring."""
     return np.minimum(np.arange(n), n - np.arange(n))
@@ -301,7 +312,7 @@ def _wrapped_distance(n: int) -> np.ndarray:
 
 def _even_spectrum(half: np.ndarray, n: int, axis: int) -> np.ndarray:
     """Transform n values that are even, ``f(k) = f(n - k)``, given the first half."""
-    options: dict[str, Any] = {"axis": axis, "workers": available_threads()}
+    options: dict[str, Any] = {"axis": axis, "workers": _workers(half.size)}
     if n % 2 == 0:
         return dct(half, 1, overwrite_x=True, **options)
     return rfft(half.take(_wrapped_distance(n), axis), **options).real

@@ -18,13 +18,13 @@ deep in the core of the wall counts no more than the small displacement that rem
 
 *Preconditioner.* In units in which :math:`c = 1`,
 
-.. math:: 1 + D C = (1 + D) [1 + S (C - 1)], \qquad S = D/(1 + D).
+.. math:: 1 + D C = (1 + D) [s + (1 - s) C], \qquad s = 1/(1 + D).
 
-:math:`S`, the stiffness of wall and atom in series, varies much less than :math:`D`.
-Its mean :math:`\bar S` over the atoms with :math:`D > 0`, which :math:`\chi` selects,
-makes the second factor circulant:
+:math:`s`, the compliance of the wall as a part of that of wall and atom in series,
+varies much less than :math:`D`. Its mean :math:`\bar s` over the atoms with
+:math:`D > 0`, which :math:`\chi` selects, makes the second factor circulant:
 
-.. math:: M r = \chi [1 + \bar S (C - 1)]^{-1} \chi W r + (1 - \chi) r.
+.. math:: M r = \chi [\bar s + (1 - \bar s) C]^{-1} \chi W r + (1 - \chi) r.
 
 If the height is free, :math:`z` follows from the second equation, with
 :math:`x = M r - z\, M W D 1`.
@@ -83,8 +83,8 @@ class NewtonSystem:
         self._inside = box.slices_in(model.box)
         self._d = self._embedded(stiffness, model.self_compliance)
         self._weight, self._stiff = np.empty_like(self._d), np.empty_like(self._d)
-        count, series = _weights(self._weight, self._stiff, self._d)
-        self._inverse = model.preconditioner(series / count) if count else None
+        count, softness = _weights(self._weight, self._stiff, self._d)
+        self._inverse = model.preconditioner(softness / count) if count else None
 
     def scaled(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``W r``.
@@ -220,11 +220,10 @@ class NewtonSystem:
 def _weights(
     weight: np.ndarray, stiff: np.ndarray, d: np.ndarray
 ) -> tuple[float, float]:
-    """Set ``W = (1 + D+)^-1/2`` and ``chi``; return the sums of ``chi`` and ``S``."""
+    """Set ``W = (1 + D+)^-1/2`` and ``chi``; return the sums of ``chi`` and ``W^2``."""
     np.greater(d, 0.0, out=stiff)
-    repulsive = d * stiff
-    weight[:] = 1.0 / np.sqrt(1.0 + repulsive)
-    return float(stiff.sum()), inner(repulsive * weight, weight)
+    weight[:] = 1.0 / np.sqrt(1.0 + d * stiff)
+    return float(stiff.sum()), inner(stiff * weight, weight)
 
 
 @rowwise()

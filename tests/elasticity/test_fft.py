@@ -95,19 +95,34 @@ def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
     assert_array_equal(multiplier, before[1])
 
 
-def test_threads_share_a_small_grid_inside_of_ducc0(monkeypatch):
-    used = []
+@every_engine
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("window", [(257, 255), (300, 301), (420, 430)])
+def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
+    values, results = random(window), []
+    for count in (1, 2, 3):
+        options = {"dtype": dtype, "threads": count, "measure": False}
+        fft = transform(window, engine=engine, **options)
+        one = fft.multiplier(np.ones((window[0], window[1] // 2 + 1)))
+        results.append(fft.filter(values, one))
+    assert_array_equal(results[1], results[0])
+    assert_array_equal(results[2], results[0])
 
-    def spied(*arguments, nthreads, **options):
-        used.append(nthreads)
-        return c2c(*arguments, nthreads=nthreads, **options)
+
+def test_threads_share_a_grid_in_one_buffer(monkeypatch):
+    columns = []
+
+    def spied(values, **options):
+        columns.append(values.shape[1])
+        return c2c(values, **options)
 
     ducc0 = pytest.importorskip("ducc0")
     c2c = ducc0.fft.c2c
     monkeypatch.setattr(ducc0.fft, "c2c", spied)
     for window in ((256, 300), (250, 256)):
         transform(window, engine="ducc0", threads=2).forward(np.zeros(window))
-    assert used == [2, 1]
+    assert sorted(columns[:2]) == [71, 80]  # a multiple of 16, and the rest
+    assert columns[2:] == [129]
 
 
 @pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])

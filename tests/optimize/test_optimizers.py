@@ -53,6 +53,17 @@ def largest_force(atoms):
 # The interface of ASE
 
 
+@pytest.mark.parametrize("pressure", [3e3, 1e4, 1e5])
+def test_forces_of_a_full_contact_are_those_that_the_solver_has_seen(pressure):
+    flat = SelfAffine(0.1, 0.8, 4.0, 64.0, domain=64.0)
+    atoms = make_atoms(
+        sphere=flat, n=64, periodic=True, fixed=False, load=pressure * 64**2
+    )
+    dynamics = NewtonKrylov(atoms)
+    assert dynamics.run(fmax=3e-12 * pressure)
+    assert abs(atoms.get_forces()).max() <= 3e-12 * pressure
+
+
 @pytest.mark.parametrize("load", [None, 2.0], ids=["height", "load"])
 def test_relaxed_atoms_have_no_forces(solver, load, periodic):
     control = {} if load is None else {"fixed": False, "load": load}

@@ -114,6 +114,15 @@ def test_a_height_that_nothing_resists_has_no_solution():
     assert system.solve(system.scaled(np.ones((32, 32))), 1.0, 0.1, 9) is None
 
 
+def test_a_wall_stiffer_than_rounding_is_as_good_as_hard():
+    # in single precision 1 - D/(1 + D) is zero, and so is the compliance of the mean
+    stiffness, box = np.full((8, 8), 1e9), Box((0, 0), (8, 8))
+    model = CirculantModel(PeriodicHalfSpace((8, 8), 1.0, 1.0), box)
+    system = NewtonSystem(model, box, stiffness, None)
+    change = system.solve(system.scaled(stiffness), 0.0, 1e-4, 10)
+    np.testing.assert_allclose(change[:-1], 1e9, rtol=1e-4)
+
+
 def test_an_approximate_solution_leads_downhill_although_one_atom_overlaps_deeply():
     contact = scene(LennardJones93.adhesive(1.0, 1.0, 0.05), heights=HILL)
     energy = ContactEnergy(contact, None)
