@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,13 +10,14 @@ from ase.calculators.calculator import Calculator, all_changes
 from ase.outputs import Properties, all_outputs
 
 from ase_roughcontact._util.kernels import array_equal
-from ase_roughcontact._util.validation import finite, positive, surface, unknown
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact._util.validation import finite, lookup, positive, surface, unknown
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import (
     check_surface,
     indenter_fixed,
     surface_id,
 )
+from ase_roughcontact.atoms.model import ContactModel, lattice_of
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -26,7 +26,7 @@ from ase_roughcontact.topography import Surface
 
 #: Names in `Calculator.results` beside those of ASE.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
-_FFT_OPTIONS = ("dtype", "engine", "threads", "measure")
+_FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads", "measure"))
 
 
 class RoughContact(Calculator):
@@ -139,7 +139,7 @@ class RoughContact(Calculator):
         interaction: Interaction | None = None,
         **kwargs: Any,
     ) -> None:
-        self._cached_model: _Model | None = None
+        self._cached_model: ContactModel | None = None
         self._fixed: bool | None = None  # whether the indenter was, when calculated
         super().__init__(
             indenter=indenter,
@@ -197,22 +197,17 @@ class RoughContact(Calculator):
         super().calculate(atoms, properties, system_changes)
         if not np.isfinite(self.atoms.positions).all():
             raise ValueError("positions must be finite, got NaN or infinity")
-        model = self._model(self.atoms)
-        height = float(self.atoms.positions[-1, 2])
-        values = displacement(self.atoms, model.grid)
-        self._state = state = model.contact.evaluate(
-            values, height, *model.known_pressure(values, height)
-        )
+        self._state = state = self._model(self.atoms).state(self.atoms)
         self._fixed = indenter_fixed(self.atoms)
         load = 0.0 if self._fixed else self.parameters["load"]
+        work = load * float(self.atoms.positions[-1, 2])
         forces = np.zeros((len(self.atoms), 3))
         forces[:-1, 2] = state.forces.ravel()
         forces[-1, 2] = state.normal_force - load
-        energy = state.energy + load * height
         self.results = {
-            "energy": energy,
-            "free_energy": energy,
-            "energies": np.append(state.energies.ravel(), load * height),
+            "energy": state.energy + work,
+            "free_energy": state.energy + work,
+            "energies": np.append(state.energies.ravel(), work),
             "forces": forces,
             **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
         }
@@ -257,25 +252,24 @@ class RoughContact(Calculator):
         if self.atoms is not None and self._fixed != indenter_fixed(atoms):
             return ["constraints"]
         if self.atoms is not None and len(self.atoms) == len(atoms):
-            pairs = zip(_lattice(self.atoms), _lattice(atoms), strict=True)
             unmoved = array_equal(self.atoms.positions, atoms.positions)
-            if unmoved and all(array_equal(*pair) for pair in pairs):
+            if unmoved and all(
+                map(array_equal, lattice_of(self.atoms), lattice_of(atoms))
+            ):
                 return []
         return super().check_state(atoms, tol)
 
-    def _model(self, atoms: Atoms) -> _Model:
+    def _model(self, atoms: Atoms) -> ContactModel:
         """Return the model of the atoms, built anew where their lattice has changed."""
-        lattice = _lattice(atoms)
-        model = self._cached_model
-        if model is None or not all(map(array_equal, lattice, model.lattice)):
-            indenter = self.parameters["indenter"]
+        if self._cached_model is None or not self._cached_model.fits(atoms):
             grid = SurfaceGrid.of(atoms)
-            contact = self._contact(grid)
-            copies = tuple(part.copy() for part in lattice)
-            model = _Model(copies, grid, contact, surface_id(indenter))
-            self._cached_model = model
-        check_surface(atoms, model.surface_id)
-        return model
+            lattice = tuple(part.copy() for part in lattice_of(atoms))
+            identity = surface_id(self.parameters["indenter"])
+            self._cached_model = ContactModel(
+                lattice, grid, self._contact(grid), identity
+            )
+        check_surface(atoms, self._cached_model.surface_id)
+        return self._cached_model
 
     def _contact(self, grid: SurfaceGrid) -> Contact:
         parameters = self.parameters
@@ -292,40 +286,6 @@ class RoughContact(Calculator):
             modulus = halfspace.contact_modulus
             interaction = LennardJones93.repulsive(modulus, grid.spacing)
         return Contact(halfspace, grid.heights(indenter), interaction)
-
-
-@dataclass
-class _Model:
-    """What follows from the lattice of atoms and the parameters, without z.
-
-    Attributes
-    ----------
-    lattice : tuple of ndarray
-        All that the model depends on, beside the parameters.
-    grid : SurfaceGrid
-    contact : Contact
-    surface_id : str or None
-        That of the indenter.
-    known : tuple of (ndarray, float or None, ndarray), optional
-        A displacement, a height of the indenter and the pressure on the window that
-        causes the displacement. A hard wall exerts this pressure if the indenter is at
-        the height; None if a solver has not found it.
-    """
-
-    lattice: tuple[np.ndarray, ...]
-    grid: SurfaceGrid
-    contact: Contact
-    surface_id: str | None
-    known: tuple[np.ndarray, float | None, np.ndarray] | None = None
-
-    def known_pressure(
-        self, values: np.ndarray, height: float
-    ) -> tuple[np.ndarray | None, np.ndarray | None]:
-        """Return elastic pressure and reaction of a hard wall, where they are known."""
-        if self.known is None or not array_equal(self.known[0], values):
-            return None, None
-        _, known_height, pressure = self.known
-        return pressure, pressure if height == known_height else None
 
 
 def contact_of(atoms: Atoms) -> Contact:
@@ -368,14 +328,7 @@ def elastic_pressure(atoms: Atoms) -> np.ndarray:
     ndarray, shape (n, m)
         Pressure on the window (eV/Å^3), up to its mean if periodic.
     """
-    model = _model_of(atoms)
-    values = displacement(atoms, model.grid)
-    known, _ = model.known_pressure(values, float(atoms.positions[-1, 2]))
-    if known is None:
-        n, m = model.grid.window
-        known = model.contact.elastic_pressure(values)[:n, :m].copy()
-        model.known = values.copy(), None, known
-    return known
+    return _model_of(atoms).elastic_pressure(atoms)
 
 
 def apply_pressure(
@@ -402,25 +355,14 @@ def apply_pressure(
     ValueError
         If the pressure does not have the shape of the window.
     """
-    model = _model_of(atoms)
-    set_displacement(atoms, model.contact.halfspace.padded_displacement(pressure))
-    if height is not None:
-        atoms.positions[-1, 2] = height
-    values = displacement(atoms, model.grid).copy()
-    model.known = values, float(atoms.positions[-1, 2]), pressure
+    _model_of(atoms).apply_pressure(atoms, pressure, height)
     atoms.calc.reset()
 
 
-def _model_of(atoms: Atoms) -> _Model:
+def _model_of(atoms: Atoms) -> ContactModel:
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
     return atoms.calc._model(atoms)
-
-
-def _lattice(atoms: Atoms) -> tuple[np.ndarray, ...]:
-    """Return all that half space, heights and wall depend on."""
-    xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
-    return xy, axis, atoms.cell.array, atoms.pbc, atoms.numbers
 
 
 def _checked(name: str, value: Any) -> Any:
@@ -449,8 +391,7 @@ def _checked_fft(options: Any) -> dict:
         raise ValueError(f"fft must be a dict of options, got {options!r}")
     options = dict(options)
     for key in options:
-        if key not in _FFT_OPTIONS:
-            raise ValueError(unknown(str(key), _FFT_OPTIONS, "option of fft"))
+        lookup(key, _FFT_OPTIONS, "option of fft")
     # fails now, and not at the first calculation, if an option is wrong
     trial = RealFFT2((1, 1), **options)
     if "dtype" in options:

@@ -1,0 +1,81 @@
+"""What a calculator keeps of its atoms: their contact, and the last known pressure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.kernels import array_equal
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.contact import Contact, ContactState
+
+
+def lattice_of(atoms: Atoms) -> tuple[np.ndarray, ...]:
+    """Return all that half space, heights and wall depend on."""
+    xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
+    return xy, axis, atoms.cell.array, atoms.pbc, atoms.numbers
+
+
+@dataclass
+class ContactModel:
+    """What follows from the lattice of atoms and the parameters, without z.
+
+    Attributes
+    ----------
+    lattice : tuple of ndarray
+        All that the model depends on, beside the parameters; see `lattice_of`.
+    grid : SurfaceGrid
+    contact : Contact
+    surface_id : str or None
+        That of the indenter.
+    known : tuple of (ndarray, float or None, ndarray), optional
+        A displacement, a height of the indenter and the pressure on the window that
+        causes the displacement. A hard wall exerts this pressure if the indenter is at
+        the height; None if a solver has not found it.
+    """
+
+    lattice: tuple[np.ndarray, ...]
+    grid: SurfaceGrid
+    contact: Contact
+    surface_id: str | None
+    known: tuple[np.ndarray, float | None, np.ndarray] | None = None
+
+    def fits(self, atoms: Atoms) -> bool:
+        """Return whether the lattice of the atoms is still the same."""
+        return all(map(array_equal, lattice_of(atoms), self.lattice))
+
+    def state(self, atoms: Atoms) -> ContactState:
+        """Return energy, forces and fields of the atoms."""
+        values, height = displacement(atoms, self.grid), float(atoms.positions[-1, 2])
+        pressure, known_height = self._known(values)
+        reaction = pressure if height == known_height else None
+        return self.contact.evaluate(values, height, pressure, reaction)
+
+    def elastic_pressure(self, atoms: Atoms) -> np.ndarray:
+        """Return the pressure that causes the displacement of the atoms."""
+        values = displacement(atoms, self.grid)
+        pressure, _ = self._known(values)
+        if pressure is None:
+            n, m = self.grid.window
+            pressure = self.contact.elastic_pressure(values)[:n, :m].copy()
+            self.known = values.copy(), None, pressure
+        return pressure
+
+    def apply_pressure(
+        self, atoms: Atoms, pressure: np.ndarray, height: float | None
+    ) -> None:
+        """Move the atoms to the displacement that a pressure causes, and a height."""
+        set_displacement(atoms, self.contact.halfspace.padded_displacement(pressure))
+        if height is not None:
+            atoms.positions[-1, 2] = height
+        values = displacement(atoms, self.grid).copy()
+        self.known = values, float(atoms.positions[-1, 2]), pressure
+
+    def _known(self, values: np.ndarray) -> tuple[np.ndarray | None, float | None]:
+        """Return pressure and height of the indenter if they belong to the values."""
+        if self.known is None or not array_equal(self.known[0], values):
+            return None, None
+        _, height, pressure = self.known
+        return pressure, height
