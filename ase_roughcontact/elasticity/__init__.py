@@ -1,5 +1,6 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
+from ase_roughcontact.elasticity.crystal import Crystal
 from ase_roughcontact.elasticity.cubic import Cubic, surface_modulus
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic, love_kernel
 from ase_roughcontact.elasticity.halfspace import (
@@ -17,6 +18,7 @@ from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 
 __all__ = [
     "CRYSTALS",
+    "Crystal",
     "Cubic",
     "ElasticSolid",
     "FreeHalfSpace",

@@ -26,13 +26,17 @@ _EDGES_UP_TO = 32
 _POINTS, _WEIGHTS = leggauss(40)
 
 
-def angular_series(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+def angular_series(
+    function: Callable[[np.ndarray], np.ndarray], harmonics: int = _HARMONICS
+) -> np.ndarray:
     """Return the coefficients of a function of the angle.
 
     Parameters
     ----------
     function : callable
         Takes angles between 0 and pi/4, shape (n,), and returns values, shape (n,).
+    harmonics : int
+        Largest number of coefficients.
 
     Returns
     -------
@@ -41,8 +45,8 @@ def angular_series(function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """
     values = function(np.arccos(chebpts1(_HARMONICS)) / 4)
     coefficients = chebfit(chebpts1(_HARMONICS), values, _HARMONICS - 1)
-    kept = np.flatnonzero(abs(coefficients) > _NEGLIGIBLE * abs(coefficients[0]))
-    return coefficients[: kept[-1] + 1]
+    kept = np.flatnonzero(abs(coefficients) > _NEGLIGIBLE * abs(coefficients).max())
+    return coefficients[: min(kept.max(initial=0) + 1, harmonics)]
 
 
 def cos4(x: np.ndarray, y: np.ndarray) -> np.ndarray:

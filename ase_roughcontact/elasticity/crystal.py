@@ -1,0 +1,334 @@
+r"""Crystal with a (100) surface, as an ASE calculator describes it.
+
+The Green's function of the surface (see `lattice_greens`) is written as a modulus of
+plane waves of pressure,
+
+.. math:: \frac{1}{E^*(q)} = \frac{a_0^2 |q|}{2}\, G_{zz}(q), \qquad
+          \tilde u(q) = -\frac{2}{E^*(q) |q|} \tilde p(q) .
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact.elasticity.angular import angular_cell_kernel
+from ase_roughcontact.elasticity.force_constants import (
+    ForceConstants,
+    element,
+    force_constants,
+    pressure,
+    relaxed_lattice_constant,
+    relaxed_slab,
+)
+from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
+from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.elasticity.long_waves import (
+    distant_kernel,
+    interpolate,
+    interpolation_table,
+    long_wave_series,
+    near_kernel,
+    node_vectors,
+)
+
+# Crystal structures of the surfaces whose atoms are a square grid.
+_STRUCTURES = {"fcc100": "fcc", "bcc100": "bcc"}
+# Distance, in spacings, up to which the kernel of a free half space is tabulated.
+_TABLE = 48
+# Relative difference of spacings, or of a wave vector to the edge of the zone.
+_ROUNDING = 1e-6
+_FORMAT = "crystal of ase_roughcontact, version 1"
+# What to do about an error of a crystal, by its name.
+_ADVICE = {
+    "repetition": "the calculator returns other forces when asked again",
+    "sum_rule": "the forces on all atoms have a resultant that is not zero",
+    "symmetry": "the forces are not those of an energy, or change the displacement",
+    "reach": "the forces reach beyond the slab: increase size and layers",
+    "thickness": "the slab is too thin: increase layers",
+    "square": "the surface is not that of a square grid",
+    "interpolation": "the modulus is not smooth: check the force constants",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Crystal(ElasticSolid):
+    """Half space of a crystal with a square grid of surface atoms.
+
+    It is made by `from_calculator` or `read`.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol.
+    surface : {"fcc100", "bcc100"}
+        The surface; x and y are along its rows of nearest neighbours.
+    calculator : str
+        Name of the calculator.
+    spacing : float
+        Distance a0 of nearest neighbours in the surface (Å), the only spacing at which
+        the solid can be used.
+    table : ndarray
+        Coefficients of ``1/E*``, see `interpolation_table` (1/pressure).
+    pressure : float
+        Pressure of the bulk at this lattice constant, negative under tension
+        (eV/Å^3).
+    figures : dict
+        Relative errors. Those of the force constants are described in
+        `ForceConstants`, those of E* are "thickness" (change from a slab with four
+        layers less), "square" (difference of directions that a square grid does not
+        distinguish) and "interpolation".
+
+    Attributes
+    ----------
+    contact_modulus : float
+        Indentation modulus of long waves, ``1/E* = <1/E*(theta)>`` (pressure).
+    """
+
+    symbol: str
+    surface: str
+    calculator: str
+    spacing: float
+    table: np.ndarray
+    pressure: float = 0.0
+    figures: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        # one memory layout, so that a crystal from a file is the same to the last digit
+        object.__setattr__(self, "table", np.ascontiguousarray(self.table, dtype=float))
+
+    @classmethod
+    def from_calculator(
+        cls,
+        calculator: Any,
+        bulk: Atoms | str,
+        surface: str = "fcc100",
+        *,
+        lattice_constant: float | None = None,
+        layers: int = 15,
+        size: int = 9,
+        displacement: float = 1e-3,
+        tolerance: float = 1e-3,
+    ) -> Crystal:
+        """Return the crystal of an ASE calculator.
+
+        A slab is relaxed, and its force constants are calculated down to its middle:
+        about ``3 layers`` calculations of forces for ``size^2 layers`` atoms, repeated
+        with four layers less.
+
+        Parameters
+        ----------
+        calculator : Calculator
+            Gives energies of bulk crystals and forces of slabs.
+        bulk : Atoms or str
+            Chemical symbol, or a crystal of one element, whose volume is the first
+            guess of the lattice constant.
+        surface : {"fcc100", "bcc100"}
+            Crystal structure and surface.
+        lattice_constant : float, optional
+            In place of that at which the crystal has no stress (Å).
+        layers : int
+            Layers of the slab, odd.
+        size : int
+            Surface cells along each side of the slab, odd.
+        displacement : float
+            Displacement for the force constants (Å); 0 to use the Hessian of the
+            calculator, which must have the method `get_hessian` of matscipy.
+        tolerance : float
+            Largest relative error of the force constants and of E*.
+
+        Returns
+        -------
+        Crystal
+
+        Raises
+        ------
+        ValueError
+            If the surface is not a square grid, the calculator gives no forces for a
+            slab or returns others when asked again, its forces have a resultant or
+            reach beyond the slab, the surface is not stable, or the slab is too thin.
+
+        Examples
+        --------
+        >>> from ase.calculators.emt import EMT
+        >>> from ase_roughcontact.elasticity import Crystal
+        >>> copper = Crystal.from_calculator(EMT(), "Cu")  # doctest: +SKIP
+        >>> copper.write("copper.json")  # doctest: +SKIP
+        """
+        structure = lookup(surface, _STRUCTURES, "square surface")
+        positive(tolerance=tolerance)
+        symbol, a = element(bulk, structure)
+        if lattice_constant is None:
+            a = relaxed_lattice_constant(calculator, symbol, structure, a)
+        else:
+            positive(lattice_constant=lattice_constant)
+            a = lattice_constant
+        thick, thin = (
+            force_constants(
+                calculator,
+                relaxed_slab(calculator, symbol, surface, a, number),
+                size,
+                displacement,
+            )
+            for number in (layers, layers - 4)
+        )
+        name = f"{surface} {symbol} with {type(calculator).__name__}"
+        _check(thick.figures, tolerance, name)
+        figures = {**thick.figures, **_errors(thick, thin)}
+        _check(figures, tolerance, name)
+        return cls(
+            symbol,
+            surface,
+            type(calculator).__name__,
+            thick.spacing,
+            _table(LatticeGreensFunction(thick)),
+            pressure(calculator, symbol, structure, a),
+            figures,
+        )
+
+    @classmethod
+    def read(cls, file: str | Path) -> Crystal:
+        """Read a crystal from a file.
+
+        Parameters
+        ----------
+        file : str or Path
+            Written by `write`.
+
+        Returns
+        -------
+        Crystal
+
+        Raises
+        ------
+        ValueError
+            If the file is another one.
+        """
+        try:
+            entries = json.loads(Path(file).read_text())
+            if entries.pop("format") != _FORMAT:
+                raise ValueError("its format is another one")
+            entries["table"] = np.array(entries["table"])
+            return cls(**entries)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"{file} is not a crystal: {error}") from error
+
+    def write(self, file: str | Path) -> None:
+        """Write the crystal to a file (JSON).
+
+        Parameters
+        ----------
+        file : str or Path
+        """
+        entries = {"format": _FORMAT, **asdict(self), "table": self.table.tolist()}
+        Path(file).write_text(json.dumps(entries, indent=1) + "\n")
+
+    @property
+    def contact_modulus(self) -> float:  # type: ignore[override]
+        """Indentation modulus (pressure)."""
+        return 1.0 / float(self._series[0][0])
+
+    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return ``2/(E*(q) |q|)``; see `ElasticSolid`.
+
+        Raises
+        ------
+        ValueError
+            If a wave vector is not in the Brillouin zone: the grid has another spacing.
+        """
+        x, y = np.multiply(qx, self.spacing), np.multiply(qy, self.spacing)
+        if max(abs(x).max(), abs(y).max()) > np.pi * (1.0 + _ROUNDING):
+            raise ValueError(
+                f"the atoms of the crystal have a spacing of {self.spacing:.6g}, and a "
+                "smaller one was asked for"
+            )
+        return 2.0 * interpolate(self.table, x, y) / np.hypot(qx, qy)
+
+    def cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the depth under unit pressure on an atom; see `ElasticSolid`.
+
+        At another spacing, as on the coarse grids of the solvers, the response is that
+        of long waves.
+        """
+        if abs(spacing / self.spacing - 1.0) > _ROUNDING:
+            harmonics = np.concatenate([[0.0], self._series[0][1:]])
+            kernel = love_kernel(i, j, spacing, self.contact_modulus)
+            return kernel + spacing / np.pi * angular_cell_kernel(i, j, harmonics)
+        i, j = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
+        kernel = distant_kernel(i, j, self._series)
+        near = np.maximum(i, j) < _TABLE
+        kernel[near] = self._near_kernel[i[near], j[near]]
+        kernel *= spacing
+        return kernel
+
+    def todict(self) -> dict[str, Any]:
+        """Return what identifies the solid in files, the table by its hash."""
+        return {
+            "name": "Crystal",
+            "symbol": self.symbol,
+            "surface": self.surface,
+            "calculator": self.calculator,
+            "spacing": self.spacing,
+            "contact_modulus": self.contact_modulus,
+            "table": sha256(self.table.tobytes()).hexdigest()[:16],
+        }
+
+    @cached_property
+    def _series(self) -> list[np.ndarray]:
+        return long_wave_series(self.table)
+
+    @cached_property
+    def _near_kernel(self) -> np.ndarray:
+        return near_kernel(_TABLE, self.table, self._series)
+
+
+def _inverse_modulus(greens: LatticeGreensFunction, q: np.ndarray) -> np.ndarray:
+    """Return ``1/E*`` at wave vectors in units of 1/a0, shape (n, 2)."""
+    compliance = greens(q / greens.spacing)[:, 2, 2].real
+    return 0.5 * greens.spacing * np.hypot(*q.T) * compliance
+
+
+def _table(greens: LatticeGreensFunction) -> np.ndarray:
+    """Return the coefficients of ``1/E*``."""
+    return interpolation_table(_inverse_modulus(greens, node_vectors()))
+
+
+def _errors(thick: ForceConstants, thin: ForceConstants) -> dict[str, float]:
+    """Return the relative errors of the modulus."""
+    greens = LatticeGreensFunction(thick)
+    table = _table(greens)
+    numbers = np.linspace(0.03, 0.97, 12) * np.pi
+    q = np.stack(
+        [np.repeat(numbers, 5), np.outer(numbers, np.linspace(0, 1, 5)).ravel()]
+    )
+    expected = interpolate(table, *q)
+
+    def error(greens: LatticeGreensFunction, q: np.ndarray) -> float:
+        return float(abs(_inverse_modulus(greens, q.T) / expected - 1.0).max())
+
+    turned = np.array([[q[0], -q[1]], [q[1], q[0]], [-q[0], q[1]]])
+    return {
+        "thickness": error(LatticeGreensFunction(thin), q),
+        "square": max(error(greens, other) for other in turned),
+        "interpolation": error(greens, q),
+    }
+
+
+def _check(figures: dict[str, float], tolerance: float, name: str) -> None:
+    """Raise an error about the first figure in the order of the advice."""
+    for figure, advice in _ADVICE.items():
+        if figures.get(figure, 0.0) > tolerance:
+            raise ValueError(
+                f"the relative error {figure!r} of {name} is {figures[figure]:.2g}, "
+                f"above {tolerance:g}: {advice}"
+            )

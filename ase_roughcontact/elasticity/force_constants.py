@@ -1,0 +1,330 @@
+r"""Force constants of a crystal with a free surface, from an ASE calculator.
+
+A slab with one atom per layer in each surface cell is relaxed, and one atom of each
+layer from the surface to the middle is displaced (or the calculator's Hessian is
+read). Every coupling is stored with the true distance of the two atoms along the
+surface, so that the couplings deep in the crystal depend on the distance of the layers
+alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.build import bcc100, bulk, fcc100, fcc111
+from ase.data import atomic_numbers, reference_states
+from ase.optimize import BFGS
+from scipy.optimize import brentq
+
+from ase_roughcontact._util.validation import integer, lookup, positive
+
+#: Builders of surfaces, by name.
+SURFACES = {"fcc100": fcc100, "fcc111": fcc111, "bcc100": bcc100}
+
+# Strain of the finite difference that gives the pressure of a bulk crystal, and the
+# range of lattice constants in which that pressure vanishes.
+_STRAIN, _RANGE = 1e-4, 0.1
+_ATOMS = {"fcc": 4, "bcc": 2}  # in a cubic cell
+_VACUUM = 10.0  # on both sides of a slab (Å)
+# Couplings below this part of the largest one are left out.
+_NEGLIGIBLE = 1e-9
+# Forces to which a slab is relaxed, and iterations after which it is taken not to be.
+_FMAX, _MAX_STEPS = 1e-6, 1000
+
+
+@dataclass(frozen=True, eq=False)
+class ForceConstants:
+    """Couplings of a crystal with a surface.
+
+    Attributes
+    ----------
+    source, target : ndarray of int, shape (n,)
+        Layers of the two atoms of a coupling, 0 at the surface. Sources are the
+        layers down to the first one of the bulk, the middle of the slab.
+    offset : ndarray, shape (n, 2)
+        Position of the target relative to the source along the surface (length).
+    matrix : ndarray, shape (n, 3, 3)
+        ``d^2 U/(du_source du_target)`` (force/length).
+    spacing : float
+        Distance of nearest neighbours in the surface (length).
+    figures : dict
+        Errors of the couplings, each relative to the largest one: "sum_rule" (their
+        sum for one atom), "symmetry" (under exchange of the two atoms), "reach" (those
+        across half of the slab's side), "repetition" (change of the forces when they
+        are calculated again).
+    """
+
+    source: np.ndarray
+    target: np.ndarray
+    offset: np.ndarray
+    matrix: np.ndarray
+    spacing: float
+    figures: dict[str, float]
+
+    @property
+    def middle(self) -> int:
+        """Index of the layer that represents the bulk."""
+        return int(self.source.max())
+
+    @property
+    def reach(self) -> int:
+        """Number of layers that a layer of the bulk is coupled to on each side."""
+        bulk = self.source == self.middle
+        return int(abs(self.target[bulk] - self.middle).max())
+
+
+def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
+    """Return the symbol of a crystal and a first guess of its lattice constant.
+
+    Parameters
+    ----------
+    bulk : Atoms or str
+        A crystal of one element, or the symbol of one that ASE knows.
+    structure : {"fcc", "bcc"}
+
+    Returns
+    -------
+    symbol : str
+    lattice_constant : float
+        That of an equal volume per atom (Å).
+
+    Raises
+    ------
+    ValueError
+        If the crystal has several elements or is not periodic, or the element is not
+        known.
+    """
+    if isinstance(bulk, Atoms):
+        if len(set(bulk.symbols)) != 1 or not bulk.pbc.all():
+            raise ValueError(
+                f"bulk must be a periodic crystal of one element, got {bulk!r}"
+            )
+        symbol, volume = bulk.symbols[0], bulk.cell.volume / len(bulk)
+    else:
+        reference = reference_states[atomic_numbers.get(bulk, 0)] or {}
+        if reference.get("symmetry") not in _ATOMS:
+            raise ValueError(
+                f"no cubic crystal of {bulk!r} is known to ASE: give a crystal as Atoms"
+            )
+        symbol, volume = bulk, reference["a"] ** 3 / _ATOMS[reference["symmetry"]]
+    return symbol, float((volume * _ATOMS[structure]) ** (1 / 3))
+
+
+def relaxed_lattice_constant(
+    calculator: Any, symbol: str, structure: str, guess: float
+) -> float:
+    """Return the lattice constant at which a cubic crystal has no stress.
+
+    Parameters
+    ----------
+    calculator : Calculator
+        Any ASE calculator.
+    symbol : str
+        Chemical symbol.
+    structure : {"fcc", "bcc"}
+        Crystal structure.
+    guess : float
+        Lattice constant within 10 % of the result (Å).
+
+    Returns
+    -------
+    float
+        In Å.
+
+    Raises
+    ------
+    ValueError
+        If the stress does not vanish within 10 % of the guess.
+    """
+    low, high = (1.0 - _RANGE) * guess, (1.0 + _RANGE) * guess
+    ends = [pressure(calculator, symbol, structure, a) for a in (low, high)]
+    if not ends[0] > 0.0 > ends[1]:
+        raise ValueError(
+            f"{structure} {symbol} has no lattice constant without stress between "
+            f"{low:.3f} and {high:.3f} Å with this calculator: give lattice_constant"
+        )
+    return float(
+        brentq(lambda a: pressure(calculator, symbol, structure, a), low, high)
+    )
+
+
+def pressure(calculator: Any, symbol: str, structure: str, a: float) -> float:
+    """Return the pressure of a cubic crystal by differences of its energy.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    symbol : str
+    structure : {"fcc", "bcc"}
+    a : float
+        Lattice constant (Å).
+
+    Returns
+    -------
+    float
+        Negative under tension (eV/Å^3).
+    """
+    energies, volumes = [], []
+    for factor in (1.0 - _STRAIN, 1.0 + _STRAIN):
+        atoms = bulk(symbol, structure, a=factor * a)
+        atoms.calc = calculator
+        energies.append(atoms.get_potential_energy())
+        volumes.append(atoms.cell.volume)
+    return -float(np.diff(energies)[0] / np.diff(volumes)[0])
+
+
+def relaxed_slab(
+    calculator: Any, symbol: str, surface: str, a: float, layers: int
+) -> Atoms:
+    """Return a slab of one surface cell, relaxed.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    symbol : str
+    surface : str
+        One of `SURFACES`.
+    a : float
+        Lattice constant (Å).
+    layers : int
+
+    Returns
+    -------
+    Atoms
+        Ordered from the surface down, periodic along the surface, without a calculator.
+
+    Raises
+    ------
+    ValueError
+        If the calculator gives no forces, or the slab does not relax.
+    """
+    build = lookup(surface, SURFACES, "surface")
+    atoms = build(symbol, (1, 1, layers), a=a, vacuum=_VACUUM)[::-1]
+    atoms.calc = calculator
+    try:
+        converged = BFGS(atoms, logfile=None).run(fmax=_FMAX, steps=_MAX_STEPS)
+    except Exception as error:
+        raise ValueError(
+            f"{type(calculator).__name__} gives no forces for a slab of {layers} "
+            f"layers of {surface} {symbol}: {error}"
+        ) from error
+    if not converged or not np.isfinite(atoms.positions).all():
+        raise ValueError(
+            f"a slab of {layers} layers of {surface} {symbol} does not relax to forces "
+            f"of {_FMAX:g} eV/Å: check the calculator"
+        )
+    atoms.calc = None
+    return atoms
+
+
+def force_constants(
+    calculator: Any, slab: Atoms, size: int, displacement: float = 1e-3
+) -> ForceConstants:
+    """Return the force constants of a slab down to its middle.
+
+    They are read from the Hessian of calculators that have the method `get_hessian`,
+    as those of matscipy do, and are central differences of forces otherwise.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    slab : Atoms
+        One surface cell, see `relaxed_slab`; an odd number of layers.
+    size : int
+        Number of surface cells along each side of the slab; odd. It must be larger
+        than twice the reach of the force constants.
+    displacement : float, optional
+        Displacement for the differences (Å); 0 for the Hessian.
+
+    Returns
+    -------
+    ForceConstants
+    """
+    layers = len(slab)
+    if layers % 2 == 0 or integer("size", size, 3) % 2 == 0:
+        raise ValueError(
+            f"layers and size must be odd, got {layers} layers and a size of {size}"
+        )
+    middle = layers // 2
+    atoms = slab.repeat((size, size, 1))
+    atoms.calc = calculator
+    cell = np.arange(len(atoms)) // layers
+    if displacement == 0.0:
+        rows, repetition = _hessian(calculator, atoms, middle + 1), 0.0
+    else:
+        positive(displacement=displacement)
+        rows, repetition = _differences(atoms, middle + 1, displacement)
+
+    # distances along the surface: cells within half of the slab's side
+    half = size // 2
+    steps = (np.stack(np.divmod(cell, size)) + half) % size - half
+    vectors = slab.cell[:2, :2].T @ steps
+    positions = slab.positions[:, :2]
+    layer = np.arange(len(atoms)) % layers
+    source = np.repeat(np.arange(middle + 1), len(atoms))
+    target = np.tile(layer, middle + 1)
+    within = positions[target] - positions[source]
+    offset = within + np.tile(vectors.T, (middle + 1, 1))
+    matrix = rows.reshape(-1, 3, 3)
+    scale = abs(matrix).max()
+    size_of = abs(matrix).max(axis=(1, 2)) / scale
+    edge = np.tile(abs(steps).max(axis=0) == half, middle + 1)
+    kept = size_of > _NEGLIGIBLE
+    deep = (source == middle) & kept
+    ends = deep & ((target == 0) | (target == layers - 1))
+    sums = abs(rows.sum(axis=1)).max() / scale
+    return ForceConstants(
+        source[kept],
+        target[kept],
+        offset[kept],
+        matrix[kept],
+        float(np.linalg.norm(slab.cell[0])),
+        {
+            "sum_rule": float(sums),
+            "symmetry": float(_asymmetry(rows, layers, size) / scale),
+            "reach": float(max(size_of[edge].max(), size_of[ends].max(initial=0.0))),
+            "repetition": float(repetition / scale),
+        },
+    )
+
+
+def _differences(
+    atoms: Atoms, layers: int, displacement: float
+) -> tuple[np.ndarray, float]:
+    """Return force constants of the first atoms and the change of repeated forces."""
+    rows = np.empty((layers, len(atoms), 3, 3))
+    reference = atoms.get_forces()
+    for atom in range(layers):
+        for axis in range(3):
+            forces = []
+            for sign in (1.0, -1.0):
+                moved = atoms.copy()
+                moved.calc = atoms.calc
+                moved.positions[atom, axis] += sign * displacement
+                forces.append(moved.get_forces())
+            rows[atom, :, axis] = (forces[1] - forces[0]) / (2.0 * displacement)
+    if not np.isfinite(rows).all():
+        raise ValueError("the calculator returns forces that are not finite")
+    again = abs(atoms.get_forces() - reference).max() / displacement
+    return rows, float(again)
+
+
+def _hessian(calculator: Any, atoms: Atoms, layers: int) -> np.ndarray:
+    """Return the rows of the first atoms of the calculator's Hessian."""
+    atoms.get_potential_energy()  # the calculator may read the atoms it knows
+    matrix = calculator.get_hessian(atoms, format="sparse").tocsr()[: 3 * layers]
+    rows = matrix.toarray().reshape(layers, 3, len(atoms), 3)
+    return rows.swapaxes(1, 2)
+
+
+def _asymmetry(rows: np.ndarray, layers: int, size: int) -> float:
+    """Return the largest change of a coupling when its atoms are exchanged."""
+    sources = len(rows)
+    # couplings of layer a in cell (0, 0) to layer b in cell (i, j)
+    blocks = rows.reshape(sources, size, size, layers, 3, 3)[:, :, :, :sources]
+    back = -np.arange(size) % size
+    exchanged = blocks[:, back][:, :, back].transpose(3, 1, 2, 0, 5, 4)
+    return float(abs(blocks - exchanged).max())

@@ -1,0 +1,180 @@
+r"""Green's function of the surface of a crystal, from its force constants.
+
+For a wave vector q along the surface, the couplings of the layers are dynamical
+matrices
+
+.. math:: D_{ll'}(q) = \sum_R \Phi_{ll'}(R)\, e^{-i q \cdot R},
+
+in which the bulk depends on :math:`l' - l` alone. Principal layers of as many layers as
+the force constants reach couple to their neighbours only. The bulk is condensed onto
+its first principal layer by decimation, each step of which eliminates every second one,
+and the layers near the surface are added on top. The Green's function is the block of
+the first layer of the inverse.
+
+References
+----------
+M. P. López Sancho, J. M. López Sancho, J. Rubio, J. Phys. F 15, 851 (1985); C. Campañá,
+M. H. Müser, Phys. Rev. B 74, 075420 (2006); L. Pastewka, T. A. Sharp, M. O. Robbins,
+Phys. Rev. B 86, 075459 (2012).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ase_roughcontact.elasticity.force_constants import ForceConstants
+
+# Coupling of the remaining principal layers, relative to their stiffness, at which the
+# decimation ends, and the number of steps after which it is taken not to end.
+_DECOUPLED, _MOST_STEPS = 1e-15, 60
+
+
+class LatticeGreensFunction:
+    """Response of the surface atoms of a crystal to forces on them.
+
+    The sum rule and the symmetry under exchange of two atoms are imposed on the force
+    constants: couplings are averaged, and those of an atom with itself corrected.
+
+    Parameters
+    ----------
+    constants : ForceConstants
+        Couplings down to the first layer of the bulk.
+
+    Attributes
+    ----------
+    spacing : float
+        Distance of nearest neighbours in the surface (length).
+    """
+
+    def __init__(self, constants: ForceConstants) -> None:
+        self.spacing = constants.spacing
+        self._reach, middle = constants.reach, constants.middle
+        # layers that are not decimated: all that couple to one above the middle
+        self._layers = middle + self._reach
+        couplings = zip(
+            constants.source.tolist(),
+            constants.target.tolist(),
+            constants.offset,
+            constants.matrix,
+            strict=True,
+        )
+        upper: list[tuple] = []
+        deep: list[tuple] = []
+        for source, target, offset, matrix in couplings:
+            # half of the average over both atoms as sources
+            halves = (
+                (source, target, offset, matrix / 2),
+                (target, source, -offset, matrix.T / 2),
+            )
+            if source == middle:
+                deep += [(t - s, o, m) for s, t, o, m in halves]
+            elif target < middle:
+                upper += halves
+            else:  # only the upper one of the atoms has been a source
+                upper += [(s, t, o, 2 * m) for s, t, o, m in halves]
+        for source in range(middle, self._layers):
+            for distance, offset, matrix in deep:
+                if middle <= source + distance:
+                    upper.append((source, source + distance, offset, matrix))
+        upper = [entry for entry in upper if entry[1] < self._layers + self._reach]
+        self._upper = _with_sum_rule(upper, self._layers)
+        self._deep = _with_sum_rule([(0, *entry) for entry in deep], 1)
+
+    def __call__(self, q: np.ndarray) -> np.ndarray:
+        """Return the Green's function of waves along the surface.
+
+        Parameters
+        ----------
+        q : ndarray, shape (n, 2)
+            Wave vectors, none of them zero (1/length).
+
+        Returns
+        -------
+        ndarray, shape (n, 3, 3)
+            Displacement ``exp(i q.r)`` of the surface atoms per force on each
+            (length/force).
+
+        Raises
+        ------
+        ValueError
+            If the surface is not stable.
+        """
+        q = np.asarray(q, dtype=float)
+        reach, layers = self._reach, self._layers
+        bulk = _dynamical(q, self._deep, 1, reach)
+        zero = np.zeros_like(bulk[0, 0])
+        within, below, above = (
+            _blocks(
+                [
+                    [bulk.get((0, shift + b - a), zero) for b in range(reach)]
+                    for a in range(reach)
+                ]
+            )
+            for shift in (0, reach, -reach)
+        )
+        surface = _decimated(within, below, above)
+
+        matrices = _dynamical(q, self._upper, layers, layers + reach)
+        top, coupling = (
+            _blocks(
+                [[matrices.get((a, b), zero) for b in columns] for a in range(layers)]
+            )
+            for columns in (range(layers), range(layers, layers + reach))
+        )
+        adjoint = coupling.conj().swapaxes(-1, -2)
+        top = top - coupling @ np.linalg.solve(surface, adjoint)
+        top = (top + top.conj().swapaxes(-1, -2)) / 2
+        if np.linalg.eigvalsh(top).min() <= 0.0:
+            raise ValueError(
+                "the surface is not stable: its force constants have a negative mode"
+            )
+        load = np.zeros((*top.shape[:-1], 3))
+        load[:, :3] = np.eye(3)
+        return np.linalg.solve(top, load)[:, :3]
+
+
+def _with_sum_rule(couplings: list[tuple], layers: int) -> tuple[np.ndarray, ...]:
+    """Return couplings as arrays, without a force under a uniform displacement."""
+    source, target, offset, matrix = (np.array(c) for c in zip(*couplings, strict=True))
+    for layer in range(layers):
+        total = matrix[source == layer].sum(axis=0)
+        itself = (source == layer) & (target == layer)
+        itself &= abs(offset).max(axis=1) == 0.0
+        matrix[np.flatnonzero(itself)[0]] -= (total + total.T) / 2
+    return source, target, offset, matrix
+
+
+def _dynamical(
+    q: np.ndarray, couplings: tuple[np.ndarray, ...], layers: int, targets: int
+) -> dict[tuple[int, int], np.ndarray]:
+    """Return the dynamical matrices, shape (n, 3, 3), by pairs of layers."""
+    source, target, offset, matrix = couplings
+    matrices = {}
+    for a, b in sorted(set(zip(source.tolist(), target.tolist(), strict=True))):
+        pair = (source == a) & (target == b)
+        phases = np.exp(-1j * q @ offset[pair].T)
+        matrices[a, b] = np.einsum("qn,nij->qij", phases, matrix[pair])
+    return matrices
+
+
+def _blocks(blocks: list[list[np.ndarray]]) -> np.ndarray:
+    """Return matrices of blocks, each of shape (n, 3, 3)."""
+    return np.concatenate([np.concatenate(row, axis=-1) for row in blocks], axis=-2)
+
+
+def _decimated(within: np.ndarray, below: np.ndarray, above: np.ndarray) -> np.ndarray:
+    """Return the stiffness of the first principal layer of a half crystal."""
+    surface = within
+    for _ in range(_MOST_STEPS):
+        if abs(below).max() <= _DECOUPLED * abs(within).max():
+            return surface
+        to_below, to_above = (np.linalg.solve(within, m) for m in (below, above))
+        surface = surface - below @ to_above
+        within = within - below @ to_above - above @ to_below
+        below, above = -below @ to_below, -above @ to_above
+        if np.linalg.eigvalsh(surface).min() <= 0.0:
+            break
+    raise ValueError(
+        "the crystal is not stable: its force constants have a negative mode (or a "
+        "wave vector is zero)"
+    )

@@ -1,0 +1,180 @@
+r"""Green's function of a square lattice from that of waves along its surface.
+
+The inverse modulus of plane waves of pressure is interpolated by Chebyshev polynomials
+of :math:`s = q_x a_0` and :math:`v = q_y/q_x` on the eighth part
+:math:`0 \le q_y \le q_x \le \pi/a_0` of the Brillouin zone. For long waves it is
+
+.. math:: \frac{1}{E^*(q)} = \sum_{k,n} m_{kn} (|q| a_0)^k \cos n\theta, \qquad
+          n = 0, 4, 8, \ldots,
+
+so that far from an atom the displacement by unit pressure on it is
+
+.. math:: G(r) = \frac{a_0}{\pi} \sum_{k,n} m_{kn} \gamma_{kn}
+          \left(\frac{a_0}{r}\right)^{k+1} \cos n\phi, \qquad
+          \gamma_{kn} = 2^k \frac{\Gamma[(n + k + 1)/2]}{\Gamma[(n - k + 1)/2]} .
+
+Near the atom it is the inverse Fourier transform over the Brillouin zone. The first two
+terms, which are singular at long waves, are multiplied by
+:math:`\exp(-\sigma^2 q^2)` and transformed in closed form, the rest by an FFT.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial.chebyshev import (
+    chebder,
+    chebfit,
+    chebpts1,
+    chebval,
+    chebvander,
+)
+from scipy.fft import dctn
+from scipy.special import gamma, ive, rgamma
+
+from ase_roughcontact.elasticity.angular import angular_series, cos4
+
+#: Chebyshev nodes along the wave number and the direction.
+NODES = 28, 20
+# Wave vectors that are interpolated at once.
+_CHUNK = 1 << 14
+# Number of harmonics in the expansion of long waves, by the power of the wave number.
+_HARMONICS = 12, 6, 5, 4
+# Side of the grid in the Brillouin zone for the table of the Green's function, and the
+# width, in spacings, of the part that is subtracted.
+_GRID, _WIDTH = 1024, 1.7
+
+
+def node_vectors() -> np.ndarray:
+    """Return the wave vectors of the interpolation, shape (n, 2), in units of 1/a0."""
+    s = (chebpts1(NODES[0])[:, None] + 1.0) * np.pi / 2.0
+    v = (chebpts1(NODES[1]) + 1.0) / 2.0
+    return np.stack([np.broadcast_to(s, NODES), s * v], -1).reshape(-1, 2)
+
+
+def interpolation_table(values: np.ndarray) -> np.ndarray:
+    """Return Chebyshev coefficients, shape `NODES`, from the values at the nodes."""
+    table = values.reshape(NODES)
+    for axis, nodes in enumerate(NODES):
+        columns = np.moveaxis(table, axis, 0)
+        fit = chebfit(chebpts1(nodes), columns, nodes - 1)
+        table = np.moveaxis(fit, 0, axis)
+    return table
+
+
+def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+    """Return interpolated values at wave vectors of the Brillouin zone.
+
+    Parameters
+    ----------
+    table : ndarray
+        Coefficients, see `interpolation_table`.
+    qx, qy : ndarray
+        Components in units of 1/a0, between -pi and pi, broadcast together; not both
+        zero.
+
+    Returns
+    -------
+    ndarray, shape of the broadcast
+    """
+    qx, qy = np.broadcast_arrays(abs(np.asarray(qx)), abs(np.asarray(qy)))
+    large, small = np.maximum(qx, qy).ravel(), np.minimum(qx, qy).ravel()
+    values = np.empty(large.size)
+    for start in range(0, large.size, _CHUNK):
+        chunk = slice(start, start + _CHUNK)
+        along = chebvander(2.0 / np.pi * large[chunk] - 1.0, table.shape[0] - 1)
+        across = chebvander(2.0 * small[chunk] / large[chunk] - 1.0, table.shape[1] - 1)
+        values[chunk] = np.einsum("ij,ij->i", along @ table, across)
+    return values.reshape(qx.shape)
+
+
+def long_wave_series(table: np.ndarray) -> list[np.ndarray]:
+    """Return the coefficients ``m_kn``: an angular series for each power k."""
+    series = []
+    for power, harmonics in enumerate(_HARMONICS):
+        derivative = chebder(table, power, scl=2.0 / np.pi) / math.factorial(power)
+        derivative = (-1.0) ** np.arange(len(derivative)) @ derivative  # at s = 0
+        series.append(angular_series(_along(derivative, power), harmonics))
+    return series
+
+
+def _along(coefficients: np.ndarray, power: int) -> Callable[[np.ndarray], np.ndarray]:
+    """Return the term of a power of |q| as a function of the angle."""
+    return lambda angle: (
+        np.cos(angle) ** power * chebval(2.0 * np.tan(angle) - 1.0, coefficients)
+    )
+
+
+def distant_kernel(
+    i: np.ndarray, j: np.ndarray, series: list[np.ndarray]
+) -> np.ndarray:
+    """Return the Green's function at lattice vectors far from the origin.
+
+    Parameters
+    ----------
+    i, j : ndarray of int
+        Lattice vectors, broadcast together.
+    series : list of ndarray
+        Coefficients, see `long_wave_series`.
+
+    Returns
+    -------
+    ndarray, shape of the broadcast
+        In units of a0.
+    """
+    inverse = 1.0 / np.sqrt(np.maximum(np.square(i, dtype=float) + np.square(j), 1.0))
+    t = cos4(np.asarray(i, float), np.asarray(j, float))
+    kernel = np.zeros(inverse.shape)
+    for power, coefficients in reversed([*enumerate(series)]):
+        order = 4.0 * np.arange(coefficients.size)
+        factor = 2.0**power * gamma((order + power + 1) / 2)
+        factor *= rgamma((order - power + 1) / 2)
+        kernel += chebval(t, factor * coefficients)
+        kernel *= inverse
+    return kernel / np.pi
+
+
+def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.ndarray:
+    """Return the Green's function at lattice vectors near the origin.
+
+    Parameters
+    ----------
+    size : int
+        Number of lattice vectors along x and along y, at most 512.
+    table : ndarray
+        Coefficients, see `interpolation_table`.
+    series : list of ndarray
+        Coefficients, see `long_wave_series`.
+
+    Returns
+    -------
+    ndarray, shape (size, size)
+        In units of a0.
+    """
+    q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
+    qx, qy = np.meshgrid(q, q, indexing="ij")
+    qx[0, 0] = 1.0  # any: set below
+    number, t = np.hypot(qx, qy), cos4(qx, qy)
+    singular = chebval(t, series[0]) / number + chebval(t, series[1])
+    singular *= np.exp(-((_WIDTH * number) ** 2))
+    rest = interpolate(table, qx, qy) / number - singular
+    rest[0, 0] = 0.0
+    kernel = dctn(rest, 1)[:size, :size] * (2.0 / _GRID**2)
+
+    i = np.arange(size, dtype=float)
+    r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
+    angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
+    for n, m in enumerate(series[0]):
+        kernel += (
+            m * np.cos(4 * n * angle) * ive(2 * n, x) / (2.0 * _WIDTH * np.pi**0.5)
+        )
+    for n, m in enumerate(series[1]):
+        bessel = ive(2 * n - 0.5, x) - ive(2 * n + 0.5, x)
+        kernel += (
+            m * np.cos(4 * n * angle) * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
+        )
+    # the images of the transform are far away and shift all values by the same amount
+    shift = distant_kernel(i, i[-1:], series) - kernel[-1]
+    return kernel + shift.mean()

@@ -1,0 +1,214 @@
+"""Crystals from ASE calculators, as elastic solids."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ase.build import bulk
+from ase.calculators.emt import EMT
+from ase.units import GPa
+from matscipy.elasticity import fit_elastic_constants
+from spring_crystal import Springs, fcc_springs
+
+from ase_roughcontact.elasticity import (
+    Crystal,
+    Cubic,
+    PeriodicHalfSpace,
+)
+
+A = 3.6
+SPACING = A / np.sqrt(2)
+
+
+def make(calculator=None, crystal=None, **options):
+    calculator = calculator or fcc_springs(A)[0]
+    options = {"layers": 11, "size": 5, **options}
+    return Crystal.from_calculator(calculator, crystal or bulk("Cu", a=A), **options)
+
+
+@pytest.fixture(scope="module")
+def springs():
+    return make()
+
+
+@pytest.fixture(scope="module")
+def continuum():
+    return Cubic(*fcc_springs(A)[1])
+
+
+def test_long_waves_and_contact_modulus_are_those_of_the_continuum(springs, continuum):
+    assert springs.contact_modulus == pytest.approx(continuum.contact_modulus, rel=1e-5)
+    q = 1e-6 * np.array([[1.0, 0.8, 0.5], [0.0, 0.3, 0.5]])
+    expected = continuum.wave_compliance(*q)
+    np.testing.assert_allclose(springs.wave_compliance(*q), expected, rtol=1e-5)
+
+
+def test_figures_and_lattice_constant(springs):
+    assert springs.spacing == pytest.approx(SPACING, rel=1e-9)
+    assert abs(springs.pressure) < 1e-9
+    assert max(springs.figures.values()) < 1e-6
+    assert springs.figures["interpolation"] < 1e-8
+
+
+def test_stress_at_another_lattice_constant_is_reported():
+    strained = make(lattice_constant=1.001 * A)
+    c11, c12, _ = fcc_springs(A)[1]
+    bulk_modulus = (c11 + 2 * c12) / 3
+    assert strained.spacing == pytest.approx(1.001 * SPACING)
+    assert strained.pressure == pytest.approx(-0.003 * bulk_modulus, rel=0.01)
+
+
+def test_bcc_surface():
+    a = 2.9
+    calculator = Springs({a * 3**0.5 / 2: 1.0, a: 0.4})
+    crystal = make(calculator, bulk("Fe", "bcc", a=a), surface="bcc100")
+    # a spring k at r has r_i r_j r_k r_l k/(2 V r^2) in C_ijkl, two atoms in a^3
+    first, second = 1.0 / a, 0.4 / a
+    continuum = Cubic(
+        4 * 2 * first / 12 + 2 * second, 2 * first / 3, 2 * first / 3, x="100"
+    )
+    assert crystal.spacing == pytest.approx(a)
+    assert crystal.contact_modulus == pytest.approx(continuum.contact_modulus, rel=1e-5)
+
+
+def test_free_half_space_is_the_limit_of_large_periodic_cells(springs):
+    at = np.array([0, 1, 3, 12, 40]), np.array([0, 0, 2, 11, 5])
+    kernel = springs.cell_compliance(*at, SPACING)
+    errors = []
+    for n in (256, 512):
+        pressure = np.zeros((n, n))
+        pressure[0, 0] = 1.0
+        half = PeriodicHalfSpace((n, n), SPACING, springs)
+        large = np.diff(half.displacement(pressure)[at])
+        errors.append(abs(large + np.diff(kernel)).max() / kernel[0])
+    assert errors[1] < 0.15 * errors[0] < 1e-4
+
+
+def test_tabulated_and_distant_kernels_meet(springs):
+    i = np.array([44, 45, 46, 47, 48, 49, 50, 51])
+    kernel = springs.cell_compliance(i, np.array(20), SPACING)
+    assert abs(np.diff(kernel, 4)).max() < 1e-5 * kernel[0]
+    far = np.array([4000]), np.array([1000])
+    continuum = Cubic(*fcc_springs(A)[1]).cell_compliance(*far, SPACING)
+    assert springs.cell_compliance(*far, SPACING) == pytest.approx(continuum, rel=1e-4)
+
+
+def test_without_dispersion_it_is_the_continuum(springs, continuum):
+    # the modulus of the longest waves for all of them
+    table = np.zeros_like(springs.table)
+    table[0] = (-1.0) ** np.arange(len(table)) @ springs.table
+    flat = replace(springs, table=table)
+    q = np.array([[1.0, 0.7, 0.2], [0.1, 0.7, -0.9]])
+    expected = continuum.wave_compliance(*q)
+    np.testing.assert_allclose(flat.wave_compliance(*q), expected, rtol=2e-5)
+    i = np.array([0, 8, 30, 60]), np.array([0, 6, 30, 10])
+    kernel = flat.cell_compliance(*i, SPACING)
+    expected = continuum.cell_compliance(*i, SPACING)
+    # pressure on an atom, not on a cell: an effect of (a0/r)^2/24
+    np.testing.assert_allclose(kernel[1:], expected[1:], rtol=2e-3)
+    np.testing.assert_allclose(kernel[3:], expected[3:], rtol=5e-5)
+    assert kernel[0] == pytest.approx(expected[0], rel=0.05)
+
+
+def test_coarse_grids_of_solvers_use_long_waves(springs, continuum):
+    i = np.arange(5)
+    np.testing.assert_allclose(
+        springs.cell_compliance(i[:, None], i, 2 * SPACING),
+        continuum.cell_compliance(i[:, None], i, 2 * SPACING),
+        rtol=1e-5,
+    )
+
+
+def test_a_grid_finer_than_the_atoms_is_refused(springs):
+    with pytest.raises(ValueError, match="spacing of 2"):
+        PeriodicHalfSpace((8, 8), 0.9 * SPACING, springs).compliance  # noqa: B018
+
+
+def test_file(springs, tmp_path):
+    springs.write(tmp_path / "springs.json")
+    same = Crystal.read(tmp_path / "springs.json")
+    assert same.todict() == springs.todict()
+    assert same.figures == springs.figures
+    np.testing.assert_array_equal(same.table, springs.table)
+    json.dumps(springs.todict())
+    (tmp_path / "other.json").write_text('{"format": "other"}')
+    with pytest.raises(ValueError, match="is not a crystal: its format"):
+        Crystal.read(tmp_path / "other.json")
+
+
+class Noisy(Springs):
+    """Forces with noise."""
+
+    rng = np.random.default_rng(1)
+
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        if len(self.atoms) > 50:
+            self.results["forces"] += 1e-5 * self.rng.normal(size=(len(self.atoms), 3))
+
+
+class OnSite(Springs):
+    """Atoms held in place by springs of their own once they are displaced."""
+
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        if len(self.atoms) > 50:
+            layers = self.atoms.positions[:, :2]
+            away = layers - np.round(layers / SPACING * 2) * SPACING / 2
+            self.results["forces"][:, :2] -= 0.1 * away
+
+
+class WithoutForces(Springs):
+    implemented_properties = ["energy"]
+
+
+class WithoutSlabs(Springs):
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        if not self.atoms.pbc.all():
+            raise NotImplementedError("crystals only")
+
+
+@pytest.mark.parametrize(
+    "kind, options, message",
+    [
+        (Noisy, {}, "other forces when asked again"),
+        (OnSite, {}, "resultant"),
+        (Springs, {"size": 3}, "reach beyond the slab: increase size"),
+        (WithoutForces, {}, "no forces for a slab"),
+        (WithoutSlabs, {}, "no forces for a slab of 11 layers.*crystals only"),
+        (Springs, {"surface": "fcc111"}, "square surface"),
+        (Springs, {"layers": 12}, "must be odd"),
+        (Springs, {"crystal": "Xx"}, "give a crystal as Atoms"),
+        (Springs, {"crystal": bulk("NaCl", "rocksalt", a=A)}, "one element"),
+        (Springs, {"crystal": bulk("Cu", a=2 * A)}, "give lattice_constant"),
+    ],
+)
+def test_unsuitable_calculators_and_crystals_are_found_out(kind, options, message):
+    calculator = kind(dict(fcc_springs(A)[0].shells))
+    with pytest.raises(ValueError, match=message):
+        make(calculator, **options)
+
+
+@pytest.mark.slow
+def test_copper_of_emt():
+    copper = Crystal.from_calculator(EMT(), "Cu")
+    assert copper.spacing * np.sqrt(2) == pytest.approx(3.5898, abs=1e-4)
+    assert copper.contact_modulus / GPa == pytest.approx(152.99, rel=5e-4)
+    assert copper.figures["thickness"] < 1e-5
+    crystal = bulk("Cu", cubic=True, a=copper.spacing * np.sqrt(2))
+    crystal.calc = EMT()
+    fitted, _ = fit_elastic_constants(
+        crystal, symmetry="cubic", delta=1e-4, verbose=False
+    )
+    continuum = Cubic(fitted[0, 0], fitted[0, 1], fitted[3, 3])
+    assert copper.contact_modulus == pytest.approx(continuum.contact_modulus, rel=1e-3)
+    for wavelength, expected in ((400, 163.20), (4, 182.4)):
+        q = 2 * np.pi / (wavelength * copper.spacing)
+        modulus = 2 / (q * copper.wave_compliance(q, 0.0)) / GPa
+        assert modulus == pytest.approx(expected, rel=5e-4)
+    q = 2 * np.pi / np.array([400.0, 800.0]) / copper.spacing
+    at_400, at_800 = 2 / (q * copper.wave_compliance(q, 0.0))
+    expected = 2 / (q[0] * continuum.wave_compliance(q[0], 0.0))
+    assert 2 * at_800 - at_400 == pytest.approx(expected, rel=1e-3)
