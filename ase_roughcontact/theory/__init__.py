@@ -31,9 +31,9 @@ from ase_roughcontact.theory.rough_flats import (
     inverse_kappa_attractive,
     mean_contact_pressure,
 )
-from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
+from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
 from ase_roughcontact.theory.selection import DMT_BELOW, JKR_ABOVE, sphere_theory
-from ase_roughcontact.theory.self_affine import rms_height, slope_to_curvature_ratio
+from ase_roughcontact.theory.self_affine import Roughness, slope_to_curvature_ratio
 from ase_roughcontact.theory.smooth_sphere import SphereTheory
 
 __all__ = [
@@ -64,7 +64,6 @@ __all__ = [
     "mean_contact_pressure",
     "predicted_area",
     "regime",
-    "rms_height",
     "slope_to_curvature_ratio",
     "sphere_theory",
 ]

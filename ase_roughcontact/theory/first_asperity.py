@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.validation import FloatArray, positive_array
 from ase_roughcontact.theory.self_affine import (
-    hurst_exponent,
+    Roughness,
+    numbers_of,
     slope_to_curvature_ratio,
 )
 
@@ -20,12 +21,7 @@ from ase_roughcontact.theory.self_affine import (
 ASPERITY_FACTOR_REPULSIVE = 3.0
 
 
-def first_contact_radius(
-    radius: ArrayLike,
-    rms_slope: ArrayLike,
-    hurst: ArrayLike,
-    short_wavelength: ArrayLike,
-) -> FloatArray:
+def first_contact_radius(radius: ArrayLike, roughness: Roughness) -> FloatArray:
     """Return the radius around the axis within which the first contact is expected.
 
     This is the equation as printed, a'/lambda_s =
@@ -35,17 +31,13 @@ def first_contact_radius(
     ----------
     radius : array_like
         R of the sphere, length.
-    rms_slope : array_like
-        h', dimensionless.
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength : array_like
-        lambda_s, length.
+    roughness : Roughness
+        Roughness of the sphere, such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
     ndarray
-        a', length; shape as the arguments broadcast.
+        a', length; shape of `radius`.
 
     Raises
     ------
@@ -54,27 +46,22 @@ def first_contact_radius(
 
     Notes
     -----
-    The condition a'^2 = 2 R h_rms(a') with `rms_height` gives a further factor 1/(2 pi)
-    in the brace, which makes a' smaller by (2 pi)^(1/(2-H)), 4.6 for H = 0.8:
-    `first_contact_radius_from_height`.
+    The condition a'^2 = 2 R h_rms(a'), with the rms height of the waves up to a', gives
+    a further factor 1/(2 pi) in the brace, which makes a' smaller by
+    (2 pi)^(1/(2-H)), 4.6 for H = 0.8: `first_contact_radius_from_height`.
 
     References
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (3).
     """
+    slope, hurst, short = numbers_of(roughness)
     radius = positive_array("radius", radius)
-    slope = positive_array("rms_slope", rms_slope)
-    hurst = hurst_exponent(hurst)
-    short = positive_array("short_wavelength", short_wavelength)
     brace = 2 * radius * slope / short * np.sqrt((1 - hurst) / hurst)
     return short * brace ** (1 / (2 - hurst))
 
 
 def first_contact_radius_from_height(
-    radius: ArrayLike,
-    rms_slope: ArrayLike,
-    hurst: ArrayLike,
-    short_wavelength: ArrayLike,
+    radius: ArrayLike, roughness: Roughness
 ) -> FloatArray:
     """Return the radius at which the sphere has risen by the rms height.
 
@@ -85,17 +72,13 @@ def first_contact_radius_from_height(
     ----------
     radius : array_like
         R of the sphere, length.
-    rms_slope : array_like
-        h', dimensionless.
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength : array_like
-        lambda_s, length.
+    roughness : Roughness
+        Roughness of the sphere, such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
     ndarray
-        a', length; shape as the arguments broadcast.
+        a', length; shape of `radius`.
 
     Raises
     ------
@@ -106,30 +89,24 @@ def first_contact_radius_from_height(
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), before eq. (3).
     """
-    printed = first_contact_radius(radius, rms_slope, hurst, short_wavelength)
-    return printed / (2 * np.pi) ** (1 / (2 - np.asarray(hurst, dtype=float)))
+    printed = first_contact_radius(radius, roughness)
+    return printed / (2 * np.pi) ** (1 / (2 - roughness.hurst))
 
 
-def asperity_radius(
-    rms_slope: ArrayLike, hurst: ArrayLike, short_wavelength: ArrayLike
-) -> FloatArray:
+def asperity_radius(roughness: Roughness) -> float:
     """Return the radius of the first asperity in contact.
 
     This is the equation as printed, rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
 
     Parameters
     ----------
-    rms_slope : array_like
-        h', dimensionless.
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength : array_like
-        lambda_s, length.
+    roughness : Roughness
+        Such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
-    ndarray
-        rho, length; shape as the arguments broadcast.
+    float
+        rho, length.
 
     Raises
     ------
@@ -145,8 +122,8 @@ def asperity_radius(
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), right.
     """
-    slope = positive_array("rms_slope", rms_slope)
-    return np.sqrt(2) * slope_to_curvature_ratio(hurst, short_wavelength) / slope
+    slope, _, _ = numbers_of(roughness)
+    return float(np.sqrt(2) * slope_to_curvature_ratio(roughness) / slope)
 
 
 def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:

@@ -7,7 +7,6 @@ roughness, and interpolated here.
 
 from __future__ import annotations
 
-import csv
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +23,7 @@ from ase_roughcontact._util.validation import (
 )
 
 TABLE = Path(__file__).with_name("flat_reference.csv")
+_COLUMNS = "work_of_adhesion", "pressure", "contact_fraction"
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,16 +106,23 @@ class FlatReference:
         """
         nonnegative(work_of_adhesion=work_of_adhesion)
         positive(contact_modulus=contact_modulus)
-        curves = _curves(Path(file))
-        for work, rows in curves.items():
-            if np.isclose(work, work_of_adhesion, rtol=1e-6, atol=0):
-                pressures, fractions = np.transpose(rows)
-                return cls(contact_modulus * pressures, fractions)
-        raise ValueError(
-            f"{os.fspath(file)} has no curve for work_of_adhesion "
-            f"{work_of_adhesion!r}, only for {', '.join(map(str, curves))}; "
-            "calculate it with examples/paper/flat_reference.py"
-        )
+        with open(file) as lines:
+            text = [line for line in lines if line[0] != "#"]
+        table = np.genfromtxt(text, delimiter=",", names=True, ndmin=1)
+        if not set(_COLUMNS) <= set(table.dtype.names or ()):
+            raise ValueError(
+                f"{os.fspath(file)} is not a table with the columns "
+                f"{', '.join(_COLUMNS)}, got {table.dtype.names}"
+            )
+        works, pressures, fractions = (table[name] for name in _COLUMNS)
+        curve = np.isclose(works, work_of_adhesion, rtol=1e-6, atol=0)
+        if not curve.any():
+            known = ", ".join(map(str, np.unique(works)))
+            raise ValueError(
+                f"{os.fspath(file)} has no curve for work_of_adhesion "
+                f"{work_of_adhesion!r}, only for {known}; calculate it with examples/paper/flat_reference.py"
+            )
+        return cls(contact_modulus * pressures[curve], fractions[curve])
 
     def fraction(self, pressure: ArrayLike) -> FloatArray:
         """Return the fraction of the nominal area in contact, f(p).
@@ -146,20 +153,3 @@ class FlatReference:
         curve = PchipInterpolator(self.pressures, self.fractions)
         fraction: FloatArray = curve(np.minimum(pressure, self.pressures[-1]))
         return fraction
-
-
-def _curves(file: Path) -> dict[float, list[tuple[float, float]]]:
-    """Return the pressures and fractions of a table by work of adhesion."""
-    with open(file, newline="") as lines:
-        rows = list(csv.DictReader(line for line in lines if line[0] != "#"))
-    curves: dict[float, list[tuple[float, float]]] = {}
-    try:
-        for row in rows:
-            point = float(row["pressure"]), float(row["contact_fraction"])
-            curves.setdefault(float(row["work_of_adhesion"]), []).append(point)
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(
-            f"{file} is not a table with the columns work_of_adhesion, pressure and "
-            f"contact_fraction ({error!r})"
-        ) from error
-    return curves

@@ -18,8 +18,9 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.theory.hertz import Hertz
 from ase_roughcontact.theory.maugis import MaugisDugdale
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
-from ase_roughcontact.theory.rough_sphere import Roughness, RoughSphereTheory
+from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
 from ase_roughcontact.theory.selection import sphere_theory
+from ase_roughcontact.theory.self_affine import Roughness
 
 LAWS = {
     "Hertz": "smooth sphere without adhesion, A = pi (3 N R/4E*)^(2/3)",

@@ -12,10 +12,13 @@ from scipy.special import erf, hyp2f1
 from ase_roughcontact._util.validation import (
     FloatArray,
     nonnegative_array,
+    positive,
     positive_array,
 )
 from ase_roughcontact.theory.self_affine import (
-    hurst_exponent,
+    Roughness,
+    band_of,
+    numbers_of,
     spectral_moment,
     wavelength_ratios,
 )
@@ -95,12 +98,8 @@ def contact_fraction(pressure: ArrayLike, rough_pressure: ArrayLike) -> FloatArr
 def compliant_kappa(
     wall_stiffness: ArrayLike,
     contact_modulus: ArrayLike,
-    hurst: ArrayLike,
-    short_wavelength: ArrayLike,
-    long_wavelength: ArrayLike = np.inf,
+    roughness: Roughness,
     kappa_hard: ArrayLike = KAPPA_HARD,
-    *,
-    longest_wavelength: ArrayLike | None = None,
 ) -> FloatArray:
     """Return an estimate of kappa for a repulsive wall of finite stiffness.
 
@@ -113,15 +112,10 @@ def compliant_kappa(
         k = V''(r0), force per volume.
     contact_modulus : array_like
         E*, force per area.
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength, long_wavelength : array_like
-        Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
-        infinite.
+    roughness : Roughness
+        Such as `ase_roughcontact.SelfAffine`; lambda_L may be infinite.
     kappa_hard : array_like
         kappa of the hard wall, dimensionless.
-    longest_wavelength : array_like, optional
-        lambda_max of the roll-off, length. Default: no roll-off.
 
     Returns
     -------
@@ -151,17 +145,16 @@ def compliant_kappa(
     modulus = positive_array("contact_modulus", contact_modulus)
     hard = positive_array("kappa_hard", kappa_hard)
     stiffness = positive_array("wall_stiffness", wall_stiffness)
-    short = positive_array("short_wavelength", short_wavelength)
-    band = short_wavelength, long_wavelength, longest_wavelength
-    rho, r = wavelength_ratios(*band)
+    _, hurst, short = numbers_of(roughness)
+    rho, r = wavelength_ratios(*band_of(roughness))
     softness = np.pi * modulus / (stiffness * short)
-    mu = 2 - 2 * hurst_exponent(hurst)
+    mu = 2 - 2 * hurst
 
     # wave numbers in units of 2 pi/lambda_s
     knee, end = softness * rho, softness * rho * r
     compliant = _compliant(mu, softness) - rho**mu * _compliant(mu, knee)
     compliant += rho**mu * (_compliant(4.0, knee) - r**4 * _compliant(4.0, end))
-    return hard * np.sqrt(spectral_moment(2, hurst, *band) / compliant)
+    return hard * np.sqrt(spectral_moment(2, hurst, *band_of(roughness)) / compliant)
 
 
 def _compliant(mu: FloatArray | float, softness: FloatArray) -> FloatArray:
@@ -218,14 +211,7 @@ def inverse_kappa_attractive(
     return inverse
 
 
-def flattening_energy(
-    rms_slope: ArrayLike,
-    contact_modulus: ArrayLike,
-    hurst: ArrayLike,
-    short_wavelength: ArrayLike,
-    long_wavelength: ArrayLike,
-    longest_wavelength: ArrayLike | None = None,
-) -> FloatArray:
+def flattening_energy(contact_modulus: float, roughness: Roughness) -> float:
     """Return the elastic energy per area of rough flats in full contact.
 
     The mean energy (E*/4) <q h^2> is, with the moments M_m of the spectrum,
@@ -237,21 +223,15 @@ def flattening_energy(
 
     Parameters
     ----------
-    rms_slope : array_like
-        h', dimensionless.
-    contact_modulus : array_like
+    contact_modulus : float
         E*, force per area.
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength, long_wavelength : array_like
-        Ends lambda_s and lambda_L of the self-affine range, lengths.
-    longest_wavelength : array_like, optional
-        lambda_max of the roll-off, length. Default: no roll-off.
+    roughness : Roughness
+        Such as `ase_roughcontact.SelfAffine`.
 
     Returns
     -------
-    ndarray
-        Energy per area; shape as the arguments broadcast.
+    float
+        Energy per area.
 
     Raises
     ------
@@ -263,10 +243,8 @@ def flattening_energy(
     ----------
     B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001).
     """
-    slope = positive_array("rms_slope", rms_slope)
-    modulus = positive_array("contact_modulus", contact_modulus)
-    short = positive_array("short_wavelength", short_wavelength)
-    positive_array("long_wavelength", long_wavelength)
-    band = hurst, short_wavelength, long_wavelength, longest_wavelength
-    ratio = spectral_moment(1, *band) / spectral_moment(2, *band)
-    return modulus * slope**2 / 4 * short / (2 * np.pi) * ratio
+    positive(contact_modulus=contact_modulus, long_wavelength=roughness.long_wavelength)
+    slope, hurst, short = numbers_of(roughness)
+    first, second = (spectral_moment(m, hurst, *band_of(roughness)) for m in (1, 2))
+    length = short / (2 * np.pi) * (first / second)
+    return float(contact_modulus * slope**2 / 4 * length)

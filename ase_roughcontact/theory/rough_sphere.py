@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.theory.first_asperity import asperity_radius, first_contact_radius
@@ -17,31 +16,8 @@ from ase_roughcontact.theory.rough_flats import (
     mean_contact_pressure,
 )
 from ase_roughcontact.theory.selection import sphere_theory
-from ase_roughcontact.theory.self_affine import slope_to_curvature_ratio
+from ase_roughcontact.theory.self_affine import Roughness, slope_to_curvature_ratio
 from ase_roughcontact.theory.smooth_sphere import SphereTheory
-
-
-class Roughness(Protocol):
-    """Parameters of a self-affine roughness, such as `ase_roughcontact.SelfAffine`.
-
-    An attribute `longest_wavelength` that is not None is the end of the roll-off.
-    """
-
-    @property
-    def rms_slope(self) -> float:
-        """Rms slope h', dimensionless."""
-
-    @property
-    def hurst(self) -> float:
-        """Hurst exponent H."""
-
-    @property
-    def short_wavelength(self) -> float:
-        """Lower end lambda_s of the self-affine range, length."""
-
-    @property
-    def long_wavelength(self) -> float:
-        """Upper end lambda_L of the self-affine range, length."""
 
 
 @dataclass(frozen=True)
@@ -98,15 +74,12 @@ class RoughSphereTheory:
         if self.attraction_range is None or self.work_of_adhesion == 0:
             return 1 / self.kappa_repulsive
         slope = self.roughness.rms_slope
-        ratio = slope_to_curvature_ratio(
-            self.roughness.hurst, self.roughness.short_wavelength
-        )
         attraction = inverse_kappa_attractive(
             self.work_of_adhesion,
             self.contact_modulus,
             self.attraction_range,
             slope,
-            slope / ratio,
+            slope / slope_to_curvature_ratio(self.roughness),
         )
         return float(1 / self.kappa_repulsive - attraction)
 
@@ -138,9 +111,7 @@ class RoughSphereTheory:
     @property
     def asperity_radius(self) -> float:
         """Radius rho of the first asperity, at most R, length."""
-        rough = self.roughness
-        rho = asperity_radius(rough.rms_slope, rough.hurst, rough.short_wavelength)
-        return min(self.asperity_factor * float(rho), self.radius)
+        return min(self.asperity_factor * asperity_radius(self.roughness), self.radius)
 
     @property
     def single_asperity(self) -> bool:
@@ -155,28 +126,15 @@ class RoughSphereTheory:
     @property
     def first_contact_radius(self) -> float:
         """Radius a' around the axis of the expected first contact, length."""
-        rough = self.roughness
-        return float(
-            first_contact_radius(
-                self.radius, rough.rms_slope, rough.hurst, rough.short_wavelength
-            )
-        )
+        return float(first_contact_radius(self.radius, self.roughness))
 
     @property
     def effective_work_of_adhesion(self) -> float:
         """Work of adhesion less `flattening_energy`, at least zero, energy per area."""
         if self.single_asperity:
             return self.work_of_adhesion
-        rough = self.roughness
-        energy = flattening_energy(
-            rough.rms_slope,
-            self.contact_modulus,
-            rough.hurst,
-            rough.short_wavelength,
-            rough.long_wavelength,
-            getattr(rough, "longest_wavelength", None),
-        )
-        return max(self.work_of_adhesion - float(energy), 0.0)
+        energy = flattening_energy(self.contact_modulus, self.roughness)
+        return max(self.work_of_adhesion - energy, 0.0)
 
     @cached_property
     def smooth(self) -> SphereTheory:

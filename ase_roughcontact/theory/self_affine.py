@@ -1,92 +1,149 @@
-"""Self-affine roughness: moments of the spectrum, rms height and curvature.
+"""Self-affine roughness: parameters, moments of the spectrum, rms curvature.
 
 The spectrum is C(q) ~ q^(-2-2H) between the wavelengths lambda_s and lambda_L, and
 constant from lambda_L to the longest wavelength lambda_max, if there is such a
 roll-off. The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
-h'' = ``<(lap h)^2>^(1/2)``. All functions broadcast over arrays.
+h'' = ``<(lap h)^2>^(1/2)``.
 """
 
-import numpy as np
-from numpy.typing import ArrayLike
+from __future__ import annotations
+
+import math
+from typing import Protocol
+
 from scipy.special import boxcox
 
-from ase_roughcontact._util.validation import FloatArray, finite_array, positive_array
+from ase_roughcontact._util.validation import finite, positive
 
 
-def hurst_exponent(hurst: ArrayLike) -> FloatArray:
-    """Return Hurst exponents as an array, or raise an error.
+class Roughness(Protocol):
+    """Parameters of a self-affine roughness, such as `ase_roughcontact.SelfAffine`.
+
+    An attribute `longest_wavelength` that is not None is the end of the roll-off.
+    """
+
+    @property
+    def rms_slope(self) -> float:
+        """Rms slope h', dimensionless."""
+
+    @property
+    def hurst(self) -> float:
+        """Hurst exponent H."""
+
+    @property
+    def short_wavelength(self) -> float:
+        """Lower end lambda_s of the self-affine range, length."""
+
+    @property
+    def long_wavelength(self) -> float:
+        """Upper end lambda_L of the self-affine range, length."""
+
+
+def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
+    """Return rms slope, Hurst exponent and shortest wavelength, or raise an error.
 
     Parameters
     ----------
-    hurst : array_like
-        H, dimensionless.
+    roughness : Roughness
 
     Returns
     -------
-    ndarray
-        H, shape of the argument.
+    rms_slope, hurst, short_wavelength : float
 
     Raises
     ------
     ValueError
-        Unless 0 < H < 1.
+        If one of them is not finite or out of range.
     """
-    array = finite_array("hurst", hurst)
-    if not np.all((array > 0) & (array < 1)):
+    slope, short = roughness.rms_slope, roughness.short_wavelength
+    positive(rms_slope=slope, short_wavelength=short)
+    check_hurst(roughness.hurst)
+    return slope, roughness.hurst, short
+
+
+def band_of(roughness: Roughness) -> tuple[float, float, float | None]:
+    """Return the wavelengths between which a surface is rough.
+
+    Parameters
+    ----------
+    roughness : Roughness
+
+    Returns
+    -------
+    short_wavelength, long_wavelength, longest_wavelength : float or None
+        As `spectral_moment` expects them.
+    """
+    longest = getattr(roughness, "longest_wavelength", None)
+    return roughness.short_wavelength, roughness.long_wavelength, longest
+
+
+def check_hurst(hurst: float) -> None:
+    """Raise an error for a Hurst exponent that is not between 0 and 1.
+
+    Parameters
+    ----------
+    hurst : float
+        H.
+
+    Raises
+    ------
+    ValueError
+        If H is not a number, or not inside of the open interval from 0 to 1.
+    """
+    finite(hurst=hurst)
+    if not 0 < hurst < 1:
         raise ValueError(f"hurst must lie between 0 and 1, got {hurst!r}")
-    return array
 
 
 def wavelength_ratios(
-    short_wavelength: ArrayLike,
-    long_wavelength: ArrayLike,
-    longest_wavelength: ArrayLike | None,
-) -> tuple[FloatArray, FloatArray]:
+    short_wavelength: float,
+    long_wavelength: float,
+    longest_wavelength: float | None,
+) -> tuple[float, float]:
     """Return lambda_s/lambda_L and lambda_L/lambda_max, or raise an error.
 
     Parameters
     ----------
-    short_wavelength, long_wavelength : array_like
+    short_wavelength, long_wavelength : float
         Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
         infinite.
-    longest_wavelength : array_like, optional
-        lambda_max of the roll-off, length; `long_wavelength` if there is none.
+    longest_wavelength : float or None
+        lambda_max of the roll-off, length; None without a roll-off.
 
     Returns
     -------
-    ratio, roll_off : ndarray
-        The second one is 1 without a roll-off.
+    rho, r : float
+        Dimensionless; r = 1 without a roll-off.
 
     Raises
     ------
     ValueError
-        If a wavelength is not positive, lambda_L <= lambda_s, or lambda_max < lambda_L.
+        If a wavelength is not positive, or smaller than the one before.
     """
-    short = positive_array("short_wavelength", short_wavelength)
-    long = np.asarray(long_wavelength, dtype=float)
-    if not np.all(long > short):
+    positive(short_wavelength=short_wavelength)
+    if not long_wavelength > short_wavelength:
         raise ValueError(
             "long_wavelength must exceed short_wavelength "
             f"{short_wavelength!r}, got {long_wavelength!r}"
         )
     if longest_wavelength is None:
-        return short / long, np.ones(())
-    longest = positive_array("longest_wavelength", longest_wavelength)
-    if not np.all(longest >= long):
+        return short_wavelength / long_wavelength, 1.0
+    positive(longest_wavelength=longest_wavelength)
+    if longest_wavelength < long_wavelength:
         raise ValueError(
             "longest_wavelength must be at least long_wavelength "
             f"{long_wavelength!r}, got {longest_wavelength!r}"
         )
-    return short / long, long / longest
+    return short_wavelength / long_wavelength, long_wavelength / longest_wavelength
 
 
 def spectral_moment(
     power: float,
-    hurst: ArrayLike,
-    short_wavelength: ArrayLike,
-    long_wavelength: ArrayLike = np.inf,
-    longest_wavelength: ArrayLike | None = None,
-) -> FloatArray:
+    hurst: float,
+    short_wavelength: float,
+    long_wavelength: float = math.inf,
+    longest_wavelength: float | None = None,
+) -> float:
     r"""Return a moment of the self-affine spectrum, dimensionless.
 
     With wave numbers x in units of :math:`2\pi/\lambda_s`,
@@ -100,18 +157,18 @@ def spectral_moment(
     ----------
     power : float
         m: 0 for the mean square height, 2 for the slope, 4 for the curvature.
-    hurst : array_like
+    hurst : float
         H, between 0 and 1.
-    short_wavelength, long_wavelength : array_like
+    short_wavelength, long_wavelength : float
         Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
         infinite for m >= 2.
-    longest_wavelength : array_like, optional
+    longest_wavelength : float, optional
         lambda_max of the roll-off, length. Default: no roll-off.
 
     Returns
     -------
-    ndarray
-        Dimensionless; shape as the arguments broadcast.
+    float
+        M_m, dimensionless.
 
     Raises
     ------
@@ -125,92 +182,36 @@ def spectral_moment(
     (2017).
     """
     rho, r = wavelength_ratios(short_wavelength, long_wavelength, longest_wavelength)
-    excess = power - 2 * hurst_exponent(hurst)
+    check_hurst(hurst)
+    excess = power - 2 * hurst
     roll_off = rho**excess * (1 - r ** (power + 2)) / (power + 2)
     # boxcox(rho, excess) is (rho^excess - 1)/excess, and ln(rho) at excess = 0
-    moment: FloatArray = roll_off - boxcox(rho, excess)
-    return moment
+    return float(roll_off - boxcox(rho, excess))
 
 
-def rms_height(
-    wavelength: ArrayLike,
-    rms_slope: ArrayLike,
-    hurst: ArrayLike,
-    short_wavelength: ArrayLike,
-    longest_wavelength: ArrayLike | None = None,
-) -> FloatArray:
-    """Return the rms height of the waves up to a wavelength lambda >> lambda_s.
-
-    h_rms = h' [(1-H)/H]^(1/2) lambda^H lambda_s^(1-H)/(2 pi), multiplied by
-    [1 + H - H (lambda/lambda_max)^2]^(1/2) if there is a roll-off from lambda to
-    lambda_max.
-
-    Parameters
-    ----------
-    wavelength : array_like
-        lambda, length.
-    rms_slope : array_like
-        h', dimensionless.
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength : array_like
-        lambda_s, length.
-    longest_wavelength : array_like, optional
-        lambda_max >= lambda, length. Default: no roll-off.
-
-    Returns
-    -------
-    ndarray
-        h_rms, length; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range.
-
-    References
-    ----------
-    T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
-    (2017): ratio of the integrals of q C(q) and q^3 C(q).
-    """
-    slope = positive_array("rms_slope", rms_slope)
-    hurst = hurst_exponent(hurst)
-    short = positive_array("short_wavelength", short_wavelength)
-    scale = positive_array("wavelength", wavelength) ** hurst * short ** (1 - hurst)
-    _, roll_off = wavelength_ratios(short_wavelength, wavelength, longest_wavelength)
-    square = (1 - hurst) / hurst * (1 + hurst * (1 - roll_off**2))
-    return slope * np.sqrt(square) * scale / (2 * np.pi)
-
-
-def slope_to_curvature_ratio(
-    hurst: ArrayLike, short_wavelength: ArrayLike
-) -> FloatArray:
+def slope_to_curvature_ratio(roughness: Roughness) -> float:
     """Return rms slope over rms curvature, [(2-H)/(1-H)]^(1/2) lambda_s/(2 pi).
 
     It holds for lambda_L >> lambda_s.
 
     Parameters
     ----------
-    hurst : array_like
-        H, between 0 and 1.
-    short_wavelength : array_like
-        lambda_s, length.
+    roughness : Roughness
 
     Returns
     -------
-    ndarray
-        h'/h'', length; shape as the arguments broadcast.
+    float
+        h'/h'', length.
 
     Raises
     ------
     ValueError
-        If an argument is not finite or out of range.
+        If a parameter of the roughness is not finite or out of range.
 
     References
     ----------
     T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
     (2017): ratio of the integrals of q^3 C(q) and q^5 C(q).
     """
-    hurst = hurst_exponent(hurst)
-    short = positive_array("short_wavelength", short_wavelength)
-    return np.sqrt((2 - hurst) / (1 - hurst)) * short / (2 * np.pi)
+    _, hurst, short = numbers_of(roughness)
+    return math.sqrt((2 - hurst) / (1 - hurst)) * short / (2 * math.pi)

@@ -110,16 +110,7 @@ class AdhesionEstimate:
 def _flattening_energy(rough: Surface, modulus: float, spacing: float) -> float:
     """Return the elastic energy per area of a roughness in full contact."""
     if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
-        return float(
-            flattening_energy(
-                rough.rms_slope,
-                modulus,
-                rough.hurst,
-                rough.short_wavelength,
-                rough.long_wavelength,
-                rough.longest_wavelength,
-            )
-        )
+        return flattening_energy(modulus, rough)
     extent = 2.0 * getattr(rough, "extent", math.inf) / spacing
     side = math.floor(min(_PIECE, extent))
     corner = -spacing * (side // 2)

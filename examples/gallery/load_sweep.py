@@ -72,7 +72,7 @@ with style():
     figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 2.8))
     plot_curve(left, loads / nanonewton, area, hertz, predicted)
     hertz_radius = float(np.sqrt(hertz[-1] / np.pi))
-    first = float(theory.first_contact_radius(sphere.radius, slope, hurst, shortest))
+    first = float(theory.first_contact_radius(sphere.radius, rough))
     image = plot_contact(right, frames[-1], hertz_radius, None, "", first)
     figure.colorbar(image, ax=right, label="pressure (GPa)")
     figure.savefig("load_sweep.png", dpi=200)

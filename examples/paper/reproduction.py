@@ -328,7 +328,7 @@ def first(seeds: int = 20) -> Iterator[str]:
             rough = SelfAffine(0.1, 0.8, 4.0, 512.0, domain=DOMAIN, seed=seed)
             found.append(first_contact(RoughSphere(radius, rough), 1.0).distance)
         printed = theory(radius, 0.1, "hard").first_contact_radius
-        solved = first_contact_radius_from_height(radius, 0.1, 0.8, 4.0)
+        solved = first_contact_radius_from_height(radius, rough)
         row = (
             f"{radius:g}",
             f"{printed:.0f}",

@@ -2,7 +2,9 @@
 
 import csv
 import sys
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,6 +16,12 @@ ROOT = Path(__file__).resolve().parents[2]
 E, SLOPE, HURST, SHORT, LONG = 1.0, 0.1, 0.8, 4.0, 512.0
 R = 1e5
 HERTZ = theory.Hertz(R, E)
+ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
+
+
+def plain(**changed):
+    """Return an object with the parameters of a roughness that does not check them."""
+    return SimpleNamespace(**vars(ROUGH) | changed)
 
 
 def hard(load, **options):
@@ -22,14 +30,14 @@ def hard(load, **options):
 
 
 def test_area_at_small_load_is_that_of_a_sphere_as_sharp_as_the_first_asperity():
-    rho = theory.asperity_radius(SLOPE, HURST, SHORT)
+    rho = theory.asperity_radius(ROUGH)
     loads = theory.crossover_load(rho, E, SLOPE) * np.array([1e-9, 1e-3, 0.5])
     first = theory.Hertz(rho, E).contact_area(loads)
     assert_allclose(hard(loads, asperity_radius=rho), first, rtol=1e-12)
 
 
 def test_area_between_asperity_and_sphere_is_load_over_rough_pressure():
-    rho = theory.asperity_radius(SLOPE, HURST, SHORT)
+    rho = theory.asperity_radius(ROUGH)
     ends = theory.crossover_load(np.array([rho, R]), E, SLOPE)
     middle = np.sqrt(ends.prod())
     area = hard(middle, asperity_radius=rho)
@@ -79,7 +87,7 @@ def test_energy_of_flattening_is_that_of_the_waves_of_a_surface():
     waves = np.abs(np.fft.fft2(heights) / heights.size) ** 2
     q = 2 * np.pi * np.fft.fftfreq(256, 4.0)
     energy = E / 4 * (np.hypot(q[:, None], q) * waves).sum()
-    closed = theory.flattening_energy(SLOPE, E, HURST, 8.0, 128.0)
+    closed = theory.flattening_energy(E, rough)
     assert_allclose(closed, energy, rtol=0.03)  # sums over discrete waves
 
 
@@ -89,25 +97,28 @@ def test_energy_of_flattening_counts_the_waves_of_the_roll_off():
     q = 2 * np.pi * np.fft.fftfreq(1024, 2.0)
     waves = np.abs(np.fft.fft2(heights) / heights.size) ** 2
     energy = E / 4 * (np.hypot(q[:, None], q) * waves).sum()
-    closed = theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 512.0)
+    closed = theory.flattening_energy(E, rough)
     assert_allclose(closed, energy, rtol=1e-3)
-    without = theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0)
+    without = theory.flattening_energy(E, replace(rough, longest_wavelength=None))
     assert_allclose(closed / without, 1.19, rtol=0.01)
 
 
 def test_roll_off_of_no_width_changes_no_energy():
-    without = theory.flattening_energy(SLOPE, E, HURST, SHORT, LONG)
-    closed = theory.flattening_energy(SLOPE, E, HURST, SHORT, LONG, LONG)
+    without = theory.flattening_energy(E, ROUGH)
+    closed = theory.flattening_energy(E, replace(ROUGH, longest_wavelength=LONG))
     assert_allclose(closed, without, rtol=1e-14)
 
 
 def test_roll_off_must_be_at_longer_waves():
     with pytest.raises(ValueError, match=r"at least long_wavelength 64\.0, got 32\.0"):
-        theory.flattening_energy(SLOPE, E, HURST, 4.0, 64.0, 32.0)
+        theory.flattening_energy(
+            E, plain(long_wavelength=64.0, longest_wavelength=32.0)
+        )
 
 
 def test_energy_of_flattening_is_continuous_at_a_hurst_exponent_of_one_half():
-    near = theory.flattening_energy(SLOPE, E, [0.5 - 1e-9, 0.5, 0.5 + 1e-9], 4.0, 512.0)
+    hursts = 0.5 - 1e-9, 0.5, 0.5 + 1e-9
+    near = [theory.flattening_energy(E, replace(ROUGH, hurst=h)) for h in hursts]
     assert_allclose(near, near[1], rtol=1e-7)
     # H = 1/2: (E*/4) h'^2 ln(qs/qL)/(qs - qL)
     high, low = 2 * np.pi / SHORT, 2 * np.pi / LONG
@@ -116,7 +127,7 @@ def test_energy_of_flattening_is_continuous_at_a_hurst_exponent_of_one_half():
 
 def test_energy_of_flattening_needs_a_range_of_wavelengths():
     with pytest.raises(ValueError, match=r"exceed short_wavelength 4\.0, got 4\.0"):
-        theory.flattening_energy(SLOPE, E, HURST, 4.0, 4.0)
+        theory.flattening_energy(E, plain(long_wavelength=4.0))
 
 
 @pytest.fixture(scope="module")

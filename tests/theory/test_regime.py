@@ -136,8 +136,8 @@ def test_tabulated_flats_give_the_area_where_no_formula_does():
 
 def test_sphere_flattened_by_adhesion_is_smooth_with_less_work_of_adhesion():
     smoother = SelfAffine(1e-3, 0.8, 4.0, 512.0)
-    cost = theory.flattening_energy(1e-3, 1.0, 0.8, 4.0, 512.0)
-    adhesion = {"work_of_adhesion": 100 * float(cost), "attraction_range": 0.01}
+    cost = theory.flattening_energy(1.0, smoother)
+    adhesion = {"work_of_adhesion": 100 * cost, "attraction_range": 0.01}
     found = regime(0.1, BIG, 1.0, smoother, **adhesion)
     assert found.law == "JKR"
     assert_allclose(found.effective_work_of_adhesion, 99 * cost)
@@ -147,8 +147,8 @@ def test_sphere_flattened_by_adhesion_is_smooth_with_less_work_of_adhesion():
 
 def test_roll_off_of_a_surface_reduces_the_effective_work_of_adhesion():
     smoother = SelfAffine(1e-3, 0.8, 4.0, 64.0, longest_wavelength=512.0)
-    cost = theory.flattening_energy(1e-3, 1.0, 0.8, 4.0, 64.0, 512.0)
-    adhesion = {"work_of_adhesion": 3 * float(cost), "attraction_range": 0.01}
+    cost = theory.flattening_energy(1.0, smoother)
+    adhesion = {"work_of_adhesion": 3 * cost, "attraction_range": 0.01}
     found = regime(0.1, BIG, 1.0, smoother, **adhesion)
     assert_allclose(found.effective_work_of_adhesion, 2 * cost)
 

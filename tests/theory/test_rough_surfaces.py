@@ -1,16 +1,19 @@
 """Closed forms of rough surfaces and spheres against independent calculations."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from scipy.integrate import quad
 
-from ase_roughcontact import theory
+from ase_roughcontact import SelfAffine, theory
 
 R, E = 30.0, 2.0
 HERTZ = theory.Hertz(R, E)
 LOADS = np.geomspace(1e-12, 1e12, 49)
 SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
+ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
 
 
 def spectral_average(function, low, high):
@@ -38,18 +41,18 @@ def test_contact_fraction_matches_the_error_function_integral():
 def test_first_contact_radius_matches_equation_3():
     # Paper's parameters: the brace is 2 * 10000 * 0.1/4 * 0.5 = 250.
     expected = 4 * 250 ** (1 / 1.2)
-    assert_allclose(theory.first_contact_radius(1e4, SLOPE, HURST, SHORT), expected)
+    assert_allclose(theory.first_contact_radius(1e4, ROUGH), expected)
 
 
 def test_sphere_rises_by_the_rms_height_at_the_first_contact_radius_from_height():
-    a = theory.first_contact_radius_from_height(1e4, SLOPE, HURST, SHORT)
-    height = theory.rms_height(a, SLOPE, HURST, SHORT)
-    assert_allclose(a**2 / 2e4, height, rtol=1e-13)
+    a = theory.first_contact_radius_from_height(1e4, ROUGH)
+    waves = np.sqrt((1 - HURST) / HURST) * a**HURST * SHORT ** (1 - HURST)
+    assert_allclose(a**2 / 2e4, SLOPE / (2 * np.pi) * waves, rtol=1e-13)
 
 
 def test_printed_first_contact_radius_lacks_two_pi_of_the_rms_height():
-    own = theory.first_contact_radius_from_height(1e4, SLOPE, HURST, SHORT)
-    printed = theory.first_contact_radius(1e4, SLOPE, HURST, SHORT)
+    own = theory.first_contact_radius_from_height(1e4, ROUGH)
+    printed = theory.first_contact_radius(1e4, ROUGH)
     assert_allclose(printed / own, (2 * np.pi) ** (1 / 1.2))
 
 
@@ -81,40 +84,19 @@ def test_slope_to_curvature_ratio_follows_from_the_spectrum():
     high = 2 * np.pi / SHORT
     slope2 = spectral_average(lambda q: q**2, 1e-9 * high, high)
     curvature2 = spectral_average(lambda q: q**4, 1e-9 * high, high)
-    ratio = theory.slope_to_curvature_ratio(HURST, SHORT)
+    ratio = theory.slope_to_curvature_ratio(ROUGH)
     assert_allclose(ratio, np.sqrt(slope2 / curvature2), rtol=2e-4)
 
 
-def test_rms_height_follows_from_the_spectrum():
-    wavelength = 1e9 * SHORT
-    low, high = 2 * np.pi / wavelength, 2 * np.pi / SHORT
-    height2 = spectral_average(lambda q: 1.0, low, high)
-    slope2 = spectral_average(lambda q: q**2, low, high)
-    expected = SLOPE * np.sqrt(height2 / slope2)
-    height = theory.rms_height(wavelength, SLOPE, HURST, SHORT)
-    assert_allclose(height, expected, rtol=2e-4)
-
-
-def test_rms_height_with_a_roll_off_follows_from_the_spectrum():
-    knee = 1e9 * SHORT
-    low, high = 2 * np.pi / knee, 2 * np.pi / SHORT
-    height2 = spectral_average(lambda q: 1.0, low, high)
-    height2 += low ** (-2 - 2 * HURST) * quad(lambda q: q, low / 5, low)[0]
-    slope2 = spectral_average(lambda q: q**2, low, high)
-    expected = SLOPE * np.sqrt(height2 / slope2)
-    height = theory.rms_height(knee, SLOPE, HURST, SHORT, 5 * knee)
-    assert_allclose(height, expected, rtol=2e-4)
-
-
 def test_asperity_radius_is_equation_6():
-    rho = theory.asperity_radius(SLOPE, HURST, SHORT)
+    rho = theory.asperity_radius(ROUGH)
     assert_allclose(rho, 4 / (0.2 * np.pi) * np.sqrt(12))
 
 
 def test_asperity_radius_from_curvature_exceeds_the_printed_one_by_root_two():
-    curvature = SLOPE / theory.slope_to_curvature_ratio(HURST, SHORT)
+    curvature = SLOPE / theory.slope_to_curvature_ratio(ROUGH)
     own = theory.asperity_radius_from_curvature(curvature)
-    printed = theory.asperity_radius(SLOPE, HURST, SHORT)
+    printed = theory.asperity_radius(ROUGH)
     assert_allclose(own / printed, np.sqrt(2), rtol=1e-14)
 
 
@@ -141,7 +123,8 @@ def test_compliant_kappa_is_the_ratio_of_spectral_averages(hurst, stiffness):
         high,
         epsabs=0,
     )[0]
-    kappa = theory.compliant_kappa(stiffness, E, hurst, SHORT, LONG)
+    rough = SelfAffine(SLOPE, hurst, SHORT, LONG)
+    kappa = theory.compliant_kappa(stiffness, E, rough)
     assert_allclose(kappa, 2 * np.sqrt(rigid / compliant), rtol=1e-8)
 
 
@@ -153,27 +136,31 @@ def test_compliant_kappa_counts_the_waves_of_the_roll_off():
         affine = spectral_average(lambda q: q**2 * weight(q), low, high)
         return flat * low ** (-2 - 2 * HURST) + affine
 
-    band = SHORT, 64.0
-    kappa = theory.compliant_kappa(0.3, E, HURST, *band, longest_wavelength=512.0)
+    rough = SelfAffine(SLOPE, HURST, SHORT, 64.0, longest_wavelength=512.0)
+    kappa = theory.compliant_kappa(0.3, E, rough)
     compliant = mean(lambda q: (1 + E * q / 0.6) ** -2)
     assert_allclose(kappa, 2 * np.sqrt(mean(lambda q: 1.0) / compliant), rtol=1e-8)
 
 
 def test_long_wavelengths_change_kappa_little_when_the_range_is_wide():
-    infinite = theory.compliant_kappa(E, E, HURST, SHORT)
-    wide = theory.compliant_kappa(E, E, HURST, SHORT, 1e12)
+    infinite, wide = (
+        theory.compliant_kappa(
+            E, E, SimpleNamespace(**vars(ROUGH) | {"long_wavelength": long})
+        )
+        for long in (np.inf, 1e12)
+    )
     assert_allclose(wide, infinite, rtol=1e-4)
 
 
 def test_compliant_kappa_refuses_an_empty_range_of_wavelengths():
     with pytest.raises(ValueError, match="must exceed short_wavelength"):
-        theory.compliant_kappa(E, E, HURST, 4.0, 4.0)
+        theory.compliant_kappa(E, E, SelfAffine(SLOPE, HURST, 4.0, 4.0))
 
 
 @pytest.mark.parametrize(("work", "expected"), [(0.0005, 0.042), (0.005, 0.28)])
 def test_attractive_inverse_kappa_takes_the_known_values(work, expected):
     # Units a0 = E* = 1, wall stiffness k = E*/a0, range sqrt(12 w/k).
-    curvature = SLOPE / theory.slope_to_curvature_ratio(HURST, SHORT)
+    curvature = SLOPE / theory.slope_to_curvature_ratio(ROUGH)
     inverse = theory.inverse_kappa_attractive(
         work, 1.0, np.sqrt(12 * work), SLOPE, curvature
     )

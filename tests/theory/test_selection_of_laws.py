@@ -151,7 +151,7 @@ def test_rough_flats_are_sticky_where_kappa_of_the_attraction_is_that_of_the_wal
 @SIDES
 def test_roughness_is_flattened_if_the_work_of_adhesion_exceeds_its_energy(side):
     smoother = SelfAffine(1e-3, HURST, SHORT, LONG)
-    cost = float(flattening_energy(1e-3, 1.0, HURST, SHORT, LONG))
+    cost = flattening_energy(1.0, smoother)
     sphere = RoughSphereTheory(1e5, 1.0, smoother, beside(cost, side), 1e-4)
     assert sphere.sticky
     assert (sphere.law(1e-9) == "sticky rough") == (side < 0)
