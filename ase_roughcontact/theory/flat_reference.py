@@ -120,7 +120,8 @@ class FlatReference:
             known = ", ".join(map(str, np.unique(works)))
             raise ValueError(
                 f"{os.fspath(file)} has no curve for work_of_adhesion "
-                f"{work_of_adhesion!r}, only for {known}; calculate it with examples/paper/flat_reference.py"
+                f"{work_of_adhesion!r}, only for {known}; calculate it with "
+                "examples/paper/flat_reference.py"
             )
         return cls(contact_modulus * pressures[curve], fractions[curve])
 
