@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS, printed_unit
@@ -112,6 +114,10 @@ def _relax(
     for step in reference.scene.run(folder):
         if not steps:
             (folder / "scene.toml").write_text(text, encoding="utf-8")
+            if reference.scene.topography:  # beside it, where it is found again
+                scan = Path(reference.scene.topography.file)
+                if scan.parent.resolve() != folder.resolve():
+                    shutil.copy(scan, folder)
             if _prints_text(options):
                 print(report.table_header(reference))
         steps.append(step)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.scene import RoughnessConfig, Scene
+from ase_roughcontact.scene import RoughnessConfig, Scene, TopographyConfig
 
 
 def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
@@ -65,7 +65,9 @@ def case_of(scene: Scene) -> str:
     str
         16 characters.
     """
-    defaults = scene_as_dict(Scene(roughness=RoughnessConfig()))
+    defaults = scene_as_dict(
+        Scene(roughness=RoughnessConfig(), topography=TopographyConfig())
+    )
     values = {
         title: {
             key: _rounded(value)

@@ -13,18 +13,28 @@ from ase_roughcontact.scene import Scene
 
 
 def _roughness(name: str, smooth: float | None = None) -> Callable[[Scene], Any]:
-    """Return a function that reads a key of the roughness; smooth spheres have none."""
-    return lambda scene: getattr(scene.roughness, name, smooth)
+    """Return a function that reads a parameter of the roughness, if it has it."""
+    return lambda scene: getattr(scene.rough, name, smooth)
+
+
+def _wavelength(name: str) -> Callable[[Scene], Any]:
+    """Return a function that reads a wavelength in units of the spacing."""
+
+    def value(scene: Scene) -> float | None:
+        wavelength = getattr(scene.rough, name, None)
+        return None if wavelength is None else wavelength / scene.spacing
+
+    return value
 
 
 # Columns that the scene determines: type, and how to obtain the value, None if missing.
 _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
     "control": (str, lambda scene: scene.path.control),
-    "radius": (float, lambda scene: scene.sphere.radius),
+    "radius": (float, lambda scene: scene.radius / scene.spacing),
     "rms_slope": (float, _roughness("rms_slope", 0.0)),
     "hurst": (float, _roughness("hurst")),
-    "short_wavelength": (float, _roughness("short_wavelength")),
-    "long_wavelength": (float, _roughness("long_wavelength")),
+    "short_wavelength": (float, _wavelength("short_wavelength")),
+    "long_wavelength": (float, _wavelength("long_wavelength")),
     "seed": (int, _roughness("seed")),
     "kind": (str, lambda scene: scene.interaction.kind),
     "work_of_adhesion": (

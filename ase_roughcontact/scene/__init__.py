@@ -10,6 +10,7 @@ from ase_roughcontact.scene.config import (
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
+    TopographyConfig,
 )
 from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
@@ -24,6 +25,7 @@ __all__ = [
     "SolverConfig",
     "SphereConfig",
     "SubstrateConfig",
+    "TopographyConfig",
     "default_text",
     "on_modes",
 ]

@@ -17,7 +17,8 @@ from ase_roughcontact._util.validation import (
     unknown,
 )
 from ase_roughcontact.interactions import WALLS, wall_parameters
-from ase_roughcontact.scene.section import Section
+from ase_roughcontact.scene.scan import TopographyConfig
+from ase_roughcontact.scene.section import Quantities, Section
 
 # Largest number of steps of a path, all of which are kept in memory.
 _MOST_STEPS = 1_000_000
@@ -25,12 +26,12 @@ _MOST_STEPS = 1_000_000
 
 @dataclass(frozen=True)
 class SubstrateConfig(Section):
-    """``[substrate]``: moduli in GPa, spacing in Å."""
+    """``[substrate]``: moduli in GPa, spacing in Å if no unit is given."""
 
     title = "substrate"
 
     symbol: str = "Cu"
-    spacing: float | None = None
+    spacing: float | str | None = None
     contact_modulus: float | None = None
     elastic_constants: tuple | None = None
     shape: tuple[int, int] | str = "auto"
@@ -39,29 +40,31 @@ class SubstrateConfig(Section):
 
 @dataclass(frozen=True)
 class SphereConfig(Section):
-    """``[sphere]``: radius in units of the spacing."""
+    """``[sphere]``: radius in units of the spacing if no unit is given."""
 
     title = "sphere"
 
-    radius: float = 1000.0
+    radius: float | str = 1000.0
+    unit: str = "a0"
     profile: str = "paraboloid"
 
 
 @dataclass(frozen=True)
 class RoughnessConfig(Section):
-    """``[roughness]``: wavelengths in units of the spacing."""
+    """``[roughness]``: wavelengths in units of the spacing if no unit is given."""
 
     title = "roughness"
 
     rms_slope: float = 0.1
     hurst: float = 0.8
-    short_wavelength: float = 4.0
-    long_wavelength: float = 512.0
-    longest_wavelength: float | None = None
+    short_wavelength: float | str = 4.0
+    long_wavelength: float | str = 512.0
+    longest_wavelength: float | str | None = None
+    unit: str = "a0"
     seed: int = 0
     random_amplitudes: bool = False
     normalise: str = "realisation"
-    domain: float | None = None
+    domain: float | str | None = None
 
 
 @dataclass(frozen=True)
@@ -106,16 +109,16 @@ class InteractionConfig(Section):
 
 @dataclass(frozen=True)
 class PathConfig(Section):
-    """``[path]``: loads in nN, penetrations and heights in Å."""
+    """``[path]``: loads in nN, penetrations and heights in Å, or with a unit."""
 
     title = "path"
 
     control: str = "load"
-    first: float | None = None
-    last: float | None = None
+    first: float | str | None = None
+    last: float | str | None = None
     steps: int | None = None
     scale: str = "geometric"
-    values: tuple[float, ...] | None = None
+    values: Quantities | None = None
 
     @property
     def unit(self) -> str:
@@ -126,7 +129,11 @@ class PathConfig(Section):
     @property
     def targets(self) -> FloatArray:
         """Loads, penetrations or heights, in the units of the file."""
-        interval = {"first": self.first, "last": self.last, "steps": self.steps}
+        interval: dict[str, Any] = {
+            "first": self.first,
+            "last": self.last,
+            "steps": self.steps,
+        }
         given = [key for key, value in interval.items() if value is not None]
         if len(given) != (3 if self.values is None else 0):
             got = [*(["values"] if self.values is not None else []), *given]
@@ -143,7 +150,9 @@ class PathConfig(Section):
 
     def _interval(self) -> FloatArray:
         """Return the targets from the first to the last one."""
-        first, last, steps = self.first, self.last, integer("steps", self.steps, 1)
+        first: Any = self.first
+        last: Any = self.last
+        steps = integer("steps", self.steps, 1)
         if steps > _MOST_STEPS:
             raise ValueError(f"steps must be at most {_MOST_STEPS}, got {steps}")
         finite(first=first, last=last)
@@ -175,6 +184,7 @@ SECTIONS: dict[str, type[Section]] = {
         SubstrateConfig,
         SphereConfig,
         RoughnessConfig,
+        TopographyConfig,
         InteractionConfig,
         PathConfig,
         SolverConfig,

@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 from ase_roughcontact._util.validation import lookup, shown
@@ -18,6 +19,7 @@ from ase_roughcontact.scene.config import (
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
+    TopographyConfig,
 )
 
 if sys.version_info >= (3, 11):
@@ -38,6 +40,7 @@ class SceneFile:
     substrate: SubstrateConfig = field(default_factory=SubstrateConfig)
     sphere: SphereConfig = field(default_factory=SphereConfig)
     roughness: RoughnessConfig | None = None
+    topography: TopographyConfig | None = None
     interaction: InteractionConfig = field(default_factory=InteractionConfig)
     path: PathConfig = field(default_factory=PathConfig)
     solver: SolverConfig = field(default_factory=SolverConfig)
@@ -53,7 +56,8 @@ class SceneFile:
         text : str
             TOML.
         name : str
-            Name of the file for error messages.
+            Name of the file for error messages. The file of a scan is relative to its
+            folder.
 
         Returns
         -------
@@ -78,6 +82,9 @@ class SceneFile:
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
                 sections[title] = section.of(entries)
+            if "topography" in sections:
+                folder = Path(name).parent
+                sections["topography"] = sections["topography"].located(folder)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
         return cls(**sections)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
 from ase_roughcontact.interactions import Interaction, make_wall
 from ase_roughcontact.scene.file import SceneFile
-from ase_roughcontact.topography import RoughSphere, SelfAffine
+from ase_roughcontact.scene.quantities import lengths, plain
+from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
 # Modulus (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_MODULUS = 1e4
@@ -35,9 +36,9 @@ class Model(SceneFile):
     @property
     def spacing(self) -> float:
         """Atomic spacing a0 (Å)."""
-        spacing = self.substrate.spacing
-        if spacing is None:
+        if self.substrate.spacing is None:
             return _of_crystal(fcc_spacing, self.substrate.symbol, "spacing")
+        spacing: Any = plain(self.substrate, ["spacing"], LENGTHS, "Å").spacing
         positive(spacing=spacing)
         return spacing
 
@@ -65,26 +66,38 @@ class Model(SceneFile):
     @property
     def radius(self) -> float:
         """Radius of the sphere (Å)."""
-        positive(radius=self.sphere.radius)
-        return self.sphere.radius * self.spacing
+        radius: Any = self._in_spacings(self.sphere, ["radius"]).radius
+        positive(radius=radius)
+        return radius * self.spacing
 
     @property
     def self_affine(self) -> SelfAffine | None:
-        """Roughness of the sphere; None if it is smooth."""
+        """Self-affine roughness of the sphere; None if it is smooth or measured."""
         if self.roughness is None:
             return None
-        # lengths are converted last: errors show them in the units of the file
-        rough = SelfAffine(**self.roughness.entries())
+        if self.topography is not None:
+            raise ValueError("give [roughness] or [topography], not both")
+        # lengths are converted last: errors show them in units of the spacing
+        entries = self._in_spacings(self.roughness, _LENGTHS).entries()
+        entries.pop("unit")
+        rough = SelfAffine(**entries)
         rough = replace(rough, domain=_domain(rough))
         lengths = {name: getattr(rough, name) for name in _LENGTHS}
         scaled = {k: v * self.spacing for k, v in lengths.items() if v is not None}
         return replace(rough, **scaled)
 
     @property
+    def rough(self) -> SelfAffine | HeightMap | None:
+        """Roughness of the sphere, self-affine or measured; None if it is smooth."""
+        if self.topography is not None and self.roughness is None:
+            return self.topography.surface
+        return self.self_affine
+
+    @property
     def surface(self) -> RoughSphere:
         """Surface of the indenter."""
         profile: Any = self.sphere.profile
-        return RoughSphere(self.radius, self.self_affine, profile)
+        return RoughSphere(self.radius, self.rough, profile)
 
     @property
     def wall(self) -> Interaction:
@@ -110,7 +123,7 @@ class Model(SceneFile):
 
         Negative or zero if nominally flat surfaces would adhere without a load.
         """
-        wall, rough = self.wall, self.self_affine
+        wall, rough = self.wall, self.rough
         if not wall.attractive or rough is None:
             return 1.0 / self.kappa_repulsive
         statistics = rough.statistics()
@@ -142,12 +155,13 @@ class Model(SceneFile):
         ----------
         L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
         """
-        if self.roughness is None:
+        rough = self.rough
+        if rough is None:
             return self.hertz_area(normal_force)
         if self.inverse_kappa <= 0.0:
             return np.full(np.shape(normal_force), np.nan)
         pressure = theory.mean_contact_pressure(
-            self.roughness.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
+            rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
         )
         return theory.predicted_area(
             normal_force, self.radius, self.contact_modulus, pressure
@@ -168,6 +182,10 @@ class Model(SceneFile):
         """
         hertz = theory.Hertz(self.radius, self.contact_modulus)
         return hertz.contact_area(normal_force)
+
+    def _in_spacings(self, section: Any, keys: Iterable[str]) -> Any:
+        """Return a section whose lengths are in units of the spacing."""
+        return plain(section, keys, lengths(self.spacing), "a0", section.unit)
 
 
 def _domain(rough: SelfAffine) -> float | None:

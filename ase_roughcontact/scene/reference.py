@@ -76,7 +76,9 @@ def reference_for(scene: Scene) -> Reference:
     """
     if not scene.wall.attractive:
         smooth = theory.Hertz(scene.radius, scene.contact_modulus)
-        return Reference(scene, smooth, rough_above=0.0 if scene.roughness else None)
+        return Reference(
+            scene, smooth, rough_above=None if scene.rough is None else 0.0
+        )
     reference = _adhesive(scene, scene.wall.work_of_adhesion)
     return _rough(reference)
 
@@ -104,7 +106,7 @@ def _adhesive(scene: Scene, work: float) -> Reference:
 
 def _rough(smooth: Reference) -> Reference:
     """Choose the theory of a rough adhesive sphere, from that of the smooth one."""
-    scene, rough = smooth.scene, smooth.scene.self_affine
+    scene, rough = smooth.scene, smooth.scene.rough
     if rough is None:
         return smooth
     system = theory.RoughSphereTheory(
@@ -133,7 +135,8 @@ def _rough(smooth: Reference) -> Reference:
         explanation = f"no closed form, as rough flats adhere ({inverse_kappa})"
         return replace(smooth, explanation=f"{explanation}; {comparison}")
     radius = math.sqrt(float(smooth.smooth.contact_area(0.0)) / math.pi)
-    half_wave = 0.5 * (rough.longest_wavelength or rough.long_wavelength)
+    longest = getattr(rough, "longest_wavelength", None)
+    half_wave = 0.5 * (longest or rough.long_wavelength)
     if radius < half_wave:
         explanation = (
             "no closed form, as the contact at zero load (radius "

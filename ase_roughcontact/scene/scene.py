@@ -22,6 +22,7 @@ from ase_roughcontact.paths.plan import Plan, plan_path
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
+from ase_roughcontact.scene.quantities import FORCES, lengths, plain
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
 
 # Shape of the atoms before a window is chosen.
@@ -37,8 +38,9 @@ class Scene(Model):
 
     Parameters
     ----------
-    substrate, sphere, roughness, interaction, path, solver
-        Sections of a scene file. Without `roughness` the sphere is smooth.
+    substrate, sphere, roughness, topography, interaction, path, solver
+        Sections of a scene file. With neither `roughness` nor `topography` the sphere
+        is smooth.
     """
 
     @classmethod
@@ -109,6 +111,7 @@ class Scene(Model):
         parts: dict[str, Callable[[], Any]] = {
             "substrate": lambda: (self.spacing, self.contact_modulus, self.shape),
             "roughness": lambda: self.self_affine,
+            "topography": lambda: self.rough,
             "sphere": lambda: self.surface,
             "solver": lambda: (
                 self.fmax,
@@ -137,7 +140,10 @@ class Scene(Model):
     @property
     def steps(self) -> np.ndarray:
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
-        return UNITS[self.path.unit] * self.path.targets
+        unit = self.path.unit
+        units = FORCES if unit in FORCES else lengths(self.spacing)
+        path = plain(self.path, ["first", "last", "values"], units, unit)
+        return UNITS[unit] * path.targets
 
     @property
     def fmax(self) -> float | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from types import UnionType
@@ -10,6 +11,14 @@ from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 from ase_roughcontact._util.validation import shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
+
+#: A number with a unit.
+QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.]\S*)\s*")
+
+
+class Quantities(tuple):
+    """Type of a key whose value is a list of quantities: numbers, or with a unit."""
+
 
 # Largest number of characters of a string in a scene file: all are names.
 _LONGEST_WORD = 100
@@ -93,6 +102,13 @@ def _is_of_type(value: Any, kind: type) -> bool:
     if kind is tuple:
         is_list = isinstance(value, (list, tuple))
         return is_list and all(_is_of_type(each, float) for each in value)
+    if kind is Quantities:
+        is_list = isinstance(value, (list, tuple))
+        return is_list and all(
+            _is_of_type(each, float)
+            or (isinstance(each, str) and QUANTITY.fullmatch(each))
+            for each in value
+        )
     if kind in (int, float):
         return isinstance(value, (int, float)) and not isinstance(value, bool)
     return isinstance(value, kind)
@@ -100,6 +116,7 @@ def _is_of_type(value: Any, kind: type) -> bool:
 
 # Descriptions of the types of values.
 _TYPES: dict[type, str] = {
+    Quantities: "a list of numbers",
     tuple: "a list of numbers",
     bool: "true or false",
     float: "a number",

@@ -112,8 +112,9 @@ class HeightMap:
             Distance between points, or one each along x and y (`unit`). Required for
             arrays and files that do not contain it.
         unit : str, optional
-            Unit of the lengths: m, mm, µm, nm, Å, A or pm. By default that of the file
-            or the object, for arrays Å.
+            Unit of `spacing`, `center` and `margin`: m, mm, µm, nm, Å, A or pm. By
+            default that of the scan. It is also the unit of a scan that has none; of an
+            array by default Å.
         detrend : {"plane", "mean", "curvature", "lines", "none"}
             What is subtracted: the plane that fits best, the mean, a polynomial of
             second degree in x and y, or a straight line from each line of the scan

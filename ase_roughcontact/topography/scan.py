@@ -65,7 +65,7 @@ class Scan:
         periodic: bool | None = None,
         channel: int | str | None = None,
     ) -> tuple[Scan, float]:
-        """Return a scan in Å, and the value of its own unit of length in Å.
+        """Return a scan in Å, and the unit of given lengths in Å.
 
         Parameters
         ----------
@@ -79,26 +79,25 @@ class Scan:
         """
         is_file = isinstance(topography, (str, os.PathLike))
         raw = read_scan(topography, channel) if is_file else scan_of(topography)
-        name = raw.unit if unit is None else unit
-        if raw.unit is not None and name != raw.unit:
-            raise ValueError(f"the scan is in {raw.unit}, but unit is {unit!r}")
-        if name is None and (is_file or raw.spacing is not None):
+        if raw.unit is None and unit is None and (is_file or raw.spacing is not None):
             raise ValueError(
                 f"the unit of {topography!r} is not known: give unit, for example 'nm'"
             )
-        factor = lookup("A" if name is None else name, LENGTHS, "unit of length")
-        steps = raw.spacing if spacing is None else axis_spacings(spacing)
-        if steps is None:
-            raise ValueError(
-                "the distance between the points of the scan is not known: give "
-                "spacing, in the unit of the heights"
-            )
-        scan = cls(
-            raw.heights * factor,
-            (steps[0] * factor, steps[1] * factor),
-            raw.periodic if periodic is None else bool(periodic),
+        of_scan, given = (
+            lookup(name or "A", LENGTHS, "unit of length")
+            for name in (raw.unit or unit, unit or raw.unit)
         )
-        return scan, factor
+        if spacing is not None:
+            x, y = axis_spacings(spacing)
+            steps = x * given, y * given
+        elif raw.spacing is not None:
+            steps = raw.spacing[0] * of_scan, raw.spacing[1] * of_scan
+        else:
+            raise ValueError(
+                "the distance between the points of the scan is not known: give spacing"
+            )
+        periodic = raw.periodic if periodic is None else bool(periodic)
+        return cls(raw.heights * of_scan, steps, periodic), given
 
     def filled(self) -> Scan:
         """Return the scan with missing points interpolated.

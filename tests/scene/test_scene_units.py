@@ -131,7 +131,12 @@ KEYS = {
     "solver.max_steps": (lambda s: s.solver.max_steps, 77, 78),
 }
 # Keys that replace others, tested separately.
-INSTEAD = {"substrate.elastic_constants", "path.values"}
+INSTEAD = {
+    "substrate.elastic_constants",
+    "sphere.unit",
+    "roughness.unit",
+    "path.values",
+}
 
 
 def relaxed_by(scene):

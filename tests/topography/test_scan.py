@@ -210,10 +210,13 @@ def test_a_topography_object_without_unit_needs_one():
     assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
 
 
-def test_a_unit_that_contradicts_the_scan_is_refused():
+def test_given_lengths_may_be_in_another_unit_than_the_scan():
     scan = Topography(ROUGH, (24.0, 27.0), unit="nm")
-    with pytest.raises(ValueError, match="scan is in nm, but unit is 'µm'"):
-        HeightMap.from_topography(scan, "substrate", unit="µm")
+    got = HeightMap.from_topography(
+        scan, "substrate", unit="µm", detrend="none", center=(0.004, 0.006)
+    )
+    expected = untouched(ROUGH, spacing=(2.0, 3.0), unit="nm", center=(4.0, 6.0))
+    assert got.todict() == expected.todict() | {"center": pytest.approx((40.0, 60.0))}
 
 
 def test_an_array_needs_a_spacing():

@@ -1,0 +1,75 @@
+"""The section ``[topography]`` of a scene file: a scan as the roughness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+from ase_roughcontact.scene.section import Section
+from ase_roughcontact.topography import HeightMap
+from ase_roughcontact.topography.scan import ROLES
+
+
+@dataclass(frozen=True)
+class TopographyConfig(Section):
+    """``[topography]``: a file, the scanned body, and the place of the tip."""
+
+    title = "topography"
+
+    file: str = ""
+    role: str = ""
+    unit: str | None = None
+    spacing: float | tuple[float, ...] | None = None
+    detrend: str = "plane"
+    center: str | tuple[float, ...] = "middle"
+    margin: float = 0.0
+    periodic: bool | None = None
+    channel: int | str | None = None
+
+    def located(self, folder: Path) -> TopographyConfig:
+        """Return the section with the whole path of the file.
+
+        Parameters
+        ----------
+        folder : Path
+            Folder of the scene file. The scan is sought at its path relative to this
+            folder, and then in the folder itself, where a run has copied it.
+
+        Returns
+        -------
+        TopographyConfig
+        """
+        if not self.file:
+            return self
+        places = folder / self.file, folder / Path(self.file).name
+        found = next((place for place in places if place.is_file()), places[0])
+        return replace(self, file=str(found.resolve()))
+
+    @property
+    def surface(self) -> HeightMap:
+        """The scan as the lower side of an indenter (Å).
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid, or the file cannot be read.
+        """
+        if not self.file:
+            raise ValueError("give file, the name of the scan")
+        if not self.role:
+            known = " or ".join(f'"{role}"' for role in ROLES)
+            raise ValueError(f"give role, the body that was scanned: {known}")
+        try:
+            changed = Path(self.file).stat().st_mtime_ns
+        except OSError as error:
+            message = f"cannot read a scan from {self.file!r}: {error}"
+            raise ValueError(message) from error
+        return _read(self, changed)
+
+
+@lru_cache(maxsize=4)
+def _read(config: TopographyConfig, changed: int) -> HeightMap:
+    """Read a scan, unless it was read before and the file has not changed."""
+    options = config.entries()
+    return HeightMap.from_topography(options.pop("file"), **options)

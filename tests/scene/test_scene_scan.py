@@ -1,0 +1,122 @@
+"""Scenes with a scan as the roughness."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_scene import SMALL
+
+from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.ensemble.cases import case_of
+from ase_roughcontact.ensemble.columns import scene_columns
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
+
+ROUGH = SelfAffine(0.05, 0.8, 8.0, 64.0, seed=1)  # Å
+SCAN = -ROUGH.heights((64, 64), 2.0) / 10  # nm
+HEADER = "Width: 12.8 nm\nHeight: 12.8 nm\nValue units: nm"
+SMOOTH = SMALL[: SMALL.index("[roughness]")] + SMALL[SMALL.index("[path]") :]
+SECTION = '[topography]\nfile = "scan.txt"\nrole = "substrate"\n'
+
+
+@pytest.fixture
+def folder(tmp_path):
+    np.savetxt(tmp_path / "scan.txt", SCAN.T, header=HEADER)
+    return tmp_path
+
+
+def read(folder, section=SECTION, scene=SMOOTH):
+    (folder / "scan.toml").write_text(scene + section)
+    return Scene.read(folder / "scan.toml")
+
+
+def test_the_scan_is_sought_beside_the_scene_file(folder, monkeypatch):
+    monkeypatch.chdir("/")
+    scene = read(folder)
+    expected = HeightMap.from_topography(folder / "scan.txt", "substrate")
+    assert scene.surface == RoughSphere(scene.radius, expected)
+
+
+def test_the_scan_is_found_in_the_folder_of_a_run(folder):
+    (folder / "run").mkdir()
+    (folder / "scan.txt").rename(folder / "run" / "scan.txt")
+    section = SECTION.replace("scan.txt", "elsewhere/scan.txt")
+    assert isinstance(read(folder / "run", section).rough, HeightMap)
+
+
+def test_roles_and_places_are_those_of_the_section(folder):
+    section = SECTION.replace("substrate", "indenter")
+    section += 'unit = "nm"\ncenter = [2.0, 3.0]\ndetrend = "none"\n'
+    rough = read(folder, section).rough
+    assert rough.heights((1, 1), 1.0)[0, 0] == pytest.approx(-10 * SCAN[10, 15])
+    assert rough.center == pytest.approx((126.0 - 20.0, 30.0))
+
+
+def test_a_scan_gives_the_steps_of_its_height_map(folder):
+    scene = read(folder, SECTION + 'center = "highest"\nmargin = 2.0\n')
+    (step,) = scene.relax([0.6])
+    path = replace(scene, topography=None)
+    assert step.converged
+    assert step.contact_area < next(path.relax([0.6])).contact_area
+    assert step.normal_force > 0.0
+
+
+def test_theory_for_a_scan_is_that_of_its_statistics(folder):
+    scene = read(folder)
+    rough = scene.rough
+    statistics = rough.statistics()
+    assert rough.rms_slope == statistics.rms_slope
+    pressure = statistics.rms_slope * scene.contact_modulus / scene.kappa_repulsive
+    light = 1e-4
+    assert scene.predicted_area(light) == pytest.approx(light / pressure, rel=0.02)
+    assert reference_for(scene).rough_above == 0.0
+
+
+def test_an_adhesive_scan_has_a_reference(folder):
+    adhesive = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n'
+    assert reference_for(read(folder, SECTION + adhesive)).explanation
+
+
+def test_columns_of_an_ensemble_describe_the_scan(folder):
+    scene = read(folder)
+    columns = scene_columns(scene)
+    assert columns["rms_slope"] == scene.rough.rms_slope
+    short = scene.rough.short_wavelength / scene.spacing
+    assert columns["short_wavelength"] == pytest.approx(short, rel=1e-12)
+    assert columns["seed"] == -1
+    assert case_of(scene) != case_of(replace(scene, topography=None))
+
+
+@pytest.mark.parametrize(
+    "section, message",
+    [
+        ('[topography]\nrole = "substrate"', "give file, the name of the scan"),
+        ('[topography]\nfile = "scan.txt"', 'give role, .*: "indenter" or "substrate"'),
+        (SECTION.replace("substrate", "tip"), "unknown role 'tip'"),
+        (SECTION.replace("scan.txt", "none.txt"), r"cannot read a scan from .*none"),
+        (SECTION + "center = [1.0]", "center must be"),
+        (SECTION + 'detrend = "tilt"', "unknown way to detrend 'tilt'"),
+    ],
+)
+def test_errors_name_the_section(folder, section, message):
+    with pytest.raises(ValueError, match=rf"\[topography\] {message}"):
+        read(folder, section)
+
+
+def test_a_model_and_a_scan_are_not_added(folder):
+    with pytest.raises(ValueError, match=r"give \[roughness\] or \[topography\]"):
+        read(folder, scene=SMALL)
+
+
+def test_a_scan_that_has_changed_is_read_again(folder):
+    first = read(folder).rough
+    np.savetxt(folder / "scan.txt", 2 * SCAN.T, header=HEADER)
+    assert read(folder).rough.rms_slope == pytest.approx(2 * first.rms_slope)
+
+
+def test_a_path_on_a_scan_is_resumed(folder):
+    scene = read(folder)
+    first = [step.normal_force for step in scene.run(folder / "run")]
+    again = [step.normal_force for step in scene.run(folder / "run")]
+    assert json.dumps(first) == json.dumps(again)
