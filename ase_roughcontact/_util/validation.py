@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import operator
 import reprlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, TypeAlias
 
@@ -38,23 +38,23 @@ def _number(value: Any) -> bool:
 
 def positive(**values: Any) -> None:
     """Raise `ValueError` for a value that is not a finite number > 0."""
-    for name, value in values.items():
-        if not (_number(value) and value > 0):
-            raise ValueError(f"{name} must be a finite number > 0, got {shown(value)}")
+    _check(values, "a finite number > 0", lambda value: value > 0)
 
 
 def nonnegative(**values: Any) -> None:
     """Raise `ValueError` for a value that is not a finite number >= 0."""
-    for name, value in values.items():
-        if not (_number(value) and value >= 0):
-            raise ValueError(f"{name} must be a finite number >= 0, got {shown(value)}")
+    _check(values, "a finite number >= 0", lambda value: value >= 0)
 
 
 def finite(**values: Any) -> None:
     """Raise `ValueError` for a value that is not a finite number."""
+    _check(values, "a finite number", lambda value: True)
+
+
+def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> None:
     for name, value in values.items():
-        if not _number(value):
-            raise ValueError(f"{name} must be a finite number, got {shown(value)}")
+        if not (_number(value) and holds(value)):
+            raise ValueError(f"{name} must be {kind}, got {shown(value)}")
 
 
 def check_options(options: Any) -> None:
@@ -68,38 +68,34 @@ def check_options(options: Any) -> None:
 
 def positive_array(name: str, value: Any) -> FloatArray:
     """Return numbers as an array; raise `ValueError` unless all are finite and > 0."""
-    array = _float_array(name, value)
-    if not np.all(np.isfinite(array) & (array > 0)):
-        raise ValueError(f"{name} must be finite and > 0, got {shown(value)}")
-    return array
+    return _checked_array(name, value, "finite and > 0", lambda array: array > 0)
 
 
 def nonnegative_array(name: str, value: Any) -> FloatArray:
     """Return numbers as an array; raise `ValueError` unless all are finite and >= 0."""
-    array = _float_array(name, value)
-    if not np.all(np.isfinite(array) & (array >= 0)):
-        raise ValueError(f"{name} must be finite and >= 0, got {shown(value)}")
-    return array
+    return _checked_array(name, value, "finite and >= 0", lambda array: array >= 0)
 
 
 def finite_array(name: str, value: Any) -> FloatArray:
     """Return numbers as an array; raise `ValueError` unless all are finite."""
-    array = _float_array(name, value)
-    if not np.all(np.isfinite(array)):
-        raise ValueError(f"{name} must be finite, got {shown(value)}")
-    return array
+    return _checked_array(name, value, "finite", np.isfinite)
 
 
-def _float_array(name: str, value: Any) -> FloatArray:
+def _checked_array(
+    name: str, value: Any, kind: str, holds: Callable[[FloatArray], Any]
+) -> FloatArray:
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "iufO":  # strings and bools are refused
             raise TypeError(f"{array.dtype} is not a real number")
-        return array.astype(np.float64, copy=False)
+        array = array.astype(np.float64, copy=False)
     except (TypeError, ValueError, OverflowError) as error:
         raise ValueError(
             f"{name} must be a number or an array of them, got {shown(value)}"
         ) from error
+    if not np.all(np.isfinite(array) & holds(array)):
+        raise ValueError(f"{name} must be {kind}, got {shown(value)}")
+    return array
 
 
 def height_array(heights: Any) -> FloatArray:

@@ -84,8 +84,7 @@ class ContactMap:
         grid, gap = SurfaceGrid.of(frame), None
         if indenter is not None:
             gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
-        pressure = pressure_of(frame)
-        return _map(grid, pressure, pressure > 0.0, gap)
+        return _map(grid, pressure_of(frame), gap)
 
     @classmethod
     def from_atoms(cls, atoms: Atoms) -> ContactMap:
@@ -108,7 +107,7 @@ class ContactMap:
         """
         grid = grid_of(atoms)
         state = atoms.calc.state(atoms)
-        return _map(grid, state.pressure, state.contact, state.gap)
+        return _map(grid, state.pressure, state.gap)
 
     @property
     def x(self) -> np.ndarray:
@@ -144,16 +143,11 @@ class ContactMap:
         return float(np.count_nonzero(self.contact) * self.cell_area)
 
 
-def _map(
-    grid: SurfaceGrid,
-    pressure: np.ndarray,
-    contact: np.ndarray,
-    gap: np.ndarray | None,
-) -> ContactMap:
+def _map(grid: SurfaceGrid, pressure: np.ndarray, gap: np.ndarray | None) -> ContactMap:
     """Return the map of values of the atoms of the window."""
     return ContactMap(
-        pressure=pressure.reshape(grid.window),
-        contact=contact.reshape(grid.window),
+        pressure=pressure,
+        contact=pressure > 0.0,
         spacing=grid.spacing,
         origin=grid.origin,
         periodic=grid.periodic,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ase_roughcontact._util.validation import window
-from ase_roughcontact.topography import BoundedSurface, Surface
+from ase_roughcontact.topography import Surface
 from ase_roughcontact.windows.footprint import Footprint
 
 
@@ -57,11 +57,6 @@ def first_contact(
         If the indenter is not bounded, or an atom where its surface is undefined could
         touch first.
     """
-    if not isinstance(indenter, BoundedSurface):
-        raise ValueError(
-            "first_contact needs a bounded indenter such as RoughSphere, got "
-            f"{indenter!r}"
-        )
     _, spacing, offset = window((1, 1), spacing, offset)
     footprint = Footprint(indenter, spacing, offset)
     footprint.check(footprint.lowest)

@@ -141,10 +141,9 @@ class FourierModes(Optimizable):
 
     def converged(self, gradient: np.ndarray, fmax: float) -> bool:
         """Return whether the largest force is below `fmax`; if so, move the atoms."""
-        if gradient is self._gradient:
-            done = self.gradient_norm(gradient) < fmax
-        else:
-            done = self._largest_force(gradient) < fmax
+        known = gradient is self._gradient
+        force = self.gradient_norm if known else self._largest_force
+        done = force(gradient) < fmax
         if done:
             self.write()
         return done

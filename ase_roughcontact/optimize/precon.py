@@ -56,22 +56,19 @@ class HalfSpacePrecon(Precon):
         self._transform = halfspace.dof_transform
         self._multiply = self._transform.multiplier(stiffness)
         self._divide = self._transform.multiplier(1.0 / stiffness)
-        self._lateral = float(np.median(stiffness))
-        self._indenter = indenter_stiffness(contact)
+        lateral = float(np.median(stiffness))
+        self._scale = np.array([lateral, lateral, indenter_stiffness(contact)])
 
     def make_precon(self, atoms: Atoms, reinitialize: bool | None = None) -> None:
         """Do nothing: the stiffness does not depend on the displacement."""
 
     def Pdot(self, x: np.ndarray) -> np.ndarray:  # noqa: N802
         """Apply P to a vector of shape (3 N,)."""
-        return self._apply(
-            x, self._multiply, np.array([self._lateral, self._lateral, self._indenter])
-        )
+        return self._apply(x, self._multiply, self._scale)
 
     def solve(self, x: np.ndarray) -> np.ndarray:
         """Apply the inverse of P to a vector of shape (3 N,)."""
-        scale = np.array([self._lateral, self._lateral, self._indenter])
-        return self._apply(x, self._divide, 1.0 / scale)
+        return self._apply(x, self._divide, 1.0 / self._scale)
 
     def copy(self) -> HalfSpacePrecon:
         """Return the preconditioner itself, which has no state."""

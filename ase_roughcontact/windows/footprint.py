@@ -60,9 +60,9 @@ class Footprint:
     ) -> None:
         if not isinstance(indenter, BoundedSurface):
             raise ValueError(
-                "automatic windows need an indenter with a method reach, such as "
-                f"RoughSphere or another BoundedSurface, got {indenter!r}: define it, "
-                "or choose a fixed window"
+                "automatic windows and first_contact need an indenter with a method "
+                "reach, such as RoughSphere or another BoundedSurface, got "
+                f"{indenter!r}: define it, or choose a fixed window"
             )
         self.indenter, self.spacing = indenter, spacing
         x, y = origin

@@ -428,7 +428,9 @@ def test_flat_indenter_has_no_first_contact():
     flat = SelfAffine(
         rms_slope=0.1, hurst=0.8, short_wavelength=4.0, long_wavelength=64.0
     )
-    with pytest.raises(ValueError, match="needs a bounded indenter"):
+    with pytest.raises(
+        ValueError, match="first_contact need an indenter with a method reach"
+    ):
         first_contact(flat, 1.0)
 
 
