@@ -282,6 +282,7 @@ class RoughContact(Calculator):
         if None not in (parameters["solid"], parameters["contact_modulus"]):
             raise ValueError("give contact_modulus or solid, not both")
         halfspace = grid.halfspace(solid, **parameters["fft"])
+        halfspace.solid.check(grid.spacing)
         if interaction is None:
             modulus = halfspace.contact_modulus
             interaction = LennardJones93.repulsive(modulus, grid.spacing)

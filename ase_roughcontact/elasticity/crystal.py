@@ -97,9 +97,9 @@ class Crystal(ElasticSolid):
     surface: str
     calculator: str
     spacing: float
-    table: np.ndarray
+    table: np.ndarray = field(repr=False)
     pressure: float = 0.0
-    figures: dict[str, float] = field(default_factory=dict)
+    figures: dict[str, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         # one memory layout, so that a crystal from a file is the same to the last digit
@@ -235,6 +235,16 @@ class Crystal(ElasticSolid):
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Indentation modulus (pressure)."""
         return 1.0 / float(self._series[0][0])
+
+    def check(self, spacing: float) -> None:
+        """Raise an error if the grid has another spacing; see `ElasticSolid.check`."""
+        if abs(spacing / self.spacing - 1.0) > _ROUNDING:
+            raise ValueError(
+                f"the atoms of {self.surface} {self.symbol} with {self.calculator} "
+                f"have a spacing of {self.spacing:.6f}, the grid {spacing:.6f}: build "
+                f"it with spacing=solid.spacing"
+            )
+        super().check(spacing)
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2/(E*(q) |q|)``; see `ElasticSolid`.

@@ -25,6 +25,8 @@ from ase_roughcontact._util.validation import positive
 # Distances, in cells, below which the closed form of Love's kernel keeps 12 digits and
 # above which its Taylor series does; between them, the integral is done numerically.
 _CLOSED_FORM_BELOW, _SERIES_FROM = 16, 50
+# Relative difference of directions up to which a response is taken to be even.
+_EVEN = 1e-6
 _QUADRATURE = [(x / 2, w / 2) for x, w in np.transpose(leggauss(4)).tolist()]
 
 
@@ -39,9 +41,14 @@ class ElasticSolid(ABC):
     contact_modulus : float
         Modulus E* of the far field: a distant point force F displaces the surface by
         ``F/(pi E* r)``. Theory, tolerances and reports use it (pressure).
+    bulges : bool
+        Whether a pressure lifts the surface somewhere, as around the contact with a
+        thin layer on a rigid base. Atoms can then touch also where the undeformed
+        gap is open.
     """
 
     contact_modulus: float
+    bulges: bool = False
 
     @abstractmethod
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
@@ -77,6 +84,36 @@ class ElasticSolid(ABC):
         ndarray, shape of the broadcast
             Positive (length/pressure).
         """
+
+    def check(self, spacing: float) -> None:
+        """Raise an error if the solid can't be that of a square grid of atoms.
+
+        Parameters
+        ----------
+        spacing : float
+            Distance of neighbours (length).
+
+        Raises
+        ------
+        ValueError
+            If the compliance of a wave is not positive, or the response is not even in
+            x and in y.
+        """
+        q = np.array([0.3, 1.1]) / spacing
+        signs = np.array([[1, 1], [-1, 1], [1, -1]])
+        waves = self.wave_compliance(*(signs * q).T)
+        cells = self.cell_compliance(signs[:, 0], 2 * signs[:, 1], spacing)
+        if not waves.min() > 0.0:
+            raise ValueError(
+                f"the compliance of {self!r} must be positive, got {waves.min():g} for "
+                f"a wave of length {2 * np.pi / np.hypot(*q):.4g}"
+            )
+        for values, what in ((waves, "plane waves"), (cells, "single cells")):
+            if np.ptp(values) > _EVEN * abs(values).max():
+                raise ValueError(
+                    f"the response of {self!r} to {what} must be even in x and in y: "
+                    "turn its axes to symmetry directions of the surface"
+                )
 
     def self_compliance(self, spacing: float) -> float:
         """Return the depth of a cell under unit pressure on it alone."""

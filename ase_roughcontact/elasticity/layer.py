@@ -32,6 +32,8 @@ _SHALLOWEST, _DEEPEST = 1.0, 60.0
 # Distance, in cells, up to which images are integrated over the cell in closed form.
 _CLOSED_FORM_UP_TO = 32
 _KNOTS = 1000
+# Rise of the surface that is not distinguished from none.
+_FLAT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,8 @@ class Layer(ElasticSolid):
 
     Attributes
     ----------
+    bulges : bool
+        Whether the surface rises somewhere under pressure.
     contact_modulus : float
         The modulus of the base. On a rigid base, where there is no far field, the
         modulus of the layer.
@@ -113,6 +117,14 @@ class Layer(ElasticSolid):
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Contact modulus of the base; of the layer if the base is rigid."""
         return self.layer_modulus if self.base_modulus is None else self.base_modulus
+
+    @cached_property
+    def bulges(self) -> bool:  # type: ignore[override]
+        """Whether the surface rises somewhere under pressure."""
+        strengths, depths = self._images
+        r = np.geomspace(0.01, 30.0, 300)[:, None]  # in units of the thickness
+        images = (strengths / np.hypot(r, depths)).sum(axis=1)
+        return bool((1.0 / r[:, 0] + images).min() < -_FLAT)
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2 F(|q| h)/(E_1* |q|)``; see `ElasticSolid`."""

@@ -230,7 +230,7 @@ def _solve(
         start = refine(coarse.pressure, shape)
         if load is not None:
             height = coarse.height - coarse.violation
-    can_crop = not contact.halfspace.periodic
+    can_crop = not (contact.halfspace.periodic or contact.halfspace.solid.bulges)
     box = Box((0, 0), shape)
     if start is not None and can_crop:
         box = _worthwhile(reachable(contact, height, start), shape, options)

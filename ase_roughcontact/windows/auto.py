@@ -6,6 +6,7 @@ repulsive wall lifts no atom, ``u <= 0``: only atoms at heights ``h`` below the 
 window that contains them is exact. An attractive wall lifts atoms. Outside the atoms
 that it acts on, the displacement is a harmonic function that falls to zero, so that it
 is largest on these: only atoms below the level ``cutoff - Z + max(u)`` can interact.
+A solid that bulges around the contact is treated in the same way.
 
 Large windows are made for the expected contact, which is smaller than the overlap. In
 any case the gap of the atoms outside the window is checked after a step, and the
@@ -67,6 +68,8 @@ class AutoWindow:
         self._wall = contact.interaction
         self.footprint = Footprint(indenter, spacing, grid_of(atoms).origin)
         self.first_contact = self._wall.contact_distance - self.footprint.lowest
+        # whether the surface rises above its plane somewhere
+        self._rises = self._wall.attractive or contact.halfspace.solid.bulges
         self._adhesion: AdhesionEstimate | None = None
         if self._wall.attractive and isinstance(indenter, RoughSphere):
             self._adhesion = AdhesionEstimate(indenter, self._wall, modulus, spacing)
@@ -161,12 +164,12 @@ class AutoWindow:
         depth = self.first_contact - height
         overlap = self.footprint.box_below(self._wall.cutoff - height)
         self._overlap_size = overlap.size
-        if self._wall.attractive:
+        if self._rises:
             layout = grid_of(atoms)
             gap = contact_of(atoms).gap(displacement(atoms, layout), height)
             near = gap < self._wall.cutoff
             self._in_range = Box.bounding(near, window_of(layout).start)
-        elif load > 0.0 and depth > 0.0:
+        if not self._wall.attractive and load > 0.0 and depth > 0.0:
             self._prediction.adjust(load, depth, overlap)
 
     def forecast(self, control: str, target: float) -> Box:
@@ -217,8 +220,8 @@ class AutoWindow:
         return self.footprint.clip(self.footprint.box_below(level)).union(also)
 
     def _box_in_range(self, atoms: Atoms, window: Box) -> Box | None:
-        """Return the atoms that attraction may keep in the range of the wall."""
-        if not self._wall.attractive:
+        """Return the atoms that may stay in the range of the wall above the plane."""
+        if not self._rises:
             return None
         return self._in_range or (window if _displaced(atoms) else None)
 
@@ -245,8 +248,8 @@ class AutoWindow:
         """Return a box of the atoms, also outside the window, that the wall reaches."""
         level = self._level
         self.footprint.check(level)
-        if self._wall.attractive:
-            level += max(float(_displacement(atoms).max()), 0.0)
+        if self._rises:
+            level += max(self._highest(atoms, window), 0.0)
         if self._contains_overlap(window, level):
             return None
         self.footprint.check(level)
@@ -254,13 +257,27 @@ class AutoWindow:
         near = self._gap(atoms, window, wide) < self._wall.cutoff
         return Box.bounding(near, wide.start)
 
+    def _highest(self, atoms: Atoms, window: Box) -> float:
+        """Return the largest displacement, that of a bulge around the window, too."""
+        if not contact_of(atoms).halfspace.solid.bulges:
+            return float(_displacement(atoms).max())
+        n, m = window.shape
+        start = window.start[0] - n // 2, window.start[1] - m // 2
+        return float(
+            self._displacement_on(atoms, window, Box(start, (2 * n, 2 * m))).max()
+        )
+
     def _gap(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
         """Return the gap of the atoms of a wider window."""
+        undeformed = float(atoms.positions[-1, 2]) + self.footprint.heights(wide)
+        return undeformed - self._displacement_on(atoms, window, wide)
+
+    def _displacement_on(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
+        """Return the displacement of the atoms of a wider window."""
         pressure = carry(elastic_pressure(atoms), window, wide)
         halfspace = contact_of(atoms).halfspace
         wider = halfspace.resized(wide.shape, self.footprint.spacing)
-        undeformed = float(atoms.positions[-1, 2]) + self.footprint.heights(wide)
-        return undeformed - wider.displacement(pressure)
+        return wider.displacement(pressure)
 
     def _exchange(self, atoms: Atoms, needed: Box) -> None:
         window = self.footprint.standard_size(needed)

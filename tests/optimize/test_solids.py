@@ -1,0 +1,199 @@
+"""Every solver on every solid: results that do not depend on the solver."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from ase.build import bulk
+from ase.optimize import FIRE, LBFGS
+from scipy.optimize import nnls
+from spring_crystal import fcc_springs
+
+from ase_roughcontact import (
+    ActiveSet,
+    FourierModes,
+    HardWall,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.elasticity import Crystal, Cubic, ElasticSolid, Isotropic, Layer
+from ase_roughcontact.topography import BoundedSurface
+
+SPHERE = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+SMOOTH = RoughSphere(40.0)
+SOLIDS = {
+    "cubic": Cubic(1.2, 1.0, 0.4),
+    "soft layer": Layer(0.5, 3.0, 2.0, 0.3, 0.2),
+    "hard layer": Layer(3.0, 1.5, 0.7, 0.2, 0.4),
+    "sliding layer": Layer(1.0, 4.0, poisson=0.3, bonded=False),
+    "incompressible layer": Layer(1.0, 6.0),
+}
+WALLS = {
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
+    "full": LennardJones93.full(1.0, 0.04, cutoff=3.0),
+}
+
+
+@pytest.fixture(scope="module")
+def crystal():
+    springs, _ = fcc_springs(np.sqrt(2))
+    return Crystal.from_calculator(springs, bulk("Cu", a=np.sqrt(2)), layers=9, size=5)
+
+
+@pytest.fixture(params=["crystal", *SOLIDS])
+def solid(request, crystal):
+    return crystal if request.param == "crystal" else SOLIDS[request.param]
+
+
+def make(solid, wall, *, n=14, depth=0.5, **options):
+    atoms = substrate("Cu", (n, n), SPHERE, spacing=1.0, **options)
+    atoms.calc = RoughContact(SPHERE, solid=solid, interaction=wall)
+    atoms.positions[-1, 2] = contact_of(atoms).first_contact - depth
+    return atoms
+
+
+def largest_force(atoms):
+    fresh = atoms.copy()
+    fresh.calc = RoughContact(**atoms.calc.parameters)
+    return np.linalg.norm(fresh.get_forces(), axis=1).max()
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_newton_leaves_no_forces(solid, wall, periodic):
+    atoms = make(solid, WALLS[wall], periodic=periodic)
+    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    assert atoms.calc.state(atoms).repulsive_atoms > 3
+    assert largest_force(atoms) < 1.1e-8
+
+
+@pytest.mark.parametrize("method", [LBFGS, FIRE])
+def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
+    forces = []
+    for optimizer in (NewtonKrylov, lambda a: method(FourierModes(a), logfile=None)):
+        atoms = make(solid, WALLS["repulsive"], periodic=periodic)
+        assert optimizer(atoms).run(fmax=1e-6, steps=800)
+        forces.append(atoms.calc.state(atoms).normal_force)
+    assert forces[0] == pytest.approx(forces[1], rel=1e-4)
+
+
+def test_active_set_is_the_solution_of_the_dense_problem(solid):
+    # p >= 0 that minimises p.G.p/2 + g.p, by least squares with the Cholesky factor
+    atoms = make(solid, HardWall(), n=10)
+    assert ActiveSet(atoms).run(fmax=1e-9)
+    state, contact = atoms.calc.state(atoms), contact_of(atoms)
+    i, j = (k.ravel() for k in np.indices((10, 10)))
+    dense = solid.cell_compliance(i[:, None] - i, j[:, None] - j, 1.0)
+    factor = np.linalg.cholesky(dense)
+    gap = (contact.heights + atoms.positions[-1, 2]).ravel()
+    expected, _ = nnls(factor.T, -np.linalg.solve(factor, gap))
+    np.testing.assert_allclose(state.pressure.ravel(), expected, atol=1e-7)
+    assert (expected > 0.0).sum() > 5
+
+
+def test_forces_are_differences_of_the_energy(solid, periodic, rng):
+    atoms = make(solid, WALLS["full"], periodic=periodic, n=6, fixed=False)
+    atoms.positions[:-1, 2] += rng.normal(scale=0.05, size=len(atoms) - 1)
+    forces = atoms.get_forces()[:, 2]
+    for index in (0, 17, len(atoms) - 1):
+        energies = []
+        for step in (-1e-5, 1e-5):
+            moved = atoms.copy()
+            moved.calc = atoms.calc
+            moved.positions[index, 2] += step
+            energies.append(moved.get_potential_energy())
+        difference = (energies[0] - energies[1]) / 2e-5
+        assert forces[index] == pytest.approx(difference, rel=1e-7, abs=1e-6)
+
+
+@pytest.mark.parametrize("wall", [HardWall(), WALLS["repulsive"]], ids=["hard", "soft"])
+def test_automatic_windows_are_those_of_a_large_one(solid, wall):
+    results = []
+    for window, n in (("auto", 8), ("fixed", 48)):
+        atoms = make(solid, wall, n=n, fixed=False)
+        path = load_path(atoms, loads=[2.0, 10.0], fmax=1e-7, window=window)
+        results.append(list(path))
+    for auto, fixed in zip(*results, strict=True):
+        assert auto.converged and fixed.converged
+        assert auto.repulsive_atoms == fixed.repulsive_atoms
+        assert auto.penetration == pytest.approx(fixed.penetration, abs=1e-5)
+
+
+@dataclass(frozen=True)
+class Brim(BoundedSurface):
+    """Paraboloid with a flat brim, a little above the surface around its contact."""
+
+    brim: float
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        r = np.hypot(x[:, None], y)
+        return np.where(r < 5.5, r**2 / 20, np.where(r < 9.0, self.brim, r**2))
+
+    def reach(self, level, spacing, origin=(0.0, 0.0)):
+        if level < self.brim:
+            return min(5.5, np.sqrt(20 * max(level, 0.0)))
+        return max(9.0, np.sqrt(level))
+
+
+def test_atoms_that_a_bulge_lifts_into_contact_are_in_the_window():
+    indenter, touching = Brim(1.005), []
+    for window, n in (("auto", 4), ("fixed", 40)):
+        atoms = substrate("Cu", (n, n), indenter, spacing=1.0)
+        atoms.calc = RoughContact(
+            indenter, solid=Layer(1.0, 3.0), interaction=HardWall()
+        )
+        (step,) = load_path(atoms, penetrations=[1.0], fmax=1e-7, window=window)
+        assert step.converged
+        touching.append(step.repulsive_atoms)
+    assert touching[0] == touching[1] > 50
+
+
+def test_counts_of_transforms_are_those_of_the_isotropic_solid(crystal):
+    sphere = RoughSphere(200.0, SelfAffine(0.1, 0.8, 4.0, 32.0, seed=1))
+    for wall, optimizer in (
+        (HardWall(), ActiveSet),
+        (WALLS["repulsive"], NewtonKrylov),
+    ):
+        pairs = []
+        for solid in (Isotropic(crystal.contact_modulus), crystal):
+            atoms = substrate("Cu", (64, 64), sphere, spacing=1.0, fixed=False)
+            atoms.calc = RoughContact(sphere, solid=solid, interaction=wall, load=10.0)
+            atoms.positions[-1, 2] = contact_of(atoms).first_contact
+            dynamics = optimizer(atoms)
+            assert dynamics.run(fmax=1e-7)
+            pairs.append(dynamics.pairs)
+        assert pairs[1] <= 1.2 * pairs[0]
+
+
+def test_spacing_of_atoms_and_crystal_must_agree(crystal):
+    atoms = substrate("Cu", (4, 4), SMOOTH, spacing=1.1)
+    atoms.calc = RoughContact(SMOOTH, solid=crystal)
+    with pytest.raises(ValueError, match="build it with spacing"):
+        atoms.get_potential_energy()
+
+
+class Skew(ElasticSolid):
+    """Softer along one diagonal than along the other."""
+
+    contact_modulus = 1.0
+
+    def wave_compliance(self, qx, qy):
+        q2 = qx**2 + qy**2
+        return 2.0 * (1.0 + 0.1 * qx * qy / q2) / np.sqrt(q2)
+
+    def cell_compliance(self, i, j, spacing):
+        return Isotropic(1.0).cell_compliance(i, j, spacing)
+
+
+def test_a_solid_without_the_symmetry_is_refused():
+    atoms = substrate("Cu", (4, 4), SPHERE, spacing=1.0)
+    atoms.calc = RoughContact(SPHERE, solid=Skew())
+    with pytest.raises(ValueError, match="plane waves must be even in x and in y"):
+        atoms.get_potential_energy()
