@@ -18,6 +18,7 @@ from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.validity import ValidityWarning
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.windows.options import WindowOptions
 
@@ -46,6 +47,7 @@ __all__ = [
     "RoughSphere",
     "SelfAffine",
     "Stepper",
+    "ValidityWarning",
     "WindowOptions",
     "adhesion_loop",
     "column",

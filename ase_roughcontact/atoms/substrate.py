@@ -39,8 +39,9 @@ def substrate(
     Parameters
     ----------
     symbol : str
-        Chemical symbol of the substrate. For an fcc crystal it sets the spacing,
-        ``a0 = a/sqrt(2)``, the distance of neighbours in its (100) surface.
+        Chemical symbol of the substrate. For a crystal of fcc or diamond structure it
+        sets the spacing ``a0 = a/sqrt(2)``, the distance of neighbours in its (100)
+        surface.
     shape : (int, int)
         Number of atoms ``(n, m)`` that may touch the indenter: the window.
     indenter : Surface
@@ -71,8 +72,8 @@ def substrate(
     Raises
     ------
     ValueError
-        If the symbol has no fcc reference and no spacing is given, or a number is not
-        finite or not positive.
+        If the symbol has no fcc or diamond reference and no spacing is given, or a
+        number is not finite or not positive.
 
     Examples
     --------
@@ -135,7 +136,9 @@ def surface_atoms(number: int, shape: tuple[int, int], spacing: float) -> Atoms:
 
 
 def fcc_spacing(symbol: str) -> float:
-    """Return the spacing of atoms in the (100) surface of an fcc crystal, a/sqrt(2).
+    """Return the spacing of atoms in a (100) surface, a/sqrt(2).
+
+    That of fcc crystals and, without its reconstruction, of those of diamond structure.
 
     Parameters
     ----------
@@ -150,14 +153,14 @@ def fcc_spacing(symbol: str) -> float:
     Raises
     ------
     ValueError
-        If the symbol is unknown, or its reference crystal is not fcc.
+        If the symbol is unknown, or its reference crystal is neither fcc nor diamond.
     """
     _check_element(symbol)
     state = reference_states[atomic_numbers[symbol]]
-    if state is None or state.get("symmetry") != "fcc":
+    if state is None or state.get("symmetry") not in ("fcc", "diamond"):
         raise ValueError(
-            f"{symbol} is not fcc in ASE's reference states, so that its spacing is "
-            "not known"
+            f"the (100) surface of {symbol} is not known: its crystal is neither fcc "
+            "nor diamond in ASE's reference states"
         )
     return float(state["a"] / math.sqrt(2))
 

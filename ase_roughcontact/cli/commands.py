@@ -111,7 +111,8 @@ def _relax(
     meter = ProgressMeter({"path": expected_costs(reference.scene)})
     meter.add(["path"] * restored)
     meter.progress()
-    for step in reference.scene.run(folder):
+    validity = "raise" if options.strict else "ignore"  # the table has them
+    for step in reference.scene.run(folder, validity):
         if not steps:
             (folder / "scene.toml").write_text(text, encoding="utf-8")
             if reference.scene.topography:  # beside it, where it is found again

@@ -35,8 +35,11 @@ template with a description of each key. Files in the output folder:
 Figures need matplotlib. An interrupted run is resumed by running it again with the same
 folder.
 
+Steps that exceed a limit of the model, such as the hardness of the substrate, are
+marked in the table and in curve.csv. With --strict the run stops at the first of them.
+
 Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
-invalid, 130 interrupted.
+invalid, or a step exceeds a limit with --strict, 130 interrupted.
 """
 
 PLAN = """\
@@ -112,6 +115,11 @@ def make_parser() -> argparse.ArgumentParser:
         type=Path,
         default=Path("roughcontact-out"),
         help="output folder, created if necessary (default: %(default)s)",
+    )
+    run.add_argument(
+        "--strict",
+        action="store_true",
+        help="stop at the first step that exceeds a limit of the model",
     )
     output = _add_output(run)
     output.add_argument(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
 
 from ase_roughcontact._util.units import UNITS, cell, printed_unit
 from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
@@ -28,8 +30,8 @@ def table_header(reference: Reference) -> str:
     scene, smooth = reference.scene, reference.smooth
     lines = [
         f"{scene.substrate.symbol}, spacing {scene.spacing:.3f} Å, "
-        f"E* = {scene.contact_modulus / UNITS['GPa']:.4g} GPa; sphere of radius "
-        f"{scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
+        f"E* = {scene.contact_modulus / UNITS['GPa']:.4g} GPa, {_hardness(scene)}; "
+        f"sphere of radius {scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
     ]
     if reference.explanation:
         lines.append(f"Theory: {reference.explanation}")
@@ -85,6 +87,8 @@ def table_row(
     row += cell("restored", 11) if restored else cell(step.seconds, 11, ".2f")
     if math.isfinite(left) and round(left):
         row += f"   about {timedelta(seconds=round(left))} left"
+    if step.validity:
+        row += f"   LIMITS: {step.validity}"
     return row + _failure(scene, step)
 
 
@@ -128,7 +132,8 @@ def summary(
     str
     """
     values = _first_contact(reference.scene, steps), _largest_tension(reference, steps)
-    lines = ["", *filter(None, values), f"Results are in {folder}:"]
+    lines = ["", *filter(None, values), *_exceeded_limits(steps)]
+    lines.append(f"Results are in {folder}:")
     lines += [f"  {folder / name}" for name in pictures]
     if not pictures:
         lines.append(
@@ -144,6 +149,13 @@ def summary(
         "(pressure in GPa).",
     ]
     return "\n".join(lines)
+
+
+def _hardness(scene: Scene) -> str:
+    hardness = scene.hardness / UNITS["GPa"]
+    if math.isnan(hardness):
+        return "hardness unknown"
+    return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
 
 
 def _first_contact(scene: Scene, steps: Sequence[LoadStep]) -> str:
@@ -162,6 +174,19 @@ def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
     if reference.smooth.pull_off_force < 0.0:
         line += f"; pull-off force: {_pull_off_force(reference)}"
     return f"{line}."
+
+
+def _exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
+    """Return a line for each limit of the model that a step exceeds."""
+    counts = Counter(
+        check for step in steps for check in failed_checks(step.validity).values()
+    )
+    lines = [
+        f"  {check.name} {check.sign} {check.limit:g} in {count} of {len(steps)} "
+        f"steps: {check.reason}"
+        for check, count in counts.items()
+    ]
+    return ["Outside of the validity of the model:", *lines] if lines else []
 
 
 def _pull_off_force(reference: Reference) -> str:

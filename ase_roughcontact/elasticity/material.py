@@ -1,4 +1,4 @@
-r"""Contact modulus of a crystal from its elastic constants.
+r"""Contact modulus of a crystal from its elastic constants, and hardness.
 
 .. math:: E^* = \frac{E}{1 - \nu^2}
 
@@ -23,6 +23,33 @@ CRYSTALS = {
     "Ge": (128.9, 48.3, 67.1),
     "Ni": (246.5, 147.3, 124.7),
     "Si": (165.7, 63.9, 79.6),
+}
+
+#: Hardness of pure, soft elements (GPa): mean pressure under a plastic indentation.
+#: Metals: Vickers hardness as listed in pymatgen 2026.10 (`periodic_table.json`),
+#: within the ranges of Wikipedia's page "Hardnesses of the elements", from which Ge is
+#: taken. Cold work raises it: copper has 40 to 65 HV (0.39 to 0.64 GPa) annealed, and
+#: 110 HV (1.08 GPa) or more fully cold worked (Copper Alliance). Si: pressure at which
+#: it becomes metallic, which defines its hardness, M. S. R. N. Kiran, B. Haberl,
+#: J. E. Bradby, J. S. Williams, Semicond. Semimet. 91, 165 (2015).
+HARDNESS = {
+    "Ag": 0.251,
+    "Al": 0.167,
+    "Au": 0.216,
+    "Cr": 1.06,
+    "Cu": 0.369,
+    "Fe": 0.608,
+    "Ge": 8.0,
+    "Ir": 1.76,
+    "Mo": 1.53,
+    "Ni": 0.638,
+    "Pd": 0.461,
+    "Pt": 0.549,
+    "Rh": 1.246,
+    "Si": 11.0,
+    "Ta": 0.873,
+    "Ti": 0.970,
+    "W": 3.43,
 }
 
 

@@ -8,6 +8,7 @@ import threading
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ase_roughcontact._util.threads import available_threads, threads
@@ -84,22 +85,23 @@ def _relax(
         path = _resume(scene, missing[0], frame)
         yield from (record for record in path if record.step in missing)
     else:  # each step has one solution, whatever came before
-        records = scene.relax(scene.steps[list(missing)])
+        records = scene.relax(scene.steps[list(missing)], validity="ignore")
         for number, record in zip(missing, records, strict=True):
             yield replace(record, step=number)
 
 
 def _resume(scene: Scene, first: int, frame: Path | None) -> Iterator[LoadStep]:
     """Follow the path, from the stored frame if that is not beyond the first step."""
+    relax = partial(scene.relax, validity="ignore")  # the rows have the column
     if frame is None:
-        return scene.relax()
+        return relax()
     frame.parent.mkdir(parents=True, exist_ok=True)
     try:
-        steps = scene.relax(trajectory=frame, keep="last", resume=True)
+        steps = relax(trajectory=frame, keep="last", resume=True)
         record = next(steps)
     except ValueError:  # no frame of this path
         pass
     else:
         if record.step <= first:
             return itertools.chain([record], steps)
-    return scene.relax(trajectory=frame, keep="last")
+    return relax(trajectory=frame, keep="last")

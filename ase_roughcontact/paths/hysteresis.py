@@ -28,6 +28,7 @@ from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.trajectory import PathName
+from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.windows.options import WindowOptions
 
 # Normal force below which the error of the balance does not decrease further, in units
@@ -55,6 +56,8 @@ def adhesion_loop(
     trajectory: PathName | None = None,
     csv: PathName | None = None,
     record: type[LoadStep] = LoadStep,
+    hardness: float | None = None,
+    validity: str = "warn",
 ) -> AdhesionLoop:
     r"""Press the indenter in from beyond the range of the wall, and pull it off again.
 
@@ -87,7 +90,7 @@ def adhesion_loop(
     tolerance : float
         :math:`\epsilon`, dimensionless. The relative error of the pull-off force is
         about 1.5 times this on a path without jumps.
-    optimizer, fmax, accuracy, max_steps, window, edge, record
+    optimizer, fmax, accuracy, max_steps, window, edge, record, hardness, validity
         See `load_path`.
     trajectory : path, optional
         ASE trajectory of snapshots, one per state.
@@ -149,11 +152,13 @@ def adhesion_loop(
         max_steps=max_steps,
         window=window,
         edge=edge,
+        hardness=hardness,
         record=record,
     )
+    report = ValidityReport(validity)
     top, bottom = _end_heights(stepper, deepest)
     with open_output(trajectory, csv, record) as write:
-        path = _AdaptivePath(stepper, write, step, smallest, tolerance)
+        path = _AdaptivePath(stepper, write, step, smallest, tolerance, report)
         return path.loop(top + 0.5 * smallest, bottom)
 
 
@@ -166,6 +171,7 @@ class _AdaptivePath:
     largest: float
     smallest: float
     tolerance: float
+    report: ValidityReport
 
     def __post_init__(self) -> None:
         halfspace = contact_of(self.stepper.atoms).halfspace
@@ -218,6 +224,7 @@ class _AdaptivePath:
         self._frame = snapshot(self.stepper.atoms, load_step=asdict(state))
         self._states.append(state)
         self.write(state, lambda: self._frame)
+        self.report(state.step, state.validity)
 
 
 def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:

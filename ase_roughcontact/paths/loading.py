@@ -18,6 +18,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.trajectory import PathName
+from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.windows.options import WindowOptions
 
 
@@ -38,6 +39,8 @@ def load_path(
     keep: str = "all",
     resume: bool = False,
     record: type[LoadStep] = LoadStep,
+    hardness: float | None = None,
+    validity: str = "warn",
 ) -> Iterator[LoadStep]:
     """Relax the atoms at one load after another.
 
@@ -82,6 +85,14 @@ def load_path(
         not calculated, again. The path may have been extended at its end.
     record : type
         Class of the results: `LoadStep`, or a subclass with more columns.
+    hardness : float, optional
+        Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
+        for a solid that is elastic by intent. By default that of the element in
+        `HARDNESS`, if the spacing is that of its crystal, and else none.
+    validity : {"warn", "raise", "ignore"}
+        What to do if a step exceeds a limit of the model: a `ValidityWarning`, once for
+        each limit, an error after the step is written, or nothing. In any case the
+        column `validity` lists the limits.
 
     Yields
     ------
@@ -99,7 +110,8 @@ def load_path(
         atoms could touch.
     RuntimeError
         If the contact reaches the edge of a fixed window, or another run is writing
-        `trajectory`, or has written it since it was read.
+        `trajectory`, or has written it since it was read. With ``validity="raise"``, if
+        a step exceeds a limit of the model.
     MemoryError
         If an automatic window does not fit into the available memory.
     OSError
@@ -121,15 +133,17 @@ def load_path(
         max_steps=max_steps,
         window=window,
         edge=edge,
+        hardness=hardness,
         record=record,
     )
+    report = ValidityReport(validity)
     system = {} if trajectory is None else stepper.describe_system()
     path = PathDescription(system, control, targets)
     done = None
     if resume and trajectory is not None:
         done = path.finished_steps(trajectory, keep, record)
     files = open_output(trajectory, csv, record, keep=keep, done=done)
-    return _relax(stepper, path, files, trajectory, done or [])
+    return _relax(stepper, path, files, trajectory, done or [], report)
 
 
 def _relax(
@@ -138,18 +152,22 @@ def _relax(
     files: AbstractContextManager[Write],
     trajectory: PathName | None,
     done: list[LoadStep],
+    report: ValidityReport,
 ) -> Iterator[LoadStep]:
     """Yield the steps of a path, and write those that are not done yet."""
     first = 0
     with files as write:
+        for step in done:
+            report(step.step, step.validity)
+            yield step
         if done:
-            yield from done
             stepper.restart_from(read(trajectory, len(done) - 1, format="traj"))
             first = done[-1].step + 1
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
             info = {"load_step": asdict(step), "path": path.of_step(number)}
             write(step, partial(snapshot, stepper.atoms, **info))
+            report(number, step.validity)
             yield step
 
 

@@ -19,76 +19,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
-from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.contact import ContactState
-from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.paths.validity import violations
 from ase_roughcontact.windows.memory import memory_of, points_of
-
-
-@dataclass
-class SolverStatistics:
-    """Outcome and cost of relaxing a step; summed over its runs of the optimizer.
-
-    Attributes
-    ----------
-    converged : bool
-    message : str
-    tolerance : float
-    iterations : int
-    pairs : float
-        See `LoadStep`.
-    """
-
-    converged: bool = False
-    message: str = ""
-    tolerance: float = np.inf
-    iterations: int = 0
-    pairs: float = 0.0
-
-
-@dataclass(frozen=True)
-class RelaxedStep:
-    """Relaxed atoms, from which the columns of a step are calculated.
-
-    Attributes
-    ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
-    number : int
-        Number of the step, from zero.
-    first_contact : float
-        Height at which the indenter begins to repel the flat substrate (Å).
-    statistics : SolverStatistics
-    seconds : float
-        Wall-clock time of the relaxation.
-    """
-
-    atoms: Atoms
-    number: int
-    first_contact: float
-    statistics: SolverStatistics
-    seconds: float
-
-    @property
-    def height(self) -> float:
-        """Height of the indenter (Å)."""
-        return float(self.atoms.positions[-1, 2])
-
-    @cached_property
-    def state(self) -> ContactState:
-        """Forces, gaps and pressures, calculated from the positions."""
-        return self.atoms.calc.state(self.atoms)
-
-    @property
-    def halfspace(self) -> HalfSpace:
-        """The elastic half space, with the shapes of window and FFT grid."""
-        return contact_of(self.atoms).halfspace
 
 
 @dataclass(frozen=True)
@@ -205,6 +143,9 @@ class LoadStep:
         lambda s: s.statistics.converged, "whether the optimizer reached its tolerance"
     )
     message: str = column(lambda s: s.statistics.message, "why it did not, else empty")
+    validity: str = column(
+        violations, "limits of the model that the step exceeds, else empty"
+    )
     tolerance: float = column(
         lambda s: s.statistics.tolerance, "tolerance of the force on any atom", "eV/Å"
     )

@@ -15,8 +15,10 @@ from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.snapshot import restore
 from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
-from ase_roughcontact.paths.record import LoadStep, RelaxedStep, SolverStatistics
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
+from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.exchange import exchange_window, window_of
 from ase_roughcontact.windows.fixed import FixedWindow
@@ -36,7 +38,7 @@ class Stepper:
         From `substrate`, with a `RoughContact` calculator. They are moved.
     control : {"penetrations", "heights", "loads"}
         Meaning of the targets; see `load_path`.
-    optimizer, fmax, accuracy, max_steps, window, edge, record
+    optimizer, fmax, accuracy, max_steps, window, edge, hardness, record
         See `load_path`.
 
     Raises
@@ -57,6 +59,7 @@ class Stepper:
         max_steps: int = 10_000,
         window: str | WindowOptions = "fixed",
         edge: str = "raise",
+        hardness: float | None = None,
         record: type[LoadStep] = LoadStep,
     ) -> None:
         _check(atoms, control, window, edge)
@@ -74,6 +77,8 @@ class Stepper:
         self._max_steps = integer("max_steps", max_steps, 1)
         self._record = record
         contact = contact_of(atoms)
+        spacing = contact.halfspace.spacing
+        self._hardness = hardness_of(atoms.symbols[0], spacing, hardness)
         self._optimizer = optimizer or default_optimizer(contact.interaction)
         self._tolerance = ForceTolerance(
             self._accuracy.tolerance,
@@ -110,9 +115,10 @@ class Stepper:
         self._check_load(target, statistics)
         seconds = time.perf_counter() - start
         first_contact = self.windows.first_contact
-        return self._record.of(
-            RelaxedStep(self.atoms, number, first_contact, statistics, seconds)
+        relaxed = RelaxedStep(
+            self.atoms, number, first_contact, statistics, seconds, self._hardness
         )
+        return self._record.of(relaxed)
 
     def restart_from(self, frame: Atoms) -> None:
         """Move the atoms to the state of a frame, as if a step had ended there.

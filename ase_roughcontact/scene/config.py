@@ -26,7 +26,7 @@ _MOST_STEPS = 1_000_000
 
 @dataclass(frozen=True)
 class SubstrateConfig(Section):
-    """``[substrate]``: moduli in GPa, spacing in Å if no unit is given."""
+    """``[substrate]``: moduli and hardness in GPa, spacing in Å without a unit."""
 
     title = "substrate"
 
@@ -34,6 +34,7 @@ class SubstrateConfig(Section):
     spacing: float | str | None = None
     contact_modulus: float | None = None
     elastic_constants: tuple | None = None
+    hardness: float | None = None
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
 

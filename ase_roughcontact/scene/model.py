@@ -17,6 +17,7 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
 from ase_roughcontact.interactions import Interaction, make_wall
+from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
@@ -62,6 +63,17 @@ class Model(SceneFile):
                     f"{modulus:g}"
                 )
         return modulus * UNITS["GPa"]
+
+    @property
+    def given_hardness(self) -> float | None:
+        """Hardness of the substrate (eV/Å^3); None if the scene does not give it."""
+        hardness = self.substrate.hardness
+        return None if hardness is None else hardness * UNITS["GPa"]
+
+    @property
+    def hardness(self) -> float:
+        """Hardness of the substrate (eV/Å^3); NaN if it is not known."""
+        return hardness_of(self.substrate.symbol, self.spacing, self.given_hardness)
 
     @property
     def radius(self) -> float:

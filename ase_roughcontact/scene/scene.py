@@ -109,7 +109,12 @@ class Scene(Model):
             If the roughness needs more memory than is free.
         """
         parts: dict[str, Callable[[], Any]] = {
-            "substrate": lambda: (self.spacing, self.contact_modulus, self.shape),
+            "substrate": lambda: (
+                self.spacing,
+                self.contact_modulus,
+                self.hardness,
+                self.shape,
+            ),
             "roughness": lambda: self.self_affine,
             "topography": lambda: self.rough,
             "sphere": lambda: self.surface,
@@ -228,11 +233,12 @@ class Scene(Model):
             accuracy=self.solver.accuracy,
             max_steps=self.solver.max_steps,
             window=self.window,
+            hardness=self.given_hardness,
             **path,
             **options,
         )
 
-    def run(self, folder: str | Path) -> Iterator[LoadStep]:
+    def run(self, folder: str | Path, validity: str = "warn") -> Iterator[LoadStep]:
         """Relax step after step, writing ``curve.csv`` and ``sweep.traj``.
 
         Parameters
@@ -240,6 +246,8 @@ class Scene(Model):
         folder : path
             Folder of the files, created if necessary. A run of this scene in it, or of
             one with a shorter path, is resumed.
+        validity : {"warn", "raise", "ignore"}
+            What to do if a step exceeds a limit of the model; see `load_path`.
 
         Yields
         ------
@@ -263,7 +271,7 @@ class Scene(Model):
             "csv": folder / "curve.csv",
         }
         try:
-            path = self.relax(resume=True, **files)
+            path = self.relax(resume=True, validity=validity, **files)
         except ValueError as error:
             file = folder / "scene.toml"
             changes = self.changes_from(Scene.read(file)) if file.exists() else []

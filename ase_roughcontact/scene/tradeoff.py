@@ -216,7 +216,7 @@ def tradeoff(
         cutoffs = [{"interaction.cutoff": cutoff} for cutoff in _CUTOFFS]
     runs = len(cutoffs) + len(_ACCURACIES) + 4
     targets, omitted = _targets(default.with_values(reference), steps, seconds / runs)
-    exact = list(default.with_values(reference).relax(targets))
+    exact = list(default.with_values(reference).relax(targets, validity="ignore"))
 
     def trial(settings: Mapping[str, Any], of: Scene = default) -> Trial:
         return _trial(of.with_values(settings), settings, targets, exact)
@@ -273,7 +273,7 @@ def _trial(
     exact: list[LoadStep],
 ) -> Trial:
     """Calculate some steps of a scene that has the given settings."""
-    steps = list(scene.relax(targets))
+    steps = list(scene.relax(targets, validity="ignore"))
     pairs = _column(steps, "pairs")
     points = [math.prod(map(int, step.grid.split("x"))) for step in steps]
     atoms, exact_atoms = (_column(s, "repulsive_atoms") for s in (steps, exact))

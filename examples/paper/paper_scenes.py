@@ -93,7 +93,9 @@ def scene(
     loads = 4.0 * radii**3 / (3.0 * radius)
     adhesion = {} if work is None else {"work_of_adhesion": work / (J / m**2)}
     return Scene(
-        substrate=SubstrateConfig(spacing=1.0, contact_modulus=1.0 / GPa),
+        substrate=SubstrateConfig(
+            spacing=1.0, contact_modulus=1.0 / GPa, hardness=np.inf
+        ),
         sphere=SphereConfig(radius=radius),
         roughness=RoughnessConfig(rms_slope=slope, seed=seed, domain=DOMAIN),
         interaction=InteractionConfig(kind, adhesion),

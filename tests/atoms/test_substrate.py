@@ -43,6 +43,7 @@ def relaxed_atoms(**options):
 
 def test_spacing_is_that_of_the_100_surface():
     assert fcc_spacing("Cu") == pytest.approx(3.61 / np.sqrt(2))
+    assert fcc_spacing("Si") == pytest.approx(5.43 / np.sqrt(2))
     assert SurfaceGrid.of(make_atoms()).spacing == pytest.approx(fcc_spacing("Cu"))
 
 
@@ -91,7 +92,7 @@ def test_indenter_is_fixed_by_default_and_optionally_free():
         ({"height": np.nan}, "height must be a finite number"),
         ({"center": (np.inf, 0.0)}, "center_x must be a finite number"),
         ({"center": 3.0}, "center must be two numbers"),
-        ({"symbol": "Fe"}, "Fe is not fcc"),
+        ({"symbol": "Fe"}, "surface of Fe is not known"),
         ({"symbol": "Xx"}, "unknown chemical symbol 'Xx'"),
         ({"symbol": "Xx", "spacing": 1.0}, "unknown chemical symbol 'Xx'"),
         ({"symbol": "X", "spacing": 1.0}, "unknown chemical symbol 'X'"),

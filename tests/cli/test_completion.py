@@ -27,7 +27,10 @@ def script(tmp_path_factory):
     [
         (["p"], ["plan"]),
         (["--v"], ["--version"]),
-        (["run", "--"], ["--help", "--json", "--out", "--quiet", "--verbose"]),
+        (
+            ["run", "--"],
+            ["--help", "--json", "--out", "--quiet", "--strict", "--verbose"],
+        ),
         (["run", "my.toml", "--o"], ["--out"]),
         (["tradeoff", "--e"], ["--error"]),
         (["run", "--quiet", "--j"], ["--json"]),

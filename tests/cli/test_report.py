@@ -13,6 +13,7 @@ from ase_roughcontact.scene.reference import reference_for
 SMOOTH = """
 [substrate]
 contact_modulus = 100.0
+hardness = inf
 [sphere]
 radius = 60.0
 [path]

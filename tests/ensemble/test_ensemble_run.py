@@ -139,9 +139,9 @@ def test_cases_in_threads_use_one_thread_unless_the_user_set_the_threads(
 ):
     seen, relax = [], Scene.relax
 
-    def spied(*arguments):
+    def spied(*arguments, **options):
         seen.append(threads.available_threads())
-        return relax(*arguments)
+        return relax(*arguments, **options)
 
     monkeypatch.setattr(Scene, "relax", spied)
     monkeypatch.setattr(threads, "processors", lambda: 6)

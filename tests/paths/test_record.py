@@ -47,6 +47,7 @@ NAMES = [
     "gap_error",
     "converged",
     "message",
+    "validity",
     "tolerance",
     "iterations",
     "pairs",

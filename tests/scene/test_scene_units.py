@@ -22,6 +22,7 @@ SCENE = {
         "symbol": "Au",
         "spacing": A0,
         "contact_modulus": MODULUS,
+        "hardness": 0.7,
         "shape": [32, 48],
         "periodic": True,
     },
@@ -84,6 +85,7 @@ KEYS = {
         MODULUS * GPA,
         90.0,
     ),
+    "substrate.hardness": (lambda s: s.hardness, 0.7 * GPA, 0.8),
     "substrate.shape": (
         lambda s: (np.diag(s.atoms().cell)[:2] / A0).tolist(),
         [32.0, 48.0],

@@ -1,0 +1,76 @@
+"""Relaxed atoms of a step, from which results and checks are calculated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.contact import ContactState
+from ase_roughcontact.elasticity.halfspace import HalfSpace
+
+
+@dataclass
+class SolverStatistics:
+    """Outcome and cost of relaxing a step; summed over its runs of the optimizer.
+
+    Attributes
+    ----------
+    converged : bool
+    message : str
+    tolerance : float
+    iterations : int
+    pairs : float
+        See `LoadStep`.
+    """
+
+    converged: bool = False
+    message: str = ""
+    tolerance: float = np.inf
+    iterations: int = 0
+    pairs: float = 0.0
+
+
+@dataclass(frozen=True)
+class RelaxedStep:
+    """Relaxed atoms, from which the columns of a step are calculated.
+
+    Attributes
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    number : int
+        Number of the step, from zero.
+    first_contact : float
+        Height at which the indenter begins to repel the flat substrate (Å).
+    statistics : SolverStatistics
+    seconds : float
+        Wall-clock time of the relaxation.
+    hardness : float
+        Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
+    """
+
+    atoms: Atoms
+    number: int
+    first_contact: float
+    statistics: SolverStatistics
+    seconds: float
+    hardness: float = np.nan
+
+    @property
+    def height(self) -> float:
+        """Height of the indenter (Å)."""
+        return float(self.atoms.positions[-1, 2])
+
+    @cached_property
+    def state(self) -> ContactState:
+        """Forces, gaps and pressures, calculated from the positions."""
+        return self.atoms.calc.state(self.atoms)
+
+    @property
+    def halfspace(self) -> HalfSpace:
+        """The elastic half space, with the shapes of window and FFT grid."""
+        return contact_of(self.atoms).halfspace

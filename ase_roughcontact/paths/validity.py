@@ -1,0 +1,316 @@
+"""Limits of the model, checked after every step.
+
+The model is a linear elastic half space under small slopes, sampled by atoms. A limit
+is an entry of `CHECKS`. The column `validity` of a step lists the limits it exceeds.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import positive
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.atoms.substrate import fcc_spacing
+from ase_roughcontact.elasticity.material import HARDNESS
+from ase_roughcontact.paths.relaxed import RelaxedStep
+
+# Separates the entries of the column.
+_SEPARATOR = "; "
+# Relative difference of a spacing from that of the crystal of its name.
+_SAME_SPACING = 0.02
+
+
+class ValidityWarning(UserWarning):
+    """A result is outside of the validity of the model."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A limit of the model's validity.
+
+    Attributes
+    ----------
+    name : str
+        The quantity, divided by its unit.
+    sign : {">", "<"}
+        Whether values above or below the limit are outside of the validity.
+    limit : float
+    reason : str
+        Why it is a limit.
+    value : callable
+        Called with a `RelaxedStep`; returns the quantity, NaN if it is not defined.
+    """
+
+    name: str
+    sign: str
+    limit: float
+    reason: str
+    value: Callable[[RelaxedStep], float]
+
+    def violation(self, step: RelaxedStep) -> str:
+        """Return ``"quantity = value > limit"``; empty if the limit is kept."""
+        value = self.value(step)
+        outside = value > self.limit if self.sign == ">" else value < self.limit
+        if not outside:
+            return ""
+        return f"{self.name} = {value:.3g} {self.sign} {self.limit:g}"
+
+
+def violations(step: RelaxedStep) -> str:
+    """Return the limits that a relaxed step exceeds, with values; empty if none."""
+    return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
+
+
+def failed_checks(validity: str) -> dict[str, Check]:
+    """Return the checks in a column `validity`, by their entries in it.
+
+    Parameters
+    ----------
+    validity : str
+        As `violations` returns it.
+
+    Returns
+    -------
+    dict of Check
+    """
+    checks = {check.name: check for check in CHECKS}
+    entries = validity.split(_SEPARATOR) if validity else []
+    return {entry: checks[entry.partition(" = ")[0]] for entry in entries}
+
+
+class ValidityReport:
+    """Reports the limits that the steps of a path exceed, each of them once.
+
+    Parameters
+    ----------
+    action : {"warn", "raise", "ignore"}
+
+    Raises
+    ------
+    ValueError
+        If the action is unknown.
+    """
+
+    def __init__(self, action: str) -> None:
+        if action not in ("warn", "raise", "ignore"):
+            raise ValueError(
+                f"validity must be 'warn', 'raise' or 'ignore', got {action!r}"
+            )
+        self._action = action
+        self._reported: set[str] = set()
+
+    def __call__(self, number: int, validity: str) -> None:
+        """Report a step.
+
+        Parameters
+        ----------
+        number : int
+            Of the step.
+        validity : str
+            Its column `validity`.
+
+        Raises
+        ------
+        RuntimeError
+            If it exceeds a limit and the action is "raise".
+        """
+        new = {
+            entry: check
+            for entry, check in failed_checks(validity).items()
+            if check.name not in self._reported
+        }
+        if not new or self._action == "ignore":
+            return
+        self._reported |= {check.name for check in new.values()}
+        text = f"step {number} is outside of the validity of the model: " + "; ".join(
+            f"{entry} ({check.reason})" for entry, check in new.items()
+        )
+        if self._action == "raise":
+            raise RuntimeError(text)
+        warnings.warn(text, ValidityWarning, stacklevel=3)
+
+
+def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> float:
+    """Return the hardness with which pressures are compared.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol of the substrate.
+    spacing : float
+        Å.
+    hardness : float, optional
+        eV/Å^3; infinity for a solid that is elastic by intent.
+
+    Returns
+    -------
+    float
+        By default that of the element in `HARDNESS` (eV/Å^3). NaN if it is not known,
+        or if the spacing is not that of the element's crystal, as in other units.
+
+    Raises
+    ------
+    ValueError
+        If the hardness is not positive.
+    """
+    if hardness is not None:
+        if hardness != math.inf:
+            positive(hardness=hardness)
+        return hardness
+    try:
+        crystal = fcc_spacing(symbol)
+    except ValueError:  # neither fcc nor diamond: any spacing may be meant
+        crystal = spacing
+    if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
+        return math.nan
+    return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
+
+
+def _largest_pressure(step: RelaxedStep) -> float:
+    return float(step.state.pressure.max()) / step.hardness
+
+
+def _mean_pressure(step: RelaxedStep) -> float:
+    atoms = step.state.repulsive_atoms
+    total = step.state.pressure.sum(where=step.state.contact)
+    return float(total) / atoms / step.hardness if atoms else math.nan
+
+
+def _contact_radius(step: RelaxedStep) -> float:
+    """Return the largest distance from the axis over R, for a paraboloid."""
+    indenter = step.atoms.calc.parameters["indenter"]
+    if getattr(indenter, "profile", "") != "paraboloid":
+        return math.nan
+    grid = grid_of(step.atoms)
+    distances = (
+        start + grid.spacing * index
+        for start, index in zip(grid.origin, step.state.contact.nonzero(), strict=True)
+    )
+    return float(np.hypot(*distances).max(initial=0.0)) / indenter.radius
+
+
+def _slope(step: RelaxedStep) -> float:
+    """Return the largest slope between an atom in contact and its neighbours."""
+    contact, heights = step.state.contact[:-1, :-1], contact_of(step.atoms).heights
+    along_x = np.diff(heights, axis=0)[:, :-1][contact]
+    along_y = np.diff(heights, axis=1)[:-1][contact]
+    slopes = np.hypot(along_x, along_y)
+    return float(slopes.max(initial=0.0)) / step.halfspace.spacing
+
+
+def _atoms(step: RelaxedStep) -> float:
+    state = step.state
+    if not state.repulsive_atoms:
+        return math.nan
+    return state.repulsive_atoms + state.attractive_atoms
+
+
+def _smallest_gap(step: RelaxedStep) -> float:
+    core = getattr(contact_of(step.atoms).interaction, "core", math.nan)
+    return float(step.state.gap.min()) / core
+
+
+def _tension(step: RelaxedStep) -> float:
+    halfspace = step.halfspace
+    if contact_of(step.atoms).interaction.attractive:
+        return math.nan
+    load = 0.0
+    if not indenter_fixed(step.atoms):
+        load = step.atoms.calc.parameters["load"] / halfspace.cell_area
+    return max(-float(step.state.pressure.min()), -load) / halfspace.contact_modulus
+
+
+def _tip_zone(step: RelaxedStep) -> float:
+    """Return the radius around a point contact in which the wall attracts, in a0."""
+    wall = contact_of(step.atoms).interaction
+    radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
+    if not wall.attractive or radius == math.inf:
+        return math.nan
+    return math.sqrt(2.0 * radius * wall.attraction_range) / step.halfspace.spacing
+
+
+def _edge_zone(step: RelaxedStep) -> float:
+    """Return the width of Dugdale's zone at the edge of a contact, in a0."""
+    wall, halfspace = contact_of(step.atoms).interaction, step.halfspace
+    if not wall.attractive:
+        return math.nan
+    width = halfspace.contact_modulus * wall.attraction_range**2 / wall.work_of_adhesion
+    return 0.25 * math.pi * width / halfspace.spacing
+
+
+#: Limits of the model.
+CHECKS = (
+    Check(
+        "mean pressure/hardness",
+        ">",
+        1.0,
+        "the contact deforms plastically: its area is about load over hardness",
+        _mean_pressure,
+    ),
+    Check(
+        "largest pressure/hardness",
+        ">",
+        1.0,
+        "the highest asperities deform plastically",
+        _largest_pressure,
+    ),
+    Check(
+        "contact radius/R",
+        ">",
+        0.2,
+        "a paraboloid is lower than the sphere of its curvature, by 1 % at this limit",
+        _contact_radius,
+    ),
+    Check(
+        "slope",
+        ">",
+        0.5,
+        "slopes must be small: the true area is 12 % above its projection at this "
+        "limit, and pressures act along z only",
+        _slope,
+    ),
+    Check(
+        "atoms in contact",
+        "<",
+        10.0,
+        "the area of fewer atoms depends on where the lattice lies below the indenter",
+        _atoms,
+    ),
+    Check(
+        "smallest gap/core",
+        "<",
+        1.0,
+        "the potential of the wall is extrapolated below its core",
+        _smallest_gap,
+    ),
+    Check(
+        "tension/E*",
+        ">",
+        0.0,
+        "nothing holds the surfaces together without adhesion",
+        _tension,
+    ),
+    Check(
+        "adhesive zone at the tip/a0",
+        "<",
+        5.0,
+        "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
+        "contact attracts, and the pull-off force may be wrong by more than 1 %",
+        _tip_zone,
+    ),
+    Check(
+        "adhesive zone at the edge/a0",
+        "<",
+        7.0,
+        "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
+        "edge of a contact, and the pull-off force may be wrong by more than 1 %",
+        _edge_zone,
+    ),
+)

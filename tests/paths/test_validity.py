@@ -1,0 +1,324 @@
+"""Limits of the model: what is outside says so, in every output."""
+
+import csv
+import json
+import re
+import warnings
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from ase.io import read
+from ase.units import GPa
+
+from ase_roughcontact import (
+    HardWall,
+    Interaction,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    ValidityWarning,
+    adhesion_loop,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.cli import main
+from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS
+from ase_roughcontact.ensemble import read_ensemble, run_ensemble
+from ase_roughcontact.paths.validity import CHECKS, failed_checks
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.topography import BoundedSurface
+
+GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "validity.md"
+SPHERE = RoughSphere(200.0)
+SOFT = LennardJones93.repulsive(1.0, 1.0)
+# Copper under 20 nN: a contact of some hundred atoms, and 10 GPa.
+COPPER = """
+[sphere]
+radius = 300.0
+[path]
+values = [20.0, 30.0]
+"""
+
+
+@dataclass(frozen=True)
+class Cone(BoundedSurface):
+    """Cone of a given slope."""
+
+    slope: float
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        return self.slope * np.hypot(x[:, None], y)
+
+    def reach(self, level, spacing, origin=(0.0, 0.0)):
+        return max(level, 0.0) / self.slope
+
+
+@dataclass(frozen=True)
+class Magnet(Interaction):
+    """Wall with tension that its attributes deny."""
+
+    tension: float
+    cutoff = 1.5
+    contact_distance = 1.0
+    work_of_adhesion = attraction_range = 0.0
+
+    def evaluate(self, gap):
+        pressure = np.where(gap < 1.0, 1.0 - gap, -self.tension * (gap < 1.5))
+        return np.zeros_like(gap), pressure, 1.0 * (gap < 1.0)
+
+
+def atoms_on(indenter=SPHERE, wall=SOFT, **options):
+    atoms = substrate("Cu", (16, 16), indenter, **{"spacing": 1.0} | options)
+    atoms.calc = RoughContact(indenter, 1.0, wall)
+    return atoms
+
+
+def names_after(atoms, depth=1.0, **options):
+    """Return the names of the limits that a step exceeds."""
+    options = {"window": "auto", "validity": "ignore"} | options
+    loads = {"loads": [depth]} if options.pop("loads", False) else {}
+    (step,) = load_path(atoms, None if loads else [depth], **loads, **options)
+    return {check.name for check in failed_checks(step.validity).values()}
+
+
+PRESSURES = {"mean pressure/hardness", "largest pressure/hardness"}
+
+
+@pytest.mark.parametrize(
+    "hardness, names",
+    [
+        (0.01, PRESSURES),
+        (0.04, {"largest pressure/hardness"}),
+        (0.1, set()),
+        (np.inf, set()),
+        (None, set()),  # spacing and modulus of one are not those of copper
+    ],
+)
+def test_pressures_are_compared_with_the_hardness(hardness, names):
+    # Hertz: a/R = sqrt(1/200), mean pressure 0.03 E*, largest 0.045 E*
+    assert names_after(atoms_on(wall=HardWall()), hardness=hardness) == names
+
+
+def test_hardness_of_a_crystal_is_that_of_the_table():
+    atoms = substrate("Cu", (16, 16), RoughSphere(500.0))
+    atoms.calc = RoughContact(RoughSphere(500.0), 0.9)
+    assert names_after(atoms, 1.0) == PRESSURES
+    assert set(CRYSTALS) <= set(HARDNESS)
+    assert Scene.default().hardness == HARDNESS["Si"] * GPa
+
+
+@pytest.mark.parametrize(
+    "profile, depth, outside",
+    [("paraboloid", 4.0, False), ("paraboloid", 14.0, True), ("sphere", 14.0, False)],
+)
+def test_contact_as_wide_as_a_fifth_of_a_paraboloid_s_radius(profile, depth, outside):
+    indenter = RoughSphere(200.0, profile=profile)
+    names = names_after(atoms_on(indenter), depth)
+    assert names == ({"contact radius/R"} if outside else set())
+
+
+@pytest.mark.parametrize("slope, outside", [(0.3, False), (0.6, True)])
+def test_steep_slopes(slope, outside):
+    names = names_after(atoms_on(Cone(slope)), 4.0)
+    assert ("slope" in names) == outside
+
+
+@pytest.mark.parametrize("depth, outside", [(1e-4, True), (0.5, False)])
+def test_contacts_of_few_atoms(depth, outside):
+    names = names_after(atoms_on(wall=HardWall()), depth)
+    assert names == ({"atoms in contact"} if outside else set())
+
+
+def test_atoms_that_adhere_count_as_contact():
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
+    assert "atoms in contact" not in names_after(atoms_on(wall=wall), 1e-4)
+
+
+@pytest.mark.parametrize("core, outside", [(0.5, False), (0.99, True)])
+def test_overlap_beyond_the_core_of_the_wall(core, outside):
+    wall = LennardJones93.repulsive(1.0, 1.0, core=core)
+    names = names_after(atoms_on(wall=wall))
+    assert names == ({"smallest gap/core"} if outside else set())
+
+
+@pytest.mark.parametrize("tension", [0.0, 1e-3])
+def test_tension_of_a_wall_without_adhesion(tension):
+    names = names_after(atoms_on(wall=Magnet(tension)), 0.5, max_steps=3)
+    assert ("tension/E*" in names) == bool(tension)
+
+
+def test_tensile_load_on_a_wall_without_adhesion():
+    atoms = atoms_on(fixed=False)
+    assert names_after(atoms, -1.0, loads=True, max_steps=3) == {"tension/E*"}
+
+
+@pytest.mark.parametrize(
+    "radius, work, stiffness, name",
+    [
+        (15.0, 0.003, 1.0, "adhesive zone at the tip/a0"),  # pull-off 7 % wrong
+        (100.0, 0.003, 1.0, ""),
+        (100.0, 0.003, 2.0, "adhesive zone at the edge/a0"),
+    ],
+)
+def test_adhesive_zones_that_the_spacing_does_not_resolve(
+    radius, work, stiffness, name
+):
+    wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
+    names = names_after(atoms_on(RoughSphere(radius), wall), 0.1)
+    assert names == ({name} if name else set())
+
+
+@cache
+def pull_off_force(radius, spacing, centre=0.0):
+    """Return the pull-off force for a work of 0.003 E* a0, the axis beside an atom."""
+    sphere = RoughSphere(radius)
+    atoms = substrate("Cu", (8, 8), sphere, spacing=spacing)
+    atoms.positions[-1, :2] += centre * spacing
+    atoms.calc = RoughContact(sphere, 1.0, LennardJones93.adhesive(1.0, 1.0, 0.003))
+    options = {"window": "auto", "validity": "ignore", "tolerance": 2e-3}
+    return adhesion_loop(atoms, 0.04, 0.1, **options).pull_off_force
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius, error", [(15.0, 0.07), (25.0, 0.05), (100.0, 0.01)])
+def test_pull_off_force_is_right_if_the_zone_at_the_tip_is_resolved(radius, error):
+    exact = pull_off_force(radius, 0.25)
+    errors = [abs(pull_off_force(radius, 1.0, c) / exact - 1.0) for c in (0.0, 0.5)]
+    assert 0.5 * error < max(errors) < 1.1 * error
+
+
+# Reports
+
+
+def path(**options):
+    """Path with largest pressures of 0.032, 0.045 and 0.055 E*, means of two thirds."""
+    atoms = atoms_on(wall=HardWall())
+    return load_path(atoms, [0.5, 1.0, 1.5], window="auto", **options)
+
+
+def test_each_limit_is_warned_of_once():
+    with pytest.warns(ValidityWarning) as caught:
+        steps = list(path(hardness=0.025))
+    assert [bool(step.validity) for step in steps] == [True] * 3
+    texts = [str(each.message) for each in caught]
+    assert len(texts) == 2  # the mean pressure exceeds the limit later
+    assert texts[0].startswith("step 0 is outside") and "largest pressure" in texts[0]
+    assert "mean pressure" in texts[1] and "largest pressure" not in texts[1]
+    assert caught[0].filename == __file__
+
+
+def test_nothing_is_warned_of_within_the_limits_or_if_ignored():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ValidityWarning)
+        list(path(hardness=1.0))
+        list(path(hardness=0.01, validity="ignore"))
+        with pytest.raises(ValidityWarning, match="plastically"):
+            list(path(hardness=0.01))
+
+
+def test_strict_paths_stop_after_the_step_is_written(tmp_path):
+    table = tmp_path / "curve.csv"
+    strict = path(hardness=0.04, validity="raise", csv=table)
+    assert next(strict).validity == ""
+    with pytest.raises(RuntimeError, match=r"step 1 .* = 1\.\d+ > 1 \(the highest"):
+        next(strict)
+    assert len(table.read_text().splitlines()) == 3
+
+
+def test_restored_steps_are_reported(tmp_path):
+    file = tmp_path / "path.traj"
+    list(path(hardness=0.01, validity="ignore", trajectory=file))
+    with pytest.raises(RuntimeError, match="step 0 is outside"):
+        next(path(hardness=0.01, validity="raise", trajectory=file, resume=True))
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [({"validity": "maybe"}, "'ignore', got 'maybe'"), ({"hardness": -1.0}, "> 0")],
+)
+def test_unknown_actions_and_hardnesses_are_errors(options, message):
+    with pytest.raises(ValueError, match=message):
+        path(**options)
+
+
+def test_adhesion_loops_report_the_states_that_they_keep():
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.003)
+    atoms = atoms_on(RoughSphere(15.0), wall)
+    with pytest.warns(ValidityWarning, match="at the tip"):
+        loop = adhesion_loop(atoms, -0.1, 0.05, smallest_step=0.05, window="auto")
+    assert all("at the tip" in state.validity for state in loop.approach)
+
+
+# Scenes and commands
+
+
+@pytest.fixture
+def scene(tmp_path):
+    file = tmp_path / "copper.toml"
+    file.write_text(COPPER)
+    return file
+
+
+def test_limits_are_in_table_csv_trajectory_and_json(scene, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    text = capsys.readouterr().out
+    assert "hardness 0.369 GPa" in text
+    entry = r"mean pressure/hardness = \d+\.\d+ > 1"
+    rows = [line for line in text.splitlines() if re.match(" +[01]/1", line)]
+    assert all(re.search(f"   LIMITS: {entry}", row) for row in rows)
+    assert "mean pressure/hardness > 1 in 2 of 2 steps: the contact deforms" in text
+    with open(out / "curve.csv", newline="") as file:
+        assert all(re.match(entry, row["validity"]) for row in csv.DictReader(file))
+    frame = read(out / "sweep.traj")
+    assert re.match(entry, frame.info["load_step"]["validity"])
+    assert main(["run", str(scene), "--out", str(out), "--json"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert all(re.match(entry, json.loads(line)["validity"]) for line in lines)
+
+
+def test_strict_runs_are_errors(scene, tmp_path, capsys):
+    command = ["run", str(scene), "--strict", "--quiet", "--out"]
+    assert main([*command, str(tmp_path / "out")]) == 2
+    assert "step 0 is outside of the validity" in capsys.readouterr().err
+    scene.write_text("[substrate]\nhardness = inf\n" + COPPER)
+    assert main([*command, str(tmp_path / "elastic")]) == 0
+
+
+@pytest.mark.parametrize(
+    "key, printed",
+    [
+        ("hardness = 2.5", "hardness 2.5 GPa"),
+        ("hardness = inf", "elastic"),
+        ("spacing = 1.0", "hardness unknown"),
+    ],
+)
+def test_hardness_of_a_scene_is_in_gigapascal(key, printed, scene, tmp_path, capsys):
+    scene.write_text(f"[substrate]\n{key}\n" + COPPER)
+    main(["run", str(scene), "--out", str(tmp_path / "out")])
+    assert printed in capsys.readouterr().out.splitlines()[0]
+
+
+def test_ensembles_have_the_column_and_do_not_warn(tmp_path):
+    database = tmp_path / "all.db"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ValidityWarning)
+        list(run_ensemble([Scene.parse(COPPER)], database, workers=1))
+    table = read_ensemble(database)
+    assert all("mean pressure/hardness = " in text for text in table["validity"])
+
+
+def test_the_built_in_scene_is_within_all_limits():
+    steps = list(Scene.default().relax(validity="raise"))
+    assert len(steps) == len(Scene.default().steps)
+
+
+def test_the_guide_has_a_row_for_each_limit():
+    rows = re.findall(
+        r"^\| `(.*?)` \| ([<>] [\d.]+) \| (.*) \|$", GUIDE.read_text(), re.M
+    )
+    assert rows == [(c.name, f"{c.sign} {c.limit:g}", c.reason) for c in CHECKS]
