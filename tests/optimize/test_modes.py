@@ -298,7 +298,7 @@ def test_steps_of_lbfgs_grow_more_slowly_with_the_contact_than_on_atoms():
 
 @pytest.mark.parametrize("name", OPTIMIZERS)
 def test_modes_save_steps(name):
-    assert steps(grown, name, 64) < steps(grown, name, 64, helped=False)
+    assert steps(grown, name, 32) < steps(grown, name, 32, helped=False)
 
 
 # Cost

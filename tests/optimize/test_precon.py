@@ -52,7 +52,7 @@ def test_preconditioner_is_the_hessian_of_the_solid_and_the_reference(rng):
 def fine_atoms(fixed):
     """Atoms four times as fine as the range of the wall."""
     sphere = RoughSphere(radius=40.0)
-    atoms = substrate("Cu", (32, 32), sphere, spacing=0.25, height=0.6, fixed=fixed)
+    atoms = substrate("Cu", (24, 24), sphere, spacing=0.25, height=0.6, fixed=fixed)
     wall = LennardJones93.repulsive(1.0, 1.0)
     atoms.calc = RoughContact(sphere, 1.0, wall, load=0.5)
     return atoms

@@ -266,7 +266,6 @@ def test_style_holds_within_its_context_only(sphere_contact, loop, tmp_path):
         figure = Figure(figsize=(6.8, 5.2))
         everything(figure, sphere_contact, loop)
         figure.savefig(tmp_path / "figure.pdf")
-        figure.savefig(tmp_path / "figure.png")
     assert mpl.rcParams["font.size"] == before
     assert (tmp_path / "figure.pdf").stat().st_size > 10_000
 
