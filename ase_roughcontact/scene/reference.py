@@ -96,10 +96,8 @@ def _adhesive(scene: Scene, work: float) -> Reference:
     elif isinstance(smooth, theory.DMT):
         reason = f"below {theory.DMT_BELOW:g}"
     else:
-        limits, reason = (
-            (theory.JKR(*sphere), theory.DMT(*sphere)),
-            "between DMT and JKR",
-        )
+        reason = "between DMT and JKR"
+        limits = theory.JKR(*sphere), theory.DMT(*sphere)
     explanation = f"{smooth.name}, {smooth.sphere} ({parameter}, {reason})"
     return Reference(scene, smooth, limits, explanation)
 

@@ -165,10 +165,8 @@ class AutoWindow:
         overlap = self.footprint.box_below(self._wall.cutoff - height)
         self._overlap_size = overlap.size
         if self._rises:
-            layout = grid_of(atoms)
-            gap = contact_of(atoms).gap(displacement(atoms, layout), height)
-            near = gap < self._wall.cutoff
-            self._in_range = Box.bounding(near, window_of(layout).start)
+            near = atoms.calc.state(atoms).gap < self._wall.cutoff
+            self._in_range = Box.bounding(near, window_of(grid_of(atoms)).start)
         if not self._wall.attractive and load > 0.0 and depth > 0.0:
             self._prediction.adjust(load, depth, overlap)
 
