@@ -249,13 +249,11 @@ class RoughContact(Calculator):
 
     def check_state(self, atoms: Atoms, tol: float = 1e-15) -> list[str]:
         """Return what has changed since the last calculation; fast if nothing has."""
-        if self.atoms is not None and self._fixed != indenter_fixed(atoms):
-            return ["constraints"]
-        if self.atoms is not None and len(self.atoms) == len(atoms):
-            unmoved = array_equal(self.atoms.positions, atoms.positions)
-            if unmoved and all(
-                map(array_equal, lattice_of(self.atoms), lattice_of(atoms))
-            ):
+        if self.atoms is not None:
+            if self._fixed != indenter_fixed(atoms):
+                return ["constraints"]
+            old, new = ((a.positions, *lattice_of(a)) for a in (self.atoms, atoms))
+            if all(map(array_equal, old, new)):
                 return []
         return super().check_state(atoms, tol)
 
