@@ -61,6 +61,7 @@ def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "Agg")
     code = compile("\n".join(PAGES[page]), f"{page}.md", "exec")
     exec(code, {"__name__": "__main__"})
+    assert "ValidityWarning" not in result.stderr
 
 
 def test_command_of_the_readme_is_what_ci_runs(tmp_path):

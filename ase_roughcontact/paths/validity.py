@@ -7,6 +7,7 @@ is an entry of `CHECKS`. The column `validity` of a step lists the limits it exc
 from __future__ import annotations
 
 import math
+import sys
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from ase_roughcontact.paths.relaxed import RelaxedStep
 
 # Separates the entries of the column.
 _SEPARATOR = "; "
+_PACKAGE = "ase_roughcontact."
 # Relative difference of a spacing from that of the crystal of its name.
 _SAME_SPACING = 0.02
 
@@ -134,7 +136,15 @@ class ValidityReport:
         )
         if self._action == "raise":
             raise RuntimeError(text)
-        warnings.warn(text, ValidityWarning, stacklevel=3)
+        warnings.warn(text, ValidityWarning, stacklevel=_level_of_caller())
+
+
+def _level_of_caller() -> int:
+    """Return the stack level, for a warning, of the code that uses the package."""
+    frame, level = sys._getframe(1), 1
+    while frame.f_back and frame.f_globals["__name__"].startswith(_PACKAGE):
+        frame, level = frame.f_back, level + 1
+    return level
 
 
 def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> float:

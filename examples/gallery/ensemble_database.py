@@ -2,7 +2,7 @@
 An ensemble in an ASE database
 ==============================
 
-Spheres that differ in the seed of their roughness are pressed into copper, on all
+Spheres that differ in the seed of their roughness are pressed into silicon, on all
 processors of the machine. Steps are stored in an ASE database as they are finished, so
 that a run that was stopped continues where it was.
 """

@@ -248,9 +248,10 @@ def test_unknown_actions_and_hardnesses_are_errors(options, message):
 def test_adhesion_loops_report_the_states_that_they_keep():
     wall = LennardJones93.adhesive(1.0, 1.0, 0.003)
     atoms = atoms_on(RoughSphere(15.0), wall)
-    with pytest.warns(ValidityWarning, match="at the tip"):
+    with pytest.warns(ValidityWarning, match="at the tip") as caught:
         loop = adhesion_loop(atoms, -0.1, 0.05, smallest_step=0.05, window="auto")
     assert all("at the tip" in state.validity for state in loop.approach)
+    assert {each.filename for each in caught} == {__file__}
 
 
 # Scenes and commands
