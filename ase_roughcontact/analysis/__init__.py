@@ -3,6 +3,7 @@
 Units are eV and Å.
 """
 
+from ase_roughcontact.analysis.conductance import conductance
 from ase_roughcontact.analysis.contact_map import ContactMap
 from ase_roughcontact.analysis.contact_patches import Patches, patches
 from ase_roughcontact.analysis.distributions import (
@@ -21,6 +22,7 @@ __all__ = [
     "KappaFit",
     "Patches",
     "RadialAverage",
+    "conductance",
     "first_contact",
     "fit_kappa",
     "gap_distribution",

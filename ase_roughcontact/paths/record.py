@@ -117,6 +117,20 @@ class LoadStep:
         "Å^2",
         "area",
     )
+    contact_stiffness: float = column(
+        lambda s: -s.response.force,
+        "derivative of the force to the penetration of the relaxed contact; nan at an "
+        "instability",
+        "eV/Å^2",
+    )
+    mean_pressure: float = column(
+        lambda s: float(s.state.pressure[s.state.contact].mean()) if s.touches else 0.0,
+        "mean pressure on the repelled atoms",
+        "eV/Å^3",
+    )
+    largest_pressure: float = column(
+        lambda s: float(max(s.state.pressure.max(), 0.0)), "largest pressure", "eV/Å^3"
+    )
     repulsive_atoms: int = column(
         lambda s: s.state.repulsive_atoms, "number of atoms that the wall repels"
     )

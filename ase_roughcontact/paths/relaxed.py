@@ -11,6 +11,11 @@ from ase import Atoms
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.contact import ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.solvers.response import HeightResponse, height_response
+
+# Relative residual of the equations for the contact stiffness, whose error is about the
+# square of it.
+_RESIDUAL = 1e-3
 
 
 @dataclass
@@ -69,6 +74,16 @@ class RelaxedStep:
     def state(self) -> ContactState:
         """Forces, gaps and pressures, calculated from the positions."""
         return self.atoms.calc.state(self.atoms)
+
+    @property
+    def touches(self) -> bool:
+        """Whether the wall repels an atom."""
+        return self.state.repulsive_atoms > 0
+
+    @property
+    def response(self) -> HeightResponse:
+        """Change of the relaxed contact by a unit of height."""
+        return height_response(contact_of(self.atoms), self.state, _RESIDUAL)
 
     @property
     def halfspace(self) -> HalfSpace:

@@ -1,0 +1,91 @@
+"""Derivatives of relaxed contacts agree with central differences and closed forms."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    ActiveSet,
+    HardWall,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.analysis import conductance
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.solvers.response import height_response
+from ase_roughcontact.theory import Hertz
+
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1)
+STEP = 1e-5
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
+    "full": LennardJones93.full(1.0, 0.05),
+}
+
+
+def relaxed(wall, depth, periodic, radius):
+    """Atoms at a penetration, and a function that relaxes them at another height."""
+    sphere = RoughSphere(np.inf if periodic else radius, ROUGH)
+    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0, periodic=periodic)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    height = contact_of(atoms).first_contact - depth
+
+    def relax(change):
+        atoms.positions[-1, 2] = height + change
+        optimizer = (ActiveSet if wall.hard else NewtonKrylov)(atoms, logfile=None)
+        assert optimizer.run(fmax=1e-12, steps=500)
+        return atoms.calc.state(atoms)
+
+    return atoms, relax
+
+
+@pytest.mark.parametrize("wall", WALLS)
+@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+def test_derivative_of_the_force_to_the_height_is_that_of_differences(wall, periodic):
+    depth = 0.3 if periodic else 0.6
+    atoms, relax = relaxed(WALLS[wall], depth, periodic, radius=100.0)
+    low, high, state = (relax(change) for change in (-STEP, STEP, 0.0))
+    expected = (high.normal_force - low.normal_force) / (2 * STEP)
+    contact = contact_of(atoms)
+    for tolerance, error in ((1e-3, 1e-4), (1e-6, 1e-6)):
+        response = height_response(contact, state, tolerance)
+        assert response.force == pytest.approx(expected, rel=error)
+    gap = (high.gap - low.gap) / (2 * STEP)
+    np.testing.assert_allclose(response.gap, gap, rtol=0, atol=1e-4)
+
+
+def test_nothing_responds_out_of_range():
+    atoms, relax = relaxed(WALLS["repulsive"], -1.0, False, radius=100.0)
+    response = height_response(contact_of(atoms), relax(0.0))
+    assert response.force == 0.0
+    assert (response.gap == 1.0).all()
+
+
+def test_a_full_contact_of_a_periodic_hard_wall_is_rigid():
+    flat = RoughSphere(np.inf)
+    atoms = substrate("Cu", (8, 8), flat, spacing=1.0, periodic=True, fixed=False)
+    atoms.calc = RoughContact(flat, 1.0, HardWall(), load=3.0)
+    assert ActiveSet(atoms, logfile=None).run(fmax=1e-9)
+    state = atoms.calc.state(atoms)
+    assert height_response(contact_of(atoms), state).force == -np.inf
+
+
+def test_contact_stiffness_and_conductance_of_a_smooth_sphere_are_those_of_hertz():
+    sphere = RoughSphere(400.0)
+    atoms = substrate("Cu", (96, 96), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, HardWall())
+    (step,) = load_path(atoms, penetrations=[3.0])
+    radius = float(Hertz(400.0, 1.0).contact_radius(step.normal_force))
+    assert step.contact_stiffness == pytest.approx(2 * radius, rel=0.01)
+    flow = conductance(step.contact_stiffness, 1.0, resistivity=2.0)
+    assert flow == pytest.approx(4 * radius / 2.0, rel=0.01)
+    peak = 1.5 * step.normal_force / (np.pi * radius**2)
+    assert step.largest_pressure == pytest.approx(peak, rel=0.02)
+    mean = step.normal_force / step.contact_area
+    assert step.mean_pressure == pytest.approx(mean, rel=1e-9)
