@@ -20,6 +20,9 @@ from ase_roughcontact._util.threads import (
     thread_map,
 )
 
+# Length of vectors up to which BLAS does not start threads, 10 000 for OpenBLAS.
+_SINGLE_THREAD = 8192
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -44,8 +47,10 @@ def rowwise(
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
         @wraps(function)
         def call(*args: P.args, **kwargs: P.kwargs) -> T:
-            first = _first_array(args[0])
-            if first.size <= block_size():
+            first = args[0]
+            if not isinstance(first, np.ndarray):
+                first = _first_array(first)
+            if first.size <= block_size():  # as is: small arrays are worth no more
                 return function(*args, **kwargs)
             blocks = split(len(first), block_size() * len(first) // first.size)
             results = thread_map(
@@ -75,7 +80,7 @@ def concatenate(results: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]
 
 
 def _first_array(argument: Any) -> np.ndarray:
-    """Return an argument, or the first array in a list of arrays."""
+    """Return the first array in nested lists."""
     while not isinstance(argument, np.ndarray):
         argument = argument[0]
     return argument
@@ -91,8 +96,16 @@ def _block(argument: Any, rows: slice) -> Any:
 
 
 def inner(a: np.ndarray, b: np.ndarray) -> float:
-    """Return ``a . b`` in one thread: without BLAS, whose threads would interfere."""
-    return float(np.einsum("i,i", a.reshape(-1), b.reshape(-1)))
+    """Return ``a . b`` in one thread.
+
+    BLAS is called for pieces that are too short for it to start threads of its own,
+    whose number would change the result.
+    """
+    a, b = a.reshape(-1), b.reshape(-1)
+    if a.size <= _SINGLE_THREAD:
+        return float(a @ b)
+    pieces = split(a.size, _SINGLE_THREAD)
+    return sum(float(a[piece] @ b[piece]) for piece in pieces)
 
 
 @rowwise(np.add)
@@ -134,6 +147,12 @@ def subtract_and_dot(
 
 
 @rowwise()
+def multiply(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
+    """Set ``out = a b``."""
+    np.multiply(a, b, out=out)
+
+
+@rowwise()
 def scale(out: np.ndarray, a: np.ndarray, factor: float) -> None:
     """Set ``out = factor a``, rounded to the precision of `out`."""
     np.multiply(a, factor, out=out, casting="same_kind")
@@ -149,13 +168,13 @@ def linear_combination(
     terms : list of (float, ndarray)
         Arrays of floats of one shape.
     out : ndarray, optional
-        Array for the result, which may be one of the terms; by default a new one.
+        Array for the result, which may be the first term; by default a new one.
 
     Returns
     -------
     ndarray
     """
-    result = np.empty(terms[0][1].shape, terms[0][1].dtype) if out is None else out
+    result = np.empty_like(terms[0][1]) if out is None else out
     _set_linear_combination(result, terms)
     return result
 
@@ -165,10 +184,9 @@ def _set_linear_combination(
     out: np.ndarray, terms: list[tuple[float, np.ndarray]]
 ) -> None:
     (factor, array), *others = terms
-    total = array * float(factor)
+    np.multiply(array, float(factor), out=out)
     for factor, array in others:
-        total += array * float(factor)
-    out[:] = total
+        out += float(factor) * array
 
 
 def array_equal(a: np.ndarray, b: np.ndarray) -> bool:

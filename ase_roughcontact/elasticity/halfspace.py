@@ -131,7 +131,7 @@ class HalfSpace(ABC):
         """Shape of the displacement field: the grid, padding included."""
         return self.grid
 
-    @property
+    @cached_property
     def self_compliance(self) -> float:
         """Depth of a cell under unit pressure on it alone (length/pressure).
 

@@ -125,15 +125,33 @@ class ContactEnergy:
         self.loaded = external is not None
         self.external = external or (lambda height: (0.0, 0.0))
 
+    def on(self, contact: Contact) -> ContactEnergy:
+        """Return the energy of another contact with the same load and springs."""
+        return ContactEnergy(contact, self.external if self.loaded else None)
+
     def opening(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
         displacement = self.contact.halfspace.displacement(pressure)
         return np.negative(displacement, out=displacement)
 
     def state(
-        self, pressure: np.ndarray, opening: np.ndarray, height: float
+        self, pressure: np.ndarray, height: float, opening: np.ndarray | None = None
     ) -> EnergyState:
-        """Evaluate the energy and its gradient."""
+        """Evaluate the energy and its gradient.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (n, m)
+        height : float
+        opening : ndarray, shape (n, m), optional
+            That of `opening`; by default it is calculated.
+
+        Returns
+        -------
+        EnergyState
+        """
+        if opening is None:
+            opening = self.opening(pressure)
         residual, stiffness = np.empty(opening.shape), np.empty(opening.shape)
         active = np.empty(opening.shape, bool)
         stored, magnitude, pushed = _evaluate_wall(
@@ -170,7 +188,7 @@ class ContactEnergy:
 
     def recomputed(self, state: EnergyState) -> EnergyState:
         """Return the same state with its opening from a new convolution."""
-        return self.state(state.pressure, self.opening(state.pressure), state.height)
+        return self.state(state.pressure, state.height)
 
     def moved(
         self, state: EnergyState, increment: Increment, length: float
@@ -178,8 +196,8 @@ class ContactEnergy:
         """Return the state after an increment times a length."""
         return self.state(
             linear_combination([(1.0, state.pressure), (length, increment.pressure)]),
-            linear_combination([(1.0, state.opening), (length, increment.opening)]),
             state.height + length * increment.height,
+            linear_combination([(1.0, state.opening), (length, increment.opening)]),
         )
 
     def spring_stiffness(self, height: float) -> float:

@@ -87,12 +87,12 @@ def newton_krylov(
     """
     _check(contact, height, start, tolerance)
     options = options or NewtonKrylovOptions()
-    pairs = 0.0
-    if start is None or _is_far(contact, height, external, start, options):
-        start, height, pairs = _cold_start(contact, height, external, options)
-    start = np.asarray(start, float)
-    for state in _relax(contact, height, external, start, tolerance, options):
-        yield replace(state, pairs=state.pairs + pairs)
+    energy = ContactEnergy(contact, external)
+    state, pairs = _initial_state(energy, height, start, options)
+    states = _relax(energy, state, tolerance, options)
+    del state  # its arrays may be large
+    for relaxation in states:
+        yield replace(relaxation, pairs=relaxation.pairs + pairs)
         pairs = 0.0
 
 
@@ -112,59 +112,66 @@ def _check(
             )
 
 
-def _is_far(
-    contact: Contact,
+def _initial_state(
+    energy: ContactEnergy,
     height: float,
-    external: External | None,
-    start: np.ndarray,
+    start: np.ndarray | None,
     options: NewtonKrylovOptions,
+) -> tuple[EnergyState, float]:
+    """Return the state to start from, and the FFT pairs that it costs."""
+    pairs = 0.0
+    if start is not None:
+        state = energy.state(np.asarray(start, float), height)
+        if not _is_far(energy, state, options):
+            return state, 1.0
+        pairs = 1.0
+    start, height, coarse_pairs = _cold_start(energy, height, options)
+    return energy.state(start, height), pairs + coarse_pairs + 1.0
+
+
+def _is_far(
+    energy: ContactEnergy, state: EnergyState, options: NewtonKrylovOptions
 ) -> bool:
     """Return whether coarser grids are a better start, since the load differs much."""
-    if external is None:
+    if not energy.loaded:
         return False
-    gap = height + contact.heights - contact.halfspace.displacement(start)
-    carried = contact.halfspace.cell_area * float(contact.wall(gap)[1].sum())
-    load = -external(height)[1]
-    if contact.interaction.attractive:
-        distance = abs(carried - load) / indenter_stiffness(contact)
+    contact = energy.contact
+    load = -energy.external(state.height)[1]
+    if energy.wall.attractive:
+        distance = abs(state.load_residual) / indenter_stiffness(contact)
         return distance > options.max_indenter_move * contact.halfspace.spacing
-    return abs(carried - load) > options.max_load_change * abs(load)
+    return abs(state.load_residual) > options.max_load_change * abs(load)
 
 
 def _cold_start(
-    contact: Contact,
-    height: float,
-    external: External | None,
-    options: NewtonKrylovOptions,
+    energy: ContactEnergy, height: float, options: NewtonKrylovOptions
 ) -> tuple[np.ndarray, float, float]:
     """Return an initial pressure and height, and the FFT pairs that they cost."""
+    contact = energy.contact
     if not can_coarsen(contact, options.coarsest):
-        if external is not None:
-            carrying = ContactEnergy(contact, external).carrying_height()
-            height = height if carrying is None else carrying
+        carrying = energy.carrying_height() if energy.loaded else None
+        height = height if carrying is None else carrying
         return np.zeros(contact.heights.shape), height, 0.0
-    coarse = coarsen(contact)
-    start, height, pairs = _cold_start(coarse, height, external, options)
-    halfspace = coarse.halfspace
+    coarse = energy.on(coarsen(contact))
+    start, height, pairs = _cold_start(coarse, height, options)
+    halfspace = coarse.contact.halfspace
     residual = options.coarse_residual * halfspace.contact_modulus
     tolerance = residual * halfspace.cell_area
-    states = _relax(coarse, height, external, start, tolerance, options)
+    states = _relax(coarse, coarse.state(start, height), tolerance, options)
     for _, state in zip(range(options.coarse_steps), states, strict=False):
         pairs += state.pairs
-    share = coarse.heights.size / contact.heights.size
-    return refine(state.pressure, contact.heights.shape), state.height, pairs * share
+    share = start.size / contact.heights.size
+    pressure = refine(state.pressure, contact.heights.shape)
+    return pressure, state.height, (pairs + 1.0) * share
 
 
 def _relax(
-    contact: Contact,
-    height: float,
-    external: External | None,
-    start: np.ndarray,
+    energy: ContactEnergy,
+    state: EnergyState,
     tolerance: float,
     options: NewtonKrylovOptions,
 ) -> Iterator[Relaxation]:
     """Relax on one grid."""
-    energy = ContactEnergy(contact, external)
     newton = NewtonStepper(energy, options)
     reported = newton.pairs
 
@@ -181,7 +188,6 @@ def _relax(
             pairs=reported - before,
         )
 
-    state = energy.state(start, energy.opening(start), height)
     progress = _Progress(state, options)
     exact, restarted = True, False  # whether G q comes from a convolution of q
     while True:
@@ -209,7 +215,7 @@ def _relax(
                 break
             newton.restart()
             progress, exact, restarted = _Progress(state, options), True, True
-    obstacle = progress.obstacle + precision_advice(contact.halfspace)
+    obstacle = progress.obstacle + precision_advice(energy.contact.halfspace)
     if not math.isfinite(state.error):
         obstacle = "energy or pressure of the wall are not finite"
     yield report(message=f"stalled at a force of {state.error:.2g}: {obstacle}")

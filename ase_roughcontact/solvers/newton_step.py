@@ -4,7 +4,8 @@
    tenth of the residual. Calculate its opening ``G x``: the only exact convolution. If
    the exact equations are not satisfied better than by ``x = 0``, solve them with the
    model as the preconditioner.
-2. Minimise the quadratic model of the energy over the span of this increment and the
+2. Under attraction, or if the step before has not decreased the largest force to 30 %,
+   minimise the quadratic model of the energy over the span of this increment and the
    last ones before it, with the exact Hessian. Negative curvatures count as positive,
    so that the combination leads downhill. Near an instability, where one mode is far
    softer than all others, this is what makes progress along it.
@@ -54,6 +55,7 @@ class NewtonStepper:
             self._history_length = options.attractive_history
             self._least_curvature = options.attractive_least_curvature
         self._history: list[Increment] = []
+        self._last_error = math.inf
         self._model: CirculantModel | None = None
         self._model_work = 0
 
@@ -84,21 +86,29 @@ class NewtonStepper:
         if abs(energy.slope(state, increment)) <= state.rounding:
             self._convex = False  # too close for the energy to decide
             return energy.moved(state, increment, 1.0)
-        increments = [increment, *self._history]
-        self._history = increments[: self._history_length]
-        combination = combine(energy, state, increments, self._least_curvature)
-        length = line_search(energy, state, combination, options.remaining_slope)
-        if length == 0.0:
+        increment = self._combined(state, increment)
+        length, new = line_search(energy, state, increment, options.remaining_slope)
+        if new is None:
             return self._convex_step(state, tolerance)
         if length < 0.5 and not self._convex:
             self._make_convex(state)
         elif length >= 1.0 and state.error < self._small:
             self._convex = False
-        return energy.moved(state, combination, length)
+        return new
 
     def restart(self) -> None:
         """Discard earlier increments, and include the negative stiffness."""
         self._history, self._convex = [], False
+
+    def _combined(self, state: EnergyState, increment: Increment) -> Increment:
+        """Combine an increment with earlier ones, unless it is good enough alone."""
+        increments = [increment, *self._history]
+        self._history = increments[: self._history_length]
+        slow = state.error > self._options.slow_fall * self._last_error
+        self._last_error = state.error
+        if not (slow or self._energy.wall.attractive):
+            return increment
+        return combine(self._energy, state, increments, self._least_curvature)
 
     def _make_convex(self, state: EnergyState) -> None:
         self._convex = True
@@ -116,7 +126,7 @@ class NewtonStepper:
         height = self._energy.carrying_height(state.opening, state.height)
         if height is None or height == state.height:
             return None
-        return self._energy.state(state.pressure, state.opening, height)
+        return self._energy.state(state.pressure, height, state.opening)
 
     def _is_minimum(self, state: EnergyState, increment: Increment) -> bool:
         """Return whether the energy falls along an increment, and is convex."""
@@ -211,31 +221,46 @@ def line_search(
     state: EnergyState,
     increment: Increment,
     remaining_slope: float,
-) -> float:
-    """Return a length of at most one at which energy and slope have decreased.
+) -> tuple[float, EnergyState | None]:
+    """Search for a length of at most one at which energy and slope have decreased.
 
-    By bisection: the energy along an increment may have several minima, and its
-    rounding errors decide at the end, so that a library's conditions of sufficient
-    decrease would fail.
+    The whole increment is tried first, as it is nearly always accepted. Then the length
+    is bisected: the energy along an increment may have several minima, and its rounding
+    errors decide at the end, so that a library's conditions of sufficient decrease
+    would fail.
 
     Returns
     -------
-    float
+    length : float
         Zero if no length is found at which the energy falls.
+    state : EnergyState or None
+        State at this length.
     """
-    along = energy.along(state, increment)
     accepted = remaining_slope * abs(energy.slope(state, increment))
-    length, low, high = 1.0, 0.0, 1.0
+    whole = energy.moved(state, increment, 1.0)
+    falls = whole.energy - state.energy <= state.rounding
+    if falls and energy.slope(whole, increment) <= accepted:
+        return 1.0, whole
+    length = _bisected_length(energy, state, increment, accepted)
+    return length, energy.moved(state, increment, length) if length else None
+
+
+def _bisected_length(
+    energy: ContactEnergy, state: EnergyState, increment: Increment, accepted: float
+) -> float:
+    """Return a length below one with at most the accepted slope, zero if none falls."""
+    along = energy.along(state, increment)
+    low, high = 0.0, 1.0
     for _ in range(40):
+        length = (low + high) / 2.0
         change, slope = along(length)
         falls = change <= state.rounding
-        if falls and (abs(slope) <= accepted or (length == 1.0 and slope < 0.0)):
+        if falls and abs(slope) <= accepted:
             return length
         if falls and slope < 0.0:
             low = length
         else:
             high = length
-        length = (low + high) / 2.0
         if high - low < 0.05 * low:
             break
     return low
@@ -273,7 +298,7 @@ def balance_load(
         if not stiffness > 0.0:
             break
         height = state.height + force / stiffness
-        moved = energy.state(state.pressure, state.opening, height)
+        moved = energy.state(state.pressure, height, state.opening)
         rises = moved.energy > state.energy + state.rounding
         if rises or not moved.error < state.error:
             break

@@ -38,6 +38,7 @@ from ase_roughcontact._util.kernels import (
     inner,
     linear_combination,
     max_abs,
+    multiply,
     norm,
     rowwise,
     scale,
@@ -84,6 +85,7 @@ class NewtonSystem:
         self._d = self._embedded(stiffness, model.self_compliance)
         self._weight, self._stiff = np.empty_like(self._d), np.empty_like(self._d)
         count, softness = _weights(self._weight, self._stiff, self._d)
+        self._stiff_weight = self._stiff * self._weight
         self._inverse = model.preconditioner(softness / count) if count else None
 
     def scaled(self, pressure: np.ndarray) -> np.ndarray:
@@ -201,7 +203,7 @@ class NewtonSystem:
         if self._inverse is None:
             out[:] = rows
             return
-        _restrict(out, rows, self._weight, self._stiff)
+        multiply(out, rows, self._stiff_weight)
         field = out.reshape(self._model.box.shape)
         self._inverse(field, field)
         _merge(out, rows, self._stiff)
@@ -222,8 +224,11 @@ def _weights(
 ) -> tuple[float, float]:
     """Set ``W = (1 + D+)^-1/2`` and ``chi``; return the sums of ``chi`` and ``W^2``."""
     np.greater(d, 0.0, out=stiff)
-    weight[:] = 1.0 / np.sqrt(1.0 + d * stiff)
-    return float(stiff.sum()), inner(stiff * weight, weight)
+    np.maximum(d, 0.0, out=weight)
+    weight += 1.0
+    np.sqrt(weight, out=weight)
+    np.reciprocal(weight, out=weight)
+    return float(stiff.sum()), inner(weight * stiff, weight)
 
 
 @rowwise()
@@ -265,16 +270,8 @@ def _complete_rows(
 
 
 @rowwise()
-def _restrict(
-    out: np.ndarray, rows: np.ndarray, weight: np.ndarray, stiff: np.ndarray
-) -> None:
-    """Set ``out = chi W r``."""
-    np.multiply(rows, weight, out=out)
-    out *= stiff
-
-
-@rowwise()
 def _merge(out: np.ndarray, rows: np.ndarray, stiff: np.ndarray) -> None:
     """Set ``out = chi out + (1 - chi) r``."""
+    out -= rows
     out *= stiff
-    out += rows * (1.0 - stiff)
+    out += rows

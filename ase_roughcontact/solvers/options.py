@@ -38,6 +38,9 @@ class NewtonKrylovOptions:
     attraction_residual : float
         Residual pressure below which the negative stiffness of an attractive wall is
         included, in contact moduli.
+    slow_fall : float
+        Under a repulsive wall, an increment is combined with earlier ones if the step
+        before has decreased the largest force by less than this factor.
     history, attractive_history : int
         Number of earlier increments that are combined with the present one, for
         repulsive walls and for walls with attraction.
@@ -60,13 +63,14 @@ class NewtonKrylovOptions:
     coarsest: int = 32
     coarse_residual: float = 0.1
     coarse_steps: int = 300
-    max_load_change: float = 0.05
+    max_load_change: float = 0.25
     max_indenter_move: float = 3.0
     forcing: float = 0.1
     krylov_steps: int = 40
     exact_residual: float = 1.0
     exact_krylov_steps: int = 10
     attraction_residual: float = 0.3
+    slow_fall: float = 0.3
     history: int = 3
     attractive_history: int = 6
     least_curvature: float = 0.03

@@ -106,8 +106,8 @@ def test_linear_combination():
     expected = 2.0 * a - 3.0 * b + 0.5 * c
     terms = [(2.0, a), (-3.0, b), (0.5, c)]
     assert_allclose(linear_combination(terms), expected, rtol=1e-13, atol=1e-15)
-    assert linear_combination(terms, out=b) is b
-    assert_allclose(b, expected, rtol=1e-13, atol=1e-15)
+    assert linear_combination(terms, out=a) is a
+    assert_allclose(a, expected, rtol=1e-13, atol=1e-15)
 
 
 def test_linear_combination_keeps_single_precision():

@@ -28,7 +28,7 @@ def energy(periodic, wall, rng):
 
 def random_state(energy, rng):
     pressure = 0.1 * rng.standard_normal(energy.contact.heights.shape)
-    return energy.state(pressure, energy.opening(pressure), 0.4)
+    return energy.state(pressure, 0.4)
 
 
 def random_increment(energy, rng):

@@ -7,7 +7,12 @@ from scipy.optimize import minimize
 from ase_roughcontact import RoughSphere, SelfAffine
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.interactions import (
+    HardWall,
+    Interaction,
+    LennardJones93,
+    RepulsiveLennardJones93,
+)
 from ase_roughcontact.solvers.coarsening import coarsen
 from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
@@ -349,6 +354,31 @@ def test_a_warm_start_after_two_percent_more_load_costs_less_than_a_cold_one():
     last = cold[-1]
     warm = relax(contact, last.height, constant(61.2), last.pressure, 1e-6)
     assert sum(s.pairs for s in warm) < sum(s.pairs for s in cold)
+
+
+def test_a_relaxed_start_costs_one_convolution():
+    contact, load = scene(32), constant(20.0)
+    last = relax(contact, 0.0, load)[-1]
+    before = contact.halfspace.pairs
+    (again,) = relax(contact, last.height, load, last.pressure, tolerance=1e-9)
+    assert again.pairs == contact.halfspace.pairs - before == 1.0
+
+
+def test_a_newton_step_evaluates_the_wall_once_or_twice():
+    sizes = []
+
+    class Counting(RepulsiveLennardJones93):
+        kind = ""
+
+        def evaluate(self, gap):
+            sizes.append(gap.size)
+            return super().evaluate(gap)
+
+    contact = scene(32, Counting(distance=1.0, stiffness=1.0, core=0.5))
+    start = relax(contact, -0.5, tolerance=1e-6)[-1].pressure
+    sizes.clear()
+    states = relax(contact, -0.6, start=start, tolerance=1e-6)
+    assert len(sizes) <= 1.5 * len(states)
 
 
 def test_the_coarse_contact_is_the_same_wall_on_every_other_atom():
