@@ -26,8 +26,7 @@ LAYERS = [
     {"cli"},
 ]
 LAYER_OF = {name: layer for layer, names in enumerate(LAYERS) for name in names}
-EXTRAS = ("matplotlib", "dask", "ducc0")
-NEEDS_EXTRAS = ("plot",)
+EXTRAS = ("dask", "ducc0")
 
 
 def modules():
@@ -119,12 +118,8 @@ def test_importing_the_package_loads_neither_matplotlib_nor_a_scheduler():
     assert not {"matplotlib", "distributed"} & set(loaded)
 
 
-def test_every_module_but_the_figures_imports_without_the_extras():
-    names = [
-        f"{PACKAGE}.{module}".removesuffix(".__init__")
-        for module in FILES
-        if module.partition(".")[0] not in NEEDS_EXTRAS
-    ]
+def test_every_module_imports_without_the_extras():
+    names = [f"{PACKAGE}.{module}".removesuffix(".__init__") for module in FILES]
     code = (
         "import sys\n"
         "from importlib import import_module\n"

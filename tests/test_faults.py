@@ -4,6 +4,8 @@ Tests of interrupted ensembles are in `tests/ensemble`.
 """
 
 import csv
+import errno
+import fcntl
 import os
 import resource
 import signal
@@ -11,6 +13,7 @@ import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
 from itertools import count
@@ -176,18 +179,47 @@ def interrupt(*_):
     raise KeyboardInterrupt
 
 
-# Ctrl-C
+# Ctrl-C and SIGTERM
+
+SIGNALS = {
+    signal.SIGINT: (130, "interrupted"),
+    signal.SIGTERM: (143, "terminated"),
+}
 
 
+@pytest.mark.parametrize("number", SIGNALS)
 @pytest.mark.parametrize("count", [slow(1), 8])
-def test_interrupted_run_says_that_it_can_be_resumed(file, folder, undisturbed, count):
+def test_interrupted_run_says_that_it_can_be_resumed(
+    file, folder, undisturbed, count, number
+):
     with begin(file, folder) as process:
         wait_for_rows(folder, count)
-        process.send_signal(signal.SIGINT)
+        process.send_signal(number)
         _, message = process.communicate(timeout=30)
-    assert process.returncode == 130
-    assert message.strip().startswith("interrupted; finished steps are saved")
+    status, word = SIGNALS[number]
+    assert process.returncode == status
+    assert message.strip() == (
+        f"{word}; finished steps are saved in {folder}; to continue, give the same "
+        f"command again; to draw them: ase-roughcontact figure {folder}"
+    )
     assert_resumes(folder, undisturbed, kept(folder))
+
+
+def test_terminated_ensemble_says_that_it_can_be_continued(
+    tmp_path, monkeypatch, capsys
+):
+    def terminated(*_, **__):
+        os.kill(os.getpid(), signal.SIGTERM)
+        yield
+
+    monkeypatch.setattr("ase_roughcontact.cli.commands.run_ensemble", terminated)
+    before = signal.getsignal(signal.SIGTERM)
+    database = str(tmp_path / "e.db")
+    assert main(["ensemble", "--database", database]) == 143
+    assert signal.getsignal(signal.SIGTERM) is before
+    assert f"terminated; finished steps are saved in {database}; to continue" in (
+        capsys.readouterr().err
+    )
 
 
 # Incomplete frames
@@ -241,7 +273,7 @@ def test_trajectory_of_another_program_is_not_changed(folder):
     folder.mkdir()
     Atoms("Cu").write(folder / "sweep.traj")
     written = (folder / "sweep.traj").read_bytes()
-    with pytest.raises(ValueError, match="another path or system"):
+    with pytest.raises(ValueError, match="not those of a load path"):
         next(SCENE.run(folder))
     assert (folder / "sweep.traj").read_bytes() == written
 
@@ -274,28 +306,136 @@ def test_run_does_not_resume_from_frames_written_meanwhile(folder, undisturbed):
     assert_resumes(folder, undisturbed, before)
 
 
-# Full disks and missing permissions
+# File systems without locks
 
 
-@pytest.mark.parametrize("size", [slow(100), slow(30_000), 300_000])
-def test_full_disk_is_one_line_and_loses_nothing(file, folder, undisturbed, size):
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+def no_locks(*_):
+    raise OSError(errno.ENOSYS, "Function not implemented")
 
-    with begin(file, folder, preexec_fn=limit) as process:
-        _, message = process.communicate(timeout=60)
-    assert process.returncode == 2
-    assert message.startswith("ase-roughcontact: ") and message.count("\n") == 1
-    trajectory = folder / "sweep.traj"
-    before = kept(folder) if size > 100 and trajectory.stat().st_size else []
+
+def test_run_on_a_file_system_without_locks_warns_and_works(
+    folder, undisturbed, monkeypatch
+):
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    with pytest.warns(RuntimeWarning, match=r"sweep\.traj has no locks.*no other run"):
+        path = SCENE.run(folder)
+        before = [asdict(next(path)) for _ in range(2)]
+    path.close()
+    monkeypatch.undo()
+    assert not list(folder.glob("*.lock"))
     assert_resumes(folder, undisturbed, before)
 
 
-def test_full_device_is_one_line(file, folder, capsys):
+@pytest.mark.filterwarnings("default")
+def test_command_on_a_file_system_without_locks_prints_the_warning(
+    file, folder, monkeypatch, capsys
+):
+    monkeypatch.setattr(fcntl, "flock", no_locks)
+    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("ase-roughcontact: warning: the file system of ")
+
+
+def test_other_errors_of_locking_are_raised_and_leave_no_trajectory(
+    folder, monkeypatch
+):
+    def interrupted(*_):
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(fcntl, "flock", interrupted)
+    with pytest.raises(OSError, match="Input/output"):
+        next(SCENE.run(folder))
+    assert not (folder / "sweep.traj").exists()
+
+
+# Full disks and missing permissions
+
+
+@contextmanager
+def largest_file(size):
+    """Let the writing of larger files fail, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize("size", [100, slow(30_000), 300_000])
+def test_full_disk_is_one_line_with_file_and_cause_and_loses_nothing(
+    file, folder, undisturbed, size, capsys
+):
+    with largest_file(size):
+        assert main(["run", str(file), "--out", str(folder)]) == 2
+    (message,) = capsys.readouterr().err.splitlines()
+    assert message.startswith("ase-roughcontact: can't write ")
+    name = "curve.csv" if size == 100 else "sweep.traj"
+    assert str(folder / name) in message
+    assert "too large" in message or "disk is full" in message
+    before = kept(folder) if (folder / "sweep.traj").exists() else []
+    assert bool(before) == (size > 100)
+    assert not list(folder.glob("*.new"))
+    assert_resumes(folder, undisturbed, before)
+
+
+def test_first_frame_that_does_not_fit_leaves_no_trajectory(folder):
+    with largest_file(5000), pytest.raises(OSError, match=r"can't write .*sweep\.traj"):
+        next(SCENE.run(folder))
+    assert not (folder / "sweep.traj").exists()
+
+
+@pytest.mark.parametrize("name", ["curve.png", "view.traj", "scene.toml"])
+def test_what_does_not_fit_is_named_and_the_old_file_is_kept(
+    file, folder, name, capsys
+):
+    steps = SCENE.run(folder)
+    for _ in range(3):
+        next(steps)
+    steps.close()
+    commands = {
+        "curve.png": (1_000, ["figure", str(folder)]),
+        "view.traj": (100_000, ["figure", str(folder)]),
+        "scene.toml": (90_000, ["run", str(file), "--out", str(folder)]),
+    }
+    file.write_text(f"{TEXT}#{' ' * 100_000}\n")
+    (folder / name).write_text("old")
+    size, command = commands[name]
+    with largest_file(size):
+        assert main(command) == 2
+    assert f"can't write {folder / name}: " in capsys.readouterr().err
+    assert (folder / name).read_text() == "old"
+    assert not list(folder.glob("*.new"))
+
+
+# Symbolic links
+
+
+@pytest.mark.parametrize("name", ["curve.csv", "sweep.traj", "sweep.traj.lock"])
+def test_symbolic_links_to_results_are_refused(file, folder, name, capsys):
+    other = folder.parent / "other"
+    next(SCENE.run(other))
     folder.mkdir()
-    (folder / "curve.csv").symlink_to("/dev/full")
+    target = other / name.removesuffix(".lock")
+    before = target.read_bytes()
+    (folder / name).symlink_to(target)
     assert main(["run", str(file), "--out", str(folder)]) == 2
-    assert "No space left" in capsys.readouterr().err
+    assert f"{folder / name} is a symbolic link" in capsys.readouterr().err
+    assert target.read_bytes() == before
+
+
+NEW = ["scene.toml", "view.traj", "curve.png", "contact.png", "curve.png.new"]
+
+
+def test_symbolic_links_to_files_that_are_made_anew_are_replaced(file, folder):
+    folder.mkdir()
+    target = folder.parent / "target"
+    target.write_text("precious")
+    for name in NEW:
+        (folder / name).symlink_to(target)
+    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
+    assert target.read_text() == "precious"
+    assert not [path for path in folder.iterdir() if path.is_symlink()]
 
 
 def test_folder_of_another_user_is_one_line(capsys):

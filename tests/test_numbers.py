@@ -9,7 +9,6 @@ import pytest
 from ase_roughcontact import (
     FourierModes,
     HalfSpacePrecon,
-    HeightMap,
     LennardJones93,
     RoughContact,
     RoughSphere,
@@ -70,7 +69,6 @@ FUNCTIONS = {
         SelfAffine,
         asdict(ROUGH) | {"longest_wavelength": 16.0} | {"domain": 64.0},
     ),
-    "HeightMap": (partial(HeightMap, np.zeros((4, 4))), {"spacing": 1.0}),
     "heights": (partial(SPHERE.heights, (4, 4)), {"spacing": 1.0}),
     "substrate": (
         partial(substrate, "Cu", (4, 4), SPHERE),

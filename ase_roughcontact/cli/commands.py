@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import argparse
 import os
-import shutil
+import signal
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
-from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
-from ase_roughcontact.cli import figures, report
+from ase_roughcontact.cli import report
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import product, run_ensemble, write_csv
@@ -31,25 +32,69 @@ UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 _ERRORS = ValueError, RuntimeError, OSError, MemoryError
 
 
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM was received; all is left as after Ctrl-C."""
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
     options = make_parser().parse_args(arguments)
     try:
-        status = COMMANDS[options.command](options)
+        with _signals_and_warnings():
+            status = COMMANDS[options.command](options)
         sys.stdout.flush()  # here, where a closed pipe is caught
         return status
     except BrokenPipeError:  # the pager was closed
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except _ERRORS as error:
-        print(f"ase-roughcontact: {error}", file=sys.stderr)
+        _print_error(error)
         return 2
+    except _Terminated:
+        print(f"\nterminated{_what_is_kept(options)}", file=sys.stderr)
+        return 128 + signal.SIGTERM
     except KeyboardInterrupt:
-        message = "interrupted; finished steps are saved"
-        if options.command == "run":
-            message += f"; to draw them: ase-roughcontact figure {options.out}"
-        print(f"\n{message}", file=sys.stderr)
-        return 130
+        print(f"\ninterrupted{_what_is_kept(options)}", file=sys.stderr)
+        return 128 + signal.SIGINT
+
+
+@contextmanager
+def _signals_and_warnings() -> Iterator[None]:
+    """Raise `_Terminated` on SIGTERM, and print warnings as lines."""
+
+    def terminate(*_: object) -> NoReturn:
+        raise _Terminated
+
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda warning, *_, **__: _print_error(
+            f"warning: {warning}"
+        )
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(signal.SIGTERM, terminate)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _print_error(message: object) -> None:
+    print(f"ase-roughcontact: {message}", file=sys.stderr)
+
+
+def _what_is_kept(options: argparse.Namespace) -> str:
+    """Return what an interrupted command leaves, and how it is continued."""
+    if options.command not in ("run", "ensemble"):
+        return ""
+    again = "to continue, give the same command again"
+    if options.command == "ensemble":
+        database = without_password(options.database)
+        return f"; finished steps are saved in {database}; {again}"
+    return (
+        f"; finished steps are saved in {options.out}; {again}; to draw them: "
+        f"ase-roughcontact figure {options.out}"
+    )
 
 
 def _scene_text(options: argparse.Namespace) -> tuple[str, str]:
@@ -112,15 +157,9 @@ def _relax(
     meter.add(["path"] * restored)
     meter.progress()
     validity = "raise" if options.strict else "ignore"  # the table has them
-    for step in reference.scene.run(folder, validity):
-        if not steps:
-            (folder / "scene.toml").write_text(text, encoding="utf-8")
-            if reference.scene.topography:  # beside it, where it is found again
-                scan = Path(reference.scene.topography.file)
-                if scan.parent.resolve() != folder.resolve():
-                    shutil.copy(scan, folder)
-            if _prints_text(options):
-                print(report.table_header(reference))
+    for step in reference.scene.run(folder, validity, text):
+        if not steps and _prints_text(options):
+            print(report.table_header(reference))
         steps.append(step)
         if len(steps) > restored:
             meter.add(["path"])
@@ -144,6 +183,8 @@ def _write_results(
     steps: list[LoadStep],
 ) -> None:
     """Draw figures, write the trajectory for viewing, and print where they are."""
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
     pictures = figures.draw(reference, steps, options.out)
     figures.write_view(reference.scene, options.out)
     if _prints_text(options):
@@ -151,12 +192,14 @@ def _write_results(
 
 
 def _figure(options: argparse.Namespace) -> int:
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
     steps = list(read_steps(folder / "sweep.traj"))
     pictures = figures.draw(reference_for(scene), steps, folder)
     if not pictures:
-        raise RuntimeError("no figures: matplotlib is not installed, or no contact")
+        raise RuntimeError("no figures: the sphere touches in no step")
     figures.write_view(scene, folder)
     print("\n".join(str(folder / name) for name in pictures))
     return 0
@@ -184,7 +227,7 @@ def _ensemble(options: argparse.Namespace) -> int:
             f"  ase db {database} record=step -c case,step,normal_force,contact_area"
         )
     for case, message in progress.failures.items():
-        print(f"ase-roughcontact: case {case}: {message}", file=sys.stderr)
+        _print_error(f"case {case}: {message}")
     return 1 if progress.failures else 0
 
 

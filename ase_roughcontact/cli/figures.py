@@ -8,15 +8,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ase.io import Trajectory, read
-from ase.parallel import DummyMPI
+from ase.io import read
+from matplotlib.figure import Figure
 
+from ase_roughcontact import plot
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.view import centred, with_indenter
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import count_steps
+from ase_roughcontact.paths.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.theory import SphereTheory
@@ -43,18 +45,17 @@ def write_view(scene: Scene, folder: Path) -> None:
     """
     surface = scene.surface
     with (
-        Trajectory(folder / "sweep.traj") as frames,
-        Trajectory(folder / "view.traj", "w", comm=DummyMPI()) as view,
+        replaced(folder / "view.traj") as name,
+        trajectory_writer(name, "all", 0) as write,
     ):
-        for number in range(count_steps(folder / "sweep.traj")):
-            frame = frames[number]
+        for frame in read_frames(folder / "sweep.traj"):
             every = math.ceil(math.sqrt(len(frame) / _VIEWED_ATOMS))
             shown = with_indenter(frame, surface, half=True, every=every)
-            view.write(centred(shown))
+            write(centred(shown))
 
 
 def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[str]:
-    """Draw the figures of a run, if matplotlib is installed.
+    """Draw the figures of a run.
 
     Parameters
     ----------
@@ -72,11 +73,6 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
         of penetrations or heights and paths with tension; contact.png, if atoms are in
         contact.
     """
-    try:
-        import matplotlib
-    except ImportError:
-        return []
-    matplotlib.use("Agg")
     names = []
     if any(_is_compressive(step) for step in steps):
         _draw_curve(reference, steps, folder / "curve.png")
@@ -98,10 +94,6 @@ def _is_compressive(step: LoadStep) -> bool:
 
 
 def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
-    from matplotlib import pyplot
-
-    from ase_roughcontact.plot import plot_curve
-
     scene = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
     forces = np.array([step.normal_force for step in shown])
@@ -109,10 +101,9 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     predicted = reference.rough_area(forces)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
     adhesive = [c for c in _smooth(reference) if c.pull_off_force < 0.0]
-    figure, axes = pyplot.subplots(
-        figsize=(5, 5 if adhesive else 4), layout="constrained"
-    )
-    plot_curve(
+    figure = Figure(figsize=(5, 5 if adhesive else 4), layout="constrained")
+    axes = figure.subplots()
+    plot.plot_curve(
         axes,
         forces / NN,
         areas,
@@ -136,10 +127,6 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
 
 
 def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
-    from matplotlib import pyplot
-
-    from ase_roughcontact.plot import plot_force
-
     scene = reference.scene
     by_height = scene.path.control == "height"
     first_contact = steps[0].height + steps[0].penetration
@@ -151,8 +138,9 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         for curve in _smooth(reference):
             depth, force = curve.curve(largest)
             theory[curve.label] = first_contact - depth if by_height else depth, force
-    figure, axes = pyplot.subplots(figsize=(5, 4.6), layout="constrained")
-    plot_force(
+    figure = Figure(figsize=(5, 4.6), layout="constrained")
+    axes = figure.subplots()
+    plot.plot_force(
         axes,
         [step.height if by_height else step.penetration for step in steps],
         [step.normal_force for step in steps],
@@ -168,31 +156,20 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
 
 def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
-    from matplotlib import pyplot
-
-    from ase_roughcontact.plot import plot_contact
-
     touching = [step for step in steps if step.repulsive_atoms]
     chosen = np.unique(np.linspace(0, len(touching) - 1, _MAPS).round().astype(int))
     shown = [touching[i] for i in chosen]
     titles = [_title(reference.scene, steps, step) for step in shown]
-    figure, (panels,) = pyplot.subplots(
-        1,
-        len(shown),
-        figsize=(
-            3.2 * len(shown) + 0.8,
-            4.1 + 0.3 * max(t.count("\n") for t in titles),
-        ),
-        layout="constrained",
-        squeeze=False,
-    )
+    height = 4.1 + 0.3 * max(title.count("\n") for title in titles)
+    figure = Figure(figsize=(3.2 * len(shown) + 0.8, height), layout="constrained")
+    (panels,) = figure.subplots(1, len(shown), squeeze=False)
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]
     label = reference.smooth.label
     for panel, frame, step, title in zip(panels, frames, shown, titles, strict=True):
         area = float(reference.smooth.contact_area(step.normal_force))
         radius = math.sqrt(area / np.pi) if area > 0.0 else None
-        image = plot_contact(panel, frame, radius, largest, circle_label=label)
+        image = plot.plot_contact(panel, frame, radius, largest, circle_label=label)
         panel.set_title(title)
     for panel in panels[1:]:
         panel.set_ylabel("")
@@ -224,7 +201,7 @@ def _short(value: float) -> str:
     return np.format_float_positional(value, precision=3, fractional=False, trim="-")
 
 
-def _legend_below(figure: Any, panels: Sequence[Any]) -> None:
+def _legend_below(figure: Figure, panels: Sequence[Any]) -> None:
     """Replace the legends of all panels by one below them."""
     handles = {
         label: line
@@ -249,8 +226,6 @@ def _share_range(panels: Sequence[Any]) -> None:
             panel.set(xlim=(-largest, largest), ylim=(-largest, largest))
 
 
-def _save(figure: Any, file: Path, dpi: float) -> None:
-    from matplotlib import pyplot
-
-    figure.savefig(file, dpi=dpi)
-    pyplot.close(figure)
+def _save(figure: Figure, file: Path, dpi: float) -> None:
+    with replaced(file) as name:
+        figure.savefig(name, format="png", dpi=dpi)

@@ -32,14 +32,14 @@ template with a description of each key. Files in the output folder:
   contact.png  maps of the contact pressure of four steps
   scene.toml   the scene
 
-Figures need matplotlib. An interrupted run is resumed by running it again with the same
-folder.
+An interrupted run is resumed by running it again with the same folder.
 
 Steps that exceed a limit of the model, such as the hardness of the substrate, are
 marked in the table and in curve.csv. With --strict the run stops at the first of them.
 
 Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
-invalid, or a step exceeds a limit with --strict, 130 interrupted.
+invalid, a file of it is damaged, or a step exceeds a limit with --strict, 130
+interrupted (Ctrl-C), 143 terminated (SIGTERM).
 """
 
 PLAN = """\
@@ -62,7 +62,7 @@ realisations of the roughness on two spheres:
                                     --set sphere.radius=100.0,1000.0
 
 Exit status: 0 all steps are stored, 1 some cases failed, 2 the scene or the database is
-invalid, 130 interrupted.
+invalid or damaged, 130 interrupted (Ctrl-C), 143 terminated (SIGTERM).
 """
 
 TRADEOFF = """\

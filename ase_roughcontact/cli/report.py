@@ -136,10 +136,7 @@ def summary(
     lines.append(f"Results are in {folder}:")
     lines += [f"  {folder / name}" for name in pictures]
     if not pictures:
-        lines.append(
-            "  (no figures, as nothing touched or matplotlib is not installed; once it "
-            f"is: ase-roughcontact figure {folder})"
-        )
+        lines.append("  (no figures, as nothing touched)")
     lines += [
         f"  {folder / 'curve.csv'}",
         f"  {folder / 'sweep.traj'}, all atoms",

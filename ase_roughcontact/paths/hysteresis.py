@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.snapshot import snapshot
@@ -27,7 +28,6 @@ from ase_roughcontact.paths.instabilities import (
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.trajectory import PathName
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.windows.options import WindowOptions
 

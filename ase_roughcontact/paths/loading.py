@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.io import read
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.resume import PathDescription
+from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.trajectory import PathName
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.windows.options import WindowOptions
 
@@ -139,30 +138,29 @@ def load_path(
     report = ValidityReport(validity)
     system = {} if trajectory is None else stepper.describe_system()
     path = PathDescription(system, control, targets)
-    done = None
+    finished = None
     if resume and trajectory is not None:
-        done = path.finished_steps(trajectory, keep, record)
-    files = open_output(trajectory, csv, record, keep=keep, done=done)
-    return _relax(stepper, path, files, trajectory, done or [], report)
+        finished = path.finished_steps(trajectory, keep, record)
+    files = open_output(trajectory, csv, record, keep=keep, finished=finished)
+    return _relax(stepper, path, files, finished, report)
 
 
 def _relax(
     stepper: Stepper,
     path: PathDescription,
     files: AbstractContextManager[Write],
-    trajectory: PathName | None,
-    done: list[LoadStep],
+    finished: FinishedSteps | None,
     report: ValidityReport,
 ) -> Iterator[LoadStep]:
     """Yield the steps of a path, and write those that are not done yet."""
     first = 0
     with files as write:
-        for step in done:
+        for step in finished.steps if finished else ():
             report(step.step, step.validity)
             yield step
-        if done:
-            stepper.restart_from(read(trajectory, len(done) - 1, format="traj"))
-            first = done[-1].step + 1
+        if finished and finished.frame:
+            stepper.restart_from(finished.frame)
+            first = finished.steps[-1].step + 1
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
             info = {"load_step": asdict(step), "path": path.of_step(number)}

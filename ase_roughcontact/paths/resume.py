@@ -17,13 +17,38 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.paths.record import LoadStep, columns_of
-from ase_roughcontact.paths.trajectory import PathName, read_infos
+from ase_roughcontact.paths.trajectory import Signature, read_frames, signature
+
+#: Key of the checksum of a table's earlier lines in the `info` of a frame.
+LINES = "lines"
 
 # Relative difference of targets that counts as rounding, as between the common part of
 # a path and of a longer one; near zero, relative to the neighbouring targets.
 _ROUNDING = 1e-12
+
+
+@dataclass(frozen=True)
+class FinishedSteps:
+    """First steps of a path, read from its trajectory.
+
+    Attributes
+    ----------
+    steps : list of LoadStep
+    frame : Atoms or None
+        Of the last step.
+    lines : int or None
+        Checksum of the lines of the table before those of the steps, if it has any.
+    signature : tuple or None
+        Of the trajectory that was read.
+    """
+
+    steps: list[LoadStep]
+    frame: Atoms | None
+    lines: int | None
+    signature: Signature
 
 
 @dataclass(frozen=True)
@@ -53,7 +78,7 @@ class PathDescription:
 
     def finished_steps(
         self, file: PathName, keep: str, record: type[LoadStep]
-    ) -> list[LoadStep]:
+    ) -> FinishedSteps:
         """Read the results of the steps in a trajectory, which must be of this path.
 
         Parameters
@@ -66,25 +91,27 @@ class PathDescription:
 
         Returns
         -------
-        list of LoadStep
+        FinishedSteps
 
         Raises
         ------
         ValueError
-            If the frames are of another path, with what differs.
+            If the frames are of another path, with what differs, or one is damaged.
         """
-        done: list[LoadStep] = []
-        for info in read_infos(file):
-            expected = done[-1].step + 1 if done else None if keep == "last" else 0
-            mismatch = self._mismatch(info, expected, record)
+        steps: list[LoadStep] = []
+        read, frame, lines = signature(file), None, None
+        for frame in read_frames(file):
+            expected = steps[-1].step + 1 if steps else None if keep == "last" else 0
+            mismatch = self._mismatch(frame.info, expected, record)
             if mismatch:
                 raise ValueError(
                     f"can't resume: {os.fspath(file)} holds steps of another path or "
                     f"system: {'; '.join(mismatch)} (eV, Å): use the former "
                     "parameters, delete the file, or give another file or folder"
                 )
-            done.append(record(**info["load_step"]))
-        return done
+            lines = lines if steps else frame.info.get(LINES)
+            steps.append(record(**frame.info["load_step"]))
+        return FinishedSteps(steps, frame, lines, read)
 
     def _mismatch(
         self, info: dict[str, Any], expected: int | None, record: type[LoadStep]

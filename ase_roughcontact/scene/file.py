@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from operator import methodcaller
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -96,6 +97,17 @@ class SceneFile:
             title: section and section.entries() for title, section in sections.items()
         }
 
+    @property
+    def toml(self) -> str:
+        """The scene as the text of a file, without defaults that mean no value."""
+        lines = []
+        for title, entries in self.entries().items():
+            if entries is not None:
+                given = {k: v for k, v in entries.items() if v is not None}
+                values = (f"{key} = {_toml(value)}" for key, value in given.items())
+                lines += [f"[{title}]", *values, ""]
+        return "\n".join(lines)
+
     def with_values(self: AnyFile, values: Mapping[str, Any]) -> AnyFile:
         """Return the scene with other values of some keys.
 
@@ -152,4 +164,7 @@ def load_toml(text: str) -> dict[str, Any]:
 
 
 def _toml(value: Any) -> str:
-    return "not given" if value is None else json.dumps(value)
+    if value is None:
+        return "not given"
+    numbers = methodcaller("tolist")  # of NumPy
+    return json.dumps(value, ensure_ascii=False, default=numbers)

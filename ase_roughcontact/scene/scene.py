@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -12,6 +14,7 @@ import numpy as np
 from ase import Atoms
 from numpy.typing import ArrayLike
 
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of
@@ -238,8 +241,10 @@ class Scene(Model):
             **options,
         )
 
-    def run(self, folder: str | Path, validity: str = "warn") -> Iterator[LoadStep]:
-        """Relax step after step, writing ``curve.csv`` and ``sweep.traj``.
+    def run(
+        self, folder: str | Path, validity: str = "warn", text: str | None = None
+    ) -> Iterator[LoadStep]:
+        """Relax step after step; write ``curve.csv``, ``sweep.traj``, ``scene.toml``.
 
         Parameters
         ----------
@@ -248,6 +253,8 @@ class Scene(Model):
             one with a shorter path, is resumed.
         validity : {"warn", "raise", "ignore"}
             What to do if a step exceeds a limit of the model; see `load_path`.
+        text : str, optional
+            Text of the scene's file, with its comments; by default `toml`.
 
         Yields
         ------
@@ -256,16 +263,17 @@ class Scene(Model):
         Raises
         ------
         ValueError
-            If the folder contains a run of another scene. The error lists the
-            differences if the folder contains a ``scene.toml``.
+            If the folder contains a run of another scene, with the differences, or
+            a damaged one.
         OSError
-            If the folder can't be written.
+            If the folder can't be written, or a file in it is a symbolic link.
         """
         self.check()
         folder = Path(folder)
         if folder.exists() and not folder.is_dir():
             raise ValueError(f"{folder} is a file, give a folder for the results")
         folder.mkdir(parents=True, exist_ok=True)
+        file = folder / "scene.toml"
         files: dict[str, Any] = {
             "trajectory": folder / "sweep.traj",
             "csv": folder / "curve.csv",
@@ -273,8 +281,9 @@ class Scene(Model):
         try:
             path = self.relax(resume=True, validity=validity, **files)
         except ValueError as error:
-            file = folder / "scene.toml"
-            changes = self.changes_from(Scene.read(file)) if file.exists() else []
+            changes: list[str] = []
+            with suppress(ValueError, OSError):
+                changes = self.changes_from(Scene.read(file))
             if not changes:
                 raise
             raise ValueError(
@@ -282,7 +291,20 @@ class Scene(Model):
                 "another folder, or delete this one; a path can be extended only by "
                 "steps after its last one"
             ) from error
-        yield from path
+        for number, step in enumerate(path):
+            if number == 0:  # from here on, no other run writes into the folder
+                self._write_inputs(file, text or self.toml)
+            yield step
+
+    def _write_inputs(self, file: Path, text: str) -> None:
+        """Write the scene, and copy its scan beside it, where it is found again."""
+        with replaced(file) as name:
+            Path(name).write_text(text, encoding="utf-8")
+        if self.topography:
+            scan = Path(self.topography.file)
+            if scan.parent.resolve() != file.parent.resolve():
+                with replaced(file.parent / scan.name) as name:
+                    shutil.copy(scan, name)
 
 
 def default_text() -> str:

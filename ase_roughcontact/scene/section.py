@@ -20,8 +20,8 @@ class Quantities(tuple):
     """Type of a key whose value is a list of quantities: numbers, or with a unit."""
 
 
-# Largest number of characters of a string in a scene file: all are names.
-_LONGEST_WORD = 100
+# Largest number of characters of a string in a scene file: names, also of files.
+_LONGEST_WORD = 1000
 
 
 @dataclass(frozen=True)

@@ -112,15 +112,6 @@ def test_an_interrupted_run_prints_the_command_that_draws_it(
     assert len(read(f"{out}/view.traj", ":")) == 1
 
 
-def test_a_run_without_figures_prints_the_command_that_draws_it(
-    scene, tmp_path, capsys, monkeypatch
-):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    out = str(tmp_path / "out")
-    assert main(["run", str(scene), "--out", out]) == 0
-    assert f"ase-roughcontact figure {out}" in capsys.readouterr().out
-
-
 def test_a_step_whose_frame_is_truncated_is_calculated_again(scene, tmp_path, capsys):
     out = tmp_path / "out"
     scene.write_text(SMALL.replace("steps = 2", "steps = 3"))

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from ase_roughcontact import plot
 from ase_roughcontact.cli.figures import draw, write_view
 from ase_roughcontact.cli.report import summary, table_header, table_row
 from ase_roughcontact.scene import NANONEWTON, Scene
@@ -123,7 +124,6 @@ def test_columns_are_separated_whatever_the_size_of_the_numbers(run, size):
 
 
 def test_a_path_with_tension_has_a_figure_of_the_force(run):
-    pytest.importorskip("matplotlib")
     reference, steps, folder = run
     names = ["curve.png", "force.png", "contact.png"]
     assert draw(reference, steps, folder) == names
@@ -135,7 +135,6 @@ def test_a_path_with_tension_has_a_figure_of_the_force(run):
 def test_forces_below_the_tolerance_are_not_drawn_on_a_logarithmic_axis(
     run, monkeypatch
 ):
-    plot = pytest.importorskip("ase_roughcontact.plot")
     reference, steps, folder = run
     drawn = []
     monkeypatch.setattr(
@@ -147,7 +146,6 @@ def test_forces_below_the_tolerance_are_not_drawn_on_a_logarithmic_axis(
 
 
 def test_maps_have_titles_and_share_a_range(run, monkeypatch):
-    plot = pytest.importorskip("ase_roughcontact.plot")
     panels, plot_contact = [], plot.plot_contact
 
     def collect(panel, *arguments, **options):
@@ -164,7 +162,6 @@ def test_maps_have_titles_and_share_a_range(run, monkeypatch):
 
 
 def test_compressive_loads_have_no_figure_of_the_force(tmp_path):
-    pytest.importorskip("matplotlib")
     text = ROUGH.replace('"penetration"', '"load"')
     scene = Scene.parse(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, 20.0]"))
     steps = list(scene.run(tmp_path))

@@ -7,14 +7,14 @@ import csv
 import io
 import re
 from contextlib import redirect_stdout
+from pathlib import Path
 
 import numpy as np
 import pytest
 from ase.io import read
+from matplotlib.figure import Figure
 
 from ase_roughcontact.cli import main
-
-figure_module = pytest.importorskip("matplotlib.figure")
 
 CHARGE = 1.602176634e-19  # eV in J
 NN = 1e-19 / CHARGE  # in eV/Å
@@ -47,10 +47,11 @@ def run(request, tmp_path_factory):
     )
 
     def saved(figure, file, **_):
-        figures[str(file).rpartition("/")[2]] = figure
+        figures[Path(file).name.removesuffix(".new")] = figure
+        Path(file).touch()
 
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()):
-        patch.setattr(figure_module.Figure, "savefig", saved)
+        patch.setattr(Figure, "savefig", saved)
         out = str(folder / "out")
         assert main(["run", str(folder / "scene.toml"), "--out", out]) == 0
     with open(folder / "out" / "curve.csv", newline="") as file:

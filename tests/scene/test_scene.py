@@ -13,7 +13,7 @@ from ase_roughcontact.interactions import (
 )
 from ase_roughcontact.paths.accuracy import LEVELS
 from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene, default_text
-from ase_roughcontact.scene.config import SECTIONS
+from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 
@@ -117,15 +117,36 @@ def test_run_writes_csv_and_trajectory_and_resumes(tmp_path):
     assert len((tmp_path / "curve.csv").read_text().splitlines()) == 3
 
 
+def test_run_writes_the_scene_with_or_without_the_text_of_its_file(tmp_path):
+    scene, file = Scene.parse(SMALL), tmp_path / "scene.toml"
+    next(scene.run(tmp_path))
+    assert Scene.read(file) == scene
+    next(scene.run(tmp_path, text=SMALL))
+    assert file.read_text() == SMALL
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        Scene.default(),
+        Scene.parse('interaction = { kind = "adhesive", work_of_adhesion = 1e-5 }'),
+        Scene(path=PathConfig(values=(np.float64(1.5), np.int64(2)))),
+        Scene(substrate=SubstrateConfig(symbol='"Å"\n')),
+    ],
+    ids=range(4),
+)
+def test_the_text_of_a_scene_is_that_scene(scene):
+    assert Scene.parse(scene.toml) == scene
+
+
 def test_a_folder_with_results_of_another_scene_is_an_error(tmp_path):
     next(Scene.parse(SMALL).run(tmp_path))
     other = Scene.parse(SMALL.replace("radius = 60.0", "radius = 61.0"))
-    with pytest.raises(ValueError, match="another path or system"):
+    with pytest.raises(ValueError, match="contains a run of another scene"):
         next(other.run(tmp_path))
 
 
 def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
-    (tmp_path / "scene.toml").write_text(SMALL)
     next(Scene.parse(SMALL).run(tmp_path))
     path = "first = 0.2\nlast = 0.6\nsteps = 2"
     changed = SMALL.replace("60.0", "61.0").replace(path, "values = [0.3]")
@@ -137,7 +158,6 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
 
 
 def test_the_error_of_a_changed_scene_lists_removed_keys(tmp_path):
-    (tmp_path / "scene.toml").write_text(SMALL)
     next(Scene.parse(SMALL).run(tmp_path))
     smooth = SMALL.replace("[roughness]\nlong_wavelength = 16.0\n", "")
     with pytest.raises(ValueError, match=r"long_wavelength was 16.0, is not given"):
@@ -153,7 +173,6 @@ def test_the_error_of_a_changed_scene_lists_removed_keys(tmp_path):
     ids=["ends", "values"],
 )
 def test_an_extended_path_resumes_in_the_same_folder(longer, tmp_path):
-    (tmp_path / "scene.toml").write_text(SMALL)
     short = list(Scene.parse(SMALL).run(tmp_path))
     records = list(Scene.parse(SMALL.replace(*longer)).run(tmp_path))
     assert records[:2] == short

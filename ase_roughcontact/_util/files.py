@@ -1,0 +1,126 @@
+"""Files: written by one process, completely or not at all, and named in errors."""
+
+from __future__ import annotations
+
+import errno
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any
+
+try:
+    import fcntl
+except ImportError:  # not on Unix: a second process is not noticed
+    fcntl = None  # type: ignore[assignment]
+
+PathName = str | os.PathLike
+
+# Errors of a file system without locks.
+_NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
+
+
+@contextmanager
+def locked(file: PathName) -> Iterator[None]:
+    """Keep other processes from writing a file, as long as this one lives.
+
+    Parameters
+    ----------
+    file : path
+        The lock is on a file beside it, ``file.lock``, removed in the end.
+
+    Raises
+    ------
+    RuntimeError
+        If another process is writing the file.
+
+    Warns
+    -----
+    RuntimeWarning
+        If the file system has no locks.
+    """
+    name = f"{os.fspath(file)}.lock"
+    with open_file(name, "ab") as lock:
+        try:
+            if fcntl is not None:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # the process that held the lock may have removed the file meanwhile
+            alone = os.path.samestat(os.fstat(lock.fileno()), os.stat(name))
+        except (BlockingIOError, FileNotFoundError):
+            alone = False
+        except OSError as error:
+            if error.errno not in _NO_LOCKS:
+                raise
+            alone = True
+            warnings.warn(
+                f"the file system of {os.fspath(file)} has no locks "
+                f"({error.strerror}): make sure that no other run writes this file",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        if not alone:
+            raise RuntimeError(f"another run is writing {os.fspath(file)}")
+        try:
+            yield
+        finally:
+            Path(name).unlink(missing_ok=True)
+
+
+@contextmanager
+def replaced(file: PathName) -> Iterator[str]:
+    """Write a new file beside another, which it replaces when it is complete.
+
+    Parameters
+    ----------
+    file : path
+        A symbolic link is replaced, not followed.
+
+    Yields
+    ------
+    str
+        Name of the new file.
+    """
+    new = f"{os.fspath(file)}.new"
+    Path(new).unlink(missing_ok=True)
+    try:
+        with named_in_errors(file):
+            yield new
+        os.replace(new, file)
+    except BaseException:
+        Path(new).unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def named_in_errors(file: PathName) -> Iterator[None]:
+    """Name a file in the errors that occur while it is written."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None:
+            raise
+        full = f"the disk is full, or a limit of sizes reached ({error})"
+        cause = error.strerror or full
+        raise OSError(f"can't write {os.fspath(file)}: {cause}") from error
+
+
+def open_file(file: PathName, mode: str, **options: Any) -> IO[Any]:
+    """Open a file for writing, as `open` does, but not what a symbolic link points to.
+
+    Raises
+    ------
+    OSError
+        If the file is a symbolic link.
+    """
+    refuse_link(file)
+    return open(file, mode, **options)
+
+
+def refuse_link(file: PathName) -> None:
+    """Raise `OSError` if a file is a symbolic link."""
+    if Path(file).is_symlink():
+        raise OSError(
+            f"{os.fspath(file)} is a symbolic link, and what it points to would be "
+            "changed: remove the link, or name the file itself"
+        )

@@ -1,0 +1,252 @@
+"""Damaged files: the same numbers or an error that names file and frame, no third."""
+
+import csv
+import os
+import random
+import shutil
+from dataclasses import asdict, replace
+
+import pytest
+from ase.cli.main import main as ase
+from ase.constraints import FixAtoms, Hookean
+from ase.io import Trajectory, read, ulm
+
+from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact.cli import main
+from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
+from ase_roughcontact.scene import Scene
+
+SCENE = Scene.parse("""
+[substrate]
+shape = [12, 12]
+contact_modulus = 100.0
+periodic = true
+[sphere]
+radius = 60.0
+[path]
+control = "penetration"
+values = [0.05, 0.1, 0.2, 0.3]
+""")
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Folder and results of an undisturbed run."""
+    folder = tmp_path_factory.mktemp("whole")
+    return folder, list(SCENE.run(folder))
+
+
+@pytest.fixture
+def folder(whole, tmp_path):
+    """A copy of the folder of the run."""
+    return shutil.copytree(whole[0], tmp_path / "out")
+
+
+def rewrite(movie, number, change):
+    """Change a frame of a trajectory as a user would, with ASE."""
+    frames = read(movie, ":")
+    change(frames[number])
+    with Trajectory(movie, "w") as trajectory:
+        for frame in frames:
+            trajectory.write(frame)
+
+
+def change_force(frame):
+    frame.info["load_step"]["normal_force"] *= 1.01
+
+
+def change_position(frame):
+    frame.positions[3, 2] += 1e-9
+
+
+def change_cell(frame):
+    frame.cell[0, 0] *= 1.0 + 1e-9
+
+
+def change_energy(frame):
+    frame.calc.results["energy"] += 1e-9
+
+
+def change_constraint(frame):
+    frame.set_constraint()
+
+
+def remove_checksum(frame):
+    del frame.info["checksum"]
+
+
+CHANGES = [
+    change_force,
+    change_position,
+    change_cell,
+    change_energy,
+    change_constraint,
+    remove_checksum,
+]
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_a_changed_frame_is_named_and_nothing_is_written(folder, change):
+    movie = folder / "sweep.traj"
+    rewrite(movie, 2, change)
+    before = {file: file.read_bytes() for file in folder.iterdir()}
+    with pytest.raises(ValueError, match=rf"frame 2 of {movie} is damaged"):
+        next(SCENE.run(folder))
+    assert {file: file.read_bytes() for file in folder.iterdir()} == before
+
+
+def test_the_command_names_a_changed_frame_with_exit_status_2(folder, capsys):
+    rewrite(folder / "sweep.traj", 1, change_force)
+    scene = str(folder / "scene.toml")
+    for command in (["run", scene, "--out", str(folder)], ["figure", str(folder)]):
+        assert main(command) == 2
+        (line,) = capsys.readouterr().err.splitlines()
+        assert f"frame 1 of {folder / 'sweep.traj'} is damaged" in line
+
+
+def test_frames_before_a_damaged_one_are_kept_as_the_message_says(folder, whole):
+    movie, new = folder / "sweep.traj", folder / "new.traj"
+    rewrite(movie, 2, change_force)
+    with pytest.raises(ValueError, match="is damaged") as error:
+        next(SCENE.run(folder))
+    command = f"convert -n :2 {movie} new.traj"
+    assert f"'ase {command}'" in str(error.value)
+    ase(args=command.replace("new.traj", str(new)).split())
+    os.replace(new, movie)
+    steps = list(SCENE.run(folder))
+    assert steps[:2] == whole[1][:2] and len(steps) == 4
+
+
+def test_a_damaged_version_field_is_an_error_whose_advice_saves_all_frames(
+    folder, whole
+):
+    movie, new = folder / "sweep.traj", folder / "new.traj"
+    data = bytearray(movie.read_bytes())
+    data[24] ^= 4
+    movie.write_bytes(data)
+    with pytest.raises(ValueError, match=r"header of .* is damaged") as error:
+        next(SCENE.run(folder))
+    assert f"'ase convert {movie} new.traj'" in str(error.value)
+    ase(args=["convert", str(movie), str(new)])
+    os.replace(new, movie)
+    assert list(SCENE.run(folder)) == whole[1]
+
+
+def test_a_header_that_counts_too_few_frames_is_an_error(folder):
+    movie = folder / "sweep.traj"
+    data = bytearray(movie.read_bytes())
+    for count in (0, 2, 3):
+        data[32] = count
+        movie.write_bytes(data)
+        with pytest.raises(ValueError, match=f"it counts {count} frames, but has more"):
+            next(SCENE.run(folder))
+
+
+@pytest.mark.filterwarnings("default")
+def test_figures_without_the_frames_that_are_cut_off_say_so(folder, capsys):
+    movie = folder / "sweep.traj"
+    os.truncate(movie, movie.stat().st_size - 400)
+    assert main(["figure", str(folder)]) == 0
+    assert "warning: the last 1 of the 4 frames" in capsys.readouterr().err
+
+
+def test_a_changed_table_is_written_again_from_the_trajectory(folder, whole):
+    table = folder / "curve.csv"
+    before = table.read_text()
+    table.write_text(before.replace("1", "2"))
+    assert list(SCENE.run(folder)) == whole[1]
+    assert table.read_text() == before
+
+
+@pytest.mark.parametrize("constraint", ["fixed", "spring"])
+def test_frames_with_constraints_are_intact(tmp_path, constraint):
+    sphere, movie = RoughSphere(10.0), tmp_path / "sweep.traj"
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    last, point = len(atoms) - 1, (*atoms.positions[-1, :2], -1.0)
+    kinds = {"fixed": FixAtoms([last]), "spring": Hookean(last, point, 1.0, rt=0.5)}
+    atoms.set_constraint(kinds[constraint])
+    atoms.calc = RoughContact(sphere, 1.0)
+    control = {"fixed": "penetrations", "spring": "loads"}[constraint]
+    (step,) = load_path(atoms, **{control: [0.1]}, trajectory=movie)
+    assert list(read_steps(movie)) == [step]
+    assert [type(c) for f in read_frames(movie) for c in f.constraints] == [
+        type(kinds[constraint])
+    ]
+
+
+# Lines of a table of which the trajectory keeps only the last frame
+
+
+def resume(folder, count=4):
+    scene = replace(SCENE, path=replace(SCENE.path, values=SCENE.path.values[:count]))
+    files = {"trajectory": folder / "last.traj", "csv": folder / "all.csv"}
+    return list(scene.relax(keep="last", resume=True, **files))
+
+
+def test_lines_of_a_table_that_were_changed_are_an_error(tmp_path):
+    resume(tmp_path, 2)
+    table = tmp_path / "all.csv"
+    changed = table.read_bytes().replace(b"\n0,", b"\n0,1", 1)
+    table.write_bytes(changed)
+    with pytest.raises(ValueError, match=r"first 2 lines of .*all\.csv are not"):
+        resume(tmp_path)
+    assert table.read_bytes() == changed
+
+
+def test_lines_of_a_table_that_are_kept_may_be_followed_by_others(tmp_path):
+    resume(tmp_path, 2)
+    with open(tmp_path / "all.csv", "a") as table:
+        table.write("half a li")
+    assert [step.step for step in resume(tmp_path)] == [1, 2, 3]
+    with open(tmp_path / "all.csv", newline="") as table:
+        assert [row["step"] for row in csv.DictReader(table)] == list("0123")
+
+
+# Random damage
+
+
+def damaged(data, rng):
+    """Return bytes with one change: a bit, a byte, some zeros, a cut, an insertion."""
+    place = rng.randrange(len(data) if rng.random() < 0.7 else 60)
+    before, after = data[:place], data[place:]
+    return rng.choice(
+        [
+            before + bytes([after[0] ^ (1 << rng.randrange(8))]) + after[1:],
+            before + bytes([rng.randrange(256)]) + after[1:],
+            before + bytes(min(64, len(after))) + after[64:],
+            before,
+            before + b"7" + after,
+        ]
+    )
+
+
+def numbers(steps):
+    return [asdict(replace(step, seconds=0.0)) for step in steps]
+
+
+@pytest.mark.parametrize(
+    "seed, count", [(1, 60), pytest.param(2, 1000, marks=pytest.mark.slow)]
+)
+def test_random_damage_is_named_or_changes_nothing(whole, tmp_path, seed, count):
+    origin, steps = whole
+    rng = random.Random(seed)
+    for _ in range(count):
+        folder = shutil.copytree(origin, tmp_path / "out", dirs_exist_ok=True)
+        file = folder / rng.choice(["sweep.traj"] * 9 + ["curve.csv"])
+        data = damaged(file.read_bytes(), rng)
+        file.write_bytes(data)
+        try:
+            kept = count_steps(folder / "sweep.traj")
+            found = list(SCENE.run(folder))
+        except ValueError as error:
+            assert str(file) in str(error)
+            assert file.read_bytes() == data
+        else:  # frames that are cut off are calculated again
+            assert numbers(found[:kept]) == numbers(steps[:kept])
+            for one, other in zip(found, steps, strict=True):
+                assert one.normal_force == pytest.approx(other.normal_force, rel=1e-3)
+        shutil.rmtree(folder)
+
+
+def test_a_trajectory_has_the_format_that_is_checked():
+    assert ulm.VERSION == 3
