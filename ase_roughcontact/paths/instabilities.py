@@ -7,12 +7,11 @@ surface jumped to another minimum.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.validation import positive
 from ase_roughcontact.paths.record import LoadStep
 
 
@@ -121,42 +120,6 @@ def zero_load_area(records: Sequence[LoadStep]) -> float:
     below, above = upward[first - 1], upward[first]
     share = below.normal_force / (below.normal_force - above.normal_force)
     return below.contact_area + share * (above.contact_area - below.contact_area)
-
-
-def low_load_area(records: Iterable[LoadStep], largest_load: float) -> float:
-    """Return the constant contact area of an adhesive first asperity at low loads.
-
-    Parameters
-    ----------
-    records : iterable of LoadStep
-        The states of one realisation of the roughness on one branch.
-    largest_load : float
-        Upper limit of the low loads (eV/Å).
-
-    Returns
-    -------
-    float
-        Geometric mean of the areas at forces above zero and up to `largest_load`
-        (Å^2).
-
-    Raises
-    ------
-    ValueError
-        If `largest_load` is not positive, or no atom touches at such a force.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016): A_adh, Fig. 2(c).
-    """
-    positive(largest_load=largest_load)
-    areas = [
-        state.contact_area
-        for state in records
-        if 0.0 < state.normal_force <= largest_load and state.contact_area > 0.0
-    ]
-    if not areas:
-        raise ValueError(f"no state in contact has a force from 0 to {largest_load:g}")
-    return float(np.exp(np.mean(np.log(areas))))
 
 
 def balanced(

@@ -30,7 +30,6 @@ from ase_roughcontact.paths.hysteresis import adhesion_loop
 from ase_roughcontact.paths.instabilities import (
     AdhesionLoop,
     Jump,
-    low_load_area,
     zero_load_area,
 )
 from ase_roughcontact.paths.loading import load_path
@@ -368,7 +367,7 @@ def test_spacing_equal_to_modulus_over_stiffness_resolves_the_wall():
     assert coarse[1] > 1
 
 
-# Areas at low load
+# Area at zero load
 
 
 def test_zero_load_area_is_interpolated_where_the_force_vanishes():
@@ -394,22 +393,6 @@ def test_zero_load_areas_of_both_branches_agree():
     )
     assert down > 100.0
     assert up == pytest.approx(down, rel=0.02)
-
-
-def test_low_load_area_is_the_geometric_mean():
-    way = [record(0, n, a) for n, a in [(-1, 1), (0.1, 2), (1, 8), (2, 99), (0.5, 0)]]
-    assert low_load_area(way, 1.0) == pytest.approx(4.0)
-
-
-def test_low_load_area_is_about_the_zero_load_area():
-    way = rough().approach
-    assert low_load_area(way, 1.0) == pytest.approx(zero_load_area(way), rel=0.1)
-
-
-@pytest.mark.parametrize("largest", [0.5, 0.0, -1.0, np.nan])
-def test_low_load_area_needs_states_at_low_loads(largest):
-    with pytest.raises(ValueError, match=r"no state|largest_load"):
-        low_load_area([record(0.0, 1.0, 1.0)], largest)
 
 
 # Files
