@@ -59,8 +59,7 @@ def plot_curve(
     ratio, ok = area / hertz_area, _mask(converged, len(load))
     axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label="simulation")
     _cross(axes, load[~ok], ratio[~ok])
-    axes.set_xscale("log")
-    axes.set_yscale("log")
+    axes.set(xscale="log", yscale="log")
     for axis, (low, high) in (
         (axes.xaxis, axes.get_xlim()),
         (axes.yaxis, axes.get_ylim()),
@@ -69,8 +68,9 @@ def plot_curve(
             axis.set_major_formatter("{x:g}")
             axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axis.set_minor_formatter("{x:g}")
-    axes.set_xlabel("normal force $N$ (nN)")
-    axes.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
+    axes.set(
+        xlabel="normal force $N$ (nN)", ylabel=r"contact area $A/A_\mathrm{Hertz}$"
+    )
     axes.legend(frameon=False, loc="best")
     return axes
 
@@ -131,8 +131,7 @@ def plot_force(
         axes.plot(x[up], y[up], "o-", color=BLUE, ms=7, lw=2, label="approach")
         x, y = x[peak:], y[peak:]
     axes.plot(x, y, "o-", color=ORANGE, ms=4, lw=0.8, label=label)
-    axes.set_xlabel(xlabel)
-    axes.set_ylabel("normal force $N$ (nN)")
+    axes.set(xlabel=xlabel, ylabel="normal force $N$ (nN)")
     axes.legend(frameon=False, loc="best")
     return axes
 
@@ -187,8 +186,7 @@ def plot_loop(
     for i, (name, force) in enumerate((pull_off_forces or {}).items()):
         line = DASHES[i % len(DASHES)]
         axes.axhline(force / NN, color="k", ls=line, lw=0.8, label=name)
-    axes.set_xlabel("height of the indenter (Å)")
-    axes.set_ylabel("normal force $N$ (nN)")
+    axes.set(xlabel="height of the indenter (Å)", ylabel="normal force $N$ (nN)")
     axes.legend()
     return axes
 
@@ -226,8 +224,6 @@ def plot_convergence(
                 f"length, got shapes {x.shape} and {y.shape}"
             )
         axes.plot(x[y > 0], y[y > 0], LINES[i % 4], label=name)
-    axes.set_yscale("log")
-    axes.set_xlabel(xlabel)
-    axes.set_ylabel(ylabel)
+    axes.set(yscale="log", xlabel=xlabel, ylabel=ylabel)
     axes.legend()
     return axes

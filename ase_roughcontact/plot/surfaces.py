@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import ContactMap, radial_average
+from ase_roughcontact.theory.self_affine import band_of, spectral_moment
 from ase_roughcontact.topography.selfaffine import SelfAffine
 from ase_roughcontact.topography.spectrum import power_spectrum
 
@@ -119,8 +120,7 @@ def plot_pressure(
         hertz = peak * np.sqrt(1.0 - (r / hertz_radius) ** 2)
         axes.plot(r / NM, hertz / GPa, "k--", label="smooth sphere (Hertz)")
     axes.set_xlim(left=0.0)
-    axes.set_xlabel("distance from the axis $r$ (nm)")
-    axes.set_ylabel("pressure $p$ (GPa)")
+    axes.set(xlabel="distance from the axis $r$ (nm)", ylabel="pressure $p$ (GPa)")
     axes.legend()
     return axes
 
@@ -164,8 +164,10 @@ def plot_spectrum(
     if roughness is not None:
         ends, values = _self_affine_spectrum(roughness)
         axes.loglog(ends * NM, values / NM**4, "k-", label=r"$q^{-2(1+H)}$")
-    axes.set_xlabel("wave number $q$ (nm$^{-1}$)")
-    axes.set_ylabel("power spectral density $C$ (nm$^4$)")
+    axes.set(
+        xlabel="wave number $q$ (nm$^{-1}$)",
+        ylabel="power spectral density $C$ (nm$^4$)",
+    )
     axes.legend()
     return axes
 
@@ -185,12 +187,9 @@ def _circle(axes: Any, radius: float, line: str, label: str) -> None:
 
 def _self_affine_spectrum(rough: SelfAffine) -> tuple[np.ndarray, np.ndarray]:
     """Return the wave numbers between which C(q) is a power law, and its values."""
-    longest = rough.longest_wavelength or rough.long_wavelength
-    waves = np.array([longest, rough.long_wavelength, rough.short_wavelength])
-    q = 2 * np.pi / waves
-    first, middle, last = q
-    fall, power = 2.0 * (1.0 + rough.hurst), 2.0 * (1.0 - rough.hurst)
-    flat = (middle**4 - first**4) / (4.0 * middle**fall)
-    slopes = flat + (last**power - middle**power) / power
-    scale = 2 * np.pi * rough.rms_slope**2 / slopes
-    return q, scale * np.maximum(q, middle) ** -fall
+    short, long, longest = band_of(rough)
+    q = 2 * np.pi / np.array([longest or long, long, short])
+    fall = 2.0 * (1.0 + rough.hurst)
+    mean = q[2] ** (4 - fall) * spectral_moment(2, rough.hurst, *band_of(rough))
+    scale = 2 * np.pi * rough.rms_slope**2 / mean
+    return q, scale * np.maximum(q, q[1]) ** -fall
