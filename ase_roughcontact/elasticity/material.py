@@ -106,8 +106,8 @@ def contact_modulus(elastic_constants: object) -> float:
     return float(4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear))
 
 
-def crystal_modulus(symbol: str) -> float:
-    """Return the contact modulus of a crystal in the table `CRYSTALS`.
+def crystal_constants(symbol: str) -> tuple[float, float, float]:
+    """Return C11, C12 and C44 of a crystal in the table `CRYSTALS`.
 
     Parameters
     ----------
@@ -116,8 +116,8 @@ def crystal_modulus(symbol: str) -> float:
 
     Returns
     -------
-    float
-        E* (GPa).
+    tuple of float
+        In GPa.
 
     Raises
     ------
@@ -129,7 +129,28 @@ def crystal_modulus(symbol: str) -> float:
             f"the elastic constants of {symbol!r} are not known, but those of "
             f"{', '.join(CRYSTALS)}"
         )
-    return contact_modulus(CRYSTALS[symbol])
+    return CRYSTALS[symbol]
+
+
+def crystal_modulus(symbol: str) -> float:
+    """Return the contact modulus of the isotropic average of a crystal (GPa).
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol of a crystal in the table `CRYSTALS`.
+
+    Returns
+    -------
+    float
+        E* (GPa).
+
+    Raises
+    ------
+    ValueError
+        If the crystal is not in the table.
+    """
+    return contact_modulus(crystal_constants(symbol))
 
 
 def _hill(stiffness: np.ndarray, compliance: np.ndarray) -> tuple[float, float]:

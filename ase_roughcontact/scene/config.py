@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,15 +19,17 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.scene.scan import TopographyConfig
-from ase_roughcontact.scene.section import Quantities, Section
+from ase_roughcontact.scene.section import Quantities, Section, find_file
 
 # Largest number of steps of a path, all of which are kept in memory.
 _MOST_STEPS = 1_000_000
+# Keys of [substrate] that are files.
+_FILES = "potential", "crystal"
 
 
 @dataclass(frozen=True)
 class SubstrateConfig(Section):
-    """``[substrate]``: moduli and hardness in GPa, spacing in Å without a unit."""
+    """``[substrate]``: moduli and hardness in GPa, lengths in Å without a unit."""
 
     title = "substrate"
 
@@ -35,8 +38,34 @@ class SubstrateConfig(Section):
     contact_modulus: float | None = None
     elastic_constants: tuple | None = None
     hardness: float | None = None
+    anisotropic: bool = False
+    calculator: str = ""
+    potential: str = ""
+    crystal: str = ""
+    surface: str = "fcc100"
+    layer_thickness: float | str | None = None
+    layer_modulus: float | None = None
+    layer_poisson: float = 0.5
+    poisson: float = 0.5
+    rigid_base: bool = False
+    sliding: bool = False
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
+
+    def located(self, folder: Path) -> SubstrateConfig:
+        """Return the section with the whole paths of its files; see `find_file`."""
+        potential, crystal = (find_file(getattr(self, key), folder) for key in _FILES)
+        return replace(self, potential=potential, crystal=crystal)
+
+    @property
+    def files(self) -> list[str]:
+        """Files that the section names."""
+        return [file for key in _FILES if (file := getattr(self, key))]
+
+    @property
+    def of_atoms(self) -> bool:
+        """Whether the solid follows from the forces between atoms."""
+        return bool(self.calculator or self.files)
 
 
 @dataclass(frozen=True)

@@ -83,12 +83,17 @@ class SceneFile:
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
                 sections[title] = section.of(entries)
-            if "topography" in sections:
-                folder = Path(name).parent
-                sections["topography"] = sections["topography"].located(folder)
+            for title in {"substrate", "topography"} & set(sections):
+                sections[title] = sections[title].located(Path(name).parent)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
         return cls(**sections)
+
+    @property
+    def files(self) -> list[str]:
+        """Other files that the scene needs."""
+        scan = self.topography.files if self.topography else []
+        return [*self.substrate.files, *scan]
 
     def entries(self) -> dict[str, dict[str, Any] | None]:
         """Return the values by section and key; None for a section that is missing."""

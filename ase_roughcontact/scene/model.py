@@ -12,18 +12,17 @@ from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.units import LENGTHS, UNITS
+from ase_roughcontact._util.units import LENGTHS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
-from ase_roughcontact.elasticity.material import contact_modulus, crystal_modulus
+from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction, make_wall
 from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
+from ase_roughcontact.scene.solid import solid_of
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 
-# Modulus (GPa) above that of any solid: a larger value is in another unit.
-_LARGEST_MODULUS = 1e4
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
 # Keys of [roughness] in units of the spacing.
@@ -36,33 +35,30 @@ class Model(SceneFile):
 
     @property
     def spacing(self) -> float:
-        """Atomic spacing a0 (Å)."""
-        if self.substrate.spacing is None:
+        """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
+        spacing = self.substrate.spacing
+        if spacing is not None:
+            lengths: Any = plain(self.substrate, ["spacing"], LENGTHS, "Å")
+            spacing = lengths.spacing
+            positive(spacing=spacing)
+        if self.substrate.of_atoms:
+            crystal: Any = self.solid
+            if spacing is not None:
+                crystal.check(spacing)
+            return crystal.spacing
+        if spacing is None:
             return _of_crystal(fcc_spacing, self.substrate.symbol, "spacing")
-        spacing: Any = plain(self.substrate, ["spacing"], LENGTHS, "Å").spacing
-        positive(spacing=spacing)
         return spacing
 
     @property
+    def solid(self) -> ElasticSolid:
+        """Elastic solid below the surface."""
+        return solid_of(self.substrate)
+
+    @property
     def contact_modulus(self) -> float:
-        """Contact modulus E* (eV/Å^3)."""
-        modulus = self.substrate.contact_modulus
-        constants = self.substrate.elastic_constants
-        if modulus is not None and constants is not None:
-            raise ValueError("give contact_modulus or elastic_constants, not both")
-        if constants is not None:
-            modulus = contact_modulus(constants)
-        elif modulus is None:
-            instead = "contact_modulus or elastic_constants"
-            modulus = _of_crystal(crystal_modulus, self.substrate.symbol, instead)
-        else:
-            positive(contact_modulus=modulus)
-            if modulus > _LARGEST_MODULUS:
-                raise ValueError(
-                    f"contact_modulus is in GPa, at most {_LARGEST_MODULUS:g}, got "
-                    f"{modulus:g}"
-                )
-        return modulus * UNITS["GPa"]
+        """Contact modulus E* of the solid's far field (eV/Å^3)."""
+        return self.solid.contact_modulus
 
     @property
     def given_hardness(self) -> float | None:

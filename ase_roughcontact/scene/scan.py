@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from ase_roughcontact.scene.section import Section
+from ase_roughcontact.scene.section import Section, find_file
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.scan import ROLES
 
@@ -28,23 +28,13 @@ class TopographyConfig(Section):
     channel: int | str | None = None
 
     def located(self, folder: Path) -> TopographyConfig:
-        """Return the section with the whole path of the file.
+        """Return the section with the whole path of the file; see `find_file`."""
+        return replace(self, file=find_file(self.file, folder))
 
-        Parameters
-        ----------
-        folder : Path
-            Folder of the scene file. The scan is sought at its path relative to this
-            folder, and then in the folder itself, where a run has copied it.
-
-        Returns
-        -------
-        TopographyConfig
-        """
-        if not self.file:
-            return self
-        places = folder / self.file, folder / Path(self.file).name
-        found = next((place for place in places if place.is_file()), places[0])
-        return replace(self, file=str(found.resolve()))
+    @property
+    def files(self) -> list[str]:
+        """Files that the section names."""
+        return [self.file] if self.file else []
 
     @property
     def surface(self) -> HeightMap:

@@ -19,6 +19,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.substrate import substrate
+from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
@@ -203,7 +204,11 @@ class Scene(Model):
             periodic=periodic,
             fixed=self.path.control != "load",
         )
-        atoms.calc = RoughContact(self.surface, self.contact_modulus, self.wall)
+        solid = self.solid
+        material: dict[str, Any] = {"solid": solid}
+        if isinstance(solid, Isotropic):
+            material = {"contact_modulus": solid.contact_modulus}
+        atoms.calc = RoughContact(self.surface, interaction=self.wall, **material)
         atoms.positions[-1, 2] = contact_of(atoms).first_contact
         return atoms
 
@@ -297,14 +302,13 @@ class Scene(Model):
             yield step
 
     def _write_inputs(self, file: Path, text: str) -> None:
-        """Write the scene, and copy its scan beside it, where it is found again."""
+        """Write the scene, and copy its files beside it, where they are found again."""
         with replaced(file) as name:
             Path(name).write_text(text, encoding="utf-8")
-        if self.topography:
-            scan = Path(self.topography.file)
-            if scan.parent.resolve() != file.parent.resolve():
-                with replaced(file.parent / scan.name) as name:
-                    shutil.copy(scan, name)
+        for other in map(Path, self.files):
+            if other.parent.resolve() != file.parent.resolve():
+                with replaced(file.parent / other.name) as name:
+                    shutil.copy(other, name)
 
 
 def default_text() -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
@@ -90,6 +91,28 @@ class Section:
     @classmethod
     def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
         return cls(**entries)
+
+
+def find_file(name: str, folder: Path) -> str:
+    """Return the whole path of a file that a scene names.
+
+    Parameters
+    ----------
+    name : str
+        May be empty, for none.
+    folder : Path
+        Folder of the scene file. The file is sought at its path relative to this
+        folder, and then in the folder itself, where a run has copied it.
+
+    Returns
+    -------
+    str
+    """
+    if not name:
+        return name
+    places = folder / name, folder / Path(name).name
+    found = next((place for place in places if place.is_file()), places[0])
+    return str(found.resolve())
 
 
 def _members(hint: Any) -> tuple[type, ...]:

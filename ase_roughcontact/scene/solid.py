@@ -1,0 +1,169 @@
+"""The elastic solid of a scene, from the keys of its section ``[substrate]``."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ase.calculators.emt import EMT
+from matscipy.calculators.eam import EAM
+
+from ase_roughcontact._util.units import LENGTHS, UNITS
+from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact.elasticity import Crystal, Cubic, ElasticSolid, Isotropic, Layer
+from ase_roughcontact.elasticity.material import (
+    contact_modulus,
+    crystal_constants,
+    crystal_modulus,
+)
+from ase_roughcontact.scene.quantities import plain
+
+if TYPE_CHECKING:
+    from ase_roughcontact.scene.config import SubstrateConfig
+
+# Modulus (GPa) above that of any solid: a larger value is in another unit.
+_LARGEST_MODULUS = 1e4
+# Slabs for potentials of embedded atoms, which reach far and have a Hessian.
+_EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
+# Keys that make a solid other than the isotropic half space.
+_SOLIDS = "calculator", "potential", "crystal", "anisotropic", "layer_thickness"
+# Keys of a layer, which have no meaning without its thickness.
+_OF_LAYERS = "layer_modulus", "rigid_base", "sliding"
+
+
+def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
+    """Return the elastic solid that a section describes.
+
+    Parameters
+    ----------
+    substrate : SubstrateConfig
+
+    Returns
+    -------
+    ElasticSolid
+        With moduli in eV/Å^3.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, keys of several solids are given, or a calculator
+        is not suitable.
+    """
+    given = [key for key in _SOLIDS if getattr(substrate, key)]
+    if len(given) > 1:
+        raise ValueError(f"give one of {' and '.join(given)}: they are several solids")
+    kind = given[0] if given else ""
+    if kind != "layer_thickness":
+        for key in _OF_LAYERS:
+            if getattr(substrate, key):
+                raise ValueError(f"{key} needs layer_thickness")
+    if substrate.of_atoms:
+        return _crystal(substrate)
+    if kind == "layer_thickness":
+        return _layer(substrate)
+    if kind == "anisotropic":
+        if substrate.contact_modulus is not None:
+            raise ValueError(
+                "an anisotropic solid has several moduli: give elastic_constants "
+                "instead of contact_modulus"
+            )
+        constants = substrate.elastic_constants
+        if constants is None:
+            constants = crystal_constants(substrate.symbol)
+        if len(constants) != 3:
+            raise ValueError(
+                "an anisotropic solid needs the elastic_constants C11, C12 and C44, "
+                f"got {len(constants)} numbers"
+            )
+        c11, c12, c44 = (float(c) * UNITS["GPa"] for c in constants)
+        return Cubic(c11, c12, c44)
+    return Isotropic(UNITS["GPa"] * _modulus(substrate))
+
+
+def _modulus(substrate: SubstrateConfig) -> float:
+    """Return the contact modulus of an isotropic half space (GPa)."""
+    modulus, constants = substrate.contact_modulus, substrate.elastic_constants
+    if modulus is not None and constants is not None:
+        raise ValueError("give contact_modulus or elastic_constants, not both")
+    if constants is not None:
+        return contact_modulus(constants)
+    if modulus is not None:
+        return _in_gpa("contact_modulus", modulus)
+    try:
+        return crystal_modulus(substrate.symbol)
+    except ValueError as error:
+        raise ValueError(
+            f"symbol = {substrate.symbol!r}: {error}; give contact_modulus or "
+            "elastic_constants"
+        ) from error
+
+
+def _in_gpa(name: str, modulus: float) -> float:
+    """Return a modulus after a check of its size (GPa)."""
+    positive(**{name: modulus})
+    if modulus > _LARGEST_MODULUS:
+        raise ValueError(
+            f"{name} is in GPa, at most {_LARGEST_MODULUS:g}, got {modulus:g}"
+        )
+    return modulus
+
+
+def _layer(substrate: SubstrateConfig) -> Layer:
+    if substrate.layer_modulus is None:
+        raise ValueError("give layer_modulus, the contact modulus of the layer")
+    if substrate.rigid_base and substrate.contact_modulus is not None:
+        raise ValueError("a rigid base has no contact_modulus: omit it or rigid_base")
+    lengths: Any = plain(substrate, ["layer_thickness"], LENGTHS, "\u00c5")
+    base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
+    return Layer(
+        UNITS["GPa"] * _in_gpa("layer_modulus", substrate.layer_modulus),
+        lengths.layer_thickness,
+        base,
+        substrate.layer_poisson,
+        substrate.poisson,
+        bonded=not substrate.sliding,
+    )
+
+
+def _crystal(substrate: SubstrateConfig) -> Crystal:
+    for key in ("contact_modulus", "elastic_constants"):
+        if getattr(substrate, key) is not None:
+            raise ValueError(
+                f"{key} follows from the forces between the atoms: omit it"
+            )
+    file = substrate.potential or substrate.crystal
+    try:
+        changed = Path(file).stat().st_mtime_ns if file else 0
+    except OSError as error:
+        raise ValueError(f"can't read {file}: {error}") from error
+    if substrate.crystal:
+        solid = _read_crystal(file, changed)
+        if solid.symbol != substrate.symbol:
+            raise ValueError(
+                f"{file} is a crystal of {solid.symbol}, not of symbol = "
+                f"{substrate.symbol!r}"
+            )
+        return solid
+    if substrate.calculator:
+        lookup(substrate.calculator, {"emt": EMT}, "calculator")
+    return _calculated_crystal(file, changed, substrate.symbol, substrate.surface)
+
+
+@lru_cache(maxsize=8)
+def _read_crystal(file: str, changed: int) -> Crystal:
+    return Crystal.read(file)
+
+
+@lru_cache(maxsize=8)
+def _calculated_crystal(
+    potential: str, changed: int, symbol: str, surface: str
+) -> Crystal:
+    """Return the crystal of EMT or of a potential of embedded atoms."""
+    if not potential:
+        return Crystal.from_calculator(EMT(), symbol, surface)
+    try:
+        calculator = EAM(potential)
+    except Exception as error:
+        raise ValueError(f"{potential} is not a potential of EAM: {error}") from error
+    return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLABS)
