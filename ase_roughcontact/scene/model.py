@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.units import LENGTHS
+from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import ElasticSolid

@@ -85,9 +85,7 @@ def test_a_crystal_is_found_beside_the_scene_and_copied_to_the_results(
     (tmp_path / "my.toml").write_text(text)
     (tmp_path / "springs.json").write_text(crystal_file.read_text())
     out = tmp_path / "out"
-    assert (
-        main(["run", str(tmp_path / "my.toml"), "--out", str(out)]) == 0
-    )
+    assert main(["run", str(tmp_path / "my.toml"), "--out", str(out)]) == 0
     modulus = Crystal.read(crystal_file).contact_modulus / GPa
     assert f"E* = {modulus:.4g} GPa" in capsys.readouterr().out
     assert json.loads((out / "springs.json").read_text())["symbol"] == "Cu"
