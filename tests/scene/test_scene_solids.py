@@ -74,7 +74,7 @@ def test_a_crystal_sets_spacing_and_modulus(crystal_file, tmp_path):
     resumed = list(made.run(tmp_path / "run"))
     assert resumed[-1].normal_force == last.normal_force
     other = scene("").with_values({"substrate.spacing": crystal.spacing})
-    with pytest.raises(ValueError, match="another scene.*crystal was"):
+    with pytest.raises(ValueError, match=r"another scene.*crystal was"):
         list(other.run(tmp_path / "run"))
 
 
