@@ -73,7 +73,6 @@ class ComplementarityProblem:
         self._contact = (self._pressure > self._gap).astype(model.dtype)
         self._change = np.zeros_like(self._pressure)
         self._residual = np.empty_like(self._pressure)
-        self._last_residual = np.empty_like(self._pressure)
         self._direction = np.empty_like(self._pressure)
         self._scratch = np.empty_like(self._pressure)
         self._height_change = 0.0
@@ -150,16 +149,15 @@ class ComplementarityProblem:
     def _close_gaps(self, target: float) -> None:
         r"""Close the gaps in contact by conjugate gradients.
 
-        With the residual :math:`r` and its predecessor :math:`r'`, both zero out of
-        contact,
+        With the residual :math:`r`, which is zero out of contact,
 
         .. math:: z = C^{-1} r, \quad
-                  \beta = \max\left(0, \frac{z \cdot (r - r')}{(z \cdot r)'}\right),
-                  \quad t \leftarrow z + \beta t, \quad
-                  \alpha = \frac{t \cdot r}{t \cdot C t}, \quad
+                  \beta = \frac{z \cdot r}{(z \cdot r)'}, \quad
+                  t \leftarrow z + \beta t, \quad
+                  \alpha = \frac{z \cdot r}{t \cdot C t}, \quad
                   x \leftarrow x + \alpha t
 
-        (Polak-Ribière). Under a load the mean of :math:`z` is subtracted from it.
+        Under a load the mean of :math:`z` in contact is subtracted from it.
         """
         count = int(np.count_nonzero(self._contact))
         if not count:
@@ -168,11 +166,9 @@ class ComplementarityProblem:
         overlap = -_least_open_gap(self._gap, self._contact) - self._height_change
         target = max(target, self._options.forcing * max(largest, overlap))
         self._direction[:] = 0.0
-        self._last_residual[:] = self._residual
         last_work = math.inf
         while largest > target and self._steps > 0:
-            last_work = self._turn(count, last_work)
-            self._advance()
+            last_work = self._advance(count, last_work)
             largest = self._update_residual(count)
             self._steps -= 1
 
@@ -180,28 +176,21 @@ class ComplementarityProblem:
         """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
         if self._loaded:
             self._height_change = -dot(self._gap, self._contact) / count
-        self._last_residual, self._residual = self._residual, self._last_residual
         return _set_residual(
             self._residual, self._gap, self._height_change, self._contact
         )
 
-    def _turn(self, count: int, last_work: float) -> float:
-        """Set the next direction, and return the work ``z . r``."""
+    def _advance(self, count: int, last_work: float) -> float:
+        """Make a step of conjugate gradients, and return the work ``z . r``."""
         z = self._model.stiffness(self._residual, self._scratch)
-        fields = self._residual, self._last_residual, self._contact
         # under a load the residuals have no mean: that of z does not change the work
-        work, overlap, total = dots([(z, field) for field in fields])
+        work, total = dots([(z, self._residual), (z, self._contact)])
         mean = total / count if self._loaded else 0.0
-        beta = max(0.0, (work - overlap) / last_work)
-        _set_direction(self._direction, beta, z, mean, self._contact)
-        return work
-
-    def _advance(self) -> None:
-        """Go along the direction to the least energy."""
+        _set_direction(self._direction, work / last_work, z, mean, self._contact)
         opening = self._model.compliance(self._direction, self._scratch)
-        work = dot(self._direction, self._residual)
         length = work / dot(self._direction, opening)
         _advance(self._change, self._gap, length, self._direction, opening)
+        return work
 
 
 @rowwise(np.logical_or)
@@ -258,9 +247,8 @@ def _set_residual(
     residual: np.ndarray, gap: np.ndarray, height_change: float, contact: np.ndarray
 ) -> float:
     """Set ``r = -(g + s)`` in contact, zero elsewhere; return ``max |r|``."""
-    np.add(gap, height_change, out=residual)
+    np.subtract(-height_change, gap, out=residual)
     residual *= contact
-    np.negative(residual, out=residual)
     return float(max(residual.max(), -residual.min()))
 
 
@@ -274,9 +262,11 @@ def _least_open_gap(gap: np.ndarray, contact: np.ndarray) -> float:
 def _set_direction(
     direction: np.ndarray, beta: float, z: np.ndarray, mean: float, contact: np.ndarray
 ) -> None:
-    """Set ``t = beta t + z - mean`` in contact, zero elsewhere."""
+    """Set ``t = beta t + z - mean`` in contact, zero elsewhere; overwrite ``z``."""
+    z -= mean
+    z *= contact
     direction *= beta
-    direction += (z - mean) * contact
+    direction += z
 
 
 @rowwise()
@@ -287,9 +277,10 @@ def _advance(
     direction: np.ndarray,
     opening: np.ndarray,
 ) -> None:
-    """Set ``x += length t`` and ``g += length C t``."""
+    """Set ``x += length t`` and ``g += length C t``; overwrite ``C t``."""
+    opening *= length
+    gap += opening
     change += length * direction
-    gap += length * opening
 
 
 @rowwise(np.add)
