@@ -252,7 +252,10 @@ class RoughContact(Calculator):
         if self.atoms is not None:
             if self._fixed != indenter_fixed(atoms):
                 return ["constraints"]
-            old, new = ((a.positions, *lattice_of(a)) for a in (self.atoms, atoms))
+            old, new = (
+                (a.positions, a.cell.array, a.pbc, a.numbers)
+                for a in (self.atoms, atoms)
+            )
             if all(map(array_equal, old, new)):
                 return []
         return super().check_state(atoms, tol)

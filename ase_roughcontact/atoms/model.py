@@ -14,8 +14,8 @@ from ase_roughcontact.contact import Contact, ContactState
 
 def lattice_of(atoms: Atoms) -> tuple[np.ndarray, ...]:
     """Return all that half space, heights and wall depend on."""
-    xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
-    return xy, axis, atoms.cell.array, atoms.pbc, atoms.numbers
+    # the short axis first, along which comparisons would be slow
+    return atoms.positions[:, :2].T, atoms.cell.array, atoms.pbc, atoms.numbers
 
 
 @dataclass

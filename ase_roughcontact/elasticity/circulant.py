@@ -124,14 +124,16 @@ class CirculantModel:
         Parameters
         ----------
         softness : float
-            Between zero and one: compliance of the wall as a part of that of wall and
-            atom in series.
+            Between zero, for a hard wall, and one: compliance of the wall as a part of
+            that of wall and atom in series.
 
         Returns
         -------
         callable
             Function of a pressure and of an array for the result.
         """
-        series = softness + (1.0 - softness) * self._spectrum
-        multiplier = self._transform.multiplier(1.0 / series)
+        multiplier = self._stiffness
+        if softness > 0.0:
+            series = softness + (1.0 - softness) * self._spectrum
+            multiplier = self._transform.multiplier(1.0 / series)
         return lambda pressure, out: self._transform.filter(pressure, multiplier, out)

@@ -23,7 +23,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.validity import violations
 from ase_roughcontact.windows.memory import memory_of, points_of
@@ -72,7 +71,7 @@ def text_of(shape: tuple[int, ...]) -> str:
 
 
 def _gap_error(step: RelaxedStep) -> float:
-    if not contact_of(step.atoms).interaction.hard:
+    if not step.contact.interaction.hard:
         return 0.0
     contact, gap = step.state.contact, step.state.gap
     closed = abs(gap[contact]).max(initial=0.0)

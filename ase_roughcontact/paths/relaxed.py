@@ -9,7 +9,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.contact import ContactState
+from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 
@@ -75,6 +75,16 @@ class RelaxedStep:
         """Forces, gaps and pressures, calculated from the positions."""
         return self.atoms.calc.state(self.atoms)
 
+    @cached_property
+    def contact(self) -> Contact:
+        """Half space, indenter and wall."""
+        return contact_of(self.atoms)
+
+    @property
+    def halfspace(self) -> HalfSpace:
+        """The elastic half space, with the shapes of window and FFT grid."""
+        return self.contact.halfspace
+
     @property
     def touches(self) -> bool:
         """Whether the wall repels an atom."""
@@ -83,9 +93,4 @@ class RelaxedStep:
     @property
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
-        return height_response(contact_of(self.atoms), self.state, _RESIDUAL)
-
-    @property
-    def halfspace(self) -> HalfSpace:
-        """The elastic half space, with the shapes of window and FFT grid."""
-        return contact_of(self.atoms).halfspace
+        return height_response(self.contact, self.state, _RESIDUAL)

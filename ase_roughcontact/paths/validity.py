@@ -16,7 +16,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity.material import HARDNESS
@@ -208,7 +208,7 @@ def _contact_radius(step: RelaxedStep) -> float:
 
 def _slope(step: RelaxedStep) -> float:
     """Return the largest slope between an atom in contact and its neighbours."""
-    contact, heights = step.state.contact[:-1, :-1], contact_of(step.atoms).heights
+    contact, heights = step.state.contact[:-1, :-1], step.contact.heights
     along_x = np.diff(heights, axis=0)[:, :-1][contact]
     along_y = np.diff(heights, axis=1)[:-1][contact]
     slopes = np.hypot(along_x, along_y)
@@ -223,13 +223,13 @@ def _atoms(step: RelaxedStep) -> float:
 
 
 def _smallest_gap(step: RelaxedStep) -> float:
-    core = getattr(contact_of(step.atoms).interaction, "core", math.nan)
+    core = getattr(step.contact.interaction, "core", math.nan)
     return float(step.state.gap.min()) / core
 
 
 def _tension(step: RelaxedStep) -> float:
     halfspace = step.halfspace
-    if contact_of(step.atoms).interaction.attractive:
+    if step.contact.interaction.attractive:
         return math.nan
     load = 0.0
     if not indenter_fixed(step.atoms):
@@ -239,7 +239,7 @@ def _tension(step: RelaxedStep) -> float:
 
 def _tip_zone(step: RelaxedStep) -> float:
     """Return the radius around a point contact in which the wall attracts, in a0."""
-    wall = contact_of(step.atoms).interaction
+    wall = step.contact.interaction
     radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
     if not wall.attractive or radius == math.inf:
         return math.nan
@@ -248,7 +248,7 @@ def _tip_zone(step: RelaxedStep) -> float:
 
 def _edge_zone(step: RelaxedStep) -> float:
     """Return the width of Dugdale's zone at the edge of a contact, in a0."""
-    wall, halfspace = contact_of(step.atoms).interaction, step.halfspace
+    wall, halfspace = step.contact.interaction, step.halfspace
     if not wall.attractive:
         return math.nan
     width = halfspace.contact_modulus * wall.attraction_range**2 / wall.work_of_adhesion

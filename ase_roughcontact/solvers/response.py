@@ -127,8 +127,10 @@ class _Equations:
         self._model = CirculantModel(contact.halfspace, box)
         inner = box.slices_in(self._model.box)
         self._inner = inner
-        stiff = self._s[self._s > 0.0]
-        self._inverse = self._model.preconditioner(stiff.mean()) if stiff.size else None
+        softness = self._t[self._s > 0.0]
+        self._inverse = None
+        if softness.size:
+            self._inverse = self._model.preconditioner(float(softness.mean()))
 
     def rows(self, x: np.ndarray, response: np.ndarray) -> np.ndarray:
         """Return what is left of the equations, for ``response = 1 + G x``."""
