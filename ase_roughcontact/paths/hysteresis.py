@@ -62,8 +62,9 @@ def adhesion_loop(
     r"""Press the indenter in from beyond the range of the wall, and pull it off again.
 
     The indenter is held at every height. In a step between heights :math:`Z_1` and
-    :math:`Z_2` the work :math:`W = (N_1 + N_2)(Z_1 - Z_2)/2` is done on it, and the
-    energy :math:`E_2 - E_1` is stored. The step is undone and halved while
+    :math:`Z_2` the work W is done on it, calculated from the forces and the contact
+    stiffnesses of both states, and the energy :math:`E_2 - E_1` is stored. The step is
+    undone and halved while
 
     .. math:: |W - (E_2 - E_1)| >
               (\epsilon \max(|N_1|, |N_2|) + \delta N)\, |Z_1 - Z_2|
@@ -71,8 +72,8 @@ def adhesion_loop(
     or while it does not converge; steps grow again afterwards. :math:`\delta N` is the
     error of the forces that the relaxation leaves. The smallest step is always
     accepted. It is a `Jump` if the energy lost is more than any force between
-    :math:`N_1` and :math:`N_2` explains,
-    :math:`W - (E_2 - E_1) > (|N_1 - N_2|/2 + \delta N)\, |Z_1 - Z_2|`.
+    :math:`N_1` and :math:`N_2` explains, :math:`(N_1 + N_2)(Z_1 - Z_2)/2 - (E_2 - E_1)
+    > (|N_1 - N_2|/2 + \delta N)\, |Z_1 - Z_2|`.
 
     Parameters
     ----------
@@ -118,8 +119,9 @@ def adhesion_loop(
     Notes
     -----
     On a curve :math:`N(Z)` without jumps, :math:`W - (E_2 - E_1)` is the error of the
-    trapezoidal rule, :math:`|N''| |Z_1 - Z_2|^3/12`, while the energy lost in a jump
-    does not decrease with the step: halving distinguishes them.
+    integral of a cubic polynomial, :math:`|N''''| |Z_1 - Z_2|^5/720`, while the energy
+    lost in a jump does not decrease with the step: halving distinguishes them. Between
+    the states the curve is that polynomial, see `interpolated`.
 
     *Smooth spheres.* With `LennardJones93.adhesive`, the pull-off force is that of
     Maugis-Dugdale theory for the same work and range, :math:`\sigma_0 = w/D`: smaller
@@ -208,6 +210,7 @@ class _AdaptivePath:
             if self._size <= self.smallest:
                 if jumped(self._last, new):
                     self._jumps.append(Jump(self._last, new))
+                    self._size, halved = self.largest, True  # on the new branch
                 break
             self._size, halved = 0.5 * self._size, True
             height = 0.5 * (self._last.height + height)

@@ -7,11 +7,13 @@ surface jumped to another minimum.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.record import LoadStep
 
 
@@ -40,7 +42,7 @@ class Jump:
         Its error is at most half the change of the force times that of the height, as
         the exact height of the jump is not known.
         """
-        return _lost_energy(self.before, self.after)
+        return _lost_energy(self.before, self.after, trapezoidal_work)
 
 
 @dataclass(frozen=True)
@@ -63,8 +65,14 @@ class AdhesionLoop:
 
     @property
     def pull_off_force(self) -> float:
-        """Largest tension during retraction, zero without any (eV/Å)."""
-        return max(0.0, -min(state.normal_force for state in self.retraction))
+        """Largest tension during retraction, zero without any (eV/Å).
+
+        Between the states the force is interpolated with their contact stiffness.
+        """
+        if min(state.normal_force for state in self.retraction) >= 0.0:
+            return 0.0
+        _, force = interpolated(self.retraction, self.retraction_jumps)
+        return -float(force.min())
 
     @property
     def jump_in(self) -> float | None:
@@ -79,8 +87,17 @@ class AdhesionLoop:
     @property
     def dissipated_energy(self) -> float:
         r"""Area of the loop of force against height, :math:`-\oint N\,dZ` (eV)."""
-        states = (*self.approach, *self.retraction)
-        return sum(map(_work, states, states[1:]))
+        branches = (
+            (self.approach, self.approach_jumps),
+            (self.retraction, self.retraction_jumps),
+        )
+        total = 0.0
+        for states, jumps in branches:
+            unstable = {jump.after.step for jump in jumps}
+            for before, after in pairwise(states):
+                jump = after.step in unstable
+                total += (trapezoidal_work if jump else work)(before, after)
+        return total
 
     @property
     def energy_lost_in_jumps(self) -> float:
@@ -161,18 +178,77 @@ def jumped(before: LoadStep, after: LoadStep) -> bool:
     """
     change = abs(after.normal_force - before.normal_force)
     explained = 0.5 * change + _force_error(before, after)
-    return _lost_energy(before, after) > explained * abs(after.height - before.height)
+    lost = _lost_energy(before, after, trapezoidal_work)
+    return lost > explained * abs(after.height - before.height)
 
 
-def _lost_energy(before: LoadStep, after: LoadStep) -> float:
-    """Return the work that was not stored; without a jump, an error of integration."""
-    return _work(before, after) - (after.energy - before.energy)
-
-
-def _work(before: LoadStep, after: LoadStep) -> float:
-    """Return the work done on the indenter, by the trapezoidal rule."""
+def trapezoidal_work(before: LoadStep, after: LoadStep) -> float:
+    """Return the work done on the indenter, by the trapezoidal rule (eV)."""
     mean_force = 0.5 * (before.normal_force + after.normal_force)
     return mean_force * (before.height - after.height)
+
+
+def work(before: LoadStep, after: LoadStep) -> float:
+    r"""Return the work done on the indenter, with the contact stiffness (eV).
+
+    .. math:: W = \frac{N_1 + N_2}{2} (Z_1 - Z_2) + \frac{k_1 - k_2}{12} (Z_1 - Z_2)^2,
+
+    the integral of the cubic polynomial with the forces and stiffnesses of both states;
+    without the second term if a stiffness is not finite.
+    """
+    change = before.contact_stiffness - after.contact_stiffness
+    correction = change * (before.height - after.height) ** 2 / 12.0
+    return trapezoidal_work(before, after) + (
+        correction if np.isfinite(correction) else 0.0
+    )
+
+
+def interpolated(
+    states: Sequence[LoadStep], jumps: Sequence[Jump], points: int = 32
+) -> tuple[FloatArray, FloatArray]:
+    """Return heights and forces on a branch, also between its states.
+
+    Parameters
+    ----------
+    states : sequence of LoadStep
+        Of an approach or a retraction, in order.
+    jumps : sequence of Jump
+        Its instabilities, across which nothing is interpolated.
+    points : int
+        Number of intervals between two states.
+
+    Returns
+    -------
+    heights, forces : ndarray, shape (k,)
+        On cubic polynomials with the forces and contact stiffnesses of the states;
+        straight lines where a stiffness is not finite (Å, eV/Å).
+    """
+    unstable = {jump.after.step for jump in jumps}
+    t = np.arange(1, points + 1) / points
+    heights = [np.array([states[0].height])]
+    forces = [np.array([states[0].normal_force])]
+    for before, after in pairwise(states):
+        if after.step in unstable:
+            heights.append(np.array([after.height]))
+            forces.append(np.array([after.normal_force]))
+            continue
+        step = after.height - before.height
+        rise = after.normal_force - before.normal_force
+        slopes = np.array([before.contact_stiffness, after.contact_stiffness]) * -step
+        first, last = slopes if np.isfinite(slopes).all() else (rise, rise)
+        heights.append(before.height + step * t)
+        bend = t * (1 - t) * ((first - rise) * (1 - t) - (last - rise) * t)
+        forces.append(before.normal_force + rise * t + bend)
+    return np.concatenate(heights), np.concatenate(forces)
+
+
+def _lost_energy(
+    before: LoadStep,
+    after: LoadStep,
+    work: Callable[[LoadStep, LoadStep], float] = work,
+) -> float:
+    """Return the work that was not stored; without a jump, an error of integration."""
+    return work(before, after) - (after.energy - before.energy)
 
 
 def _force_error(*states: LoadStep) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
-from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.paths.instabilities import AdhesionLoop, interpolated
 from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, ORANGE
 
 NN = UNITS["nN"]
@@ -172,13 +172,14 @@ def plot_loop(
     matplotlib Axes
     """
     branches = (
-        ("approach", loop.approach, BLUE),
-        ("retraction", loop.retraction, ORANGE),
+        ("approach", loop.approach, loop.approach_jumps, BLUE),
+        ("retraction", loop.retraction, loop.retraction_jumps, ORANGE),
     )
-    for name, steps, colour in branches:
-        heights = [step.height for step in steps]
-        forces = [step.normal_force / NN for step in steps]
-        axes.plot(heights, forces, "o-", color=colour, ms=2, lw=0.8, label=name)
+    for name, steps, jumps, colour in branches:
+        heights, forces = interpolated(steps, jumps)
+        axes.plot(heights, forces / NN, "-", color=colour, lw=0.8, label=name)
+        states = [(step.height, step.normal_force / NN) for step in steps]
+        axes.plot(*zip(*states, strict=True), "o", color=colour, ms=2)
     for jump in (*loop.approach_jumps, *loop.retraction_jumps):
         after = jump.after.height, jump.after.normal_force / NN
         before = jump.before.height, jump.before.normal_force / NN

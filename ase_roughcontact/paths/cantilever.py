@@ -1,0 +1,177 @@
+r"""Force curves of a tip on a cantilever, as an atomic force microscope records them.
+
+The base of the cantilever is at height D, where the tip would be without a force. A
+tip at height Z is deflected by :math:`d = Z - D`, and a cantilever of stiffness k is in
+equilibrium with the contact if :math:`N = k d`. So each state of an adhesion loop, for
+which the tip is held, is an equilibrium for the base at
+
+.. math:: D = Z - N(Z)/k .
+
+Where D rises while the tip goes down, :math:`dN/dZ > k`, the cantilever is too soft to
+hold the tip: it jumps, at constant D, to the next equilibrium. The surface relaxes much
+faster than the cantilever moves, so that it follows the states of the loop meanwhile.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact._util.validation import FloatArray, positive
+from ase_roughcontact.paths.instabilities import AdhesionLoop, Jump, interpolated
+
+
+@dataclass(frozen=True)
+class CantileverJump:
+    """Instability of a tip on a cantilever.
+
+    Attributes
+    ----------
+    distance : float
+        Height of the base (Å).
+    force_before, force_after : float
+        Normal forces (eV/Å).
+    """
+
+    distance: float
+    force_before: float
+    force_after: float
+
+
+@dataclass(frozen=True, eq=False)
+class CantileverBranch:
+    """Approach or retraction of a cantilever.
+
+    Attributes
+    ----------
+    distance : ndarray, shape (k,)
+        Height of the base, monotonic; twice the same at a jump (Å).
+    force : ndarray, shape (k,)
+        Normal force (eV/Å).
+    deflection : ndarray, shape (k,)
+        Of the cantilever, positive upward (Å).
+    jumps : tuple of CantileverJump
+    """
+
+    distance: FloatArray
+    force: FloatArray
+    deflection: FloatArray
+    jumps: tuple[CantileverJump, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class CantileverCurve:
+    """Force curve of a cantilever.
+
+    Attributes
+    ----------
+    stiffness : float
+        k (eV/Å^2).
+    approach, retraction : CantileverBranch
+    """
+
+    stiffness: float
+    approach: CantileverBranch
+    retraction: CantileverBranch
+
+    @property
+    def pull_off_force(self) -> float:
+        """Largest tension during retraction, zero without any (eV/Å)."""
+        return max(0.0, -float(self.retraction.force.min()))
+
+    @property
+    def snap_in(self) -> CantileverJump | None:
+        """Largest jump during approach, None without one."""
+        return _largest(self.approach.jumps)
+
+    @property
+    def pull_off(self) -> CantileverJump | None:
+        """Largest jump during retraction, None without one."""
+        return _largest(self.retraction.jumps)
+
+    @property
+    def dissipated_energy(self) -> float:
+        r"""Area of the curve, :math:`-\oint N\,dD` (eV)."""
+        branches = self.approach, self.retraction
+        return -sum(float(np.trapezoid(b.force, b.distance)) for b in branches)
+
+
+def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
+    """Return the force curve of a cantilever from a loop of heights.
+
+    Parameters
+    ----------
+    loop : AdhesionLoop
+    stiffness : float
+        k of the cantilever (eV/Å^2); 1 N/m is 0.0624 eV/Å^2.
+
+    Returns
+    -------
+    CantileverCurve
+
+    Raises
+    ------
+    ValueError
+        If the stiffness is not positive, or the cantilever is so soft that the tip
+        jumps in beyond the deepest state of the loop.
+
+    Notes
+    -----
+    The tip has no inertia: it does not oscillate after a jump.
+    """
+    positive(stiffness=stiffness)
+    down = interpolated(loop.approach, loop.approach_jumps)
+    height, force = interpolated(loop.retraction, loop.retraction_jumps)
+    # beyond the loop the tip is free; a soft cantilever may get there from afar
+    free = height[-1] + abs(force).max() / stiffness
+    up = np.append(height, free), np.append(force, 0.0)
+    approach = _followed(*down, loop.approach_jumps, stiffness, -1.0)
+    deepest = loop.retraction[0]
+    turn = deepest.height - deepest.normal_force / stiffness
+    if approach.distance[-1] != turn:
+        raise ValueError(
+            f"the tip on a cantilever of {stiffness:g} eV/Å^2 jumps in beyond the "
+            f"deepest state of the loop, at a penetration of {deepest.penetration:g} "
+            "Å: choose a deeper one, or a stiffer cantilever"
+        )
+    retraction = _followed(*up, loop.retraction_jumps, stiffness, 1.0)
+    return CantileverCurve(stiffness, approach, retraction)
+
+
+def _followed(
+    height: FloatArray,
+    force: FloatArray,
+    unstable: tuple[Jump, ...],
+    stiffness: float,
+    direction: float,
+) -> CantileverBranch:
+    """Return the states that a base reaches which moves in one direction."""
+    ends = {(jump.after.height, jump.after.normal_force) for jump in unstable}
+    along = direction * (height - force / stiffness)
+    reached = along >= np.maximum.accumulate(along)
+    distances, forces, jumps = [along[0]], [force[0]], []
+    for i in range(1, len(along)):
+        if not reached[i]:
+            continue
+        after = None
+        if not reached[i - 1]:  # a jump ends between the last point and this one
+            share = (distances[-1] - along[i - 1]) / (along[i] - along[i - 1])
+            after = force[i - 1] + share * (force[i] - force[i - 1])
+        elif (height[i], force[i]) in ends:
+            after = force[i]
+        if after is not None:
+            at = direction * distances[-1]
+            jumps.append(CantileverJump(float(at), float(forces[-1]), float(after)))
+            distances.append(distances[-1])
+            forces.append(after)
+        distances.append(along[i])
+        forces.append(force[i])
+    distance, followed = direction * np.array(distances), np.array(forces)
+    return CantileverBranch(distance, followed, followed / stiffness, tuple(jumps))
+
+
+def _largest(jumps: tuple[CantileverJump, ...]) -> CantileverJump | None:
+    return max(
+        jumps, key=lambda jump: abs(jump.force_after - jump.force_before), default=None
+    )

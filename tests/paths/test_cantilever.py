@@ -1,0 +1,103 @@
+"""Force curves of a cantilever from a loop of heights."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from ase.constraints import Hookean
+
+from ase_roughcontact import (
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    adhesion_loop,
+    substrate,
+)
+from ase_roughcontact.paths.cantilever import cantilever_curve
+
+STIFFNESS = 2.0
+DEEPEST = 2.5
+
+
+def tip(**options):
+    sphere = RoughSphere(50.0)
+    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0, **options)
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    return atoms
+
+
+@cache
+def loop():
+    return adhesion_loop(tip(), DEEPEST, 0.5, tolerance=3e-3, validity="ignore")
+
+
+def curve(stiffness=STIFFNESS):
+    return cantilever_curve(loop(), stiffness)
+
+
+def test_a_stiff_cantilever_has_the_curve_of_the_held_tip():
+    stiff = curve(1e6)
+    assert stiff.pull_off_force == pytest.approx(loop().pull_off_force, rel=1e-6)
+    assert stiff.snap_in.distance == pytest.approx(loop().jump_in, abs=2e-3)
+    assert stiff.dissipated_energy == pytest.approx(loop().dissipated_energy, rel=1e-2)
+
+
+def test_deflection_times_stiffness_is_the_force():
+    for branch in (curve().approach, curve().retraction):
+        np.testing.assert_allclose(branch.force, STIFFNESS * branch.deflection)
+
+
+def test_the_base_moves_in_one_direction_and_jumps_at_constant_distance():
+    assert (np.diff(curve().approach.distance) <= 0.0).all()
+    assert (np.diff(curve().retraction.distance) >= 0.0).all()
+    for branch in (curve().approach, curve().retraction):
+        for jump in branch.jumps:
+            at = np.flatnonzero(branch.distance == jump.distance)
+            assert branch.force[at[0]] == jump.force_before
+            assert branch.force[at[-1]] == jump.force_after
+
+
+def test_a_soft_cantilever_snaps_in_earlier_and_dissipates_more():
+    stiff, soft = curve(20.0), curve(STIFFNESS)
+    assert soft.snap_in.distance > stiff.snap_in.distance
+    assert soft.snap_in.force_after < soft.snap_in.force_before < 0.0
+    assert soft.dissipated_energy > stiff.dissipated_energy
+    assert soft.pull_off.force_before == pytest.approx(-soft.pull_off_force, rel=1e-2)
+    assert soft.pull_off.force_after > -0.01 * soft.pull_off_force
+
+
+@pytest.mark.parametrize("branch", ["approach", "retraction"])
+@pytest.mark.parametrize("share", [0.2, 0.7])
+def test_states_are_those_of_a_tip_on_a_spring(branch, share):
+    followed = getattr(curve(), branch)
+    states = getattr(loop(), branch)
+    i = int(share * len(followed.distance))
+    base, expected = followed.distance[i], followed.force[i]
+    atoms = tip(fixed=False)
+    x, y, _ = atoms.positions[-1]
+    near = min(states, key=lambda s: abs(s.height - base - expected / STIFFNESS))
+    atoms.positions[-1, 2] = near.height
+    # springs of both signs: one to a point far above and one far below
+    far, half = 1e3, STIFFNESS / 2
+    atoms.set_constraint(
+        [
+            Hookean(a1=len(atoms) - 1, a2=(x, y, base + far), k=half, rt=0.0),
+            Hookean(a1=len(atoms) - 1, a2=(x, y, base - far), k=half, rt=0.0),
+        ]
+    )
+    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
+    found = atoms.calc.state(atoms).normal_force
+    assert found == pytest.approx(expected, abs=5e-3 * curve().pull_off_force)
+
+
+def test_a_cantilever_that_jumps_beyond_the_loop_is_refused():
+    (jump,) = loop().approach_jumps
+    last = loop().approach.index(jump.after)
+    shallow = replace(
+        loop(), approach=loop().approach[: last + 1], retraction=(jump.after,)
+    )
+    with pytest.raises(ValueError, match="jumps in beyond the deepest state"):
+        cantilever_curve(shallow, STIFFNESS)
