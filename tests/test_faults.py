@@ -12,7 +12,6 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
@@ -28,7 +27,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.ensemble import read_ensemble, run_ensemble
 from ase_roughcontact.scene import Scene, default_text
 
 STEPS = 24
@@ -500,21 +498,6 @@ def test_any_text_is_a_scene_or_an_error(text):
         assert "scene" in str(error)
     else:
         assert isinstance(scene, Scene)
-
-
-@pytest.mark.parametrize("size", [50, 5000])
-def test_truncated_database_is_not_taken_for_an_empty_one(tmp_path, size):
-    database = tmp_path / "e.db"
-    short = Scene.parse(TEXT.replace("steps = 24", "steps = 2"))
-    with ThreadPoolExecutor(1) as pool:
-        list(run_ensemble([short], database, pool, interval=0.05))
-    whole = database.read_bytes()
-    database.write_bytes(whole[:size])
-    with pytest.raises(Exception, match=r"not a database|malformed|no such"):
-        read_ensemble(database)
-    with pytest.raises(Exception, match=r"not a database|malformed|no such"):
-        list(run_ensemble([short], database))
-    assert database.read_bytes() == whole[:size]
 
 
 # Hostile scene files

@@ -27,7 +27,14 @@ from ase import Atoms
 from ase.calculators.singlepoint import SinglePointCalculator
 from ase.db import connect
 
-PathName = str | os.PathLike
+from ase_roughcontact._util.files import PathName
+from ase_roughcontact.ensemble.checks import (
+    CHECKSUM,
+    checksum,
+    damaged,
+    damaged_row,
+    named_in_errors,
+)
 
 # Statements that keep other writers waiting until the end of the transaction.
 _EXCLUSIVE = {
@@ -49,12 +56,37 @@ class EnsembleDatabase:
     address: str
 
     def create(self) -> None:
-        """Create the tables if missing, and remove lock files of killed processes."""
+        """Create the tables if missing, and remove lock files of killed processes.
+
+        Raises
+        ------
+        ValueError
+            If the database is damaged; it is not changed then.
+        """
+        if "://" in self.address or Path(self.address).exists():
+            self.check()
         with self._transaction() as db:
             _ = db.metadata
         for file in glob(f"{escape(self.address)}-*.lock"):
             with _file_lock(file):
                 pass
+
+    def check(self) -> None:
+        """Raise `ValueError` if the database is damaged, with what is."""
+        with named_in_errors(self.address):
+            try:
+                with _connect(self.address) as db:
+                    row = damaged_row(db)
+            except sqlite3.OperationalError:
+                raise
+            except Exception as error:  # what is damaged can be anything
+                raise damaged(self.address, error) from error
+        if row is not None:
+            raise ValueError(
+                f"row {row} of {self.address} is damaged, it is not what was written: "
+                "restore a copy of the database, or delete the row with 'ase db "
+                f"{self.address} id={row} --delete', and start again to calculate it"
+            )
 
     def select(self, selection: str | None = None, **query: Any) -> Iterator[Any]:
         """Return the rows of load steps that match a query; see `ase.db`."""
@@ -99,7 +131,9 @@ class EnsembleDatabase:
                 atoms = Atoms("X", positions=[[0.0, 0.0, row["height"]]])
                 atoms.calc = SinglePointCalculator(atoms, energy=row["energy"])
                 values = {key: row[key] for key in row if key != "energy"}
-                db.write(atoms, {"record": "step", **_without_nan(values)}, data)
+                pairs = {"record": "step", **_without_nan(values)}
+                pairs[CHECKSUM] = checksum(pairs, row["energy"], data)
+                db.write(atoms, pairs, data)
         return len(new)
 
     def set_state(
@@ -119,7 +153,9 @@ class EnsembleDatabase:
         with self._transaction() as db:
             db.reserve(record="case", case=case)
             row = db.get(record="case", case=case)
-            db.update(row.id, data=data, state=state, **_without_nan(values))
+            pairs = row.key_value_pairs | {"state": state, **_without_nan(values)}
+            pairs[CHECKSUM] = checksum(pairs, None, data)
+            db.update(row.id, data=data, **pairs)
 
     def lock(self, name: str) -> AbstractContextManager[bool]:
         """Lock a name until the end of the context or of this process.
@@ -146,7 +182,7 @@ class EnsembleDatabase:
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
         """Begin a transaction of one writer at a time, undone if its process dies."""
-        with _connect(self.address) as db:
+        with named_in_errors(self.address), _connect(self.address) as db:
             cursor = db.connection.cursor()
             for statement in _EXCLUSIVE[db.type]:
                 cursor.execute(statement)
@@ -204,7 +240,9 @@ def _file_lock(file: str) -> Iterator[bool]:
             connection.execute("PRAGMA journal_mode = MEMORY")  # no second file
             connection.execute("BEGIN EXCLUSIVE")
             free = True
-        except sqlite3.OperationalError:
+        except sqlite3.OperationalError as error:
+            if "locked" not in str(error):
+                raise
             free = False
         try:
             yield free

@@ -11,12 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.files import PathName, replaced
 from ase_roughcontact.ensemble.columns import COLUMNS, MISSING
-from ase_roughcontact.ensemble.database import (
-    EnsembleDatabase,
-    PathName,
-    database_address,
-)
+from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 
 
 def read_ensemble(
@@ -45,12 +42,14 @@ def read_ensemble(
     Raises
     ------
     ValueError
-        If the database does not exist.
+        If the database does not exist or is damaged.
     """
     address = database_address(database)
     if "://" not in address and not Path(address).exists():
         raise ValueError(f"there is no database {address}")
-    return _columns(EnsembleDatabase(address).select(selection, **query))
+    stored = EnsembleDatabase(address)
+    stored.check()
+    return _columns(stored.select(selection, **query))
 
 
 def write_csv(
@@ -70,7 +69,10 @@ def write_csv(
         [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
         for values in columns.values()
     ]
-    with open(file, "w", newline="", encoding="utf-8") as stream:
+    with (
+        replaced(file) as name,
+        open(name, "w", newline="", encoding="utf-8") as stream,
+    ):
         writer = csv.writer(stream)
         writer.writerow(columns)
         writer.writerows(zip(*texts, strict=True))

@@ -10,13 +10,10 @@ from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import partial
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.ensemble.cases import case_of
-from ase_roughcontact.ensemble.database import (
-    EnsembleDatabase,
-    PathName,
-    database_address,
-)
+from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.ensemble.processes import process_pool
 from ase_roughcontact.ensemble.progress import Progress, ProgressMeter, expected_costs
 from ase_roughcontact.ensemble.worker import calculate_case
@@ -72,8 +69,10 @@ def run_ensemble(
     Raises
     ------
     ValueError
-        If there are no scenes, one of them is invalid, or the kind of database has no
-        transactions.
+        If there are no scenes, one of them is invalid, the kind of database has no
+        transactions, or it is damaged.
+    OSError
+        If the database can't be used, as its disk is full or has no file locks.
     RuntimeError
         If a worker died. All finished steps are in the database.
 
@@ -137,6 +136,8 @@ def _run(
                         submitted[task] = case
                 wait(submitted, timeout=interval)
                 busy = _collect(submitted, meter.failures)
+            except OSError:
+                raise
             except Exception as error:
                 raise RuntimeError(
                     "a worker died, was killed, ran out of memory or could not start "

@@ -11,10 +11,11 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.threads import available_threads, threads
 from ase_roughcontact.ensemble.cases import scene_as_dict
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
-from ase_roughcontact.ensemble.database import EnsembleDatabase, PathName
+from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 
