@@ -129,23 +129,22 @@ def _rough(smooth: Reference) -> Reference:
         return replace(smooth, explanation=explanation, rough_above=shown)
 
     work = system.effective_work_of_adhesion
-    if work == 0.0:
-        explanation = f"no closed form, as rough flats adhere ({inverse_kappa})"
-        return replace(smooth, explanation=f"{explanation}; {comparison}")
     radius = math.sqrt(float(smooth.smooth.contact_area(0.0)) / math.pi)
     longest = getattr(rough, "longest_wavelength", None)
     half_wave = 0.5 * (longest or rough.long_wavelength)
-    if radius < half_wave:
+    if work > 0.0 and radius >= half_wave:
+        flattened = _adhesive(scene, work)
+        total = scene.wall.work_of_adhesion / UNITS["J/m^2"]
         explanation = (
-            "no closed form, as the contact at zero load (radius "
-            f"{radius / UNITS['nm']:.2g} nm) is smaller than half the longest "
-            f"wavelength ({half_wave / UNITS['nm']:.2g} nm)"
+            f"adhesion of w = {total:.3g} J/m² flattens the roughness, which reduces "
+            f"it to {work / UNITS['J/m^2']:.3g} J/m²: {flattened.explanation}"
         )
-        return replace(smooth, explanation=f"{explanation}; {comparison}")
-    flattened = _adhesive(scene, work)
-    total = scene.wall.work_of_adhesion / UNITS["J/m^2"]
-    explanation = (
-        f"adhesion of w = {total:.3g} J/m² flattens the roughness, which reduces it "
-        f"to {work / UNITS['J/m^2']:.3g} J/m²: {flattened.explanation}"
-    )
-    return replace(flattened, explanation=explanation)
+        return replace(flattened, explanation=explanation)
+    reason = f"rough flats adhere ({inverse_kappa})"
+    if work > 0.0:
+        reason = (
+            f"the contact at zero load (radius {radius / UNITS['nm']:.2g} nm) is "
+            "smaller than half the longest wavelength "
+            f"({half_wave / UNITS['nm']:.2g} nm)"
+        )
+    return replace(smooth, explanation=f"no closed form, as {reason}; {comparison}")

@@ -174,32 +174,27 @@ def regime(
     """
     positive(kappa_repulsive=kappa_repulsive, asperity_factor=asperity_factor)
     finite(normal_force=normal_force)
+    adhesion = work_of_adhesion, attraction_range
+    factors = kappa_repulsive, asperity_factor
     numbers: dict[str, Any]
     if roughness is None:
-        smooth = sphere_theory(
-            radius, contact_modulus, work_of_adhesion, attraction_range
-        )
+        smooth = sphere_theory(radius, contact_modulus, *adhesion)
         area = float(np.pi * smooth.contact_radius(normal_force) ** 2)
         numbers = {"law": smooth.law(normal_force), "contact_area": area}
     else:
         nonnegative(normal_force=normal_force)
         sphere = RoughSphereTheory(
-            radius,
-            contact_modulus,
-            roughness,
-            work_of_adhesion,
-            attraction_range,
-            kappa_repulsive,
-            asperity_factor,
+            radius, contact_modulus, roughness, *adhesion, *factors
         )
         smooth = sphere.smooth
         numbers = _rough_numbers(sphere, normal_force, flat)
     if attraction_range is not None and work_of_adhesion > 0:
         numbers["effective_work_of_adhesion"] = smooth.work_of_adhesion
     if attraction_range is not None and smooth.work_of_adhesion > 0:
-        adhesive = radius, contact_modulus, smooth.work_of_adhesion, attraction_range
-        numbers["tabor_parameter"] = MaugisDugdale(*adhesive).tabor_parameter
-        numbers["maugis_parameter"] = MaugisDugdale(*adhesive).parameter
+        sphere_and_work = radius, contact_modulus, smooth.work_of_adhesion
+        general = MaugisDugdale(*sphere_and_work, attraction_range)
+        numbers["tabor_parameter"] = general.tabor_parameter
+        numbers["maugis_parameter"] = general.parameter
         numbers["pull_off_force"] = smooth.pull_off_force
     area = numbers["contact_area"]
     hertz = Hertz(radius, contact_modulus).contact_radius(max(normal_force, 0.0))
