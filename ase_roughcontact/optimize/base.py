@@ -18,7 +18,7 @@ from ase_roughcontact.atoms.calculator import (
     grid_of,
 )
 from ase_roughcontact.atoms.grid import displacement
-from ase_roughcontact.optimize.constraints import Indenter
+from ase_roughcontact.optimize.constraints import Indenter, soft_contact_of
 from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
 
 
@@ -198,10 +198,9 @@ class ContactOptimizer(Optimizer):
     def _connect(self) -> None:
         """Read contact, load and constraints off the atoms."""
         name = type(self).__name__
-        self.contact = contact_of(self.atoms)
+        contact = contact_of if self.hard_walls else soft_contact_of
+        self.contact = contact(self.atoms)
         wall = self.contact.interaction
-        if wall.hard and not self.hard_walls:
-            raise ValueError(f"{name} is not for the hard wall: use ActiveSet")
         if self.hard_walls and not wall.hard:
             raise ValueError(f"{name} is for the hard wall, got {wall}")
         self.indenter = Indenter(self.atoms)
