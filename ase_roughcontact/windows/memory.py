@@ -4,6 +4,15 @@ from __future__ import annotations
 
 import math
 import os
+from itertools import accumulate
+from pathlib import Path
+
+import psutil
+
+try:
+    import resource
+except ImportError:  # not on Unix
+    resource = None  # type: ignore[assignment]
 
 # Bytes for each atom at the peak of a step, also in a window with its margin.
 _PER_ATOM = 400
@@ -59,16 +68,75 @@ def points_of(indenter: object, spacing: float) -> int:
 
 
 def available_memory() -> float:
-    """Return the free memory of this machine (bytes); infinity if it is not known."""
+    """Return the memory that this process can still use (bytes).
+
+    It is the available memory of the machine, or what is left of a limit of the
+    process's control groups (containers, batch systems) or of its address space
+    (``ulimit -v``), if that is less.
+    """
+    free = float(psutil.virtual_memory().available)
+    return min(free, control_group_memory(), _address_space())
+
+
+def control_group_memory(root: Path = Path("/")) -> float:
+    """Return what is left of the memory limits of control groups on Linux.
+
+    Parameters
+    ----------
+    root : Path
+        Folder that contains ``proc`` and ``sys``.
+
+    Returns
+    -------
+    float
+        Bytes; infinity without limits.
+    """
     try:
-        with open("/proc/meminfo") as file:
-            lines = dict(line.split(":") for line in file)
-        return 1024.0 * float(lines["MemAvailable"].split()[0])
-    except (OSError, KeyError, ValueError):
-        pass
-    if not hasattr(os, "sysconf") or "SC_PHYS_PAGES" not in os.sysconf_names:
+        lines = (root / "proc/self/cgroup").read_text().splitlines()
+    except OSError:
         return math.inf
-    return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
+    groups = [line.split(":", 2) for line in lines]
+    folders = {
+        "": root / "sys/fs/cgroup",  # version 2
+        "memory": root / "sys/fs/cgroup/memory",  # version 1
+    }
+    free = math.inf
+    for _, controllers, path in groups:
+        folder = folders.get(controllers)
+        if folder is not None:
+            # a group has the limits of all above it, of which a container has the top
+            for part in ("", *accumulate(Path(path).parts[1:], os.path.join)):
+                free = min(free, _left_in_group(folder / part))
+    return free
+
+
+def _left_in_group(folder: Path) -> float:
+    """Return what is left of the limit of a control group, if it has one (bytes)."""
+    for limit, usage in (
+        ("memory.max", "memory.current"),
+        ("memory.limit_in_bytes", "memory.usage_in_bytes"),
+    ):
+        try:
+            allowed = int((folder / limit).read_text())  # or "max"
+            used = int((folder / usage).read_text())
+            lines = (folder / "memory.stat").read_text().splitlines()
+        except (OSError, ValueError):
+            continue
+        numbers = dict(line.split() for line in lines)
+        # cached files that are not in use give way
+        cached = numbers.get("total_inactive_file", numbers.get("inactive_file", 0))
+        return max(0.0, float(allowed - used + int(cached)))
+    return math.inf
+
+
+def _address_space() -> float:
+    """Return what is left of the limit of the address space (bytes)."""
+    if resource is None:
+        return math.inf
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if allowed == resource.RLIM_INFINITY:
+        return math.inf
+    return max(0.0, float(allowed - psutil.Process().memory_info().vms))
 
 
 def check_roughness(points: int) -> None:

@@ -1,15 +1,25 @@
 """Memory: the estimate compared with the largest resident size of a fresh process."""
 
 import json
+import math
+import resource
 import subprocess
 import sys
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
+import psutil
 import pytest
 
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
-from ase_roughcontact.windows.memory import memory_of, points_of
+from ase_roughcontact.windows.memory import (
+    available_memory,
+    check_memory,
+    control_group_memory,
+    memory_of,
+    points_of,
+)
 
 STATUS = Path("/proc/self/status")
 pytestmark = pytest.mark.skipif(
@@ -71,6 +81,96 @@ def test_estimate_is_within_a_third_of_the_memory_of_a_process(
     estimate, peak, converged = json.loads(done.stdout)
     assert converged
     assert 3 / 4 <= estimate / peak <= 4 / 3
+
+
+# Free memory
+
+
+def test_free_memory_is_that_of_the_machine_in_bytes():
+    lines = Path("/proc/meminfo").read_text().splitlines()
+    (kilobytes,) = (int(x.split()[1]) for x in lines if x.startswith("MemAvailable"))
+    expected = min(1024.0 * kilobytes, control_group_memory())
+    assert available_memory() == pytest.approx(expected, rel=0.05)
+
+
+def test_free_memory_of_another_system_is_that_available_not_the_total(monkeypatch):
+    memory = SimpleNamespace(total=8e9, available=123e6)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
+    assert available_memory() == 123e6
+
+
+def test_limit_of_the_address_space_is_seen():
+    before = resource.getrlimit(resource.RLIMIT_AS)
+    used = psutil.Process().memory_info().vms
+    resource.setrlimit(resource.RLIMIT_AS, (used + 300_000_000, before[1]))
+    try:
+        assert available_memory() == pytest.approx(3e8, rel=0.1)
+        with pytest.raises(MemoryError, match=r"0\.\d+ GB are free"):
+            check_memory((3000, 3000))
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, before)
+
+
+def files(folder, contents):
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, content in contents.items():
+        (folder / name).write_text(f"{content}\n")
+
+
+def group(limit, used, cached):
+    """Files of a control group of version 2."""
+    stat = f"anon 7\ninactive_file {cached}"
+    return {"memory.max": limit, "memory.current": used, "memory.stat": stat}
+
+
+def old_group(limit, used, cached):
+    """Files of a control group of version 1."""
+    stat = f"cache 7\ninactive_file 1\ntotal_inactive_file {cached}"
+    names = "memory.limit_in_bytes", "memory.usage_in_bytes", "memory.stat"
+    return dict(zip(names, (limit, used, stat), strict=True))
+
+
+CGROUP = "sys/fs/cgroup"
+# Memory left, list of groups of the process, and files of groups by folder.
+GROUPS = {
+    "none": (math.inf, None, {}),
+    "no limit": (math.inf, "0::/", {CGROUP: group("max", 5, 1)}),
+    "container": (6e9, "0::/", {CGROUP: group(8 * 10**9, 3 * 10**9, 10**9)}),
+    "seen from outside": (
+        5e9,
+        "0::/docker/1f",
+        {CGROUP: group(8 * 10**9, 3 * 10**9, 0)},
+    ),
+    "of a parent": (
+        1e9,
+        "0::/slurm/job/step",
+        {
+            f"{CGROUP}/slurm/job": group(2 * 10**9, 10**9, 0),
+            f"{CGROUP}/slurm/job/step": group("max", 10**9, 0),
+        },
+    ),
+    "used up": (0.0, "0::/", {CGROUP: group(10**9, 2 * 10**9, 0)}),
+    "version 1": (
+        3e9,
+        "5:cpu:/other\n4:memory:/job\n0::/",
+        {
+            f"{CGROUP}/memory": old_group(2**63 - 4096, 9, 0),
+            f"{CGROUP}/memory/job": old_group(4 * 10**9, 2 * 10**9, 10**9),
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("left, lines, folders", GROUPS.values(), ids=GROUPS.keys())
+def test_limits_of_control_groups_are_seen(left, lines, folders, tmp_path):
+    if lines is not None:
+        files(tmp_path / "proc/self", {"cgroup": lines})
+    for folder, contents in folders.items():
+        files(tmp_path / folder, contents)
+    assert control_group_memory(tmp_path) == left
+
+
+# Points of a roughness
 
 
 def test_only_a_synthesised_roughness_has_points():
