@@ -20,6 +20,16 @@ def test_time_left_is_proportional_to_the_remaining_cost():
     assert (progress.steps, progress.total) == (1, 3)
 
 
+def test_steps_of_an_earlier_run_do_not_count_as_done_in_the_time_of_this_one():
+    meter = ProgressMeter({"a": np.array([0.0, 1.0, 4.0, 9.0])})
+    meter.add(["a"])
+    assert np.isnan(meter.progress().left)  # here the run begins
+    meter.add(["a"])
+    progress = meter.progress()
+    assert progress.left == pytest.approx(5.0 / 3.0 * progress.elapsed)
+    assert (progress.steps, progress.total) == (2, 3)
+
+
 def test_failed_and_complete_cases_are_not_expected_to_take_time():
     meter = ProgressMeter(dict.fromkeys("ab", np.array([0.0, 1.0])))
     meter.add("a")
