@@ -98,14 +98,19 @@ def _checked_array(
     return array
 
 
-def height_array(heights: Any) -> FloatArray:
-    """Return a copy of a height map; raise `ValueError` for a wrong shape or type."""
-    array = np.asarray(heights)
+def check_matrix(array: np.ndarray) -> None:
+    """Raise `ValueError` unless an array of heights is one of rows of real numbers."""
     if array.ndim != 2 or not array.size or array.dtype.kind not in "iuf":
         raise ValueError(
             "heights must be a two-dimensional array of real numbers, got shape "
             f"{array.shape} of {array.dtype}"
         )
+
+
+def height_array(heights: Any) -> FloatArray:
+    """Return a copy of a height map; raise `ValueError` for a wrong shape or type."""
+    array = np.asarray(heights)
+    check_matrix(array)
     wrong = int(array.size - np.isfinite(array).sum())
     if wrong:
         raise ValueError(

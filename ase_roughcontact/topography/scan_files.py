@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import LENGTHS
-from ase_roughcontact._util.validation import FloatArray, lookup
+from ase_roughcontact._util.validation import FloatArray, check_matrix, lookup
 
 _TEXT = ".txt", ".asc", ".dat", ".csv", ".xyz", ".tsv"
 # Distance of a point from the regular grid, in steps of the grid, that is rounding.
@@ -127,11 +127,7 @@ def scan_of(topography: Any) -> RawScan:
 def _array(values: Any) -> FloatArray:
     """Return heights with NaN in place of masked and infinite points."""
     array: Any = np.ma.asarray(values)
-    if array.ndim != 2 or not array.size or array.dtype.kind not in "iuf":
-        raise ValueError(
-            "heights must be a two-dimensional array of real numbers, got shape "
-            f"{array.shape} of {array.dtype}"
-        )
+    check_matrix(array)
     heights = array.astype(float).filled(np.nan)
     heights[~np.isfinite(heights)] = np.nan
     return heights

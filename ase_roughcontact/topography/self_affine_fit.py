@@ -97,10 +97,9 @@ def _ends(
     """Return the ends of the self-affine range of a surface."""
     wanted = math.log(height**2 * curvature**2 / slope**4)
 
-    def moments(log_ratio: float) -> tuple[float, float, float]:
+    def moments(log_ratio: float) -> list[float]:
         long = math.exp(log_ratio)
-        m0, m2, m4 = (float(spectral_moment(m, hurst, 1.0, long)) for m in (0, 2, 4))
-        return m0, m2, m4
+        return [spectral_moment(m, hurst, 1.0, long) for m in (0, 2, 4)]
 
     def excess(log_ratio: float) -> float:
         m0, m2, m4 = moments(log_ratio)
