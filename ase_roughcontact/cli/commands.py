@@ -15,12 +15,13 @@ from typing import Any, NoReturn
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
-from ase_roughcontact.cli import report
+from ase_roughcontact.cli import loops, report
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import product, run_ensemble, write_csv
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
+from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.scene import Scene, default_text
@@ -132,6 +133,8 @@ def _plan(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scene, steps = _scene(options), list[LoadStep]()
+    if scene.path.is_loop:
+        return _run_loop(options, scene)
     reference = reference_for(scene)
     try:
         _relax(options, reference, steps)
@@ -142,6 +145,45 @@ def _run(options: argparse.Namespace) -> int:
         raise
     _write_results(options, reference, steps)
     return 0 if all(step.converged for step in steps) else 1
+
+
+def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
+    """Approach and retract, print each state, and draw the force curves."""
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
+    folder, states = options.out, list[LoadStep]()
+
+    def show(state: LoadStep) -> None:
+        states.append(state)
+        if _prints_text(options):
+            print(loops.row(state), flush=True)
+        if options.json:
+            print(json_line(asdict(state), units_of()), flush=True)
+
+    if _prints_text(options):
+        print(report.description(reference_for(scene)) + loops.header())
+    validity = "raise" if options.strict else "warn"
+    loop = scene.loop(folder, show, validity, _scene_text(options)[0])
+    curve, failure = None, ""
+    pictures = figures.draw(reference_for(scene), states, folder)
+    figures.draw_loop(loop, folder / "loop.png")
+    pictures.append("loop.png")
+    if scene.cantilever is not None:
+        try:
+            curve = cantilever_curve(loop, scene.cantilever)
+        except ValueError as error:  # the loop itself is valid
+            failure = str(error)
+    if curve is not None:
+        loops.write_curve(curve, folder / "cantilever.csv")
+        figures.draw_cantilever(curve, folder / "cantilever.png")
+        pictures.append("cantilever.png")
+    figures.write_view(scene, folder)
+    if _prints_text(options):
+        print(loops.summary(loop, curve))
+        print(report.file_list(folder, pictures), flush=True)
+    if failure:
+        print(f"ase-roughcontact: {failure}", file=sys.stderr)
+    return 0 if all(state.converged for state in states) and not failure else 1
 
 
 def _relax(

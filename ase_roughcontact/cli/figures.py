@@ -17,6 +17,8 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.view import centred, with_indenter
+from ase_roughcontact.paths.cantilever import CantileverCurve
+from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.scene import Scene
@@ -85,6 +87,40 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
         _draw_maps(reference, steps, folder)
         names.append("contact.png")
     return names
+
+
+def draw_loop(loop: AdhesionLoop, file: Path) -> None:
+    """Draw force against height of an adhesion loop.
+
+    Parameters
+    ----------
+    loop : AdhesionLoop
+    file : path
+    """
+    from matplotlib import pyplot
+
+    from ase_roughcontact.plot import plot_loop
+
+    figure, axes = pyplot.subplots(figsize=(5, 4), layout="constrained")
+    plot_loop(axes, loop)
+    _save(figure, file, dpi=150)
+
+
+def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
+    """Draw force against distance and deflection against distance of a cantilever.
+
+    Parameters
+    ----------
+    curve : CantileverCurve
+    file : path
+    """
+    from matplotlib import pyplot
+
+    from ase_roughcontact.plot import plot_cantilever
+
+    figure, axes = pyplot.subplots(figsize=(5, 4), layout="constrained")
+    plot_cantilever(axes, curve)
+    _save(figure, file, dpi=150)
 
 
 def _is_compressive(step: LoadStep) -> bool:

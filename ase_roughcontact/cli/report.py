@@ -15,8 +15,8 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
 
-def table_header(reference: Reference) -> str:
-    """Return a description of the scene, and the header of the table of steps.
+def description(reference: Reference) -> str:
+    """Return a description of the scene and of the theory for it.
 
     Parameters
     ----------
@@ -37,11 +37,28 @@ def table_header(reference: Reference) -> str:
         lines.append(f"Theory: {reference.explanation}")
     if smooth.pull_off_force < 0.0:
         lines.append(f"Pull-off force: {_pull_off_force(reference)}")
+    return "\n".join(lines)
+
+
+def table_header(reference: Reference) -> str:
+    """Return a description of the scene, and the header of the table of steps.
+
+    Parameters
+    ----------
+    reference : Reference
+        Theory for the scene.
+
+    Returns
+    -------
+    str
+    """
+    scene, smooth = reference.scene, reference.smooth
     ratio = f"A/A_{smooth.symbol}"
     equation = "   Eq. (4)" if reference.rough_above is not None else ""
     control = scene.path.control
     depth = "" if control == "load" else f"{_heading(control):>13}"
-    lines += [
+    lines = [
+        description(reference),
         f"{ratio}: contact area relative to theory, {smooth.sphere}",
         "",
         f"   step{depth}   {_heading('normal_force')}   "
@@ -133,7 +150,23 @@ def summary(
     """
     values = _first_contact(reference.scene, steps), _largest_tension(reference, steps)
     lines = ["", *filter(None, values), *_exceeded_limits(steps)]
-    lines.append(f"Results are in {folder}:")
+    return "\n".join([*lines, file_list(folder, pictures)])
+
+
+def file_list(folder: Path, pictures: Sequence[str]) -> str:
+    """Return the list of the files of a run.
+
+    Parameters
+    ----------
+    folder : path
+    pictures : sequence of str
+        Names of the files of figures.
+
+    Returns
+    -------
+    str
+    """
+    lines = [f"Results are in {folder}:"]
     lines += [f"  {folder / name}" for name in pictures]
     if not pictures:
         lines.append("  (no figures, as nothing touched)")

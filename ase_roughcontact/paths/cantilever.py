@@ -124,7 +124,7 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     down = interpolated(loop.approach, loop.approach_jumps)
     height, force = interpolated(loop.retraction, loop.retraction_jumps)
     # beyond the loop the tip is free; a soft cantilever may get there from afar
-    free = height[-1] + abs(force).max() / stiffness
+    free = height[-1] + 1.1 * max(0.0, -force.min()) / stiffness
     up = np.append(height, free), np.append(force, 0.0)
     approach = _followed(*down, loop.approach_jumps, stiffness, -1.0)
     deepest = loop.retraction[0]

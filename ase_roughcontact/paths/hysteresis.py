@@ -19,6 +19,7 @@ from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.snapshot import snapshot
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.instabilities import (
     AdhesionLoop,
     Jump,
@@ -38,6 +39,8 @@ _SMALLEST_FORCE = 0.05
 _ROUNDING = 1e-3
 # Default of the smallest step, relative to the largest.
 _SMALLEST_STEP = 1 / 256
+# Number of the largest steps of an approach by default.
+_STEPS_DOWN = 10
 
 
 def adhesion_loop(
@@ -58,6 +61,7 @@ def adhesion_loop(
     record: type[LoadStep] = LoadStep,
     hardness: float | None = None,
     validity: str = "warn",
+    callback: Callable[[LoadStep], Any] | None = None,
 ) -> AdhesionLoop:
     r"""Press the indenter in from beyond the range of the wall, and pull it off again.
 
@@ -97,6 +101,8 @@ def adhesion_loop(
         ASE trajectory of snapshots, one per state.
     csv : path, optional
         CSV file of the results, one line per state.
+    callback : callable, optional
+        Called with each state after it is written.
 
     Returns
     -------
@@ -160,8 +166,27 @@ def adhesion_loop(
     report = ValidityReport(validity)
     top, bottom = _end_heights(stepper, deepest)
     with open_output(trajectory, csv, record) as write:
-        path = _AdaptivePath(stepper, write, step, smallest, tolerance, report)
+        path = _AdaptivePath(
+            stepper, write, step, smallest, tolerance, report, callback
+        )
         return path.loop(top + 0.5 * smallest, bottom)
+
+
+def default_step(wall: Interaction, deepest: float) -> float:
+    """Return a largest step for `adhesion_loop`: a tenth of the way down.
+
+    Parameters
+    ----------
+    wall : Interaction
+    deepest : float
+        Penetration at which to turn (Å).
+
+    Returns
+    -------
+    float
+        Å.
+    """
+    return (wall.cutoff - wall.contact_distance + deepest) / _STEPS_DOWN
 
 
 @dataclass
@@ -174,6 +199,7 @@ class _AdaptivePath:
     smallest: float
     tolerance: float
     report: ValidityReport
+    callback: Callable[[LoadStep], Any] | None
 
     def __post_init__(self) -> None:
         halfspace = contact_of(self.stepper.atoms).halfspace
@@ -228,6 +254,8 @@ class _AdaptivePath:
         self._states.append(state)
         self.write(state, lambda: self._frame)
         self.report(state.step, state.validity)
+        if self.callback is not None:
+            self.callback(state)
 
 
 def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:

@@ -117,7 +117,7 @@ class LoadStep:
         "area",
     )
     contact_stiffness: float = column(
-        lambda s: -s.response.force,
+        lambda s: 0.0 - s.response.force,
         "derivative of the force to the penetration of the relaxed contact; nan at an "
         "instability",
         "eV/Å^2",

@@ -12,6 +12,7 @@ heights and penetrations in Å.
 """
 
 from ase_roughcontact.plot.curves import (
+    plot_cantilever,
     plot_convergence,
     plot_curve,
     plot_force,
@@ -29,6 +30,7 @@ __all__ = [
     "COLOURS",
     "GREY",
     "ORANGE",
+    "plot_cantilever",
     "plot_contact",
     "plot_convergence",
     "plot_curve",

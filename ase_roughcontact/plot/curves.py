@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite_array
+from ase_roughcontact.paths.cantilever import CantileverCurve
 from ase_roughcontact.paths.instabilities import AdhesionLoop, interpolated
 from ase_roughcontact.plot.style import BLUE, DASHES, GREY, LINES, ORANGE
 
-NN = UNITS["nN"]
+NN, NM = UNITS["nN"], UNITS["nm"]
 
 
 def plot_curve(
@@ -188,6 +189,41 @@ def plot_loop(
         line = DASHES[i % len(DASHES)]
         axes.axhline(force / NN, color="k", ls=line, lw=0.8, label=name)
     axes.set(xlabel="height of the indenter (Å)", ylabel="normal force $N$ (nN)")
+    axes.legend()
+    return axes
+
+
+def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
+    """Plot force against distance of a cantilever, with its deflection at the right.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    curve : CantileverCurve
+        From `cantilever_curve`.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    for name, colour in (("approach", BLUE), ("retraction", ORANGE)):
+        branch = getattr(curve, name)
+        x, force = branch.distance / NM, branch.force / NN
+        axes.plot(x, force, "-", color=colour, lw=1, label=name)
+        for jump in branch.jumps:
+            at = jump.distance / NM
+            ends = jump.force_before / NN, jump.force_after / NN
+            axes.annotate(
+                "", (at, ends[1]), (at, ends[0]), arrowprops={"arrowstyle": "->"}
+            )
+    stiffness = curve.stiffness / NN * NM  # nN/nm
+    deflection = axes.secondary_yaxis(
+        "right", (lambda force: force / stiffness, lambda bend: bend * stiffness)
+    )
+    deflection.set_ylabel("deflection (nm)")
+    axes.set_xlabel("distance of the base $D$ (nm)")
+    axes.set_ylabel("normal force $N$ (nN)")
     axes.legend()
     return axes
 

@@ -149,6 +149,16 @@ class PathConfig(Section):
     steps: int | None = None
     scale: str = "geometric"
     values: Quantities | None = None
+    kind: str = "steps"
+    deepest: float | str | None = None
+    step: float | str | None = None
+    tolerance: float = 1e-3
+    cantilever: float | None = None
+
+    @property
+    def is_loop(self) -> bool:
+        """Whether the path is an approach and a retraction, with steps of its own."""
+        return lookup(self.kind, {"steps": False, "loop": True}, "kind of path")
 
     @property
     def unit(self) -> str:

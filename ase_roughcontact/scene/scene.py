@@ -21,6 +21,8 @@ from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.substrate import substrate
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.hysteresis import adhesion_loop, default_step
+from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, plan_path
 from ase_roughcontact.paths.record import LoadStep
@@ -129,7 +131,11 @@ class Scene(Model):
                 integer("max_steps", self.solver.max_steps, 1),
             ),
             "interaction": lambda: self.wall,
-            "path": lambda: self.steps,
+            "path": lambda: (
+                (self.loop_options, self.cantilever)
+                if self.path.is_loop
+                else self.steps
+            ),
         }
         for title, part in parts.items():
             try:
@@ -149,6 +155,11 @@ class Scene(Model):
     @property
     def steps(self) -> np.ndarray:
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
+        if self.path.is_loop:
+            raise ValueError(
+                "the steps of a loop are chosen as it runs: it has no plan and no "
+                "targets; run it with Scene.loop or ase-roughcontact run"
+            )
         unit = self.path.unit
         units = FORCES if unit in FORCES else lengths(self.spacing)
         path = plain(self.path, ["first", "last", "values"], units, unit)
@@ -202,7 +213,7 @@ class Scene(Model):
             self.surface,
             spacing=self.spacing,
             periodic=periodic,
-            fixed=self.path.control != "load",
+            fixed=self.path.control != "load" or self.path.is_loop,
         )
         solid = self.solid
         material: dict[str, Any] = {"solid": solid}
@@ -211,6 +222,86 @@ class Scene(Model):
         atoms.calc = RoughContact(self.surface, interaction=self.wall, **material)
         atoms.positions[-1, 2] = contact_of(atoms).first_contact
         return atoms
+
+    @property
+    def loop_options(self) -> dict[str, Any]:
+        """Deepest penetration, largest step (Å) and tolerance of a loop."""
+        if self.path.deepest is None:
+            raise ValueError("a loop needs deepest, the penetration at which to turn")
+        units = lengths(self.spacing)
+        path: Any = plain(self.path, ["deepest", "step"], units, "Å")
+        step = path.step
+        if step is None:
+            step = default_step(self.wall, path.deepest)
+        positive(step=step, tolerance=path.tolerance)
+        return {"deepest": path.deepest, "step": step, "tolerance": path.tolerance}
+
+    @property
+    def cantilever(self) -> float | None:
+        """Stiffness of the cantilever (eV/Å^2); None if it is not given."""
+        if self.path.cantilever is None:
+            return None
+        positive(cantilever=self.path.cantilever)
+        return self.path.cantilever * UNITS["J/m^2"]
+
+    def loop(
+        self,
+        folder: str | Path | None = None,
+        callback: Callable[[LoadStep], Any] | None = None,
+        validity: str = "warn",
+        text: str | None = None,
+    ) -> AdhesionLoop:
+        """Approach and retract; see `adhesion_loop`.
+
+        Parameters
+        ----------
+        folder : path, optional
+            Folder of the files `run` writes, created if necessary. A loop in it is
+            replaced.
+        callback : callable, optional
+            Called with each state.
+        validity : {"warn", "raise", "ignore"}
+            What to do if a step exceeds a limit of the model; see `load_path`.
+        text : str, optional
+            Text of the scene's file; by default `toml`.
+
+        Returns
+        -------
+        AdhesionLoop
+
+        Raises
+        ------
+        ValueError
+            If the path is not a loop, or invalid.
+        """
+        if not self.path.is_loop:
+            raise ValueError('the path is not a loop: give [path] kind = "loop"')
+        self.check()
+        files: dict[str, Any] = {}
+        if folder is not None:
+            folder = Path(folder)
+            folder.mkdir(parents=True, exist_ok=True)
+            files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
+
+        def report(state: LoadStep) -> None:
+            if folder is not None and state.step == 0:
+                self._write_inputs(Path(folder) / "scene.toml", text or self.toml)
+            if callback is not None:
+                callback(state)
+
+        return adhesion_loop(
+            self.atoms(),
+            **self.loop_options,
+            optimizer=self.optimizer,
+            fmax=self.fmax,
+            accuracy=self.solver.accuracy,
+            max_steps=self.solver.max_steps,
+            window=self.window,
+            hardness=self.given_hardness,
+            validity=validity,
+            callback=report,
+            **files,
+        )
 
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need."""

@@ -1,0 +1,129 @@
+"""Loops from a scene file and from the command line."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import adhesion_loop
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.cli import main
+from ase_roughcontact.paths.trajectory import count_steps
+from ase_roughcontact.scene import Scene
+
+LOOP = """
+[substrate]
+spacing = 2.5
+contact_modulus = 100.0
+shape = [18, 18]
+hardness = inf
+[sphere]
+radius = 20.0
+[interaction]
+kind = "adhesive"
+work_of_adhesion = 1.0
+[path]
+kind = "loop"
+deepest = "0.15 nm"
+step = 0.5
+tolerance = 0.01
+cantilever = 60.0
+[solver]
+accuracy = "fast"
+"""
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Folder of the results of a loop from the command line."""
+    folder = tmp_path_factory.mktemp("loop")
+    (folder / "loop.toml").write_text(LOOP)
+    assert (
+        main(["run", str(folder / "loop.toml"), "--out", str(folder), "--quiet"]) == 0
+    )
+    return folder
+
+
+def test_the_loop_of_a_scene_is_that_of_its_atoms():
+    scene = Scene.parse(LOOP)
+    seen = []
+    loop = scene.loop(callback=seen.append, validity="ignore")
+    options = {"deepest": 1.5, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
+    direct = adhesion_loop(scene.atoms(), **options, validity="ignore")
+    assert loop.pull_off_force == direct.pull_off_force > 0.0
+    assert tuple(seen) == (*loop.approach, *loop.retraction[1:])
+    assert scene.cantilever == pytest.approx(60.0 * UNITS["J/m^2"])
+
+
+def test_the_largest_step_is_a_tenth_of_the_way_down_by_default():
+    scene = Scene.parse(LOOP.replace("step = 0.5", ""))
+    wall = scene.wall
+    down = wall.cutoff - wall.contact_distance + 1.5
+    assert scene.loop_options["step"] == pytest.approx(down / 10)
+
+
+def test_states_are_in_the_files_of_a_run(run):
+    with open(run / "curve.csv") as table:
+        states = list(csv.DictReader(table))
+    assert count_steps(run / "sweep.traj") == len(states) > 10
+    assert min(float(state["normal_force"]) for state in states) < 0.0
+
+
+def test_the_force_curve_of_the_cantilever_is_a_table(run):
+    with open(run / "cantilever.csv") as table:
+        rows = list(csv.DictReader(table))
+    deflection, force = (
+        np.array([float(row[name]) for row in rows])
+        for name in ("deflection (nm)", "force (nN)")
+    )
+    np.testing.assert_allclose(force, 60.0 * deflection, rtol=1e-6)
+    assert [row["branch"] for row in rows] == sorted(row["branch"] for row in rows)
+
+
+def test_figures_of_a_loop_are_drawn(run):
+    for name in ("loop.png", "cantilever.png", "force.png", "view.traj"):
+        assert (run / name).stat().st_size > 5000
+
+
+def test_a_loop_prints_its_states_and_characteristic_values(tmp_path, capsys):
+    (tmp_path / "loop.toml").write_text(LOOP)
+    arguments = ["run", str(tmp_path / "loop.toml"), "--out", str(tmp_path / "out")]
+    assert main(arguments) == 0
+    text = capsys.readouterr().out
+    assert "stiffness (N/m)" in text
+    assert "Pull-off force: " in text
+    assert "With a cantilever of 60 N/m:\n  snap-in: " in text
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ('deepest = "0.15 nm"', "", "a loop needs deepest"),
+        ('"loop"', '"lop"', "unknown kind of path 'lop'"),
+        ("step = 0.5", "step = -1.0", "step must be a finite number > 0"),
+        ("cantilever = 60.0", "cantilever = 0.0", "cantilever must be"),
+    ],
+)
+def test_wrong_loops_are_errors_of_the_path(old, new, message):
+    with pytest.raises(ValueError, match=rf"\[path\] {message}"):
+        Scene.parse(LOOP.replace(old, new)).check()
+
+
+def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, capsys):
+    (tmp_path / "loop.toml").write_text(LOOP.replace('"0.15 nm"', '"-0.1 nm"'))
+    arguments = ["run", str(tmp_path / "loop.toml"), "--out", str(tmp_path), "--quiet"]
+    assert main(arguments) == 1
+    assert "jumps in beyond the deepest state" in capsys.readouterr().err
+    assert (tmp_path / "loop.png").exists()
+
+
+@pytest.mark.parametrize("command", ["plan", "tradeoff"])
+def test_a_loop_has_no_plan(tmp_path, capsys, command):
+    (tmp_path / "loop.toml").write_text(LOOP)
+    assert main([command, str(tmp_path / "loop.toml")]) == 2
+    assert "chosen as it runs" in capsys.readouterr().err
+
+
+def test_steps_are_no_loop():
+    with pytest.raises(ValueError, match="the path is not a loop"):
+        Scene.default().loop()
