@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis.contact_map import ContactMap, nearest_image
+from ase_roughcontact.contact import open_sides
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
     i, j = np.nonzero(contact_map.contact)
     patch = labels[i, j] - 1
     position = np.column_stack((i, j)) + cells[pieces[i, j]] * labels.shape
-    edges = _open_neighbours(contact_map)[i, j]
+    edges = open_sides(contact_map.contact, contact_map.periodic)[i, j]
     centroid = np.column_stack(
         [np.bincount(patch, along, len(size)) / size for along in position.T]
     )
@@ -90,14 +90,6 @@ def patches(contact_map: ContactMap, diagonal: bool = False) -> Patches:
         perimeter=np.bincount(patch, edges, len(size)) * contact_map.spacing,
         centroid=centroid,
     )
-
-
-def _open_neighbours(contact_map: ContactMap) -> FloatArray:
-    """Return the number of edges that each site shares with sites without contact."""
-    mode = "wrap" if contact_map.periodic else "constant"
-    mask = np.pad(contact_map.contact, 1, mode=mode)  # type: ignore[call-overload]
-    sides = (mask[:-2, 1:-1], mask[2:, 1:-1], mask[1:-1, :-2], mask[1:-1, 2:])
-    return 4.0 - np.sum(sides, axis=0)
 
 
 def _seams(pieces: np.ndarray, diagonal: bool) -> np.ndarray:

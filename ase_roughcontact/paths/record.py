@@ -23,6 +23,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ase_roughcontact.contact import continuum_area
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.validity import violations
 from ase_roughcontact.windows.memory import memory_of, points_of
@@ -78,6 +79,13 @@ def _gap_error(step: RelaxedStep) -> float:
     return float(max(closed, -gap[~contact].min(initial=0.0)))
 
 
+def _continuum_area(step: RelaxedStep) -> float:
+    area = step.state.contact_area
+    if not step.contact.interaction.hard:
+        return area
+    return continuum_area(area, step.perimeter, step.halfspace.spacing)
+
+
 def _memory(step: RelaxedStep) -> float:
     halfspace = step.halfspace
     return memory_of(
@@ -113,6 +121,18 @@ class LoadStep:
     contact_area: float = column(
         lambda s: s.state.contact_area,
         "number of repelled atoms times the area per atom",
+        "Å^2",
+        "area",
+    )
+    perimeter: float = column(
+        lambda s: s.perimeter,
+        "length of the boundary between repelled atoms and others, along the grid",
+        "Å",
+    )
+    continuum_area: float = column(
+        _continuum_area,
+        "area of the continuum that the grid discretises: for a hard wall corrected by "
+        "the perimeter",
         "Å^2",
         "area",
     )

@@ -9,7 +9,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.contact import Contact, ContactState, open_sides
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 
@@ -89,6 +89,12 @@ class RelaxedStep:
     def touches(self) -> bool:
         """Whether the wall repels an atom."""
         return self.state.repulsive_atoms > 0
+
+    @cached_property
+    def perimeter(self) -> float:
+        """Length of the boundary of the contact along the lines of the grid (Å)."""
+        sides = open_sides(self.state.contact, self.halfspace.periodic)
+        return float(sides.sum()) * self.halfspace.spacing
 
     @property
     def response(self) -> HeightResponse:
