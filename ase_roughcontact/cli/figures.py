@@ -133,7 +133,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     scene = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
     forces = np.array([step.normal_force for step in shown])
-    areas = np.array([step.contact_area for step in shown])
+    areas = np.array([getattr(step, scene.area_column) for step in shown])
     predicted = reference.rough_area(forces)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
     adhesive = [c for c in _smooth(reference) if c.pull_off_force < 0.0]
@@ -169,7 +169,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     theory: dict[str, tuple[FloatArray, FloatArray]] = {}
     # the penetration of a rough sphere is relative to its highest peak, not its mean
     if scene.rough is None:
-        area = max(step.contact_area for step in steps)
+        area = max(getattr(step, scene.area_column) for step in steps)
         largest = _EXTENT * math.sqrt(area / np.pi) + scene.spacing
         for curve in _smooth(reference):
             depth, force = curve.curve(largest)

@@ -13,6 +13,7 @@ from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.windows.regrid import lost_text
 
 
 def description(reference: Reference) -> str:
@@ -35,6 +36,8 @@ def description(reference: Reference) -> str:
     ]
     if reference.explanation:
         lines.append(f"Theory: {reference.explanation}")
+    if scene.area_column == "continuum_area":
+        lines.append(_grid(scene))
     if smooth.pull_off_force < 0.0:
         lines.append(f"Pull-off force: {_pull_off_force(reference)}")
     return "\n".join(lines)
@@ -62,7 +65,7 @@ def table_header(reference: Reference) -> str:
         f"{ratio}: contact area relative to theory, {smooth.sphere}",
         "",
         f"   step{depth}   {_heading('normal_force')}   "
-        f"{_heading('contact_area')}   {ratio:>9}{equation}   {_heading('seconds')}",
+        f"{_heading(scene.area_column)}   {ratio:>9}{equation}   {_heading('seconds')}",
     ]
     return "\n".join(lines)
 
@@ -97,8 +100,8 @@ def table_row(
     if scene.path.control != "load":
         row += cell(_printed(step, scene.path.control), 13, ".4f")
     row += cell(_printed(step, "normal_force"), 11, ".4g")
-    row += cell(_printed(step, "contact_area"), 13, ".4g")
-    row += _ratio(step.contact_area, smooth, 12)
+    row += cell(_printed(step, scene.area_column), 13, ".4g")
+    row += _ratio(getattr(step, scene.area_column), smooth, 12)
     if reference.rough_above is not None:
         row += _ratio(float(reference.rough_area(force)), smooth, 10)
     row += cell("restored", 11) if restored else cell(step.seconds, 11, ".2f")
@@ -222,6 +225,16 @@ def _exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
 def _pull_off_force(reference: Reference) -> str:
     force = reference.smooth.pull_off_force / UNITS["nN"]
     return f"{force:.4g} nN ({reference.smooth.label})"
+
+
+def _grid(scene: Scene) -> str:
+    """Return the grid of the continuum, and what it can't resolve."""
+    change = scene.grid_change
+    ratio = f" / {change.refine}" if change.refine > 1 else ""
+    factor = f"{change.coarsen} " if change.coarsen > 1 else ""
+    lost = scene.lost_slope
+    loss = f"; {lost_text(change, lost)}" if lost else ""
+    return f"Continuum on a grid of spacing {factor}a0{ratio}{loss}"
 
 
 def _heading(column: str) -> str:

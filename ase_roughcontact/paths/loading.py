@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict
@@ -12,13 +14,15 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.paths.validity import ValidityReport, hardness_of
 from ase_roughcontact.windows.options import WindowOptions
+from ase_roughcontact.windows.regrid import GridChange, lost_text, regrid
 
 
 def load_path(
@@ -40,6 +44,8 @@ def load_path(
     record: type[LoadStep] = LoadStep,
     hardness: float | None = None,
     validity: str = "warn",
+    refine: int = 1,
+    coarsen: int = 1,
 ) -> Iterator[LoadStep]:
     """Relax the atoms at one load after another.
 
@@ -92,6 +98,11 @@ def load_path(
         What to do if a step exceeds a limit of the model: a `ValidityWarning`, once for
         each limit, an error after the step is written, or nothing. In any case the
         column `validity` lists the limits.
+    refine, coarsen : int
+        Exchange the grid of the atoms first, in place, for one of the spacing divided
+        by `refine` or multiplied by `coarsen`. All else stays, but for the waves of the
+        indenter that a coarser grid can't resolve: they are left out, with a warning.
+        This changes the question from the model of atoms to that of the continuum.
 
     Yields
     ------
@@ -123,6 +134,11 @@ def load_path(
     control, targets = _single_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
+    change = GridChange(refine, coarsen)
+    if change:
+        hardness = _known_hardness(atoms, hardness)
+        if lost := regrid(atoms, change):
+            warnings.warn(lost_text(change, lost), stacklevel=2)
     stepper = Stepper(
         atoms,
         control,
@@ -167,6 +183,12 @@ def _relax(
             write(step, partial(snapshot, stepper.atoms, **info))
             report(number, step.validity)
             yield step
+
+
+def _known_hardness(atoms: Atoms, hardness: float | None) -> float | None:
+    """Return the hardness, before the spacing is no more that of the crystal."""
+    found = hardness_of(atoms.symbols[0], grid_of(atoms).spacing, hardness)
+    return None if math.isnan(found) else found
 
 
 def _single_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:

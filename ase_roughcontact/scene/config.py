@@ -49,6 +49,9 @@ class SubstrateConfig(Section):
     poisson: float = 0.5
     rigid_base: bool = False
     sliding: bool = False
+    model: str = "atoms"
+    refine: int = 1
+    coarsen: int = 1
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
 

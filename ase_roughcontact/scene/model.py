@@ -13,7 +13,7 @@ from scipy.fft import next_fast_len
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import LENGTHS, UNITS
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction, make_wall
@@ -22,6 +22,7 @@ from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.scene.solid import solid_of
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
@@ -70,6 +71,35 @@ class Model(SceneFile):
     def hardness(self) -> float:
         """Hardness of the substrate (eV/Å^3); NaN if it is not known."""
         return hardness_of(self.substrate.symbol, self.spacing, self.given_hardness)
+
+    @property
+    def area_column(self) -> str:
+        """Column of the contact area that answers the scene's question."""
+        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
+        return lookup(self.substrate.model, columns, "model")
+
+    @property
+    def grid_change(self) -> GridChange:
+        """The grid relative to that of the atoms."""
+        change = GridChange(self.substrate.refine, self.substrate.coarsen)
+        atomic = self.area_column == "contact_area"
+        if change and atomic:
+            raise ValueError(
+                'refine and coarsen need model = "continuum": the grid of the model of '
+                "atoms is their lattice"
+            )
+        if self.substrate.of_atoms and not atomic:
+            raise ValueError(
+                'model = "continuum" needs moduli: a solid that follows from the '
+                "forces between atoms is a lattice"
+            )
+        return change
+
+    @property
+    def lost_slope(self) -> float:
+        """Part of the rms slope that a coarse grid can't resolve, and that is lost."""
+        smooth = self.grid_change.surface(self.surface, self.spacing)
+        return lost_slope(self.surface, smooth)
 
     @property
     def radius(self) -> float:

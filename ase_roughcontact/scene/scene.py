@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -30,6 +31,7 @@ from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.quantities import FORCES, lengths, plain
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
+from ase_roughcontact.windows.regrid import regrid
 
 # Shape of the atoms before a window is chosen.
 _FIRST_SHAPE = (8, 8)
@@ -116,6 +118,7 @@ class Scene(Model):
         """
         parts: dict[str, Callable[[], Any]] = {
             "substrate": lambda: (
+                self.grid_change,
                 self.spacing,
                 self.contact_modulus,
                 self.hardness,
@@ -143,7 +146,8 @@ class Scene(Model):
             except ValueError as error:
                 raise ValueError(f"{name}: [{title}] {error}") from error
         try:  # before heights of the roughness are allocated
-            check_roughness(points_of(self.surface, self.spacing))
+            spacing = self.grid_change.spacing(self.spacing)
+            check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
 
@@ -204,9 +208,9 @@ class Scene(Model):
 
     def atoms(self) -> Atoms:
         """Return the substrate and the indenter above it, with a calculator."""
-        periodic = self.substrate.periodic
+        periodic, change = self.substrate.periodic, self.grid_change
         if self.shape:
-            check_memory(self.shape, margin=not periodic)
+            check_memory(change.shape(self.shape), margin=not periodic)
         atoms = substrate(
             self.substrate.symbol,
             self.shape or _FIRST_SHAPE,
@@ -220,6 +224,8 @@ class Scene(Model):
         if isinstance(solid, Isotropic):
             material = {"contact_modulus": solid.contact_modulus}
         atoms.calc = RoughContact(self.surface, interaction=self.wall, **material)
+        if change:
+            regrid(atoms, change)
         atoms.positions[-1, 2] = contact_of(atoms).first_contact
         return atoms
 
@@ -332,7 +338,7 @@ class Scene(Model):
             accuracy=self.solver.accuracy,
             max_steps=self.solver.max_steps,
             window=self.window,
-            hardness=self.given_hardness,
+            hardness=None if math.isnan(self.hardness) else self.hardness,
             **path,
             **options,
         )

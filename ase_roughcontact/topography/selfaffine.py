@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, asdict, dataclass
+from dataclasses import KW_ONLY, asdict, dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, Literal, TypeAlias
@@ -191,6 +191,41 @@ class SelfAffine:
         ]
         return field[np.ix_(*indices)]
 
+    def band_limited(self, shortest: float) -> SelfAffine:
+        """Return the surface without its waves shorter than a wavelength.
+
+        Parameters
+        ----------
+        shortest : float
+            Shortest wavelength of the result (length).
+
+        Returns
+        -------
+        SelfAffine
+            Of the same longer waves, and therefore of a smaller rms slope; this surface
+            if it has no shorter waves.
+
+        Raises
+        ------
+        ValueError
+            If all waves are shorter.
+        """
+        if shortest <= self.short_wavelength * (1 + _ROUNDING):
+            return self
+        kx, ky, coefficient = _modes(self)
+        square = kx**2 + ky**2
+        power = np.abs(coefficient) ** 2
+        if self.normalise == "ensemble":
+            power = _mean_power(self, np.sqrt(square))
+        kept = square <= (self.side / shortest * (1 + _ROUNDING)) ** 2
+        part = (power @ (square * kept)) / (power @ square)
+        return replace(
+            self,
+            rms_slope=self.rms_slope * math.sqrt(part),
+            short_wavelength=shortest,
+            domain=self.side,
+        )
+
     def statistics(self) -> Statistics:
         """Return the rms height, slope and curvature of this realisation.
 
@@ -261,8 +296,7 @@ def _modes(
             f"{longest / surface.side:g} of its side: choose a larger domain"
         )
 
-    knee = surface.side / surface.long_wavelength
-    power = np.maximum(wavenumber, knee) ** (-2 - 2 * surface.hurst)
+    power = _mean_power(surface, wavenumber)
     square_slope = power @ wavenumber**2
     if surface.random_amplitudes:
         power *= -np.log1p(-uniform[first:])
@@ -271,6 +305,12 @@ def _modes(
     # factor 2: a wave of the half plane also represents the one with -k
     unit = surface.rms_slope * surface.side / (2 * np.pi * np.sqrt(2 * square_slope))
     return kx, ky, unit * np.sqrt(power) * np.exp(2j * np.pi * phase[first:])
+
+
+def _mean_power(surface: SelfAffine, wavenumber: FloatArray) -> FloatArray:
+    """Return the mean power of waves, up to a factor; wave numbers in 2 pi / side."""
+    knee = surface.side / surface.long_wavelength
+    return np.maximum(wavenumber, knee) ** (-2 - 2 * surface.hurst)
 
 
 def _half_plane(largest: float) -> tuple[IntArray, IntArray]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -164,6 +164,33 @@ class RoughSphere:
         """Whether the heights are known beyond the extent, by periodic roughness."""
         periodic = getattr(self.roughness, "repeats", False)
         return periodic and self.profile == "paraboloid"
+
+    def band_limited(self, shortest: float) -> RoughSphere:
+        """Return the sphere without roughness shorter than a wavelength.
+
+        Parameters
+        ----------
+        shortest : float
+            Shortest wavelength of the roughness (length).
+
+        Returns
+        -------
+        RoughSphere
+
+        Raises
+        ------
+        ValueError
+            If the roughness has no method `band_limited`.
+        """
+        rough: Any = self.roughness
+        if rough is None:
+            return self
+        if not hasattr(rough, "band_limited"):
+            raise ValueError(
+                "a coarser grid needs a roughness with a method band_limited, such as "
+                f"SelfAffine, got {rough!r}: smooth it yourself"
+            )
+        return replace(self, roughness=rough.band_limited(shortest))
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, including those of the roughness.

@@ -63,7 +63,7 @@ def exchange_window(atoms: Atoms, window: Box) -> None:
     )
     new.positions[-1] = x, y, atoms.positions[-1, 2]
     shift = new.positions[-1] - atoms.positions[-1]
-    constraints = [_moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
+    constraints = [moved(c, atoms, len(new) - 1, shift) for c in atoms.constraints]
 
     atoms.set_constraint()
     atoms.arrays = new.arrays | _carried_arrays(atoms, grid, window)
@@ -114,8 +114,28 @@ def _carried_arrays(
     return carried
 
 
-def _moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
-    """Return a constraint of the indenter with its new index and position."""
+def moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:
+    """Return a constraint of the indenter with its new index and position.
+
+    Parameters
+    ----------
+    constraint : ASE constraint
+    atoms : Atoms
+        Which it acts on.
+    last : int
+        New index of the indenter.
+    shift : ndarray, shape (3,)
+        By which the indenter moves (length).
+
+    Returns
+    -------
+    ASE constraint
+
+    Raises
+    ------
+    ValueError
+        If it acts on surface atoms, or its kind is not supported.
+    """
     index = np.arange(len(atoms))[getattr(constraint, "index", [])]
     if set(np.ravel(index)) != {len(atoms) - 1}:
         raise ValueError(

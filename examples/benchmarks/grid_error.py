@@ -5,7 +5,7 @@
 
 Spheres of radius 200 a0 and nominally flat surfaces, both with roughness from 4 to
 32 a0, are pressed against a half space at the same loads on grids of spacing a0 to
-a0/8. The wall is hard, or repulsive with the stiffness of the solid. The reference is the
+a0/8. The wall is hard, or repulsive and as stiff as the solid. The reference is the
 extrapolation of the two finest grids. Lengths are in a0, and the contact modulus is 1.
 """
 
@@ -110,7 +110,7 @@ def report():
         better = 1 if state[1] == "hard" else 0
         reference = 2 * of_grid[finest][better] - of_grid[fine][better]
         for spacing, area in of_grid.items():
-            errors[state[:2] + (spacing,)].append(area / reference - 1)
+            errors[(*state[:2], spacing)].append(area / reference - 1)
     print("shape, wall, spacing: error as counted, corrected (median, largest), %")
     for key, values in sorted(errors.items()):
         counted, corrected = 100 * np.abs(values).T

@@ -25,6 +25,7 @@ SCENE = {
         "hardness": 0.7,
         "shape": [32, 48],
         "periodic": True,
+        "model": "continuum",
     },
     "sphere": {"radius": 60.0, "profile": "sphere"},
     "roughness": {
@@ -96,6 +97,7 @@ KEYS = {
         [True, True, False],
         False,
     ),
+    "substrate.model": (lambda s: s.area_column, "continuum_area", "atoms"),
     "sphere.radius": (lambda s: s.surface.radius, 60.0 * A0, 70.0),
     "sphere.profile": (lambda s: s.surface.profile, "sphere", "paraboloid"),
     "roughness.rms_slope": (lambda s: rough(s).rms_slope, 0.2, 0.1),

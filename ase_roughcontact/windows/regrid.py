@@ -1,0 +1,152 @@
+"""Finer and coarser grids under the same indenter, for the continuum's answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.validation import integer
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.indenter import INDENTER_KEY, surface_id
+from ase_roughcontact.atoms.substrate import surface_atoms
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.windows.exchange import moved
+
+# Spacings on the shortest wave of a surface that is sampled on a coarser grid. Two are
+# the least; smoother surfaces lose more slope than the grid gains.
+_PER_WAVE = 2
+
+
+@dataclass(frozen=True)
+class GridChange:
+    """A grid relative to the atoms': ``spacing = coarsen / refine`` of theirs.
+
+    Attributes
+    ----------
+    refine, coarsen : int
+        One of them is 1.
+    """
+
+    refine: int = 1
+    coarsen: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        integer("refine", self.refine, 1)
+        integer("coarsen", self.coarsen, 1)
+        if self.refine > 1 < self.coarsen:
+            raise ValueError(
+                f"give refine or coarsen, got {self.refine} and {self.coarsen}"
+            )
+
+    def __bool__(self) -> bool:
+        return self.refine != self.coarsen
+
+    def spacing(self, spacing: float) -> float:
+        """Return the spacing of the grid for that of the atoms."""
+        return spacing * self.coarsen / self.refine
+
+    def shape(self, shape: tuple[int, int]) -> tuple[int, int]:
+        """Return the shape of the grid on a window of atoms."""
+        if any(n % self.coarsen for n in shape):
+            raise ValueError(
+                f"coarsen = {self.coarsen} must divide the shape of the window, got "
+                f"{shape}"
+            )
+        n, m = (n * self.refine // self.coarsen for n in shape)
+        return n, m
+
+    def surface(self, indenter: Surface, spacing: float) -> Surface:
+        """Return an indenter without the waves that the grid can't resolve.
+
+        Parameters
+        ----------
+        indenter : Surface
+        spacing : float
+            Of the atoms (length).
+
+        Returns
+        -------
+        Surface
+            The same indenter if the grid is not coarser.
+
+        Raises
+        ------
+        ValueError
+            If the grid is coarser, and the indenter has no method `band_limited`.
+        """
+        if self.coarsen == 1:
+            return indenter
+        limit: Any = getattr(indenter, "band_limited", None)
+        if limit is None:
+            raise ValueError(
+                f"coarsen needs an indenter with a method band_limited, got {indenter}"
+            )
+        return limit(_PER_WAVE * self.spacing(spacing))
+
+
+def regrid(atoms: Atoms, change: GridChange) -> float:
+    """Exchange the grid of surface atoms for a finer or coarser one, in place.
+
+    The window, the indenter, the wall and the solid stay. The substrate is flat
+    afterwards, and arrays of the atoms are those of new ones.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    change : GridChange
+
+    Returns
+    -------
+    float
+        Part of the rms slope that a coarser grid can't resolve and that the indenter
+        has lost.
+
+    Raises
+    ------
+    ValueError
+        If a coarser grid does not fit the window or the period of the indenter, or the
+        indenter can't be smoothed.
+    """
+    contact, grid = contact_of(atoms), grid_of(atoms)
+    shape, spacing = change.shape(grid.window), change.spacing(grid.spacing)
+    indenter = atoms.calc.parameters["indenter"]
+    smooth = change.surface(indenter, grid.spacing)
+    corner = grid.origin
+    smooth.heights((1, 1), spacing, corner)  # raises if it can't be sampled
+
+    padded = grid.shape if grid.shape == grid.window else None
+    points = shape if padded else grid.padded_shape(shape, grid.periodic)
+    new = surface_atoms(atoms.numbers[0], points, spacing)
+    new.positions[:-1, :2] += atoms.positions[0, :2]
+    new.positions[-1] = atoms.positions[-1]
+    last = len(new) - 1
+    constraints = [moved(c, atoms, last, np.zeros(3)) for c in atoms.constraints]
+    atoms.set_constraint()
+    atoms.arrays = new.arrays
+    atoms.set_constraint(constraints)
+    if smooth is not indenter:
+        atoms.info[INDENTER_KEY] = surface_id(smooth)
+    atoms.calc.set(indenter=smooth, interaction=contact.interaction)
+    return lost_slope(indenter, smooth)
+
+
+def lost_slope(indenter: Any, smooth: Any) -> float:
+    """Return the part of the rms slope by which one indenter is smoother."""
+    before, after = (getattr(each, "roughness", each) for each in (indenter, smooth))
+    if before is after or before is None:
+        return 0.0
+    return 1.0 - after.statistics().rms_slope / before.statistics().rms_slope
+
+
+def lost_text(change: GridChange, lost: float) -> str:
+    """Return what a coarser grid can't resolve, for printed output."""
+    return (
+        f"a grid {change.coarsen} times as coarse can't resolve waves shorter than "
+        f"{_PER_WAVE} of its spacings: they are left out, and with them "
+        f"{100 * lost:.2g} % of the rms slope"
+    )

@@ -1,0 +1,84 @@
+"""The question of a scene, atoms or continuum, and its grid."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.cli.report import table_header, table_row
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
+
+TEXT = """
+[substrate]
+spacing = 2.0
+contact_modulus = 100.0
+hardness = inf
+{keys}
+[sphere]
+radius = 100.0
+[roughness]
+long_wavelength = 16.0
+[interaction]
+kind = "hard"
+[path]
+values = [10.0]
+"""
+
+
+def scene(keys=""):
+    return Scene.parse(TEXT.format(keys=keys))
+
+
+def test_question_decides_on_the_area_that_is_printed():
+    for model, column in (("atoms", "contact_area"), ("continuum", "continuum_area")):
+        asked = scene(f'model = "{model}"')
+        assert asked.area_column == column
+        (step,) = asked.relax()
+        reference = reference_for(asked)
+        area = getattr(step, column) / 100.0
+        assert f" {area:.4g} " in table_row(reference, step)
+        assert ("Continuum" in table_header(reference)) == (model == "continuum")
+    assert scene().area_column == "contact_area"
+
+
+def test_refined_scene_has_another_grid_and_all_else_the_same():
+    coarse = scene('model = "continuum"')
+    fine = scene('model = "continuum"\nrefine = 2')
+    fine.check()
+    assert (fine.spacing, fine.radius, fine.rough) == (2.0, 200.0, coarse.rough)
+    assert fine.wall == coarse.wall
+    (a,), (b,) = coarse.relax(), fine.relax()
+    assert a.contact_area / b.contact_area > 1.08
+    assert a.continuum_area == pytest.approx(b.continuum_area, rel=0.04)
+    assert a.height == pytest.approx(b.height, abs=0.01)
+
+
+def test_header_says_grid_and_loss():
+    line = table_header(reference_for(scene('model = "continuum"\nrefine = 2')))
+    assert "grid of spacing a0 / 2\n" in line
+    coarse = scene('model = "continuum"\ncoarsen = 4')
+    text = table_header(reference_for(coarse))
+    assert "spacing 4 a0; a grid 4 times as coarse" in text
+    assert f"{100 * coarse.lost_slope:.2g} % of the rms slope" in text
+    smooth = coarse.atoms().calc.parameters["indenter"].roughness
+    expected = smooth.rms_slope / coarse.rough.rms_slope
+    assert coarse.lost_slope == pytest.approx(1.0 - expected, rel=1e-9)
+    assert np.isclose(smooth.short_wavelength, 16.0)
+
+
+@pytest.mark.parametrize(
+    "keys, message",
+    [
+        ("refine = 2", r'\[substrate\] refine and coarsen need model = "continuum"'),
+        ('model = "atom"', r"\[substrate\] unknown model 'atom'; did you"),
+        ('model = "continuum"\nrefine = 0', "refine must be an integer >= 1"),
+    ],
+)
+def test_contradictions_are_errors(keys, message):
+    with pytest.raises(ValueError, match=message):
+        scene(keys).check()
+
+
+def test_lattice_of_a_crystal_is_no_continuum():
+    lattice = Scene.parse('[substrate]\nmodel = "continuum"\ncalculator = "emt"')
+    with pytest.raises(ValueError, match=r"needs moduli.*is a lattice"):
+        lattice.check()

@@ -1,0 +1,126 @@
+"""Finer and coarser grids under the same indenter."""
+
+import numpy as np
+import pytest
+from ase.constraints import FixAtoms
+
+from ase_roughcontact import (
+    HeightMap,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.windows.regrid import GridChange, lost_slope, regrid
+
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
+SPHERE = RoughSphere(100.0, ROUGH)
+
+
+def make_atoms(surface=SPHERE, shape=(12, 16), **options):
+    atoms = substrate("Cu", shape, surface, spacing=1.0, **options)
+    atoms.calc = RoughContact(surface, 1.0, load=0.5)
+    return atoms
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("refine, coarsen", [(2, 1), (3, 1), (1, 2)])
+def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
+    atoms = make_atoms(periodic=periodic)
+    before, grid = contact_of(atoms), grid_of(atoms)
+    axis, cell = atoms.positions[-1].copy(), atoms.cell.copy()
+    assert regrid(atoms, GridChange(refine, coarsen)) == 0.0
+    after, new = contact_of(atoms), grid_of(atoms)
+    assert new.spacing == coarsen / refine
+    assert new.window == (12 * refine // coarsen, 16 * refine // coarsen)
+    assert new.origin == grid.origin and new.periodic == grid.periodic
+    np.testing.assert_array_equal(atoms.positions[-1], axis)
+    np.testing.assert_array_equal(atoms.cell, cell)
+    assert after.interaction == before.interaction == LennardJones93.repulsive(1.0, 1.0)
+    assert atoms.calc.parameters["load"] == 0.5
+    (constraint,) = atoms.constraints
+    assert isinstance(constraint, FixAtoms)
+    assert list(constraint.index) == [len(atoms) - 1]
+    coarse, fine = before.heights, after.heights
+    if refine == 1:
+        coarse, fine = fine, coarse
+    step = max(refine, coarsen)
+    np.testing.assert_allclose(fine[::step, ::step], coarse, atol=1e-12)
+
+
+def test_smoother_indenter_of_a_coarse_grid_has_the_same_long_waves():
+    smooth = ROUGH.band_limited(8.0)
+    assert (smooth.short_wavelength, smooth.side) == (8.0, ROUGH.side)
+    heights, smoother = (np.fft.fft2(s.heights((64, 64), 1.0)) for s in (ROUGH, smooth))
+    k = 64 * np.fft.fftfreq(64)
+    kept = np.hypot(*np.meshgrid(k, k)) <= 8.0 + 1e-9
+    np.testing.assert_allclose(smoother[kept], heights[kept], atol=1e-9)
+    np.testing.assert_allclose(smoother[~kept], 0.0, atol=1e-9)
+    assert ROUGH.band_limited(4.0) is ROUGH
+
+
+def test_mean_power_of_an_ensemble_is_kept_by_smoothing():
+    rough = SelfAffine(
+        *(0.1, 0.8, 4.0, 16.0),
+        **{"random_amplitudes": True, "normalise": "ensemble", "domain": 64.0},
+    )
+    smooth = rough.band_limited(8.0)
+    waves, kept = (
+        np.fft.fft2(s.heights((64, 64), 1.0))[0, :9] for s in (rough, smooth)
+    )
+    np.testing.assert_allclose(kept, waves, atol=1e-9)
+
+
+def test_lost_slope_is_that_of_the_waves_left_out():
+    atoms = make_atoms()
+    lost = regrid(atoms, GridChange(coarsen=4))
+    smooth = atoms.calc.parameters["indenter"]
+    assert smooth.roughness == ROUGH.band_limited(8.0)
+    assert lost == lost_slope(SPHERE, smooth) == pytest.approx(0.335, abs=0.001)
+    atoms.get_forces()  # the atoms know that they have another indenter
+
+
+def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
+    built = substrate("Cu", (48, 64), SPHERE, spacing=0.5)
+    wall = LennardJones93.repulsive(1.0, 1.0)
+    built.calc = RoughContact(SPHERE, 1.0, wall)
+    (expected,) = load_path(built, heights=[1.0])
+    (step,) = load_path(make_atoms(shape=(24, 32)), heights=[1.0], refine=2)
+    assert not recwarn.list
+    assert step.normal_force == pytest.approx(expected.normal_force, rel=1e-9)
+    assert step.contact_area == expected.contact_area > 0.0
+
+
+def test_loss_is_a_warning_of_a_path():
+    with pytest.warns(UserWarning, match=r"4 times as coarse.*34 % of the rms slope"):
+        load_path(make_atoms(), heights=[1.0], coarsen=4)
+
+
+def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
+    sphere = RoughSphere(20.0)
+    atoms = substrate("Cu", (16, 16), sphere)
+    atoms.calc = RoughContact(sphere, 1.0)
+    (step,) = load_path(atoms, [0.5], refine=2, validity="ignore")
+    assert "hardness" in step.validity
+
+
+@pytest.mark.parametrize(
+    "surface, change, message",
+    [
+        (SPHERE, {"refine": 0}, "refine must be an integer >= 1, got 0"),
+        (SPHERE, {"coarsen": 1.5}, "coarsen must be an integer"),
+        (SPHERE, {"refine": 2, "coarsen": 2}, "refine or coarsen, got 2 and 2"),
+        (SPHERE, {"coarsen": 5}, r"must divide the shape of the window.*\(12, 16\)"),
+        (
+            RoughSphere(50.0, HeightMap(np.zeros((32, 32)), 1.0)),
+            {"coarsen": 2},
+            "needs a roughness with a method band_limited",
+        ),
+    ],
+)
+def test_impossible_grids_are_rejected(surface, change, message):
+    with pytest.raises(ValueError, match=message):
+        load_path(make_atoms(surface), heights=[1.0], **change)
