@@ -13,6 +13,7 @@ from ase_roughcontact.analysis.distributions import (
 )
 from ase_roughcontact.analysis.first_contact_point import FirstContact, first_contact
 from ase_roughcontact.analysis.kappa_fit import KappaFit, fit_kappa
+from ase_roughcontact.analysis.map_files import write_map
 from ase_roughcontact.analysis.radial import RadialAverage, radial_average
 
 __all__ = [
@@ -29,4 +30,5 @@ __all__ = [
     "patches",
     "pressure_distribution",
     "radial_average",
+    "write_map",
 ]

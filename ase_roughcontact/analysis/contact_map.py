@@ -9,7 +9,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
 from ase_roughcontact.atoms.calculator import grid_of
-from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, surface_above
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.topography import Surface
 
@@ -32,6 +32,8 @@ class ContactMap:
         Whether the map repeats; otherwise there is no contact outside of it.
     gap : ndarray, shape (n, m), optional
         Distance to the indenter, nan at sites without an atom (Å).
+    displacement : ndarray, shape (n, m), optional
+        Displacement of the surface, positive upward (Å).
 
     Raises
     ------
@@ -46,6 +48,7 @@ class ContactMap:
     origin: tuple[float, float]
     periodic: bool
     gap: np.ndarray | None = None
+    displacement: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -53,7 +56,8 @@ class ContactMap:
         window(self.pressure.shape, self.spacing, self.origin)
         if self.contact.dtype != bool:
             raise ValueError(f"contact must be bools, got {self.contact.dtype}")
-        for name, field in (("contact", self.contact), ("gap", self.gap)):
+        for name in ("contact", "gap", "displacement"):
+            field = getattr(self, name)
             if field is not None and field.shape != self.pressure.shape:
                 raise ValueError(
                     f"{name} must have the shape {self.pressure.shape} of the "
@@ -84,7 +88,7 @@ class ContactMap:
         grid, gap = SurfaceGrid.of(frame), None
         if indenter is not None:
             gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
-        return _map(grid, pressure_of(frame), gap)
+        return _map(grid, pressure_of(frame), gap, frame.positions[:-1, 2])
 
     @classmethod
     def from_atoms(cls, atoms: Atoms) -> ContactMap:
@@ -107,7 +111,8 @@ class ContactMap:
         """
         grid = grid_of(atoms)
         state = atoms.calc.state(atoms)
-        return _map(grid, state.pressure, state.gap)
+        n, m = grid.window
+        return _map(grid, state.pressure, state.gap, displacement(atoms, grid)[:n, :m])
 
     @property
     def x(self) -> np.ndarray:
@@ -143,7 +148,12 @@ class ContactMap:
         return float(np.count_nonzero(self.contact) * self.cell_area)
 
 
-def _map(grid: SurfaceGrid, pressure: np.ndarray, gap: np.ndarray | None) -> ContactMap:
+def _map(
+    grid: SurfaceGrid,
+    pressure: np.ndarray,
+    gap: np.ndarray | None,
+    displacement: np.ndarray,
+) -> ContactMap:
     """Return the map of values of the atoms of the window."""
     return ContactMap(
         pressure=pressure,
@@ -152,6 +162,7 @@ def _map(grid: SurfaceGrid, pressure: np.ndarray, gap: np.ndarray | None) -> Con
         origin=grid.origin,
         periodic=grid.periodic,
         gap=None if gap is None else gap.reshape(grid.window),
+        displacement=displacement.reshape(grid.window),
     )
 
 

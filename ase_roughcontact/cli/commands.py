@@ -15,6 +15,7 @@ from typing import Any, NoReturn
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
+from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.parser import make_parser
@@ -23,7 +24,7 @@ from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.record import LoadStep, units_of
-from ase_roughcontact.paths.trajectory import count_steps, read_steps
+from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene, default_text
 from ase_roughcontact.scene.file import load_toml
 from ase_roughcontact.scene.reference import Reference, reference_for
@@ -247,6 +248,17 @@ def _figure(options: argparse.Namespace) -> int:
     return 0
 
 
+def _maps(options: argparse.Namespace) -> int:
+    folder = options.folder
+    surface = Scene.read(folder / "scene.toml").surface
+    (folder / "maps").mkdir(exist_ok=True)
+    for number, frame in enumerate(read_frames(folder / "sweep.traj")):
+        name = folder / "maps" / f"step-{number:04d}.{options.format}"
+        write_map(ContactMap.from_frame(frame, surface), name)
+        print(name)
+    return 0
+
+
 def _ensemble(options: argparse.Namespace) -> int:
     scene = Scene.parse(*_scene_text(options))
     values: dict[str, list[Any]] = {}
@@ -320,6 +332,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "ensemble": _ensemble,
     "tradeoff": _tradeoff,
     "figure": _figure,
+    "maps": _maps,
     "scene": _print_scene,
     "completion": _completion,
 }

@@ -72,6 +72,12 @@ relative error of force and area.
 Exit status: 0 there is a sufficient setting, 1 there is none, 2 the scene is invalid.
 """
 
+MAPS = """\
+Write the pressure, gap, displacement and contact of each step of a finished or
+interrupted run to DIR/maps: as NetCDF (nc), arrays of NumPy (npz) or for ParaView
+(vti).
+"""
+
 FIGURE = """\
 Draw curve.png, force.png and contact.png of a finished or interrupted run again, and
 write view.traj, as "run" does.
@@ -163,6 +169,14 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_output(trade, "per setting")
 
+    maps = command("maps", "write maps of pressure and gap of a run", MAPS)
+    map_folder = maps.add_argument(
+        "folder", metavar="DIR", type=Path, help="output folder of the run"
+    )
+    maps.add_argument(
+        "--format", choices=["nc", "npz", "vti"], default="nc", help="default: nc"
+    )
+
     figure = command("figure", "draw the figures of a run again", FIGURE)
     run_folder = figure.add_argument(
         "folder", metavar="DIR", type=Path, help="output folder of the run"
@@ -176,7 +190,7 @@ def make_parser() -> argparse.ArgumentParser:
         default="bash",
         help="default: %(default)s",
     )
-    folder.complete = run_folder.complete = DIRECTORY  # type: ignore[attr-defined]
+    folder.complete = run_folder.complete = map_folder.complete = DIRECTORY  # type: ignore[attr-defined]
     table.complete = FILE  # type: ignore[attr-defined]
     return parser
 

@@ -9,7 +9,16 @@ from ase_roughcontact.cli import main
 
 pytest.importorskip("shtab")
 
-COMMANDS = ["completion", "ensemble", "figure", "plan", "run", "scene", "tradeoff"]
+COMMANDS = [
+    "completion",
+    "ensemble",
+    "figure",
+    "maps",
+    "plan",
+    "run",
+    "scene",
+    "tradeoff",
+]
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,133 @@
+"""Maps of a contact as files: NumPy, NetCDF and VTK.
+
+The names of the fields are those that contact.engineering uses in its NetCDF files:
+``pressure``, ``gap``, ``displacement`` (positive into the solid) and
+``contacting_points`` (1 in contact). The first index is along x. Lengths are in nm,
+pressures in GPa.
+"""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import netcdf_file
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.analysis.contact_map import ContactMap
+
+# Units of the fields.
+_UNITS = {
+    "pressure": "GPa",
+    "gap": "nm",
+    "displacement": "nm",
+    "contacting_points": "1",
+    "x": "nm",
+    "y": "nm",
+}
+
+
+def write_map(contact_map: ContactMap, file: str | Path) -> None:
+    """Write a map in the format of the file's suffix.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+        Gap and displacement are written if it has them.
+    file : path
+        Ending in .npz (arrays of NumPy with their names), .nc (NetCDF 3) or .vti (image
+        data of VTK, for ParaView). Positions x and y are relative to the axis of the
+        indenter.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is unknown.
+    OSError
+        If the file can't be written.
+
+    Examples
+    --------
+    ``write_map(ContactMap.from_atoms(atoms), "contact.nc")``
+    """
+    path = Path(file)
+    lookup(path.suffix, _WRITERS, "format of a map")(contact_map, path)
+
+
+def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
+    """Return the fields of a map as they are written.
+
+    Parameters
+    ----------
+    contact_map : ContactMap
+
+    Returns
+    -------
+    dict of ndarray, shape (n, m)
+    """
+    fields: dict[str, np.ndarray] = {
+        "pressure": contact_map.pressure / UNITS["GPa"],
+        "contacting_points": contact_map.contact.astype(np.int8),
+    }
+    if contact_map.gap is not None:
+        fields["gap"] = contact_map.gap / UNITS["nm"]
+    if contact_map.displacement is not None:
+        fields["displacement"] = -contact_map.displacement / UNITS["nm"]
+    return fields
+
+
+def _axes(contact_map: ContactMap) -> dict[str, np.ndarray]:
+    return {"x": contact_map.x / UNITS["nm"], "y": contact_map.y / UNITS["nm"]}
+
+
+def _write_npz(contact_map: ContactMap, path: Path) -> None:
+    arrays: dict[str, Any] = {**_axes(contact_map), **fields_of(contact_map)}
+    np.savez_compressed(path, **arrays)
+
+
+def _write_netcdf(contact_map: ContactMap, path: Path) -> None:
+    axes = _axes(contact_map)
+    with netcdf_file(path, "w") as file:
+        for name, values in axes.items():
+            file.createDimension(name, len(values))
+        for name, values in (axes | fields_of(contact_map)).items():
+            dimensions = (name,) if name in axes else ("x", "y")
+            variable = file.createVariable(name, values.dtype.char, dimensions)
+            variable[:] = values
+            variable.units = _UNITS[name]
+        file.length_unit = "nm"
+
+
+def _write_vtk(contact_map: ContactMap, path: Path) -> None:
+    n, m = contact_map.pressure.shape
+    step = contact_map.spacing / UNITS["nm"]
+    x, y = (origin / UNITS["nm"] for origin in contact_map.origin)
+    extent = f"0 {n - 1} 0 {m - 1} 0 0"
+    lines = [
+        '<VTKFile type="ImageData" version="1.0" byte_order="LittleEndian" '
+        'header_type="UInt64">',
+        f'<ImageData WholeExtent="{extent}" Origin="{x!r} {y!r} 0" '
+        f'Spacing="{step!r} {step!r} {step!r}">',
+        f'<Piece Extent="{extent}"><PointData Scalars="pressure">',
+    ]
+    for name, values in fields_of(contact_map).items():
+        kind = {"f": "Float64", "i": "Int8"}[values.dtype.kind]
+        data = values.astype(values.dtype.newbyteorder("<")).tobytes("F")
+        size = np.uint64(len(data)).astype("<u8").tobytes()
+        text = base64.b64encode(size + data).decode("ascii")
+        lines.append(
+            f'<DataArray type="{kind}" Name="{name}" format="binary">{text}</DataArray>'
+        )
+    lines.append("</PointData></Piece></ImageData></VTKFile>")
+    path.write_text("\n".join(lines), encoding="ascii")
+
+
+_WRITERS: dict[str, Callable[[ContactMap, Path], None]] = {
+    ".npz": _write_npz,
+    ".nc": _write_netcdf,
+    ".vti": _write_vtk,
+}

@@ -1,0 +1,115 @@
+"""Maps written to files have the values, names and units of the contact."""
+
+import base64
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from ase.units import GPa
+from scipy.io import netcdf_file
+
+from ase_roughcontact import (
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.analysis import ContactMap, write_map
+from ase_roughcontact.cli import main
+from ase_roughcontact.scene import Scene
+
+SHAPE = (14, 11)
+
+
+@pytest.fixture(scope="module")
+def atoms():
+    sphere = RoughSphere(40.0)
+    atoms = substrate("Cu", SHAPE, sphere, spacing=2.5, height=-0.5)
+    atoms.calc = RoughContact(sphere, 0.9)
+    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    return atoms
+
+
+def read_npz(file):
+    return dict(np.load(file))
+
+
+def read_netcdf(file):
+    with netcdf_file(file, mmap=False) as data:
+        assert data.length_unit == b"nm"
+        assert data.variables["pressure"].units == b"GPa"
+        assert data.variables["pressure"].dimensions == ("x", "y")
+        return {name: each.data.copy() for name, each in data.variables.items()}
+
+
+def read_vtk(file):
+    image = ElementTree.parse(file).getroot().find("ImageData")
+    fields = {}
+    for array in image.iter("DataArray"):
+        raw = base64.b64decode(array.text)
+        kind = {"Float64": "<f8", "Int8": "i1"}[array.get("type")]
+        assert int.from_bytes(raw[:8], "little") == len(raw) - 8
+        values = np.frombuffer(raw[8:], kind)
+        fields[array.get("Name")] = values.reshape(SHAPE, order="F")
+    origin, spacing = (
+        [float(each) for each in image.get(key).split()]
+        for key in ("Origin", "Spacing")
+    )
+    fields["x"], fields["y"] = (
+        origin[i] + spacing[i] * np.arange(SHAPE[i]) for i in (0, 1)
+    )
+    return fields
+
+
+READERS = {".npz": read_npz, ".nc": read_netcdf, ".vti": read_vtk}
+
+
+@pytest.mark.parametrize("suffix", READERS)
+@pytest.mark.parametrize("source", ["atoms", "frame"])
+def test_fields_are_those_of_the_contact(atoms, tmp_path, suffix, source):
+    indenter = atoms.calc.parameters["indenter"]
+    made = {
+        "atoms": lambda: ContactMap.from_atoms(atoms),
+        "frame": lambda: ContactMap.from_frame(snapshot(atoms), indenter),
+    }[source]()
+    write_map(made, tmp_path / f"map{suffix}")
+    fields = READERS[suffix](tmp_path / f"map{suffix}")
+    state = atoms.calc.state(atoms)
+    n, m = SHAPE
+    grid = atoms.positions[:-1, 2].reshape(state.forces.shape)[:n, :m]
+    expected = {
+        "pressure": state.pressure / GPa,
+        "gap": state.gap / 10,
+        "displacement": -grid / 10,
+        "contacting_points": state.contact,
+        "x": made.x / 10,
+        "y": made.y / 10,
+    }
+    assert fields.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_allclose(fields[name], values, rtol=1e-6, atol=1e-9)
+    assert fields["displacement"].max() > 0.0
+
+
+def test_fields_that_are_not_known_are_left_out(atoms, tmp_path):
+    write_map(ContactMap.from_frame(snapshot(atoms)), tmp_path / "map.npz")
+    assert "gap" not in np.load(tmp_path / "map.npz")
+
+
+def test_an_unknown_format_is_refused(atoms, tmp_path):
+    with pytest.raises(ValueError, match=r"unknown format of a map '\.png'"):
+        write_map(ContactMap.from_atoms(atoms), tmp_path / "map.png")
+
+
+@pytest.mark.parametrize("suffix", ["nc", "vti"])
+def test_the_command_writes_a_map_for_each_step(tmp_path, capsys, suffix):
+    text = "[substrate]\nshape = [12, 12]\n[sphere]\nradius = 20.0\n"
+    text += '[path]\ncontrol = "penetration"\nvalues = [0.1, 0.3]\n'
+    steps = list(Scene.parse(text).run(tmp_path, validity="ignore"))
+    assert main(["maps", str(tmp_path), "--format", suffix]) == 0
+    names = capsys.readouterr().out.split()
+    assert names == [str(tmp_path / "maps" / f"step-000{i}.{suffix}") for i in (0, 1)]
+    if suffix == "nc":
+        contact = read_netcdf(names[1])["contacting_points"]
+        assert np.count_nonzero(contact) == steps[1].repulsive_atoms
