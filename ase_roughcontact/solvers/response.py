@@ -96,7 +96,7 @@ def height_response(
     # the residual times the adjoint solution is the error of the sum to first order
     error = np.where(hard, -pressure, response) * np.where(hard, response, residual)
     force = halfspace.cell_area * float((pressure - error * active).sum())
-    size = norm(equations.rows(change, response[box.slices]).ravel())
+    size = norm(equations.rows(change, response[box.slices]))
     if not size <= _LARGEST_RESIDUAL * equations.size:
         force = np.nan
     return HeightResponse(pressure, response, force)
@@ -118,15 +118,16 @@ class _Equations:
         active: np.ndarray,
     ) -> None:
         self._halfspace, self._box, self._window = contact.halfspace, box, hard.shape
-        self._active = active[box.slices]
         d = contact.halfspace.self_compliance * stiffness[box.slices]
-        hard = hard[box.slices]
-        self._t = np.where(hard, 0.0, 1.0 / (1.0 + np.maximum(d, 0.0)))
+        hard, active = hard[box.slices], active[box.slices]
+        self._t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
         self._s = np.where(hard, 1.0, d * self._t)
-        self.size = norm(self._s.ravel())
+        self.size = norm(self._s)
+        # the same in the precision of the model, and a mask of the atoms with S > 0
         self._model = CirculantModel(contact.halfspace, box)
-        inner = box.slices_in(self._model.box)
-        self._inner = inner
+        self._inner = box.slices_in(self._model.box)
+        self._stiff = self._embedded(self._s > 0.0)
+        self._model_t, self._model_s = map(self._embedded, (self._t, self._s))
         softness = self._t[self._s > 0.0]
         self._inverse = None
         if softness.size:
@@ -134,17 +135,17 @@ class _Equations:
 
     def rows(self, x: np.ndarray, response: np.ndarray) -> np.ndarray:
         """Return what is left of the equations, for ``response = 1 + G x``."""
-        rows = self._t * x + self._s * response
-        rows *= self._active
-        return rows
+        return self._t * x + self._s * response
 
     def solve(self, tolerance: float) -> np.ndarray:
         """Return the change of the pressure, in units of one over c."""
-        right = -self._s * self._active
+        right = -self._s.ravel()
         solution = gcr(
-            self._exact, self._approximate, right.ravel(), tolerance * self.size, _STEPS
+            self._exact, self._approximate, right, tolerance * self.size, _STEPS
         )
-        return np.zeros(self._box.shape) + np.reshape(solution, (-1, right.shape[1]))
+        return np.zeros(self._box.shape) + np.reshape(
+            solution, (-1, self._box.shape[1])
+        )
 
     def _exact(self, x: np.ndarray) -> np.ndarray:
         """Apply the equations with the half space."""
@@ -156,26 +157,36 @@ class _Equations:
 
     def _approximate(self, right: np.ndarray) -> np.ndarray:
         """Solve the equations with the model."""
-        limit = _MODEL_RESIDUAL * norm(right)
+        residual = self._embedded(right.reshape(self._box.shape)).ravel()
+        limit = _MODEL_RESIDUAL * norm(residual)
         solution = gcr(
-            self._with_model, self._precondition, right.copy(), limit, _MODEL_STEPS
+            self._with_model, self._precondition, residual, limit, _MODEL_STEPS
         )
-        return right if isinstance(solution, float) else solution
+        if isinstance(solution, float):
+            return right
+        change = solution.reshape(self._model.box.shape)[self._inner]
+        return change.astype(float).ravel()
 
     def _with_model(self, x: np.ndarray) -> np.ndarray:
-        field = x.reshape(self._box.shape)
-        opening = self._model.compliance(self._embedded(field))[self._inner]
-        return self.rows(field, opening).ravel()
+        field = x.reshape(self._model.box.shape)
+        rows = self._model.compliance(field)
+        rows *= self._model_s
+        rows += self._model_t * field
+        return rows.ravel()
 
     def _precondition(self, right: np.ndarray) -> np.ndarray:
-        field = right.reshape(self._box.shape)
         if self._inverse is None:
-            return field.ravel().copy()
-        out = self._embedded(np.where(self._s > 0.0, field, 0.0))
+            return right.copy()
+        field = right.reshape(self._model.box.shape)
+        out = self._stiff * field
         self._inverse(out, out)
-        return np.where(self._s > 0.0, out[self._inner], field).ravel()
+        out -= field
+        out *= self._stiff
+        out += field  # atoms without stiffness keep their right-hand side
+        return out.ravel()
 
     def _embedded(self, values: np.ndarray) -> np.ndarray:
+        """Return values on the box as a field of the model."""
         field = np.zeros(self._model.box.shape, self._model.dtype)
         field[self._inner] = values
         return field
