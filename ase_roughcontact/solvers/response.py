@@ -92,10 +92,11 @@ def height_response(
     pressure = np.zeros(shape)
     pressure[box.slices] = change / halfspace.self_compliance
     response = 1.0 - halfspace.displacement(pressure)
-    residual = pressure + stiffness * response
+    x, rise, hard = pressure[active], response[active], hard[active]
+    residual = x + stiffness[active] * rise
     # the residual times the adjoint solution is the error of the sum to first order
-    error = np.where(hard, -pressure, response) * np.where(hard, response, residual)
-    force = halfspace.cell_area * float((pressure - error * active).sum())
+    error = np.where(hard, -x, rise) * np.where(hard, rise, residual)
+    force = halfspace.cell_area * float((x - error).sum())
     size = norm(equations.rows(change, response[box.slices]))
     if not size <= _LARGEST_RESIDUAL * equations.size:
         force = np.nan

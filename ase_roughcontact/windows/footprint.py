@@ -68,7 +68,7 @@ class Footprint:
         x, y = origin
         self.offset = lattice_offset(x, spacing), lattice_offset(y, spacing)
         self._searched = -1
-        self._first = 0
+        self._square = Box((0, 0), (0, 0))
         self._rows = self._columns = np.zeros(0)
 
     @cached_property
@@ -110,7 +110,7 @@ class Footprint:
         level = max(level, np.nextafter(self.lowest, np.inf))
         self._search(self._reach(level))
         rows, columns = (
-            np.flatnonzero(low < level) + self._first
+            np.flatnonzero(low < level) + self._square.start[0]
             for low in (self._rows, self._columns)
         )
         return Box.between(
@@ -169,26 +169,31 @@ class Footprint:
         return math.ceil(reach / self.spacing)
 
     def _search(self, distance: int) -> None:
-        """Find the lowest heights of rows and columns up to a distance."""
+        """Find the lowest heights of rows and columns up to a distance.
+
+        Tiles that an earlier search has covered are left out.
+        """
         if distance <= self._searched:
             return
         distance = max(distance, round(_SEARCH_GROWTH * self._searched))
-        self._searched = distance
+        known, self._searched = self._searched, distance
         square = centred_box(distance)
         if not self.indenter.repeats:
             square = self.clip(square)
-        self._first = square.start[0]
-        self._rows, self._columns = np.full((2, square.shape[0]), np.inf)
+        rows, columns = np.full((2, square.shape[0]), np.inf)
+        inside, _ = self._square.slices_in(square)
+        rows[inside], columns[inside] = self._rows, self._columns
+        self._square, self._rows, self._columns = square, rows, columns
         for tile in self._tiles(square):
             (i, j), (k, m) = tile.start, tile.stop
-            if math.hypot(max(i, 1 - k, 0), max(j, 1 - m, 0)) > distance + 1:
+            nearest = math.hypot(max(i, 1 - k, 0), max(j, 1 - m, 0))
+            farthest = math.hypot(max(-i, k - 1), max(-j, m - 1))
+            if nearest > distance + 1 or farthest <= known:
                 continue
             heights = self.heights(tile)
-            rows, columns = tile.slices_in(square)
-            self._rows[rows] = np.minimum(self._rows[rows], heights.min(axis=1))
-            self._columns[columns] = np.minimum(
-                self._columns[columns], heights.min(axis=0)
-            )
+            along, across = tile.slices_in(square)
+            rows[along] = np.minimum(rows[along], heights.min(axis=1))
+            columns[across] = np.minimum(columns[across], heights.min(axis=0))
 
     def _tiles(self, box: Box) -> Iterator[Box]:
         """Split a box into tiles of limited size."""
