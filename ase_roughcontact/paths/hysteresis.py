@@ -30,7 +30,6 @@ from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-from ase_roughcontact.windows.options import WindowOptions
 
 # Normal force below which the error of the balance does not decrease further, in units
 # of E* a0^2: about that on one atom in contact.
@@ -50,18 +49,12 @@ def adhesion_loop(
     *,
     smallest_step: float | None = None,
     tolerance: float = 1e-3,
-    optimizer: Callable[..., Any] | None = None,
-    fmax: float | None = None,
-    accuracy: str | float = "normal",
-    max_steps: int = 10_000,
-    window: str | WindowOptions = "fixed",
-    edge: str = "raise",
     trajectory: PathName | None = None,
     csv: PathName | None = None,
     record: type[LoadStep] = LoadStep,
-    hardness: float | None = None,
     validity: str = "warn",
     callback: Callable[[LoadStep], Any] | None = None,
+    **options: Any,
 ) -> AdhesionLoop:
     r"""Press the indenter in from beyond the range of the wall, and pull it off again.
 
@@ -95,14 +88,17 @@ def adhesion_loop(
     tolerance : float
         :math:`\epsilon`, dimensionless. The relative error of the pull-off force is
         about 1.5 times this on a path without jumps.
-    optimizer, fmax, accuracy, max_steps, window, edge, record, hardness, validity
-        See `load_path`.
     trajectory : path, optional
         ASE trajectory of snapshots, one per state.
     csv : path, optional
         CSV file of the results, one line per state.
+    record, validity
+        See `load_path`.
     callback : callable, optional
         Called with each state after it is written.
+    **options
+        Options of the `Stepper`: `optimizer`, `fmax`, `accuracy`, `max_steps`,
+        `window`, `edge` and `hardness`.
 
     Returns
     -------
@@ -151,18 +147,7 @@ def adhesion_loop(
         raise ValueError(
             f"smallest_step must not be larger than step {step}, got {smallest}"
         )
-    stepper = Stepper(
-        atoms,
-        "heights",
-        optimizer,
-        fmax=fmax,
-        accuracy=accuracy,
-        max_steps=max_steps,
-        window=window,
-        edge=edge,
-        hardness=hardness,
-        record=record,
-    )
+    stepper = Stepper(atoms, "heights", record=record, **options)
     report = ValidityReport(validity)
     top, bottom = _end_heights(stepper, deepest)
     with open_output(trajectory, csv, record) as write:
