@@ -136,6 +136,7 @@ def _run(options: argparse.Namespace) -> int:
     scene, steps = _scene(options), list[LoadStep]()
     if scene.path.is_loop:
         return _run_loop(options, scene)
+    scene.check_path()  # before theory needs the statistics of the roughness
     reference = reference_for(scene)
     try:
         _relax(options, reference, steps)

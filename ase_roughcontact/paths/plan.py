@@ -19,8 +19,12 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import check_control
 from ase_roughcontact.theory import Hertz
+from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.auto import AutoWindow
+from ase_roughcontact.windows.expected import ExpectedContact
+from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
+from ase_roughcontact.windows.options import WindowOptions
 
 Shapes = tuple[tuple[int, int], tuple[int, int]]
 
@@ -31,6 +35,8 @@ _SHORTEST = 0.05
 # Largest grid on which convolutions are timed; for larger ones the time is
 # extrapolated as n log(n).
 _TIMED_POINTS = 1024**2
+# Number of steps that a plan lists; each of them stands for several of longer paths.
+_MOST_LISTED = 500
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,8 @@ class PlannedStep:
     ----------
     target : float
         Load (eV/Å), penetration or height (Å).
+    count : int
+        Number of steps that it stands for, itself included.
     window, grid : str
         Shapes of the window and of the FFT grid.
     memory : float
@@ -52,6 +60,7 @@ class PlannedStep:
     """
 
     target: float
+    count: int = 1
     window: str = ""
     grid: str = ""
     memory: float = 0.0
@@ -70,11 +79,14 @@ class Plan:
         What is not calculated, and why that is justified.
     available : float
         Free memory of the machine (bytes).
+    advice : str
+        What to do about steps that can't be calculated; empty if there are none.
     """
 
     steps: tuple[PlannedStep, ...]
     left_out: tuple[str, ...]
     available: float
+    advice: str = ""
 
     @property
     def memory(self) -> float:
@@ -84,7 +96,7 @@ class Plan:
     @property
     def seconds(self) -> float:
         """Time of all steps (s), correct within a factor of about three."""
-        return sum(step.seconds for step in self.steps)
+        return sum(step.count * step.seconds for step in self.steps)
 
     @property
     def fits(self) -> bool:
@@ -125,13 +137,13 @@ class Plan:
                     f"{cell(step.seconds, 10, '.2g')}"
                 )
             last_problem = step.problem
-        bad = [i for i, step in enumerate(self.steps) if step.problem]
+        number = sum(step.count for step in self.steps)
+        if number > len(self.steps):
+            lines += ["", f"These are {len(self.steps)} of {number} steps."]
+        bad = sum(step.count for step in self.steps if step.problem)
         if bad:
-            lines += [
-                "",
-                f"{len(bad)} of {len(self.steps)} steps can't run; a run stops at the "
-                f"first of them, after {bad[0]}.",
-            ]
+            advice = f" To run all, {self.advice}." if self.advice else ""
+            lines += ["", f"{bad} of {number} steps can't run.{advice}"]
         total = timedelta(seconds=math.ceil(self.seconds))
         verdict = "" if self.fits else ": NOT ENOUGH"
         lines += [
@@ -145,7 +157,13 @@ class Plan:
 
 
 def plan_path(
-    atoms: Atoms, control: str, targets: Sequence[float] | np.ndarray, window: str
+    atoms: Atoms,
+    control: str,
+    targets: Sequence[float] | np.ndarray,
+    window: str,
+    *,
+    indenter: RoughSphere | None = None,
+    spacing: float | None = None,
 ) -> Plan:
     """Plan a path without calculating it; see `load_path` for the parameters.
 
@@ -157,14 +175,19 @@ def plan_path(
     targets : sequence of float
         The path.
     window : {"fixed", "auto"}
+    indenter : RoughSphere, optional
+        Of the path; by default that of the atoms.
+    spacing : float, optional
+        Of the path (Å); by default that of the atoms, which may be fewer.
 
     Returns
     -------
     Plan
-        Windows at loads are those of Hertzian contacts; the ones of rough spheres
-        differ a little. A step can't be calculated if atoms could touch where the
-        surface is not defined, or if a Hertzian contact, which is never wider than a
-        rough one, is wider than a fixed window of a free half space.
+        Of at most 500 steps of the path. Windows at loads are those of Hertzian
+        contacts; the ones of rough spheres differ a little. A step can't be calculated
+        if atoms could touch where the surface is not defined, or if a Hertzian contact,
+        which is never wider than a rough one, is wider than a fixed window of a free
+        half space.
 
     Raises
     ------
@@ -174,11 +197,16 @@ def plan_path(
     check_control(control, window)
     contact = contact_of(atoms)
     halfspace, wall = contact.halfspace, contact.interaction
-    points = points_of(atoms.calc.parameters["indenter"], halfspace.spacing)
+    indenter = indenter or atoms.calc.parameters["indenter"]
+    spacing = spacing or halfspace.spacing
+    points = points_of(indenter, spacing)
     timer = _StepTimer(halfspace, wall)
     left_out = _left_out(halfspace, wall, window)
     if window == "auto" and not halfspace.periodic:
-        shapes = partial(_auto_shapes, AutoWindow(atoms), control)
+        ratio = halfspace.spacing / spacing
+        size = round(WindowOptions().contact_window_size / ratio**2)
+        windows = AutoWindow(atoms, WindowOptions(contact_window_size=size))
+        shapes = partial(_auto_shapes, windows, ratio, control)
         margin = False
     else:
         shapes = partial(_fixed_shapes, atoms, control)
@@ -188,24 +216,62 @@ def plan_path(
                 "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside the "
                 f"window of {text_of(halfspace.shape)} atoms: give a larger shape"
             )
-    steps = []
-    for target in map(float, targets):
+    expected = None
+    if window == "auto" and isinstance(indenter, RoughSphere):
+        modulus = halfspace.contact_modulus
+        expected = ExpectedContact(indenter, wall, modulus, spacing)
+    steps: list[PlannedStep] = []
+    beyond: list[BeyondSurfaceError] = []
+    listed, counts = thinned(targets)
+    for target, count in zip(listed.tolist(), counts.tolist(), strict=True):
         try:
+            if expected:
+                expected.check_surface(control, target)
             shape, grid = shapes(target)
+        except BeyondSurfaceError as error:
+            beyond.append(BeyondSurfaceError(indenter, spacing, error.radius))
+            steps.append(PlannedStep(target, count, problem=beyond[-1].problem))
+            continue
         except ValueError as error:
-            steps.append(PlannedStep(target, problem=str(error)))
+            steps.append(PlannedStep(target, count, problem=str(error)))
             continue
         memory = memory_of(shape, margin=margin, points=points)
         seconds = timer.seconds(grid)
         steps.append(
-            PlannedStep(target, text_of(shape), text_of(grid), memory, seconds)
+            PlannedStep(target, count, text_of(shape), text_of(grid), memory, seconds)
         )
-    return Plan(tuple(steps), tuple(left_out), available_memory())
+    largest = max(beyond, key=lambda error: error.radius, default=None)
+    advice = largest.advice if largest else ""
+    return Plan(tuple(steps), tuple(left_out), available_memory(), advice)
 
 
-def _auto_shapes(windows: AutoWindow, control: str, target: float) -> Shapes:
+def thinned(
+    targets: Sequence[float] | np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return at most 500 targets of a path, and the numbers of steps they stand for.
+
+    Parameters
+    ----------
+    targets : sequence of float
+
+    Returns
+    -------
+    targets : ndarray of float
+        The first and the last one included.
+    counts : ndarray of int
+    """
+    number = len(targets)
+    listed = np.linspace(0, number - 1, min(number, _MOST_LISTED)).round().astype(int)
+    counts = np.diff(listed, prepend=-1)
+    return np.asarray(targets, dtype=float)[listed], counts
+
+
+def _auto_shapes(
+    windows: AutoWindow, ratio: float, control: str, target: float
+) -> Shapes:
     """Return the shapes of the expected window and of its FFT grid."""
-    shape = windows.forecast(control, target).shape
+    n, m = windows.forecast(control, target).shape
+    shape = round(ratio * n), round(ratio * m)
     return shape, FreeHalfSpace.padded_shape(shape)
 
 

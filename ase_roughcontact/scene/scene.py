@@ -6,7 +6,7 @@ import math
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -25,11 +25,16 @@ from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hysteresis import adhesion_loop, default_step
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import load_path
-from ase_roughcontact.paths.plan import Plan, plan_path
+from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.quantities import FORCES, lengths, plain
+from ase_roughcontact.windows.expected import (
+    LARGEST_DOMAIN,
+    ExpectedContact,
+    coarsened,
+)
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
 from ase_roughcontact.windows.regrid import regrid
 
@@ -283,6 +288,7 @@ class Scene(Model):
         if not self.path.is_loop:
             raise ValueError('the path is not a loop: give [path] kind = "loop"')
         self.check()
+        self.check_path()
         files: dict[str, Any] = {}
         if folder is not None:
             folder = Path(folder)
@@ -309,9 +315,82 @@ class Scene(Model):
             **files,
         )
 
+    @property
+    def expected_contact(self) -> ExpectedContact:
+        """Bounds for the contact, which are known without the roughness."""
+        change, modulus = self.grid_change, self.contact_modulus
+        surface: Any = change.surface(self.surface, self.spacing)
+        return ExpectedContact(
+            surface, self.wall, modulus, change.spacing(self.spacing)
+        )
+
+    def check_path(self) -> None:
+        """Raise an error if a step certainly can't be calculated in automatic windows.
+
+        Nothing is calculated for this: neither the roughness nor a window.
+
+        Raises
+        ------
+        ValueError
+            If atoms touch where the roughness is not defined.
+        MemoryError
+            If a contact exceeds the free memory.
+        """
+        if self.shape:
+            return
+        expected, control, unit = self.expected_contact, self.control, self.path.unit
+        if self.path.is_loop:
+            control, unit, deepest = "penetrations", "Å", self.loop_options["deepest"]
+        else:
+            steps = self.steps
+            deepest = float(steps.min() if control == "heights" else steps.max())
+        step = f"[path] {control.rstrip('s')} of {deepest / UNITS[unit]:g} {unit}"
+        try:
+            expected.check_surface(control, deepest)
+            expected.check_memory(control, deepest)
+        except ValueError as error:
+            raise ValueError(f"{step}: {error}") from error
+        except MemoryError as error:
+            raise MemoryError(f"{step}: {error}") from error
+
     def plan(self) -> Plan:
-        """Return the windows, memory and time that the path will need."""
-        return plan_path(self.atoms(), self.control, self.steps, self.window)
+        """Return the windows, memory and time that the path will need.
+
+        Very large windows and roughnesses are planned on a coarser lattice.
+        """
+        expected, control = self.expected_contact, self.control
+        surface, spacing = expected.indenter, expected.spacing
+        path: dict[str, Any] = {"indenter": surface, "spacing": spacing}
+        if self.shape:
+            many = points_of(surface, spacing) > LARGEST_DOMAIN**2
+            scene = replace(self, roughness=None) if many else self
+            return plan_path(scene.atoms(), control, self.steps, "fixed", **path)
+        targets, counts = thinned(self.steps)
+        ratios = np.array([expected.coarsening(control, t) for t in targets.tolist()])
+        plans, planned = {}, dict[float, PlannedStep]()
+        for ratio in np.unique(ratios).tolist():
+            atoms = self.atoms() if ratio == 1 else self._coarse_atoms(expected, ratio)
+            part = targets[ratios == ratio]
+            plans[ratio] = plan_path(atoms, control, part, "auto", **path)
+            planned |= {step.target: step for step in plans[ratio].steps}
+        return replace(
+            plans[ratio],
+            steps=tuple(
+                replace(planned[target], count=count)
+                for target, count in zip(targets.tolist(), counts.tolist(), strict=True)
+            ),
+            advice=next((p.advice for p in reversed(plans.values()) if p.advice), ""),
+        )
+
+    def _coarse_atoms(self, expected: ExpectedContact, ratio: int) -> Atoms:
+        """Return atoms with which a plan is made on a coarser lattice."""
+        surface, spacing = coarsened(expected.indenter, expected.spacing, ratio)
+        fixed = self.path.control != "load"
+        atoms = substrate(
+            self.substrate.symbol, _FIRST_SHAPE, surface, spacing=spacing, fixed=fixed
+        )
+        atoms.calc = RoughContact(surface, self.contact_modulus, self.wall)
+        return atoms
 
     def relax(
         self, steps: ArrayLike | None = None, **options: Any
@@ -371,6 +450,7 @@ class Scene(Model):
             If the folder can't be written, or a file in it is a symbolic link.
         """
         self.check()
+        self.check_path()
         folder = Path(folder)
         if folder.exists() and not folder.is_dir():
             raise ValueError(f"{folder} is a file, give a folder for the results")

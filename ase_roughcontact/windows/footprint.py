@@ -14,6 +14,7 @@ import numpy as np
 from ase_roughcontact.elasticity.fft import fast_length
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import BoundedSurface, Surface
+from ase_roughcontact.windows.memory import available_memory, memory_of
 
 # Side, in atoms, of the tiles in which a surface is searched, and half side of the
 # square about the axis that is searched first.
@@ -29,6 +30,45 @@ _SMALLEST_SIDE, _LARGE_SIDE = 8, 256
 _DOMAIN_MARGIN = 1.3
 # Deviation from a whole number of spacings that counts as rounding.
 _ROUNDING = 1e-9
+
+
+class BeyondSurfaceError(ValueError):
+    """An atom can touch where the indenter is not defined.
+
+    Parameters
+    ----------
+    indenter : BoundedSurface
+    spacing : float
+        Of the atoms (length).
+    radius : float
+        Distance from the axis up to which atoms can touch (length).
+
+    Attributes
+    ----------
+    problem, advice : str
+        What is wrong, and what to do.
+    """
+
+    def __init__(self, indenter: BoundedSurface, spacing: float, radius: float) -> None:
+        self.radius = radius
+        atoms, known = math.ceil(radius / spacing), indenter.extent / spacing
+        self.problem = (
+            "atoms can touch beyond the indenter's surface, which is defined up to "
+            f"{known:g} spacings from its axis"
+        )
+        self.advice = "choose a smaller load or depth"
+        side = math.ceil(_DOMAIN_MARGIN * 2 * atoms)
+        needed = memory_of((0, 0), points=side**2)
+        if not indenter.repeats:
+            self.advice += ", or a larger map"
+        elif needed < available_memory():
+            self.advice = f"give the roughness a domain of {side} spacings or more"
+        else:
+            self.advice += (
+                f": a roughness with a domain of {side} spacings would need "
+                f"{needed / 1e9:.3g} GB of memory"
+            )
+        super().__init__(f"{self.problem}, here up to {atoms}: {self.advice}")
 
 
 class Footprint:
@@ -127,15 +167,7 @@ class Footprint:
         if self.domain is None or self.domain.contains(box):
             return
         atoms = max(*map(abs, box.start), *map(abs, box.stop))
-        known = self.indenter.extent / self.spacing
-        advice = "choose a smaller load or depth, or a larger map"
-        if self.indenter.repeats:
-            side = math.ceil(_DOMAIN_MARGIN * 2 * atoms)
-            advice = f"give the roughness a domain of {side} spacings or more"
-        raise ValueError(
-            f"atoms up to {atoms} spacings from the indenter's axis can touch, but its "
-            f"surface is defined only up to {known:g} spacings: {advice}"
-        )
+        raise BeyondSurfaceError(self.indenter, self.spacing, atoms * self.spacing)
 
     def standard_size(self, box: Box) -> Box:
         """Return a box around another, of a standard size if the domain allows it."""

@@ -96,11 +96,11 @@ def test_plan_lists_what_is_left_out_and_why():
 def test_step_beyond_the_roughness_has_a_problem_and_the_others_are_planned():
     plan = plan_path(make_atoms(), "heights", [0.0, -300.0], "auto")
     assert [bool(step.window) for step in plan.steps] == [True, False]
-    assert "surface is defined only up to" in plan.steps[1].problem
+    assert "which is defined up to 256 spacings" in plan.steps[1].problem
     assert plan.fits and not plan.runs
     text = plan.table("height (Å)", 1.0)
-    assert "CAN'T RUN: atoms up to" in text
-    assert "stops at the first of them, after 1." in text
+    assert "CAN'T RUN: atoms can touch beyond" in text
+    assert "1 of 2 steps can't run. To run all, give the roughness a domain" in text
 
 
 @pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])

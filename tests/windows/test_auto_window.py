@@ -310,7 +310,7 @@ def test_contact_beyond_the_domain_of_the_roughness_is_an_error(wall, control):
     sphere = rough_sphere(radius=2000.0, domain=32.0)
     atoms = make_atoms(sphere, wall, fixed=control == "heights")
     steps = {"loads": [1e3], "heights": [-3.0]}[control]
-    with pytest.raises(ValueError, match=r"only up to 16 spacings: .* domain of"):
+    with pytest.raises(ValueError, match=r"up to 16 spacings .* domain of"):
         run(atoms, wall, **{control: steps})
 
 
@@ -332,7 +332,7 @@ def test_height_map_must_cover_the_possible_contact():
     (record,) = run(atoms, SOFT, heights=[height])
     assert record.converged
     atoms = make_atoms(RoughSphere(50.0, small), SOFT)
-    with pytest.raises(ValueError, match=r"only up to 10 spacings: .* larger map"):
+    with pytest.raises(ValueError, match=r"up to 10 spacings .* larger map"):
         run(atoms, SOFT, heights=[height])
 
 

@@ -1,0 +1,164 @@
+"""Size of a contact by the theory of smooth spheres, without evaluating the roughness.
+
+The rigid sphere reaches into the range of the wall within a radius that is a lower
+bound of that of a rough one: shifted down by the depth of the roughness, the smooth
+sphere contains the rough one, and carries at least its load at the same height.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.theory import Hertz
+from ase_roughcontact.theory.self_affine import band_of, spectral_moment
+from ase_roughcontact.topography import RoughSphere, SelfAffine
+from ase_roughcontact.windows.footprint import BeyondSurfaceError
+from ase_roughcontact.windows.memory import check_memory
+from ase_roughcontact.windows.prediction import contact_level
+
+# No height of a roughness is below its mean by more than this many rms heights.
+_DEEPEST = 6.0
+#: Points along a side up to which a roughness is synthesised for a plan.
+LARGEST_DOMAIN = 2048
+# Points along a side up to which windows are planned on the lattice of the atoms.
+_LARGEST_SIDE = 2048
+
+
+@dataclass(frozen=True)
+class ExpectedContact:
+    """Bounds for the contact of a rough sphere.
+
+    Parameters
+    ----------
+    indenter : RoughSphere
+    wall : Interaction
+    modulus : float
+        Contact modulus (pressure).
+    spacing : float
+        Of the atoms (length).
+    """
+
+    indenter: RoughSphere
+    wall: Interaction
+    modulus: float
+    spacing: float
+
+    def check_surface(self, control: str, target: float) -> None:
+        """Raise an error if atoms certainly touch where the surface is not defined.
+
+        Parameters
+        ----------
+        control : {"penetrations", "heights", "loads"}
+        target : float
+            Of the step.
+
+        Raises
+        ------
+        BeyondSurfaceError
+        """
+        radius = self._reach(self._level(control, target))
+        if radius > self.indenter.extent:
+            raise BeyondSurfaceError(self.indenter, self.spacing, radius)
+
+    def check_memory(self, control: str, target: float) -> None:
+        """Raise `MemoryError` if a contact certainly exceeds the free memory.
+
+        Parameters
+        ----------
+        control, target
+            See `check_surface`.
+        """
+        level = contact_level(self._level(control, target), 0.0, self.wall, 1.0)
+        side = math.ceil(2.0 * self._reach(level) / self.spacing)
+        check_memory((side, side))
+
+    def coarsening(self, control: str, target: float) -> int:
+        """Return the ratio of the spacings of a lattice for a plan and of the atoms.
+
+        Parameters
+        ----------
+        control, target
+            See `check_surface`.
+
+        Returns
+        -------
+        int
+            Power of two: one unless window or roughness have very many points.
+        """
+        level = self._level(control, target) + 2.0 * self._depth_of_roughness
+        side = 2.0 * self._reach(level) / self.spacing / _LARGEST_SIDE
+        rough = self.indenter.roughness
+        if isinstance(rough, SelfAffine):
+            side = max(side, rough.side / self.spacing / LARGEST_DOMAIN)
+        return 2 ** max(0, math.ceil(math.log2(side))) if side > 1.0 else 1
+
+    @property
+    def _depth_of_roughness(self) -> float:
+        rough = self.indenter.roughness
+        if isinstance(rough, SelfAffine):
+            return _DEEPEST * rms_height(rough)
+        lowest = getattr(rough, "lowest", None)
+        return -float(lowest(self.spacing)) if lowest else 0.0
+
+    def _level(self, control: str, target: float) -> float:
+        """Return a height below which the rigid sphere is in the range of the wall."""
+        if control == "heights":
+            return self.wall.cutoff - target
+        level = self.wall.cutoff - self.wall.contact_distance
+        if control == "penetrations":
+            return level + target - self._depth_of_roughness
+        sphere = Hertz(self.indenter.radius, self.modulus)
+        radius = float(sphere.contact_radius(np.maximum(target, 0.0)))
+        return level + radius**2 / self.indenter.radius
+
+    def _reach(self, level: float) -> float:
+        return replace(self.indenter, roughness=None).reach(level, self.spacing)
+
+
+def rms_height(rough: SelfAffine) -> float:
+    """Return the rms height of a self-affine roughness, averaged over its seeds."""
+    if rough.long_wavelength <= rough.short_wavelength:
+        return rough.rms_slope * rough.long_wavelength / (2.0 * math.pi)
+    band = band_of(rough)
+    square, slope = (spectral_moment(m, rough.hurst, *band) for m in (0, 2))
+    unit = rough.short_wavelength / (2.0 * math.pi)
+    return unit * rough.rms_slope * math.sqrt(square / slope)
+
+
+def coarsened(
+    indenter: RoughSphere, spacing: float, factor: int
+) -> tuple[RoughSphere, float]:
+    """Return an indenter without its short waves, and a spacing that resolves it.
+
+    The long waves, which most of the height is due to, are the same.
+
+    Parameters
+    ----------
+    indenter : RoughSphere
+    spacing : float
+        Of the atoms (length).
+    factor : int
+        From `ExpectedContact.coarsening`.
+
+    Returns
+    -------
+    indenter : RoughSphere
+        Smooth if all waves of the roughness are short.
+    spacing : float
+        About `factor` times as large.
+    """
+    rough = indenter.roughness
+    if factor == 1 or not isinstance(rough, SelfAffine):
+        return indenter, factor * spacing
+    points = math.ceil(rough.side / spacing / factor)
+    coarse = rough.side / points
+    short = max(rough.short_wavelength, 2.0 * coarse)
+    if short >= rough.long_wavelength:
+        return replace(indenter, roughness=None), coarse
+    longer = replace(rough, short_wavelength=short)
+    slope = rough.rms_slope * rms_height(rough) / rms_height(longer)
+    return replace(indenter, roughness=replace(longer, rms_slope=slope)), coarse

@@ -1,0 +1,129 @@
+"""Plans of scenes of any size, and runs that are refused before they begin."""
+
+import re
+import time
+
+import pytest
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.scene import Scene
+
+HUGE_LOAD = "[path]\nvalues = [1e12]\n"
+LONG_RANGE = """
+[sphere]
+radius = 1e8
+[interaction]
+kind = "full"
+work_of_adhesion = 0.05
+[path]
+values = [1.0, 1e3]
+"""
+LARGE_DOMAIN = """
+[sphere]
+radius = 1e5
+[roughness]
+domain = 16384.0
+[path]
+values = [1.0, 1e9]
+"""
+SMALL_DOMAIN = """
+[sphere]
+radius = 300.0
+[roughness]
+long_wavelength = 16.0
+[path]
+values = [1.0, 300.0, 1e4, 3e4]
+"""
+
+
+def points(text):
+    n, m = map(int, text.split("x"))
+    return n * m
+
+
+@pytest.mark.parametrize("text", [HUGE_LOAD, LONG_RANGE], ids=["load", "range"])
+def test_windows_that_no_machine_holds_are_planned_within_ten_seconds(text):
+    start = time.perf_counter()
+    plan = Scene.parse(text).plan()
+    assert time.perf_counter() - start < 10.0
+    assert plan.steps[-1].memory > 1e12 and not plan.fits
+
+
+@pytest.mark.slow
+def test_a_roughness_of_many_points_is_not_synthesised_for_a_plan():
+    start = time.perf_counter()
+    plan = Scene.parse(LARGE_DOMAIN).plan()
+    assert time.perf_counter() - start < 10.0
+    assert plan.steps[0].window and plan.steps[1].problem
+    assert "domain of 73422 spacings would need 162 GB" in plan.advice
+
+
+@pytest.mark.parametrize("length", [4.0, 400.0])
+def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
+    text = f"""
+    [roughness]
+    short_wavelength = {length}
+    long_wavelength = 512.0
+    domain = 4096.0
+    [path]
+    control = "penetration"
+    values = [20.0, 200.0]
+    """
+    scene = Scene.parse(text)
+    coarse = scene.plan()
+    exact = plan_path(scene.atoms(), scene.control, scene.steps, scene.window)
+    for found, step in zip(coarse.steps, exact.steps, strict=True):
+        assert 0.8 < points(found.window) / points(step.window) < 1.25
+    assert coarse.memory == pytest.approx(exact.memory, rel=0.05)
+
+
+def test_long_paths_are_listed_in_part():
+    path = "[path]\nfirst = 1.0\nlast = 100.0\nsteps = {}\n"
+    short, long = (Scene.parse(path.format(n)).plan() for n in (500, 1_000_000))
+    assert len(long.steps) == len(short.steps) == 500
+    assert sum(step.count for step in long.steps) == 1_000_000
+    assert [step.count for step in short.steps] == [1] * 500
+    ends = [long.steps[i].target for i in (0, -1)]
+    assert ends == [short.steps[i].target for i in (0, -1)]
+    assert long.seconds == pytest.approx(2000 * short.seconds, rel=0.5)
+    assert "These are 500 of 1000000 steps." in long.table("load (eV/Å)", 1.0)
+
+
+def test_the_advice_is_given_once_and_suffices_for_all_steps():
+    scene = Scene.parse(SMALL_DOMAIN)
+    text = scene.plan().table("load (eV/Å)", 1.0)
+    (side,) = re.findall("give the roughness a domain of ([0-9]+) spacings", text)
+    assert "2 of 4 steps can't run" in text
+    larger = scene.with_values({"roughness.domain": float(side)})
+    assert larger.plan().runs
+
+
+@pytest.mark.parametrize(
+    "text, message",
+    [
+        (HUGE_LOAD, r"\[path\] load of 1e\+12 nN: about .* GB of memory"),
+        (LONG_RANGE, r"\[path\] load of 1000 nN: about .* GB of memory"),
+        (LARGE_DOMAIN, r"\[path\] load of 1e\+09 nN: atoms can touch beyond"),
+        (
+            LARGE_DOMAIN.replace("1.0, 1e9", "-1e5, -1e7")
+            + 'control = "height"\n[interaction]\nkind = "hard"\n',
+            r"\[path\] height of -1e\+07 Å: atoms can touch beyond",
+        ),
+    ],
+    ids=["memory", "range", "domain", "height"],
+)
+def test_runs_that_can_not_end_are_refused_at_once(text, message, tmp_path, capsys):
+    file = tmp_path / "large.toml"
+    file.write_text(text)
+    start = time.perf_counter()
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 2
+    assert time.perf_counter() - start < 5.0
+    assert re.search(message, capsys.readouterr().err)
+    assert not (tmp_path / "out").exists()
+
+
+def test_steps_that_can_run_are_not_refused():
+    scene = Scene.parse(SMALL_DOMAIN.replace(", 1e4, 3e4", ""))
+    scene.check_path()
+    assert all(step.converged for step in scene.relax(validity="ignore"))
