@@ -33,6 +33,12 @@ def periodic(request):
 
 
 @pytest.fixture
+def no_pictures(monkeypatch):
+    """Skip the figures of runs, which would take most of the time."""
+    monkeypatch.setattr("ase_roughcontact.cli.figures.draw", lambda *_: [])
+
+
+@pytest.fixture
 def rng():
     return np.random.default_rng(2016)
 

@@ -111,8 +111,8 @@ def python(code):
     return done.stdout
 
 
-def test_importing_the_package_loads_neither_matplotlib_nor_a_scheduler():
-    loaded = python(f"import sys, {PACKAGE}; print(*sys.modules)").split()
+def test_importing_the_command_loads_neither_matplotlib_nor_a_scheduler():
+    loaded = python(f"import sys, {PACKAGE}.cli; print(*sys.modules)").split()
     assert PACKAGE in loaded
     # not dask itself: pyfftw loads it where it is installed
     assert not {"matplotlib", "distributed"} & set(loaded)

@@ -279,15 +279,12 @@ def test_trajectory_of_another_program_is_not_changed(folder):
 # Two runs at once
 
 
-def test_second_process_in_a_folder_gets_an_error(file, folder, undisturbed):
+def test_second_run_in_a_folder_gets_an_error(file, folder, undisturbed, capsys):
     path = SCENE.run(folder)
     before = [asdict(next(path)) for _ in range(3)]
-    with begin(file, folder) as process:
-        _, message = process.communicate(timeout=30)
-    assert process.returncode == 2
-    assert (
-        message == f"ase-roughcontact: another run is writing {folder / 'sweep.traj'}\n"
-    )
+    assert main(["run", str(file), "--out", str(folder)]) == 2
+    message = f"ase-roughcontact: another run is writing {folder / 'sweep.traj'}\n"
+    assert capsys.readouterr().err == message
     assert len(rows(folder)) == 3
     path.close()
     assert_resumes(folder, undisturbed, before)
@@ -326,7 +323,7 @@ def test_run_on_a_file_system_without_locks_warns_and_works(
 
 @pytest.mark.filterwarnings("default")
 def test_command_on_a_file_system_without_locks_prints_the_warning(
-    file, folder, monkeypatch, capsys
+    file, folder, monkeypatch, capsys, no_pictures
 ):
     monkeypatch.setattr(fcntl, "flock", no_locks)
     assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0

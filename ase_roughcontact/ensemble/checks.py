@@ -38,10 +38,12 @@ def damaged_row(db: Any) -> int | None:
         Of any kind, if rows can't be read.
     """
     if db.type == "db":
-        db.connection.execute("BEGIN")  # one state for all that follows
+        if not db.connection.in_transaction:
+            db.connection.execute("BEGIN")  # one state for all that follows
         found = db.connection.execute("PRAGMA integrity_check(1)").fetchall()
         if found != _INTACT:
             raise sqlite3.DatabaseError(found[0][0])
+        _ = db.metadata  # creates the tables of a new file
         index = _index(db.connection)
     for row in db.select(include_data=True):
         values = row.key_value_pairs

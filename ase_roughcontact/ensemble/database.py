@@ -63,30 +63,16 @@ class EnsembleDatabase:
         ValueError
             If the database is damaged; it is not changed then.
         """
-        if "://" in self.address or Path(self.address).exists():
-            self.check()
         with self._transaction() as db:
-            _ = db.metadata
+            self._refuse_damage(db)
         for file in glob(f"{escape(self.address)}-*.lock"):
             with _file_lock(file):
                 pass
 
     def check(self) -> None:
         """Raise `ValueError` if the database is damaged, with what is."""
-        with named_in_errors(self.address):
-            try:
-                with _connect(self.address) as db:
-                    row = damaged_row(db)
-            except sqlite3.OperationalError:
-                raise
-            except Exception as error:  # what is damaged can be anything
-                raise damaged(self.address, error) from error
-        if row is not None:
-            raise ValueError(
-                f"row {row} of {self.address} is damaged, it is not what was written: "
-                "restore a copy of the database, or delete the row with 'ase db "
-                f"{self.address} id={row} --delete', and start again to calculate it"
-            )
+        with named_in_errors(self.address), _connect(self.address) as db:
+            self._refuse_damage(db)
 
     def select(self, selection: str | None = None, **query: Any) -> Iterator[Any]:
         """Return the rows of load steps that match a query; see `ase.db`."""
@@ -178,6 +164,20 @@ class EnsembleDatabase:
         """Whether a name is locked by a process that is alive."""
         with self.lock(name) as free:
             return not free
+
+    def _refuse_damage(self, db: Any) -> None:
+        try:
+            row = damaged_row(db)
+        except sqlite3.OperationalError:
+            raise
+        except Exception as error:  # what is damaged can be anything
+            raise damaged(self.address, error) from error
+        if row is not None:
+            raise ValueError(
+                f"row {row} of {self.address} is damaged, it is not what was written: "
+                "restore a copy of the database, or delete the row with 'ase db "
+                f"{self.address} id={row} --delete', and start again to calculate it"
+            )
 
     @contextmanager
     def _transaction(self) -> Iterator[Any]:

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
-from scipy.signal.windows import hann
 
 from ase_roughcontact._util.validation import (
     FloatArray,
@@ -160,7 +159,7 @@ def power_spectrum(
     """
     h, steps = height_array(heights), axis_spacings(spacing)
     if not periodic:
-        window = np.outer(*(hann(n) for n in h.shape))
+        window = np.outer(*(np.hanning(n) for n in h.shape))
         h = (h - h.mean()) * window / math.sqrt(np.mean(window**2))
     square, number, power = _waves(h, steps)
     number[0, 0] = 0

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from contextlib import redirect_stdout
 
 import pytest
 
@@ -25,9 +26,8 @@ COMMANDS = [
 def script(tmp_path_factory):
     """Completion script of bash, in a file."""
     file = tmp_path_factory.mktemp("completion") / "script"
-    command = "from ase_roughcontact.cli import main; main(['completion', 'bash'])"
-    with file.open("w") as out:
-        subprocess.run([sys.executable, "-c", command], stdout=out, check=True)
+    with file.open("w") as out, redirect_stdout(out):
+        assert main(["completion", "bash"]) == 0
     return file
 
 

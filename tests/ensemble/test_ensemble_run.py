@@ -7,6 +7,7 @@ import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from itertools import zip_longest
 from pathlib import Path
 
@@ -32,6 +33,7 @@ from ase_roughcontact.ensemble.processes import process_pool
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
+slow = partial(pytest.param, marks=pytest.mark.slow)  # processes of their own
 SPAWN = multiprocessing.get_context("spawn")
 
 
@@ -120,7 +122,7 @@ def test_bad_input_is_rejected_at_once(tmp_path, scenes, database, options, mess
 # Threads
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [slow(1), 2])
 def test_processes_share_the_processors_unless_the_user_set_the_threads(
     workers, monkeypatch
 ):
@@ -269,8 +271,8 @@ def die_writing(scene, database, count, after):
 @pytest.mark.parametrize(
     "scene, after",
     [
-        pytest.param(SCENES[-2], True, id="repulsive-after-writing"),
-        pytest.param(SCENES[-1], True, id="adhesive-after-writing"),
+        slow(SCENES[-2], True, id="repulsive-after-writing"),
+        slow(SCENES[-1], True, id="adhesive-after-writing"),
         pytest.param(SCENES[-1], False, id="adhesive-before-writing"),
     ],
 )
@@ -348,7 +350,8 @@ def test_processes_end_with_the_one_that_started_them(tmp_path):
     scenes = [replace(LONG, path=replace(LONG.path, steps=100_000))]
     client = SPAWN.Process(target=run_in_one_process, args=(scenes, database))
     client.start()
-    wait_for(lambda: database.exists() and rows(database, record="step"))
+    wait_for(lambda: database.exists() and database.stat().st_size)
+    wait_for(lambda: rows(database, record="step"))
     processes = children_of(client.pid)
     assert processes
     client.kill()
@@ -357,6 +360,7 @@ def test_processes_end_with_the_one_that_started_them(tmp_path):
     assert not EnsembleDatabase(str(database)).is_locked(case_of(*scenes))
 
 
+@pytest.mark.slow  # a scheduler and its processes
 def test_results_with_dask_are_the_same_though_a_worker_is_killed(
     undisturbed, tmp_path
 ):
