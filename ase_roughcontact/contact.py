@@ -32,6 +32,9 @@ _HARD_GAP = 1e-5
 _HARD_PRESSURE = 1e-9
 # Factor of the perimeter times the spacing in `continuum_area`.
 _GRID_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0
+# Error of an area on one grid, in units of that correction: measured on rough spheres
+# and flats, hard and repulsive walls, by examples/benchmarks/grid_error.py.
+_ERROR_PER_CORRECTION = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,3 +340,25 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
     V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int. 114, 161 (2017).
     """
     return area - _GRID_CORRECTION * perimeter * spacing
+
+
+def grid_error(perimeter: float, cell_area: float) -> float:
+    """Return the estimated error of the contact area of the continuum on one grid.
+
+    It is a quarter of the correction of `continuum_area`, under any wall, and half a
+    grid point.
+
+    Parameters
+    ----------
+    perimeter : float
+        See `continuum_area` (length).
+    cell_area : float
+        Area per grid point (length^2).
+
+    Returns
+    -------
+    float
+        Length^2.
+    """
+    correction = _GRID_CORRECTION * perimeter * math.sqrt(cell_area)
+    return _ERROR_PER_CORRECTION * correction + 0.5 * cell_area

@@ -12,6 +12,7 @@ from ase_roughcontact.analysis.distributions import (
     pressure_distribution,
 )
 from ase_roughcontact.analysis.first_contact_point import FirstContact, first_contact
+from ase_roughcontact.analysis.grid_limit import GridLimit, extrapolate
 from ase_roughcontact.analysis.kappa_fit import KappaFit, fit_kappa
 from ase_roughcontact.analysis.map_files import write_map
 from ase_roughcontact.analysis.radial import RadialAverage, radial_average
@@ -20,10 +21,12 @@ __all__ = [
     "ContactMap",
     "Distribution",
     "FirstContact",
+    "GridLimit",
     "KappaFit",
     "Patches",
     "RadialAverage",
     "conductance",
+    "extrapolate",
     "first_contact",
     "fit_kappa",
     "gap_distribution",

@@ -23,7 +23,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ase_roughcontact.contact import continuum_area
+from ase_roughcontact.contact import continuum_area, grid_error
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.validity import violations
 from ase_roughcontact.windows.memory import memory_of, points_of
@@ -135,6 +135,12 @@ class LoadStep:
         "the perimeter",
         "Å^2",
         "area",
+    )
+    continuum_area_error: float = column(
+        lambda s: grid_error(s.perimeter, s.state.cell_area) if s.touches else 0.0,
+        "error of the area of the continuum by the grid, estimated: the true one is "
+        "below twice the estimate in nine of ten cases",
+        "Å^2",
     )
     contact_stiffness: float = column(
         lambda s: 0.0 - s.response.force,

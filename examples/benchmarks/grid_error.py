@@ -26,6 +26,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
+from ase_roughcontact.contact import continuum_area, grid_error
 from ase_roughcontact.theory import Hertz
 
 TABLE = Path(__file__).with_name("grid_error.csv")
@@ -33,6 +34,10 @@ CASE = ("shape", "wall", "slope", "hurst", "seed")
 FIELDS = (*CASE, "load", "spacing", "area", "perimeter", "continuum", "penetration")
 SPACINGS = (1.0, 0.5, 0.25, 0.125)
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+# Hurst exponents and seeds from which the estimates of errors follow, and others that
+# test them
+FITTED = ((0.3, 1), (0.3, 2), (0.8, 1), (0.8, 2))
+UNSEEN = ((0.5, 3), (0.5, 4))
 RADIUS, SIDE = 200.0, 64
 SPHERE = Hertz(RADIUS, 1.0)
 # loads as those of a smooth sphere of these contact radii
@@ -47,7 +52,7 @@ def cases():
     flats = [("hard", 0.1), *(("repulsive", slope) for slope in (0.05, 0.1, 0.2))]
     spheres = product(WALLS, (0.05, 0.1, 0.2))
     for shape, choices in (("flat", flats), ("sphere", spheres)):
-        for (wall, slope), hurst, seed in product(choices, (0.3, 0.8), (1, 2)):
+        for (wall, slope), (hurst, seed) in product(choices, FITTED + UNSEEN):
             yield shape, wall, slope, hurst, seed
 
 
@@ -95,31 +100,43 @@ def run():
 
 
 def report():
-    """Print the median and the largest error for each shape, wall and grid."""
-    areas = defaultdict(dict)
+    """Print errors for each shape, wall and grid, and how often estimates hold."""
+    grids = defaultdict(dict)
     for row in read():
         state = tuple(row[name] for name in (*CASE, "load"))
-        correction = (np.pi - 1 + np.log(2)) / 24 * float(row["perimeter"])
-        area, spacing = float(row["area"]), float(row["spacing"])
-        areas[state][spacing] = np.array([area, area - correction * spacing])
+        spacing, area = float(row["spacing"]), float(row["area"])
+        correction = area - continuum_area(area, float(row["perimeter"]), spacing)
+        estimate = grid_error(float(row["perimeter"]), spacing**2)
+        grids[state][spacing] = area, correction, float(row["continuum"]), estimate
     errors = defaultdict(list)
     fine, finest = SPACINGS[-2:]
-    for state, of_grid in areas.items():
+    for state, of_grid in grids.items():
         if finest not in of_grid:
             continue
-        better = 1 if state[1] == "hard" else 0
-        reference = 2 * of_grid[finest][better] - of_grid[fine][better]
-        for spacing, area in of_grid.items():
-            errors[(*state[:2], spacing)].append(area / reference - 1)
-    print("shape, wall, spacing: error as counted, corrected (median, largest), %")
-    for key, values in sorted(errors.items()):
-        counted, corrected = 100 * np.abs(values).T
-        print(
-            *key,
-            f"{np.median(counted):.2f} {counted.max():.2f}",
-            f"{np.median(corrected):.2f} {corrected.max():.2f}",
-            len(values),
-        )
+        exact = 2 * of_grid[finest][2] - of_grid[fine][2]
+        unseen = (float(state[3]), int(state[4])) in UNSEEN
+        for spacing, (area, correction, answer, estimate) in of_grid.items():
+            errors[(unseen, *state[:2], state[5], spacing)].append(
+                [
+                    area / exact - 1,
+                    (area - correction) / exact - 1,
+                    abs(answer - exact) <= 2 * estimate,
+                ]
+            )
+    print("shape, wall, load, spacing: mean and largest error in %, counted, corrected")
+    for (unseen, *key), values in sorted(errors.items()):
+        if not unseen:
+            both = 100 * np.array(values)[:, :2].T
+            print(*key, *(f"{e.mean():6.1f} {abs(e).max():6.1f}" for e in both))
+    print("shape, wall, spacing: errors within twice the estimate, unseen cases")
+    for shape, wall, spacing in product(("flat", "sphere"), WALLS, SPACINGS[:2]):
+        held = [
+            each[2]
+            for key, values in errors.items()
+            for each in values
+            if key[0] and (key[1], key[2], key[4]) == (shape, wall, spacing)
+        ]
+        print(shape, wall, spacing, f"{np.mean(held):.2f} of {len(held)}")
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """Perimeter, and the area of the continuum from one grid."""
 
+import csv
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,8 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.contact import continuum_area, open_sides
+from ase_roughcontact.analysis import extrapolate
+from ase_roughcontact.contact import continuum_area, grid_error, open_sides
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3, domain=32.0)
@@ -68,3 +71,69 @@ def test_area_under_a_wall_of_finite_stiffness_needs_no_correction():
     for step in steps_on_flat("repulsive", 1.0):
         assert step.perimeter > 0.0
         assert step.continuum_area == step.contact_area
+
+
+def test_estimate_of_the_error_is_that_of_the_table():
+    (step, *_) = steps_on_flat("hard", 0.5)
+    correction = step.contact_area - step.continuum_area
+    assert step.continuum_area_error == pytest.approx(correction / 4 + 0.125)
+
+
+def test_nine_of_ten_errors_are_within_twice_the_estimate():
+    """Cases from which the estimate does not follow, on grids of a0 and a0/2."""
+    with open("examples/benchmarks/grid_error.csv", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if int(row["seed"]) > 2]
+    found = {tuple(row.values())[:7]: row for row in rows}
+    covered, estimates = [], []
+    for (*case, spacing), row in found.items():
+        if spacing in ("0.25", "0.125"):
+            continue
+        fine, finest = (
+            float(found[(*case, each)]["continuum"]) for each in ("0.25", "0.125")
+        )
+        exact = 2.0 * finest - fine
+        estimate = grid_error(float(row["perimeter"]), float(spacing) ** 2)
+        covered.append(abs(float(row["continuum"]) - exact) <= 2.0 * estimate)
+        estimates.append(estimate / exact)
+    assert len(covered) > 100
+    assert np.mean(covered) >= 0.9
+    assert np.median(estimates) < 0.02
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_limit_of_two_coarse_grids_is_that_of_finer_ones_within_its_error(wall):
+    areas = {
+        spacing: [step.contact_area for step in steps_on_flat(wall, spacing)]
+        for spacing in (1.0, 0.5, 0.25)
+    }
+    two = extrapolate([0.5, 1.0], [areas[0.5], areas[1.0]])
+    three = extrapolate(list(areas), list(areas.values()))
+    assert (abs(two.value - three.value) < 2.0 * two.error).all()
+    assert (three.error < 0.05 * three.value).all()
+
+
+def test_extrapolation_is_exact_for_a_power_of_the_spacing():
+    h = np.array([0.5, 2.0, 1.0])
+    for order in (1.0, 2.0):
+        values = 3.0 + np.outer(h**order, [0.0, 1.0, -2.0])
+        for grids in ([0, 1, 2], [1, 2]):
+            limit = extrapolate(h[grids], values[grids], order)
+            np.testing.assert_allclose(limit.value, 3.0, rtol=1e-12)
+            smallest = abs(values[grids][np.argmin(h[grids])] - 3.0)
+            share = 0.5 if len(grids) == 3 else 1.0
+            np.testing.assert_allclose(limit.error, share * smallest, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "spacings, values, message",
+    [
+        ([1.0], [1.0], "two or three spacings"),
+        ([1.0, 0.5], [1.0, 2.0, 3.0], "as many rows"),
+        ([1.0, 1.0], [1.0, 2.0], "must differ"),
+        ([1.0, -1.0], [1.0, 2.0], "spacing must be"),
+        ([1.0, 0.5], [1.0, np.nan], "values"),
+    ],
+)
+def test_extrapolation_rejects(spacings, values, message):
+    with pytest.raises(ValueError, match=message):
+        extrapolate(spacings, values)
