@@ -21,6 +21,10 @@ SMALL = {
     "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
     "ensemble_database": {"SEEDS": 2, "LOADS": (1.0, 3.0), "WORKERS": 1},
+    "crystals": {
+        "METALS": ("Cu",),
+        "SLAB": {"layers": 7, "size": 3, "tolerance": 1.0},
+    },
     "own_wall": {},
     "mixed_calculator": {"SIZE": 6},
 }
@@ -54,6 +58,7 @@ def run(tmp_path, monkeypatch, capsys):
         ("first_contact", 0.01),
         ("cantilever", 0.03),
         ("measured_topography", 0.02),
+        ("crystals", 0.5),
         ("own_wall", 5e-4),
     ],
 )

@@ -1,0 +1,238 @@
+"""Rough contact on crystals beside that on continua, in units of E* and a0.
+
+    python examples/benchmarks/solids.py
+
+Crystals are calculated once and kept in the folder ``crystals``, results are appended
+to ``solids.csv``: a run that was interrupted goes on where it ended. ``--draw
+../images/solids.png`` draws them.
+
+flats: periodic rough flats, 256 atoms a side, wavelengths from 4 to 64 a0, rms slope
+0.1, at p = 0.003 E*; kappa follows from the fraction of atoms in contact by Eq. (2).
+sphere: Fig. 2(a) for R = 1000 a0, wavelengths from 4 to 512 a0, rms slope 0.1.
+"""
+
+import argparse
+import csv
+from dataclasses import replace
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from ase.calculators.eam import EAM
+from ase.calculators.emt import EMT
+from scipy.special import erfinv
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.elasticity import Crystal, Isotropic
+from ase_roughcontact.theory import (
+    Hertz,
+    crossover_load,
+    mean_contact_pressure,
+    predicted_area,
+)
+
+HERE = Path(__file__).parent
+COLUMNS = "study", "solid", "wall", "seed", "load", "area", "kappa"
+WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+SLOPE, PRESSURE, SIDE = 0.1, 0.003, 256
+RADIUS, LOADS = 1000.0, np.geomspace(1e-7, 10.0, 17)  # in units of N_c
+
+
+def sutton_chen(energy, a, c, n, m, cutoff, number, symbol):
+    """Return the potential of A. P. Sutton, J. Chen, Philos. Mag. Lett. 61, 139 (1990).
+
+    The functions fall smoothly to zero over the last quarter of the cutoff.
+    """
+
+    def smooth(r):
+        x = np.clip(4 * (1 - r / cutoff), 0.0, 1.0)
+        slope = np.where(x < 1, -120 / cutoff * (x * (1 - x)) ** 2, 0.0)
+        return x**3 * (10 - 15 * x + 6 * x**2), slope
+
+    def power(scale, k):
+        def value(r):
+            return scale * (a / r) ** k * smooth(r)[0]
+
+        def slope(r):
+            cut, change = smooth(r)
+            return scale * (a / r) ** k * (change - k / r * cut)
+
+        return value, slope
+
+    pair, pair_slope = power(energy, n)
+    density, density_slope = power(1.0, m)
+    return EAM(
+        elements=[symbol],
+        embedded_energy=np.array([lambda rho: -energy * c * np.sqrt(rho)]),
+        d_embedded_energy=np.array([lambda rho: -energy * c / 2 / np.sqrt(rho)]),
+        electron_density=np.array([density]),
+        d_electron_density=np.array([density_slope]),
+        phi=np.array([[pair]]),
+        d_phi=np.array([[pair_slope]]),
+        cutoff=cutoff,
+        form="alloy",
+        Z=[number],
+    )
+
+
+CRYSTALS = {
+    "EMT-Cu": ("Cu", EMT, {}),
+    "EMT-Au": ("Au", EMT, {}),
+    "EMT-Al": ("Al", EMT, {}),
+    "Sutton-Chen-Cu": (
+        "Cu",
+        lambda: sutton_chen(1.2382e-2, 3.61, 39.432, 9, 6, 5.0, 29, "Cu"),
+        {"layers": 17},
+    ),
+}
+
+
+def crystal(name):
+    """Return the crystal of a calculator, from its file or calculated."""
+    file = HERE / "crystals" / f"{name}.json"
+    if not file.exists():
+        symbol, calculator, options = CRYSTALS[name]
+        made = Crystal.from_calculator(calculator(), symbol, **options)
+        file.parent.mkdir(exist_ok=True)
+        made.write(file)
+        print(f"{name}: {made.contact_modulus:.6f} eV/A^3, {made.figures}", flush=True)
+    return Crystal.read(file)
+
+
+def solids():
+    """Yield solids by name, in units of their contact modulus and spacing."""
+    yield "isotropic", Isotropic(1.0)
+    for name in CRYSTALS:
+        solid = crystal(name)
+        unit = replace(solid, spacing=1.0, table=solid.table * solid.contact_modulus)
+        yield name, unit
+        if name == "EMT-Cu":
+            yield "Cu continuum", without_dispersion(unit)
+
+
+def without_dispersion(solid):
+    """Return the continuum with the long waves of a crystal."""
+    table = np.zeros_like(solid.table)
+    table[0] = (-1.0) ** np.arange(len(table)) @ solid.table
+    return replace(solid, table=table)
+
+
+def flat(solid, wall, seed):
+    """Yield load, area and kappa of a rough flat."""
+    rough = SelfAffine(SLOPE, 0.8, 4.0, 64.0, domain=float(SIDE), seed=seed)
+    atoms = substrate(
+        "Cu", (SIDE, SIDE), rough, spacing=1.0, periodic=True, fixed=False
+    )
+    atoms.calc = RoughContact(rough, solid=solid, interaction=WALLS[wall])
+    loads = [PRESSURE * SIDE**2]
+    for step in load_path(atoms, loads=loads, accuracy="high", validity="ignore"):
+        fraction = step.contact_area / SIDE**2
+        kappa = 2 / np.sqrt(np.pi) * erfinv(fraction) * SLOPE / PRESSURE
+        yield step.normal_force, step.contact_area, kappa
+
+
+def sphere(solid, wall, seed):
+    """Yield loads and areas of a rough sphere."""
+    rough = RoughSphere(RADIUS, SelfAffine(SLOPE, 0.8, 4.0, 512.0, seed=seed))
+    atoms = substrate("Cu", (16, 16), rough, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(rough, solid=solid, interaction=WALLS[wall])
+    unit = crossover_load(RADIUS, 1.0, SLOPE, 2.0)
+    path = load_path(atoms, loads=LOADS * unit, window="auto", validity="ignore")
+    for step in path:
+        yield step.normal_force, step.contact_area, ""
+
+
+STUDIES = {
+    "flats": (flat, ["hard", "repulsive"]),
+    "sphere": (sphere, ["hard"]),
+}
+
+
+def draw(table, picture):
+    """Draw areas and kappa of a table."""
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    with table.open() as file:
+        rows = list(csv.DictReader(file))
+    unit = crossover_load(RADIUS, 1.0, SLOPE, 2.0)
+    figure, (areas, kappas) = plt.subplots(
+        1, 2, figsize=(9.0, 3.6), layout="constrained"
+    )
+    for number, name in enumerate(("isotropic", "EMT-Cu")):
+        found = [r for r in rows if r["study"] == "sphere" and r["solid"] == name]
+        area = np.array([float(row["area"]) for row in found]).reshape(-1, LOADS.size)
+        relative = area / Hertz(RADIUS, 1.0).contact_area(LOADS * unit)
+        mean, spread = relative.mean(axis=0), relative.std(axis=0)
+        areas.errorbar(LOADS, mean, spread, fmt="os"[number], mfc="none", label=name)
+    areas.plot(LOADS, fraction(LOADS * unit), "k-", label="Eq. (4), κ = 2")
+    areas.set(xscale="log", yscale="log", xlabel=r"$N/N_c$", ylabel=r"$A/A_{Hertz}$")
+    areas.legend()
+    names = list(dict.fromkeys(row["solid"] for row in rows))
+    for wall, marker in (("hard", "o"), ("repulsive", "s")):
+        for place, name in enumerate(names):
+            values = [
+                float(row["kappa"])
+                for row in rows
+                if (row["study"], row["solid"], row["wall"]) == ("flats", name, wall)
+            ]
+            mean, spread = np.mean(values), np.std(values)
+            print(f"{name:15} {wall:10} kappa {mean:.3f} +- {spread:.3f}")
+            label = f"{wall} wall" if place == 0 else None
+            color = {"hard": "C0", "repulsive": "C1"}[wall]
+            kappas.errorbar(
+                place, mean, spread, fmt=marker, color=color, mfc="none", label=label
+            )
+    kappas.set_xticks(range(len(names)), names, rotation=25)
+    kappas.set(ylabel="κ of rough flats")
+    kappas.legend()
+    figure.savefig(picture, dpi=100)
+
+
+def fraction(loads):
+    """Return Eq. (4) relative to the area of Hertz."""
+    pressure = mean_contact_pressure(SLOPE, 1.0, 2.0)
+    hertz = Hertz(RADIUS, 1.0).contact_area(loads)
+    return predicted_area(loads, RADIUS, 1.0, pressure) / hertz
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--draw", type=Path, help="picture of the table")
+    parser.add_argument("--table", type=Path, default=HERE / "solids.csv")
+    options = parser.parse_args(arguments)
+    if options.draw:
+        draw(options.table, options.draw)
+        return
+    done = set()
+    if options.table.exists():
+        with options.table.open() as file:
+            done = {tuple(row[c] for c in COLUMNS[:4]) for row in csv.DictReader(file)}
+    else:
+        options.table.write_text(",".join(COLUMNS) + "\n")
+    for name, solid in solids():
+        for study, (calculate, walls) in STUDIES.items():
+            if study == "sphere" and name not in ("isotropic", "EMT-Cu"):
+                continue
+            for wall in walls:
+                for seed in range(options.seeds):
+                    case = study, name, wall, str(seed)
+                    if case in done:
+                        continue
+                    rows = [(*case, *row) for row in calculate(solid, wall, seed)]
+                    with options.table.open("a", newline="") as file:
+                        csv.writer(file, lineterminator="\n").writerows(rows)
+                    print(*case, flush=True)
+
+
+if __name__ == "__main__":
+    main()
