@@ -229,7 +229,8 @@ class Crystal(ElasticSolid):
         file : str or Path
         """
         entries = {"format": _FORMAT, **asdict(self), "table": self.table.tolist()}
-        Path(file).write_text(json.dumps(entries, indent=1) + "\n")
+        lines = (f"{json.dumps(k)}: {json.dumps(v)}" for k, v in entries.items())
+        Path(file).write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
