@@ -317,6 +317,11 @@ def grid_of(atoms: Atoms) -> SurfaceGrid:
     return _model_of(atoms).grid
 
 
+def contact_state(atoms: Atoms) -> ContactState:
+    """Return forces, gaps and pressures of the atoms, which the calculator forgets."""
+    return _model_of(atoms).state(atoms)
+
+
 def elastic_pressure(atoms: Atoms) -> np.ndarray:
     """Return the pressure that causes the displacement of the surface atoms.
 

@@ -60,7 +60,8 @@ class ContactModel:
         if pressure is None:
             n, m = self.grid.window
             pressure = self.contact.elastic_pressure(values)[:n, :m].copy()
-            self.known = values.copy(), None, pressure
+            if self.grid.shape == self.grid.window:
+                self.known = values.copy(), None, pressure
         return pressure
 
     def apply_pressure(

@@ -14,6 +14,7 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 from ase_roughcontact.atoms.calculator import (
     apply_pressure,
     contact_of,
+    contact_state,
     elastic_pressure,
     grid_of,
 )
@@ -220,17 +221,19 @@ class ContactOptimizer(Optimizer):
         height = float(self.atoms.positions[-1, 2])
         area = self.contact.halfspace.cell_area
         n, m = pressure.shape
+        load_energy, load_force = self.indenter.external(height)
         if self.hard_walls:
             # whether the atoms are relaxed is not known before the first step
             work = float(np.sum(values[:n, :m] * pressure))
-            self._energy = self.indenter.external(height)[0] - 0.5 * area * work
+            self._energy = load_energy - 0.5 * area * work
             self._force = np.inf
         else:
-            self._energy = self.atoms.get_potential_energy()
-            state = self.atoms.calc.state(self.atoms)
+            # results of the calculator would take memory during the run
+            state = contact_state(self.atoms)
+            self._energy = state.energy + load_energy
             self._force = float(np.abs(state.forces).max())
             if not self.indenter.fixed:
-                force = state.normal_force + self.indenter.external(height)[1]
+                force = state.normal_force + load_force
                 self._force = max(self._force, abs(force))
             pressure = state.pressure + state.forces[:n, :m] / area
         return without_rounding(pressure) if np.ptp(values) > 0.0 else None
@@ -240,4 +243,5 @@ class ContactOptimizer(Optimizer):
         if self.state is not None and self.state is not self._applied:
             apply_pressure(self.atoms, self.state.pressure, self.state.height)
             self._applied = self.state
+        if self.state is not None or self._converged:
             self.atoms.get_potential_energy()

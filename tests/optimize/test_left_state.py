@@ -188,3 +188,12 @@ def test_atoms_follow_the_generator_at_every_step(wall):
     ]
     assert len(energies) == optimizer.nsteps > 1
     np.testing.assert_allclose(*np.transpose(energies), rtol=1e-9)
+
+
+def test_forces_on_the_padding_are_not_lost_in_a_solver_that_has_not_moved_atoms(rng):
+    atoms = make_atoms(WALLS["repulsive"])
+    atoms.positions[:-1, 2] += 0.01 * rng.standard_normal(len(atoms) - 1)
+    expected = atoms.get_forces()
+    NewtonKrylov(atoms).run(fmax=1e-9, steps=0)
+    atoms.calc.reset()
+    np.testing.assert_allclose(atoms.get_forces(), expected, atol=1e-12)

@@ -44,9 +44,9 @@ def test_most_atoms_are_sampled_once_while_levels_grow(monkeypatch):
 
     monkeypatch.setattr(RoughSphere, "heights", counted)
     footprint = Footprint(RoughSphere(1000.0), 1.0)
-    for level in (10.0, 50.0, 200.0, 800.0):
+    for level in np.geomspace(50.0, 800.0, 12):
         box = footprint.box_below(level)
-    assert sum(sampled) < 2.2 * box.size
+    assert sum(sampled) < 3.3 * box.size
 
 
 def test_lattice_may_be_shifted_relative_to_the_axis():
