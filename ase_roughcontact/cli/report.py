@@ -30,7 +30,7 @@ def description(reference: Reference) -> str:
     """
     scene, smooth = reference.scene, reference.smooth
     lines = [
-        f"{scene.substrate.symbol}, spacing {scene.spacing:.3f} Å, "
+        f"{scene.substrate.material or scene.symbol}, spacing {scene.spacing:.3f} Å, "
         f"E* = {scene.contact_modulus / UNITS['GPa']:.4g} GPa, {_hardness(scene)}; "
         f"sphere of radius {scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
     ]

@@ -34,6 +34,7 @@ class SubstrateConfig(Section):
     title = "substrate"
 
     symbol: str = "Cu"
+    material: str = ""
     spacing: float | str | None = None
     contact_modulus: float | None = None
     elastic_constants: tuple | None = None
@@ -79,6 +80,7 @@ class SphereConfig(Section):
 
     radius: float | str = 1000.0
     unit: str = "a0"
+    material: str = ""
     profile: str = "paraboloid"
 
 

@@ -16,8 +16,15 @@ from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import ElasticSolid
-from ase_roughcontact.interactions import Interaction, make_wall
+from ase_roughcontact.elasticity.greens import Isotropic
+from ase_roughcontact.elasticity.materials import (
+    combined_modulus,
+    material,
+    work_of_adhesion,
+)
+from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.validity import hardness_of
+from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.scene.solid import solid_of
@@ -37,9 +44,9 @@ class Model(SceneFile):
     @property
     def spacing(self) -> float:
         """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
-        spacing = self.substrate.spacing
+        spacing = self.named_substrate.spacing
         if spacing is not None:
-            lengths: Any = plain(self.substrate, ["spacing"], LENGTHS, "Å")
+            lengths: Any = plain(self.named_substrate, ["spacing"], LENGTHS, "Å")
             spacing = lengths.spacing
             positive(spacing=spacing)
         if self.substrate.of_atoms:
@@ -48,13 +55,41 @@ class Model(SceneFile):
                 crystal.check(spacing)
             return crystal.spacing
         if spacing is None:
-            return _of_crystal(fcc_spacing, self.substrate.symbol, "spacing")
+            return _of_crystal(fcc_spacing, self.symbol, "spacing")
         return spacing
 
     @property
     def solid(self) -> ElasticSolid:
         """Elastic solid below the surface."""
-        return solid_of(self.substrate)
+        solid = solid_of(self.named_substrate)
+        if not self.sphere.material:
+            return solid
+        if not isinstance(solid, Isotropic):
+            raise ValueError(
+                "the material of the sphere needs an isotropic substrate, got "
+                f"{solid!r}: leave it out"
+            )
+        tip = material(self.sphere.material).contact_modulus * UNITS["GPa"]
+        return Isotropic(combined_modulus(solid.contact_modulus, tip))
+
+    @property
+    def named_substrate(self) -> SubstrateConfig:
+        """The section of the substrate, with the values of its material."""
+        name = self.substrate.material
+        if not name:
+            return self.substrate
+        known, given = material(name), self.substrate
+        changes: dict[str, Any] = {"symbol": known.symbol}
+        if given.spacing is None:
+            changes["spacing"] = known.spacing
+        if given.contact_modulus is None and given.elastic_constants is None:
+            changes["contact_modulus"] = known.contact_modulus
+        return replace(given, **changes)
+
+    @property
+    def symbol(self) -> str:
+        """Chemical symbol of the surface atoms."""
+        return self.named_substrate.symbol
 
     @property
     def contact_modulus(self) -> float:
@@ -70,7 +105,7 @@ class Model(SceneFile):
     @property
     def hardness(self) -> float:
         """Hardness of the substrate (eV/Å^3); NaN if it is not known."""
-        return hardness_of(self.substrate.symbol, self.spacing, self.given_hardness)
+        return hardness_of(self.symbol, self.spacing, self.given_hardness)
 
     @property
     def area_column(self) -> str:
@@ -140,12 +175,14 @@ class Model(SceneFile):
     @property
     def wall(self) -> Interaction:
         """Interaction between the indenter and the atoms."""
-        return make_wall(
-            self.interaction.kind,
-            self.contact_modulus,
-            self.spacing,
-            self.interaction.parameters,
-        )
+        kind, parameters = self.interaction.kind, self.interaction.parameters
+        materials = self.substrate.material, self.sphere.material
+        if "work_of_adhesion" not in parameters and all(materials):
+            wall = lookup(kind, WALLS, "kind of interaction")
+            if "work_of_adhesion" in wall.parameters:
+                work = work_of_adhesion(*materials)
+                parameters = {**parameters, "work_of_adhesion": work}
+        return make_wall(kind, self.contact_modulus, self.spacing, parameters)
 
     @property
     def kappa_repulsive(self) -> float:

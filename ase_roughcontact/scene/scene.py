@@ -217,7 +217,7 @@ class Scene(Model):
         if self.shape:
             check_memory(change.shape(self.shape), margin=not periodic)
         atoms = substrate(
-            self.substrate.symbol,
+            self.symbol,
             self.shape or _FIRST_SHAPE,
             self.surface,
             spacing=self.spacing,

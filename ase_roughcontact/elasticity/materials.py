@@ -1,0 +1,228 @@
+r"""Materials of tips and substrates by name: moduli and work of adhesion, with sources.
+
+Two elastic bodies are replaced by a rigid one and one with the contact modulus
+
+.. math:: \frac{1}{E^*} = \frac{1 - \nu_1^2}{E_1} + \frac{1 - \nu_2^2}{E_2} .
+
+The work of adhesion is that of van der Waals forces across vacuum,
+:math:`w = 2 \sqrt{\gamma_1 \gamma_2}`, with the surface energies :math:`\gamma = A/(24
+\pi D_0^2)` of the Hamaker constants A and :math:`D_0 = 0.165` nm. Water films, chemical
+bonds and charges add to it; contamination reduces it.
+
+References
+----------
+J. N. Israelachvili, Intermolecular and Surface Forces, 3rd ed. (2011), Ch. 13.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.elasticity.material import CRYSTALS, crystal_modulus
+
+# Cutoff of van der Waals forces (nm), see Israelachvili.
+_CUTOFF = 0.165
+_BERGSTROM = "L. Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)"
+
+
+@dataclass(frozen=True)
+class Material:
+    """Elastic and adhesive properties of a material.
+
+    Attributes
+    ----------
+    contact_modulus : float
+        E/(1 - nu^2) (GPa).
+    source : str
+        Where the modulus is from.
+    symbol : str
+        Chemical symbol for the atoms.
+    spacing : float or None
+        Distance of the atoms (Å): of the square lattice of the (100) surface, or, of
+        amorphous and layered solids, the edge of a cube with the mean volume of an
+        atom. None for the nearest neighbours of an fcc crystal.
+    surface_energy : float or None
+        Dispersive surface energy (J/m^2), None if it is not known.
+    adhesion_source : str
+        Where it is from.
+    """
+
+    contact_modulus: float
+    source: str
+    symbol: str
+    spacing: float | None = None
+    surface_energy: float | None = None
+    adhesion_source: str = ""
+
+
+def _isotropic(young: float, poisson: float) -> float:
+    return young / (1.0 - poisson**2)
+
+
+def _from_hamaker(constant: float) -> float:
+    """Return a surface energy (J/m^2) for a Hamaker constant (1e-20 J)."""
+    return constant * 1e-20 / (24.0 * math.pi * (_CUTOFF * 1e-9) ** 2)
+
+
+def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float:
+    """Return the contact modulus of a transversely isotropic solid along its axis.
+
+    Parameters
+    ----------
+    c11, c33, c13, c44 : float
+        Elastic constants, with the axis along 3 (pressure).
+
+    Returns
+    -------
+    float
+        Of an axisymmetric indenter (pressure).
+
+    References
+    ----------
+    A. Delafargue, F.-J. Ulm, Int. J. Solids Struct. 41, 7351 (2004).
+    """
+    mean = math.sqrt(c11 * c33)
+    shear = 1.0 / c44 + 2.0 / (mean + c13)
+    return 2.0 * math.sqrt((c11 * c33 - c13**2) / (c11 * shear))
+
+
+_SILICA = _from_hamaker(6.50)
+#: Materials by name. Crystals of `CRYSTALS` are known, too; see `material`.
+MATERIALS = {
+    "Si": Material(
+        crystal_modulus("Si"),
+        "J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982)",
+        "Si",
+        spacing=3.840,
+        surface_energy=_SILICA,
+        adhesion_source=f"its native oxide, SiO2: {_BERGSTROM}",
+    ),
+    "SiO2": Material(
+        _isotropic(72.7, 0.16),
+        "fused silica: Corning, data sheet of HPFS 7980",
+        "Si",
+        spacing=2.47,
+        surface_energy=_SILICA,
+        adhesion_source=f"amorphous: {_BERGSTROM}",
+    ),
+    "Si3N4": Material(
+        _isotropic(285.0, 0.20),
+        "films of cantilevers: A. Khan, J. Philip, P. Hess, J. Appl. Phys. 95, 1667 "
+        "(2004)",
+        "Si",
+        spacing=2.23,
+        surface_energy=_from_hamaker(16.7),
+        adhesion_source=f"amorphous: {_BERGSTROM}",
+    ),
+    "DLC": Material(
+        _isotropic(757.0, 0.17),
+        "ta-C of 3.26 g/cm^3: A. C. Ferrari et al., Appl. Phys. Lett. 75, 1893 (1999); "
+        "hydrogenated films are softer",
+        "C",
+        spacing=1.83,
+    ),
+    "diamond": Material(
+        _isotropic(1143.0, 0.07),
+        "average of the crystal: C. A. Klein, G. F. Cardinale, Diamond Relat. Mater. "
+        "2, 918 (1993)",
+        "C",
+        spacing=2.522,
+        surface_energy=_from_hamaker(29.6),
+        adhesion_source=_BERGSTROM,
+    ),
+    "mica": Material(
+        indentation_modulus(179.7, 58.6, 23.4, 18.0),
+        "muscovite (001), monoclinic constants averaged: M. T. Vaughan, "
+        "S. Guggenheim, J. Geophys. Res. 91, 4657 (1986)",
+        "Si",
+        spacing=2.23,
+        surface_energy=_from_hamaker(9.86),
+        adhesion_source=f"muscovite: {_BERGSTROM}",
+    ),
+    "PDMS": Material(
+        _isotropic(1.32e-3, 0.5),
+        "Sylgard 184 10:1, cured at 25 °C: I. D. Johnston, D. K. McCluskey, "
+        "C. K. L. Tan, M. C. Tracey, J. Micromech. Microeng. 24, 035017 (2014)",
+        "Si",
+        spacing=2.34,
+        surface_energy=0.0226,
+        adhesion_source="M. K. Chaudhury, G. M. Whitesides, Langmuir 7, 1013 (1991)",
+    ),
+}
+
+
+def material(name: str) -> Material:
+    """Return a material by name.
+
+    Parameters
+    ----------
+    name : str
+        One of `MATERIALS`, or a chemical symbol in `CRYSTALS`.
+
+    Returns
+    -------
+    Material
+
+    Raises
+    ------
+    ValueError
+        If it is unknown.
+    """
+    crystals = {
+        symbol: Material(
+            crystal_modulus(symbol),
+            "J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982)",
+            symbol,
+        )
+        for symbol in CRYSTALS
+    }
+    return lookup(name, crystals | MATERIALS, "material")
+
+
+def combined_modulus(*moduli: float) -> float:
+    """Return the contact modulus of two elastic bodies, from that of each.
+
+    Examples
+    --------
+    >>> combined_modulus(100.0, 100.0)
+    50.0
+    """
+    return 1.0 / sum(1.0 / modulus for modulus in moduli)
+
+
+def work_of_adhesion(first: str, second: str) -> float:
+    """Return the work of adhesion of two materials by van der Waals forces.
+
+    Parameters
+    ----------
+    first, second : str
+        Names of the materials.
+
+    Returns
+    -------
+    float
+        J/m^2.
+
+    Raises
+    ------
+    ValueError
+        If a material or its surface energy is unknown.
+
+    Examples
+    --------
+    >>> round(work_of_adhesion("SiO2", "SiO2"), 3)
+    0.063
+    """
+    product = 1.0
+    for name in (first, second):
+        energy = material(name).surface_energy
+        if energy is None:
+            known = [k for k, v in MATERIALS.items() if v.surface_energy is not None]
+            raise ValueError(
+                f"the surface energy of {name} is not known, but those of "
+                f"{', '.join(known)}: give work_of_adhesion"
+            )
+        product *= energy
+    return 2.0 * math.sqrt(product)

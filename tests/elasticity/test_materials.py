@@ -1,0 +1,131 @@
+"""Materials by name: moduli, works of adhesion, sources, and their use in scenes."""
+
+import re
+from pathlib import Path
+
+import pytest
+from small_scene import SMALL
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.elasticity.material import CRYSTALS, crystal_modulus
+from ase_roughcontact.elasticity.materials import (
+    MATERIALS,
+    combined_modulus,
+    indentation_modulus,
+    material,
+    work_of_adhesion,
+)
+from ase_roughcontact.scene import Scene
+
+GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "files.md"
+
+
+def scene(substrate, sphere="", interaction=""):
+    text = re.sub(r"contact_modulus = .*\n", substrate + "\n", SMALL)
+    text = text.replace("[sphere]\n", f"[sphere]\n{sphere}\n")
+    parsed = Scene.parse(text + interaction)
+    parsed.check()
+    return parsed
+
+
+def test_every_material_has_a_source_for_each_value():
+    for known in MATERIALS.values():
+        assert re.search(r"\d{4}|data sheet", known.source)
+        assert (known.surface_energy is None) == (known.adhesion_source == "")
+        assert known.spacing is None or 1.5 < known.spacing < 4.0
+
+
+def test_the_table_of_the_guide_has_the_values_of_the_materials():
+    rows = re.findall(r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)", GUIDE.read_text(), re.M)
+    table = {name: (modulus, energy) for name, modulus, energy in rows}
+    assert table.keys() == MATERIALS.keys()
+    for name, (modulus, energy) in table.items():
+        known = MATERIALS[name]
+        assert float(modulus) == pytest.approx(known.contact_modulus, rel=2e-3)
+        assert bool(energy) == (known.surface_energy is not None)
+        if energy:
+            assert float(energy) == pytest.approx(known.surface_energy, rel=0.02)
+
+
+def test_crystals_are_materials():
+    for symbol in CRYSTALS:
+        assert material(symbol).contact_modulus == crystal_modulus(symbol)
+
+
+def test_an_isotropic_solid_across_layers_has_its_own_modulus():
+    young, poisson = 100.0, 0.25
+    lame = young * poisson / ((1 + poisson) * (1 - 2 * poisson))
+    shear = young / (2 * (1 + poisson))
+    c11 = lame + 2 * shear
+    modulus = indentation_modulus(c11, c11, lame, shear)
+    assert modulus == pytest.approx(young / (1 - poisson**2))
+
+
+def test_the_work_of_adhesion_of_like_materials_is_twice_their_surface_energy():
+    assert work_of_adhesion("mica", "mica") == pytest.approx(
+        2 * MATERIALS["mica"].surface_energy
+    )
+    mixed = work_of_adhesion("mica", "PDMS")
+    product = work_of_adhesion("mica", "mica") * work_of_adhesion("PDMS", "PDMS")
+    assert mixed**2 == pytest.approx(product)
+
+
+@pytest.mark.parametrize("names", [("Au", "mica"), ("SiO2", "DLC")])
+def test_an_unknown_surface_energy_is_an_error(names):
+    with pytest.raises(ValueError, match=r"surface energy of (Au|DLC) is not known"):
+        work_of_adhesion(*names)
+
+
+def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material():
+    mica = scene('material = "mica"')
+    assert mica.contact_modulus == pytest.approx(
+        MATERIALS["mica"].contact_modulus * UNITS["GPa"]
+    )
+    assert mica.spacing == MATERIALS["mica"].spacing
+    assert mica.atoms().symbols[0] == "Si"
+    gold = scene('material = "Au"')
+    assert (gold.symbol, gold.spacing) == ("Au", scene('symbol = "Au"').spacing)
+
+
+def test_given_values_take_precedence_over_the_material():
+    given = scene('material = "mica"\nspacing = 3.0\ncontact_modulus = 50.0')
+    assert given.spacing == 3.0
+    assert given.contact_modulus == pytest.approx(50.0 * UNITS["GPa"])
+
+
+def test_an_elastic_tip_reduces_the_modulus():
+    both = scene('material = "mica"', 'material = "Si3N4"')
+    moduli = (MATERIALS[name].contact_modulus for name in ("mica", "Si3N4"))
+    expected = combined_modulus(*moduli) * UNITS["GPa"]
+    assert both.contact_modulus == pytest.approx(expected)
+    half = scene("contact_modulus = 74.6", 'material = "SiO2"').contact_modulus
+    assert half == pytest.approx(37.3 * UNITS["GPa"], rel=1e-3)
+
+
+def test_an_adhesive_wall_takes_the_work_of_both_materials():
+    adhesive = '[interaction]\nkind = "adhesive"\n'
+    both = scene('material = "mica"', 'material = "Si3N4"', adhesive)
+    expected = work_of_adhesion("mica", "Si3N4") * UNITS["J/m^2"]
+    assert both.wall.work_of_adhesion == pytest.approx(expected)
+    given = adhesive + "work_of_adhesion = 0.01\n"
+    assert scene(
+        'material = "mica"', 'material = "Si3N4"', given
+    ).wall.work_of_adhesion == pytest.approx(0.01 * UNITS["J/m^2"])
+
+
+def test_a_repulsive_wall_takes_no_work():
+    both = scene('material = "mica"', 'material = "Au"')
+    assert both.wall.work_of_adhesion == 0.0
+
+
+@pytest.mark.parametrize(
+    "substrate, sphere, message",
+    [
+        ('material = "wood"', "", r"\[substrate\] unknown material 'wood'"),
+        ("", 'material = "wood"', "unknown material 'wood'"),
+        ("anisotropic = true", 'material = "Si"', "needs an isotropic substrate"),
+    ],
+)
+def test_wrong_materials_are_errors(substrate, sphere, message):
+    with pytest.raises(ValueError, match=message):
+        scene(substrate, sphere)
