@@ -97,12 +97,8 @@ def draw_loop(loop: AdhesionLoop, file: Path) -> None:
     loop : AdhesionLoop
     file : path
     """
-    from matplotlib import pyplot
-
-    from ase_roughcontact.plot import plot_loop
-
-    figure, axes = pyplot.subplots(figsize=(5, 4), layout="constrained")
-    plot_loop(axes, loop)
+    figure = Figure(figsize=(5, 4), layout="constrained")
+    plot.plot_loop(figure.subplots(), loop)
     _save(figure, file, dpi=150)
 
 
@@ -114,12 +110,8 @@ def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
     curve : CantileverCurve
     file : path
     """
-    from matplotlib import pyplot
-
-    from ase_roughcontact.plot import plot_cantilever
-
-    figure, axes = pyplot.subplots(figsize=(5, 4), layout="constrained")
-    plot_cantilever(axes, curve)
+    figure = Figure(figsize=(5, 4), layout="constrained")
+    plot.plot_cantilever(figure.subplots(), curve)
     _save(figure, file, dpi=150)
 
 
