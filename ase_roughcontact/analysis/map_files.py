@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.io import netcdf_file
 
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
@@ -54,8 +55,9 @@ def write_map(contact_map: ContactMap, file: str | Path) -> None:
     --------
     ``write_map(ContactMap.from_atoms(atoms), "contact.nc")``
     """
-    path = Path(file)
-    lookup(path.suffix, _WRITERS, "format of a map")(contact_map, path)
+    write = lookup(Path(file).suffix, _WRITERS, "format of a map")
+    with replaced(file) as name:
+        write(contact_map, Path(name))
 
 
 def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
@@ -86,7 +88,8 @@ def _axes(contact_map: ContactMap) -> dict[str, np.ndarray]:
 
 def _write_npz(contact_map: ContactMap, path: Path) -> None:
     arrays: dict[str, Any] = {**_axes(contact_map), **fields_of(contact_map)}
-    np.savez_compressed(path, **arrays)
+    with path.open("wb") as file:  # a name would be extended by .npz
+        np.savez_compressed(file, **arrays)
 
 
 def _write_netcdf(contact_map: ContactMap, path: Path) -> None:

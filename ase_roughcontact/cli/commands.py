@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from typing import Any, NoReturn
 
+from ase_roughcontact._util.files import refuse_link
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.analysis import ContactMap, write_map
@@ -89,7 +90,7 @@ def _what_is_kept(options: argparse.Namespace) -> str:
     """Return what an interrupted command leaves, and how it is continued."""
     if options.command not in ("run", "ensemble"):
         return ""
-    again = "to continue, give the same command again"
+    again = f"to {options.again}, give the same command again"
     if options.command == "ensemble":
         database = without_password(options.database)
         return f"; finished steps are saved in {database}; {again}"
@@ -154,6 +155,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     folder, states = options.out, list[LoadStep]()
+    options.again = "start anew"
 
     def show(state: LoadStep) -> None:
         states.append(state)
@@ -184,7 +186,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
         print(loops.summary(loop, curve))
         print(report.file_list(folder, pictures), flush=True)
     if failure:
-        print(f"ase-roughcontact: {failure}", file=sys.stderr)
+        _print_error(failure)
     return 0 if all(state.converged for state in states) and not failure else 1
 
 
@@ -252,6 +254,7 @@ def _figure(options: argparse.Namespace) -> int:
 def _maps(options: argparse.Namespace) -> int:
     folder = options.folder
     surface = Scene.read(folder / "scene.toml").surface
+    refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
     for number, frame in enumerate(read_frames(folder / "sweep.traj")):
         name = folder / "maps" / f"step-{number:04d}.{options.format}"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.cantilever import CantileverCurve, CantileverJump
 from ase_roughcontact.paths.instabilities import AdhesionLoop
@@ -81,14 +82,14 @@ def write_curve(curve: CantileverCurve, file: Path) -> None:
     curve : CantileverCurve
     file : path
     """
-    with file.open("w", newline="") as table:
+    with replaced(file) as name, open(name, "w", newline="") as table:
         rows = csv.writer(table)
         rows.writerow(["branch", "distance (nm)", "deflection (nm)", "force (nN)"])
-        for name in ("approach", "retraction"):
-            branch = getattr(curve, name)
+        for way in ("approach", "retraction"):
+            branch = getattr(curve, way)
             columns = branch.distance / NM, branch.deflection / NM, branch.force / NN
             rows.writerows(
-                [name, *(f"{value:.8g}" for value in values)]
+                [way, *(f"{value:.8g}" for value in values)]
                 for values in np.transpose(columns)
             )
 

@@ -110,7 +110,7 @@ def make_parser() -> argparse.ArgumentParser:
             description=text,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        added.set_defaults(command=name, verbose=False)
+        added.set_defaults(command=name, verbose=False, again="continue")
         return added
 
     run = command("run", "run a scene and draw figures", RUN)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity.angular import angular_cell_kernel
 from ase_roughcontact.elasticity.force_constants import (
@@ -230,7 +231,8 @@ class Crystal(ElasticSolid):
         """
         entries = {"format": _FORMAT, **asdict(self), "table": self.table.tolist()}
         lines = (f"{json.dumps(k)}: {json.dumps(v)}" for k, v in entries.items())
-        Path(file).write_text("{\n" + ",\n".join(lines) + "\n}\n")
+        with replaced(file) as name:
+            Path(name).write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]

@@ -291,8 +291,7 @@ class Scene(Model):
         self.check_path()
         files: dict[str, Any] = {}
         if folder is not None:
-            folder = Path(folder)
-            folder.mkdir(parents=True, exist_ok=True)
+            folder = _results_folder(folder)
             files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
 
         def report(state: LoadStep) -> None:
@@ -451,10 +450,7 @@ class Scene(Model):
         """
         self.check()
         self.check_path()
-        folder = Path(folder)
-        if folder.exists() and not folder.is_dir():
-            raise ValueError(f"{folder} is a file, give a folder for the results")
-        folder.mkdir(parents=True, exist_ok=True)
+        folder = _results_folder(folder)
         file = folder / "scene.toml"
         files: dict[str, Any] = {
             "trajectory": folder / "sweep.traj",
@@ -486,6 +482,15 @@ class Scene(Model):
             if other.parent.resolve() != file.parent.resolve():
                 with replaced(file.parent / other.name) as name:
                     shutil.copy(other, name)
+
+
+def _results_folder(folder: str | Path) -> Path:
+    """Return a folder for results, created if necessary."""
+    path = Path(folder)
+    if path.exists() and not path.is_dir():
+        raise ValueError(f"{folder} is a file, give a folder for the results")
+    path.mkdir(parents=True, exist_ok=True)
+    return path
 
 
 def default_text() -> str:

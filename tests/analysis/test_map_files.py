@@ -1,6 +1,7 @@
 """Maps written to files have the values, names and units of the contact."""
 
 import base64
+import resource
 from xml.etree import ElementTree
 
 import numpy as np
@@ -113,3 +114,27 @@ def test_the_command_writes_a_map_for_each_step(tmp_path, capsys, suffix):
     if suffix == "nc":
         contact = read_netcdf(names[1])["contacting_points"]
         assert np.count_nonzero(contact) == steps[1].repulsive_atoms
+
+
+@pytest.mark.parametrize("suffix", ["npz", "vti"])
+def test_a_map_that_does_not_fit_leaves_the_old_one(atoms, tmp_path, suffix):
+    file = tmp_path / f"map.{suffix}"
+    file.write_text("old")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, before[1]))
+    try:
+        with pytest.raises(OSError, match=rf"can't write {file}: "):
+            write_map(ContactMap.from_atoms(atoms), file)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert file.read_text() == "old" and list(tmp_path.iterdir()) == [file]
+
+
+def test_a_link_in_place_of_the_folder_of_maps_is_refused(tmp_path, capsys):
+    scene = Scene.parse("[substrate]\nshape = [8, 8]\n[path]\nvalues = [0.01]\n")
+    list(scene.run(tmp_path, validity="ignore"))
+    (tmp_path / "other").mkdir()
+    (tmp_path / "maps").symlink_to(tmp_path / "other")
+    assert main(["maps", str(tmp_path)]) == 2
+    assert f"{tmp_path / 'maps'} is a symbolic link" in capsys.readouterr().err
+    assert not list((tmp_path / "other").iterdir())

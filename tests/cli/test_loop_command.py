@@ -8,6 +8,8 @@ import pytest
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.loops import write_curve
+from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.scene import Scene
 
@@ -115,6 +117,34 @@ def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, 
     assert main(arguments) == 1
     assert "jumps in beyond the deepest state" in capsys.readouterr().err
     assert (tmp_path / "loop.png").exists()
+
+
+def test_an_interrupted_loop_says_that_it_starts_anew(tmp_path, capsys, monkeypatch):
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ase_roughcontact.cli.loops.row", interrupted)
+    scene = tmp_path / "loop.toml"
+    scene.write_text(LOOP)
+    assert main(["run", str(scene), "--out", str(tmp_path)]) == 130
+    assert "to start anew, give the same command again" in capsys.readouterr().err
+    assert count_steps(tmp_path / "sweep.traj") == 1
+
+
+def test_a_file_in_place_of_the_folder_of_a_loop_is_an_error(tmp_path, capsys):
+    scene = tmp_path / "loop.toml"
+    scene.write_text(LOOP)
+    assert main(["run", str(scene), "--out", str(scene)]) == 2
+    assert f"{scene} is a file, give a folder" in capsys.readouterr().err
+
+
+def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
+    target, table = tmp_path / "target", tmp_path / "cantilever.csv"
+    target.write_text("precious")
+    table.symlink_to(target)
+    loop = Scene.parse(LOOP).loop()
+    write_curve(cantilever_curve(loop, 60.0 * UNITS["J/m^2"]), table)
+    assert target.read_text() == "precious" and not table.is_symlink()
 
 
 @pytest.mark.parametrize("command", ["plan", "tradeoff"])
