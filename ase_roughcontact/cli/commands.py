@@ -20,7 +20,14 @@ from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.ensemble import product, run_ensemble, write_csv
+from ase_roughcontact.ensemble import (
+    Progress,
+    Sampling,
+    product,
+    run_ensemble,
+    sample_ensemble,
+    write_csv,
+)
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.cantilever import cantilever_curve
@@ -121,15 +128,13 @@ def _print_scene(options: argparse.Namespace) -> int:
 
 def _plan(options: argparse.Namespace) -> int:
     scene = _scene(options)
-    plan, control = scene.plan(), scene.path.control
-    units = units_of()
-    unit = units["normal_force" if control == "load" else control]
+    plan, unit = scene.plan(), report.target_unit(scene)
     if options.json:
         for step in plan.steps:
-            print(json_line(asdict(step), units | {"target": unit}))
+            print(json_line(asdict(step), units_of() | {"target": unit}))
     elif not options.quiet:
         printed = printed_unit(unit)
-        print(plan.table(f"{control} ({printed})", UNITS[printed]))
+        print(plan.table(f"{scene.path.control} ({printed})", UNITS[printed]))
     return 0 if plan.runs else 1
 
 
@@ -271,11 +276,19 @@ def _ensemble(options: argparse.Namespace) -> int:
             raise ValueError(f"--set {key} is given twice: give all values in one")
         values[key] = listed
     scenes = product(scene, values)
-    for progress in run_ensemble(scenes, options.database, workers=options.workers):
-        if options.json:
-            print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
-        elif not options.quiet:
-            print(progress, flush=True)
+    failures: dict[str, str] = {}
+    enough = True
+    if options.error is None:
+        for progress in run_ensemble(scenes, options.database, workers=options.workers):
+            _print_progress(options, progress)
+            failures = progress.failures
+    else:
+        if "roughness.seed" in values:
+            raise ValueError("--error chooses the seeds: omit --set roughness.seed")
+        for each in scenes:
+            sampling = _sample(options, each)
+            enough &= sampling.done
+            failures |= sampling.progress.failures
     if options.table:
         write_csv(options.database, options.table)
     if _prints_text(options):
@@ -284,9 +297,37 @@ def _ensemble(options: argparse.Namespace) -> int:
             f"Results are in {database}. To list them:\n"
             f"  ase db {database} record=step -c case,step,normal_force,contact_area"
         )
-    for case, message in progress.failures.items():
+    for case, message in failures.items():
         _print_error(f"case {case}: {message}")
-    return 1 if progress.failures else 0
+    return 0 if enough and not failures else 1
+
+
+def _print_progress(options: argparse.Namespace, progress: Progress) -> None:
+    if options.json:
+        print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
+    elif not options.quiet:
+        print(progress, flush=True)
+
+
+def _sample(options: argparse.Namespace, scene: Scene) -> Sampling:
+    """Add realisations until the means have the wanted error; print them each round."""
+    reports = sample_ensemble(
+        scene, options.database, options.error, workers=options.workers
+    )
+    for sampling in reports:
+        _print_progress(options, sampling.progress)
+        if sampling.progress.steps == sampling.progress.total:
+            _print_means(options, scene, sampling)
+    return sampling
+
+
+def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) -> None:
+    units = {"mean": "Å^2", "target": report.target_unit(scene)}
+    if options.json:
+        for mean in sampling.means:
+            print(json_line(asdict(mean), units), flush=True)
+    elif not options.quiet:
+        print(report.means_table(scene, sampling), flush=True)
 
 
 def _values_of_key(text: str) -> tuple[str, list[Any]]:

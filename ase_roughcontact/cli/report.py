@@ -9,6 +9,7 @@ from datetime import timedelta
 from pathlib import Path
 
 from ase_roughcontact._util.units import UNITS, cell, printed_unit
+from ase_roughcontact.ensemble import Sampling
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
@@ -110,6 +111,40 @@ def table_row(
     if step.validity:
         row += f"   LIMITS: {step.validity}"
     return row + _failure(scene, step)
+
+
+def target_unit(scene: Scene) -> str:
+    """Return ASE's unit of the targets of a scene's path."""
+    control = scene.path.control
+    return columns_of()["normal_force" if control == "load" else control].unit
+
+
+def means_table(scene: Scene, sampling: Sampling) -> str:
+    """Return the mean areas of an ensemble, their errors and what is still needed.
+
+    Parameters
+    ----------
+    scene : Scene
+    sampling : Sampling
+
+    Returns
+    -------
+    str
+    """
+    unit = printed_unit(target_unit(scene))
+    target = f"{scene.path.control} ({unit})"
+    area = f"mean {_heading(scene.area_column)}"
+    lines = [f"{target:>16}   {area:>16}   standard error   realisations   expected"]
+    lines += [
+        f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
+        f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}   {mean.expected:8d}"
+        for mean in sampling.means
+    ]
+    wanted = f"standard error of {100.0 * sampling.wanted:g} %"
+    if sampling.done:
+        return "\n".join([*lines, f"All areas have a {wanted} or less."])
+    rest = f"About {sampling.missing} more steps for a {wanted}."
+    return "\n".join([*lines, rest])
 
 
 def solver_line(step: LoadStep) -> str:

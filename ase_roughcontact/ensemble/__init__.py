@@ -1,5 +1,6 @@
 """Ensembles: many scenes, calculated by many workers, stored in one ASE database."""
 
+from ase_roughcontact.ensemble.adaptive import MeanArea, Sampling, sample_ensemble
 from ase_roughcontact.ensemble.cases import case_of, product
 from ase_roughcontact.ensemble.columns import COLUMNS
 from ase_roughcontact.ensemble.export import (
@@ -13,12 +14,15 @@ from ase_roughcontact.ensemble.run import run_ensemble
 
 __all__ = [
     "COLUMNS",
+    "MeanArea",
     "Progress",
+    "Sampling",
     "case_of",
     "fill_database",
     "product",
     "read_csv",
     "read_ensemble",
     "run_ensemble",
+    "sample_ensemble",
     "write_csv",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from functools import partial
@@ -15,7 +15,12 @@ from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.ensemble.processes import process_pool
-from ase_roughcontact.ensemble.progress import Progress, ProgressMeter, expected_costs
+from ase_roughcontact.ensemble.progress import (
+    Progress,
+    ProgressMeter,
+    expected_costs,
+    partial_costs,
+)
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
@@ -28,6 +33,7 @@ def run_ensemble(
     *,
     checkpoints: PathName | None = None,
     interval: float = 1.0,
+    steps: Iterable[Sequence[int]] | None = None,
 ) -> Iterator[Progress]:
     """Calculate the load steps of all scenes that the database does not have yet.
 
@@ -59,6 +65,9 @@ def run_ensemble(
         beside an SQLite file, and no checkpoints with PostgreSQL.
     interval : float
         Time between two queries of the database (s).
+    steps : iterable of sequence of int, optional
+        Numbers of the load steps that are wanted of each scene, with an attractive wall
+        all up to the last one. By default all steps of all scenes.
 
     Yields
     ------
@@ -83,6 +92,7 @@ def run_ensemble(
     A machine that crashes may hold its locks on a network file system, and thereby its
     cases, until the file server releases them.
     """
+    scenes = list(scenes)
     cases = {case_of(scene): scene for scene in scenes}
     if not cases:
         raise ValueError("an ensemble needs at least one scene, got none")
@@ -90,6 +100,11 @@ def run_ensemble(
     if workers is not None:
         integer("workers", workers, 1)
     costs = {case: expected_costs(scene) for case, scene in cases.items()}
+    wanted: dict[str, Sequence[int]]
+    wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
+    if steps is not None:
+        wanted = dict(zip(map(case_of, scenes), steps, strict=True))
+        costs = {case: partial_costs(costs[case], wanted[case]) for case in cases}
     largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
     meter = ProgressMeter(dict(largest_first))
     shared = EnsembleDatabase(database_address(database))
@@ -98,18 +113,19 @@ def run_ensemble(
         checkpoints = f"{os.path.splitext(shared.address)[0]}-checkpoints"
     calculate = partial(calculate_case, shared, checkpoints)
     pool = process_pool(workers) if executor is None else nullcontext(executor)
-    return _run(shared, cases, meter, calculate, pool, interval)
+    tasks = {case: (scene, wanted[case]) for case, scene in cases.items()}
+    return _run(shared, tasks, meter, calculate, pool, interval)
 
 
 def _run(
     database: EnsembleDatabase,
-    cases: Mapping[str, Scene],
+    tasks: Mapping[str, tuple[Scene, Sequence[int]]],
     meter: ProgressMeter,
     calculate: Callable[..., tuple[str, str]],
     pool: AbstractContextManager[Executor],
     interval: float,
 ) -> Iterator[Progress]:
-    """Submit the cases, and report progress until all are complete or failed."""
+    """Submit cases, and report progress until all are complete or failed."""
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}
     newest, reported = 0, None
@@ -120,7 +136,11 @@ def _run(
         while True:
             new = database.steps(after=newest)
             newest = max(new, default=newest)
-            meter.add(case for case, _ in new.values())
+            meter.add(
+                case
+                for case, step in new.values()
+                if case in tasks and step in tasks[case][1]
+            )
             progress = meter.progress()
             if progress != reported:
                 reported = progress
@@ -132,7 +152,7 @@ def _run(
                 waiting = set(submitted.values())
                 for case in unfinished:
                     if case not in waiting:
-                        task = executor.submit(calculate, run, case, cases[case])
+                        task = executor.submit(calculate, run, case, *tasks[case])
                         submitted[task] = case
                 wait(submitted, timeout=interval)
                 busy = _collect(submitted, meter.failures)

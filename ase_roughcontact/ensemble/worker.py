@@ -26,6 +26,7 @@ def calculate_case(
     run: str,
     case: str,
     scene: Scene,
+    steps: Sequence[int] | None = None,
 ) -> tuple[str, str]:
     """Calculate the missing load steps of a case, each stored as soon as it is known.
 
@@ -39,6 +40,8 @@ def calculate_case(
     case : str
         Name of the case.
     scene : Scene
+    steps : sequence of int, optional
+        Load steps to calculate, in increasing order; by default all.
 
     Returns
     -------
@@ -53,7 +56,8 @@ def calculate_case(
         if not free:
             return "busy", ""
         stored = {step for _, step in database.steps(case=case).values()}
-        missing = [step for step in range(len(scene.steps)) if step not in stored]
+        wanted = range(len(scene.steps)) if steps is None else steps
+        missing = [step for step in wanted if step not in stored]
         state, message = "done", ""
         try:
             with threads(_threads()), closing(_relax(scene, missing, frame)) as records:

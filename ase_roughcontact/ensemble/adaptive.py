@@ -1,0 +1,226 @@
+"""Realisations of the roughness until the mean areas have a wanted standard error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ase_roughcontact._util.validation import integer, positive
+from ase_roughcontact.ensemble.cases import case_of, product
+from ase_roughcontact.ensemble.database import PathName
+from ase_roughcontact.ensemble.export import read_ensemble
+from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.ensemble.progress import Progress
+from ase_roughcontact.ensemble.run import run_ensemble
+from ase_roughcontact.scene import Scene
+
+# A standard deviation from few realisations is uncertain: the number of them grows at
+# most by this factor before it is estimated again.
+_GROWTH = 2.0
+
+
+@dataclass(frozen=True)
+class MeanArea:
+    """Mean contact area of a load step over realisations of the roughness.
+
+    Attributes
+    ----------
+    target : float
+        Load (eV/Å), penetration or height (Å).
+    realisations : int
+        Number of them.
+    mean : float
+        Mean area (Å^2).
+    error : float
+        Standard error of the mean, relative to it.
+    expected : int
+        Number of realisations after which the error is expected to be the wanted one.
+    """
+
+    target: float
+    realisations: int
+    mean: float
+    error: float
+    expected: int
+
+    @classmethod
+    def of(cls, target: float, areas: np.ndarray, wanted: float) -> MeanArea:
+        """Return the mean of areas, and how many more the wanted error needs."""
+        mean = float(areas.mean()) if areas.size else math.nan
+        spread = float(areas.std(ddof=1)) / mean if areas.size > 1 < mean else math.inf
+        expected = math.ceil((spread / wanted) ** 2) if spread < math.inf else 0
+        return cls(
+            target, areas.size, mean, spread / math.sqrt(max(areas.size, 1)), expected
+        )
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """State of an ensemble that grows to a wanted error.
+
+    Attributes
+    ----------
+    wanted : float
+        Largest standard error of each mean, relative to it.
+    means : tuple of MeanArea
+        One for each load step of the scene, from the steps finished so far.
+    progress : Progress
+        Of the present round of realisations.
+    """
+
+    wanted: float
+    means: tuple[MeanArea, ...]
+    progress: Progress
+
+    @property
+    def done(self) -> bool:
+        """Whether all means have the wanted error."""
+        return all(mean.error <= self.wanted for mean in self.means)
+
+    @property
+    def missing(self) -> int:
+        """Number of realisations of steps that are expected to be still needed."""
+        return sum(
+            max(mean.expected - mean.realisations, 1)
+            for mean in self.means
+            if mean.error > self.wanted
+        )
+
+
+def sample_ensemble(
+    scene: Scene,
+    database: PathName,
+    error: float,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    *,
+    pilot: int = 8,
+    most: int = 10_000,
+    interval: float = 1.0,
+) -> Iterator[Sampling]:
+    """Add realisations of the roughness until each mean area has a wanted error.
+
+    Each load step has as many realisations as it needs: small contacts scatter more
+    than large ones. Under an attractive wall, where steps depend on the previous ones,
+    each realisation is calculated up to the last step that needs it. Seeds count up
+    from that of the scene. A run that was interrupted, or had another error, is
+    continued, and steps of `run_ensemble` in the database are used.
+
+    Parameters
+    ----------
+    scene : Scene
+        With random roughness.
+    database, executor, workers, interval
+        See `run_ensemble`.
+    error : float
+        Largest standard error of the mean area of each load step, relative to it. The
+        area is that of the scene's question, `Scene.area_column`.
+    pilot : int
+        Number of realisations of all steps from which the numbers of the others are
+        predicted.
+    most : int
+        Largest number of realisations.
+
+    Yields
+    ------
+    Sampling
+        Whenever steps were added. The last one is not `done` if cases failed or the
+        largest number of realisations does not suffice.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no random roughness, or a number is out of range.
+    """
+    positive(error=error)
+    integer("pilot", pilot, 2)
+    integer("most", most, pilot)
+    if scene.roughness is None:
+        raise ValueError(
+            "realisations need a scene with [roughness]: measured and smooth surfaces "
+            "have one only"
+        )
+    if workers is not None:
+        integer("workers", workers, 1)
+    pool = process_pool(workers) if executor is None else nullcontext(executor)
+    return _sample(scene, database, error, (pilot, most), pool, interval)
+
+
+def _sample(
+    scene: Scene,
+    database: PathName,
+    error: float,
+    limits: tuple[int, int],
+    pool: AbstractContextManager[Executor],
+    interval: float,
+) -> Iterator[Sampling]:
+    with pool as executor:
+        run = partial(
+            run_ensemble, database=database, executor=executor, interval=interval
+        )
+        yield from _rounds(scene, database, error, limits, run)
+
+
+def _rounds(
+    scene: Scene,
+    database: PathName,
+    error: float,
+    limits: tuple[int, int],
+    run: Callable[..., Iterator[Progress]],
+) -> Iterator[Sampling]:
+    """Calculate realisations, estimate how many are needed, and calculate those."""
+    pilot, most = limits
+    counts = np.full(len(scene.steps), pilot)
+    while True:
+        scenes = _realisations(scene, int(counts.max()))
+        cases = [case_of(each) for each in scenes]
+        steps = [_steps(scene, counts > number) for number in range(len(scenes))]
+        for progress in run(scenes, steps=steps):
+            means = _means(scene, cases, database, error)
+            sampling = Sampling(error, means, progress)
+            yield sampling
+        more = [
+            _next_count(mean, int(count), error, most)
+            for mean, count in zip(sampling.means, counts, strict=True)
+        ]
+        if sampling.done or progress.failures or (more <= counts).all():
+            return
+        counts = np.maximum(counts, more)
+
+
+def _realisations(scene: Scene, count: int) -> list[Scene]:
+    """Return the scene with consecutive seeds."""
+    first = scene.roughness.seed if scene.roughness else 0
+    return product(scene, {"roughness.seed": range(first, first + count)})
+
+
+def _steps(scene: Scene, wanted: np.ndarray) -> Sequence[int]:
+    """Return the steps to calculate, with those on which they depend."""
+    numbers = np.flatnonzero(wanted).tolist()
+    return range(numbers[-1] + 1) if scene.wall.attractive else numbers
+
+
+def _means(
+    scene: Scene, cases: Sequence[str], database: PathName, error: float
+) -> tuple[MeanArea, ...]:
+    """Return the means of all converged steps that the database has."""
+    columns = read_ensemble(database, converged=True)
+    areas = columns[scene.area_column]
+    used = np.isin(columns["case"], cases) & np.isfinite(areas)
+    return tuple(
+        MeanArea.of(float(target), areas[used & (columns["step"] == number)], error)
+        for number, target in enumerate(scene.steps)
+    )
+
+
+def _next_count(mean: MeanArea, count: int, error: float, most: int) -> int:
+    """Return the number of realisations of a step in the next round."""
+    if mean.error <= error:
+        return count
+    return min(max(mean.expected, count + 1), math.ceil(_GROWTH * count), most)

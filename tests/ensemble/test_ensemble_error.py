@@ -1,0 +1,184 @@
+"""Ensembles that grow until the mean areas have a wanted error."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from ensemble_scenes import SCENE, WALLS, finish
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.cli.report import means_table
+from ase_roughcontact.ensemble import (
+    MeanArea,
+    case_of,
+    product,
+    read_ensemble,
+    sample_ensemble,
+)
+from ase_roughcontact.scene import PathConfig
+
+LOADS = replace(SCENE, path=PathConfig(values=(0.3, 10.0)))
+
+
+def sample(scene, database, error, **options):
+    """Run with one thread, and return all reports."""
+    with ThreadPoolExecutor(1) as pool:
+        options = {"executor": pool, "interval": 0.01, **options}
+        return list(sample_ensemble(scene, database, error, **options))
+
+
+@pytest.fixture(scope="module")
+def sampled(tmp_path_factory):
+    database = tmp_path_factory.mktemp("sampled") / "e.db"
+    return database, sample(LOADS, database, 0.08)
+
+
+def test_errors_of_all_means_are_below_the_wanted_one(sampled):
+    database, reports = sampled
+    last = reports[-1]
+    assert last.done and last.missing == 0
+    columns = read_ensemble(database)
+    for number, mean in enumerate(last.means):
+        areas = columns["contact_area"][columns["step"] == number]
+        assert mean.target == LOADS.steps[number]
+        assert mean.realisations == areas.size
+        assert mean.mean == pytest.approx(areas.mean())
+        error = areas.std(ddof=1) / np.sqrt(areas.size) / areas.mean()
+        assert mean.error == pytest.approx(error)
+        assert error <= 0.08
+
+
+def test_light_loads_get_more_realisations_and_heavy_ones_no_more_than_they_need(
+    sampled,
+):
+    database, reports = sampled
+    light, heavy = (mean.realisations for mean in reports[-1].means)
+    assert light > 2 * heavy == 16
+    columns = read_ensemble(database)
+    seeds = columns["seed"][columns["step"] == 0]
+    assert sorted(seeds) == list(range(light))
+
+
+def test_number_predicted_by_the_pilot_is_about_the_final_one(sampled):
+    _, reports = sampled
+    pilot = next(r for r in reports if r.means[0].realisations == 8)
+    assert not pilot.done
+    assert pilot.means[0].expected == pytest.approx(
+        reports[-1].means[0].realisations, rel=0.6
+    )
+    assert pilot.missing == pilot.means[0].expected - 8
+
+
+def test_finished_ensemble_calculates_nothing_and_a_smaller_error_only_what_is_new(
+    sampled,
+):
+    database, reports = sampled
+    before = len(read_ensemble(database)["step"])
+    (again,) = sample(LOADS, database, 0.08)[-1:]
+    assert again.means == reports[-1].means
+    assert len(read_ensemble(database)["step"]) == before
+    smaller = sample(LOADS, database, 0.07)
+    assert smaller[0].means[0].realisations >= 8
+    assert smaller[-1].done
+    assert len(read_ensemble(database)["step"]) > before
+
+
+def test_steps_of_an_ordinary_ensemble_are_used(tmp_path):
+    database = tmp_path / "e.db"
+    scenes = product(LOADS, {"roughness.seed": range(3)})
+    finish(scenes, database)
+    ids = read_ensemble(database)["case"]
+    (last,) = sample(LOADS, database, 5.0, pilot=3)[-1:]
+    assert [mean.realisations for mean in last.means] == [3, 3]
+    np.testing.assert_array_equal(read_ensemble(database)["case"], ids)
+    assert set(ids) == set(map(case_of, scenes))
+
+
+def test_realisations_under_attraction_are_calculated_up_to_the_last_step_needed(
+    tmp_path,
+):
+    sticky = replace(LOADS, interaction=WALLS[1])
+    sticky = replace(sticky, path=PathConfig(values=(10.0, 0.3)))
+    database = tmp_path / "e.db"
+    last = sample(sticky, database, 0.15, pilot=2)[-1]
+    first, second = (mean.realisations for mean in last.means)
+    assert last.done
+    assert first >= second >= 2
+
+
+def test_largest_number_of_realisations_is_kept(tmp_path):
+    (*_, last) = sample(LOADS, tmp_path / "e.db", 0.01, pilot=2, most=3)
+    assert not last.done
+    assert [mean.realisations for mean in last.means] == [3, 3]
+    assert last.missing > 0
+
+
+def test_standard_error_covers_the_mean_of_many_realisations():
+    """Simulated areas: the mean is within two standard errors in about 95 %."""
+    rng = np.random.default_rng(0)
+    held = [
+        abs(mean.mean - 1.0) <= 2.0 * mean.error * mean.mean
+        for mean in (
+            MeanArea.of(1.0, rng.normal(1.0, 0.3, size=30), 0.05) for _ in range(400)
+        )
+    ]
+    assert 0.91 < np.mean(held) < 0.98
+
+
+@pytest.mark.parametrize(
+    "scene, options, message",
+    [
+        (replace(LOADS, roughness=None), {}, r"need a scene with \[roughness\]"),
+        (LOADS, {"error": 0.0}, "error must be"),
+        (LOADS, {"pilot": 1}, "pilot must be an integer >= 2"),
+        (LOADS, {"most": 4}, "most must be an integer >= 8"),
+    ],
+)
+def test_bad_options_are_rejected_at_once(tmp_path, scene, options, message):
+    with pytest.raises(ValueError, match=message):
+        sample(scene, tmp_path / "e.db", **{"error": 0.1, **options})
+    assert not list(tmp_path.iterdir())
+
+
+# Command
+
+
+def test_table_has_errors_and_predictions(sampled):
+    _, reports = sampled
+    pilot = next(r for r in reports if r.means[0].realisations == 8)
+    header, light, heavy, rest = means_table(LOADS, pilot).splitlines()
+    assert "load (nN)" in header and "mean area (nm²)" in header
+    mean = pilot.means[0]
+    row = (0.3, mean.mean / 100.0, 100.0 * mean.error, "%", 8, mean.expected)
+    for shown, value in zip(light.split(), row, strict=True):
+        if value == "%":
+            assert shown == value
+        else:
+            assert float(shown) == pytest.approx(value, rel=0.05)
+    assert heavy.split()[0] == "10"
+    assert rest == f"About {pilot.missing} more steps for a standard error of 8 %."
+
+
+def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
+    file, database = tmp_path / "my.toml", str(sampled[0])
+    file.write_text(LOADS.toml)
+    command = ["ensemble", str(file), "--database", database, "--workers", "1"]
+    assert main([*command, "--error", "0.2"]) == 0
+    text = capsys.readouterr().out
+    assert "All areas have a standard error of 20 % or less" in text
+    assert main([*command, "--error", "0.2", "--json"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    means = [line for line in lines if "mean" in line][-2:]
+    assert [line["target"] for line in means] == pytest.approx(LOADS.steps)
+    assert max(line["error"] for line in means) <= 0.2
+    assert means[0]["units"] == {"mean": "Å^2", "target": "eV/Å"}
+
+
+def test_command_refuses_seeds_beside_an_error(tmp_path, capsys):
+    file = tmp_path / "my.toml"
+    file.write_text(LOADS.toml)
+    command = ["ensemble", str(file), "--error", "0.1", "--set", "roughness.seed=1,2"]
+    assert main(command) == 2
+    assert "--error chooses the seeds" in capsys.readouterr().err
