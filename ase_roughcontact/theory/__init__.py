@@ -11,6 +11,7 @@ law.
 from ase_roughcontact.theory.first_asperity import (
     ASPERITY_FACTOR_REPULSIVE,
     asperity_radius,
+    asperity_radius_from_curvature,
     first_contact_radius,
     first_contact_radius_from_height,
     low_load_plateau,
@@ -51,6 +52,7 @@ __all__ = [
     "Roughness",
     "SphereTheory",
     "asperity_radius",
+    "asperity_radius_from_curvature",
     "compliant_kappa",
     "contact_fraction",
     "crossover_load",

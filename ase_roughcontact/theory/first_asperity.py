@@ -116,7 +116,7 @@ def asperity_radius(roughness: Roughness) -> float:
     Notes
     -----
     The paper equates it with 2/h'', which by `slope_to_curvature_ratio` is larger by
-    sqrt(2).
+    sqrt(2): `asperity_radius_from_curvature`.
 
     References
     ----------
@@ -124,6 +124,31 @@ def asperity_radius(roughness: Roughness) -> float:
     """
     slope, _, _ = numbers_of(roughness)
     return float(np.sqrt(2) * slope_to_curvature_ratio(roughness) / slope)
+
+
+def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:
+    """Return the radius of the first asperity from the rms curvature, rho = 2/h''.
+
+    Parameters
+    ----------
+    rms_curvature : array_like
+        h'', inverse length, such as that of a measured surface.
+
+    Returns
+    -------
+    ndarray
+        rho, length; shape of the argument.
+
+    Raises
+    ------
+    ValueError
+        If the argument is not finite and positive.
+
+    References
+    ----------
+    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), left.
+    """
+    return 2 / positive_array("rms_curvature", rms_curvature)
 
 
 def low_load_plateau(asperity_radius: ArrayLike, radius: ArrayLike) -> FloatArray:

@@ -93,10 +93,17 @@ def test_asperity_radius_is_equation_6():
     assert_allclose(rho, 4 / (0.2 * np.pi) * np.sqrt(12))
 
 
-def test_two_over_the_rms_curvature_exceeds_the_printed_asperity_radius_by_root_two():
+def test_asperity_radius_from_curvature_exceeds_the_printed_one_by_root_two():
     curvature = SLOPE / theory.slope_to_curvature_ratio(ROUGH)
-    ratio = 2 / curvature / theory.asperity_radius(ROUGH)
-    assert_allclose(ratio, np.sqrt(2), rtol=1e-14)
+    own = theory.asperity_radius_from_curvature(curvature)
+    assert_allclose(own / theory.asperity_radius(ROUGH), np.sqrt(2), rtol=1e-14)
+
+
+def test_asperity_radius_from_curvature_is_that_of_a_paraboloid():
+    x = np.array([-1e-3, 0.0, 1e-3])
+    heights = (x[:, None] ** 2 + x**2) / (2 * 7.0)
+    laplacian = heights[[0, 2], 1].sum() + heights[1, [0, 2]].sum()
+    assert_allclose(theory.asperity_radius_from_curvature(laplacian / 1e-6), 7.0)
 
 
 def test_low_load_plateau_is_the_ratio_of_hertz_areas():
