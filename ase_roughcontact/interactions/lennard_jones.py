@@ -16,7 +16,7 @@ from ase_roughcontact.interactions.forms import (
     switched_off,
     taylor,
 )
-from ase_roughcontact.interactions.parameter import Parameter
+from ase_roughcontact.interactions.parameter import WORK_OF_ADHESION, Parameter
 
 # Number of gaps evaluated at once, so that the intermediate arrays fit into the cache.
 _CHUNK = 1 << 13
@@ -324,7 +324,7 @@ class AdhesiveLennardJones93(LennardJones93):
     """
 
     kind = "adhesive"
-    parameters = {"work_of_adhesion": Parameter("J/m^2")}
+    parameters = {"work_of_adhesion": WORK_OF_ADHESION}
 
     distance: float
     stiffness: float
@@ -387,7 +387,7 @@ class FullLennardJones93(LennardJones93):
     kind = "full"
     label = "Lennard-Jones 9-3 wall"
     parameters = {
-        "work_of_adhesion": Parameter("J/m^2"),
+        "work_of_adhesion": WORK_OF_ADHESION,
         "cutoff": Parameter("a0", default=10.0, above=1.0),
     }
 

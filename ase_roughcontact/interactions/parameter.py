@@ -68,3 +68,7 @@ class Parameter:
             unit = f" {self.unit}" if self.unit else ""
             raise ValueError(f"{name} must be {limits}{unit}, got {value!r}")
         return value * (spacing if self.unit == "a0" else UNITS[self.unit])
+
+
+#: Work of adhesion: at most some ten times that of metals, or it is in another unit.
+WORK_OF_ADHESION = Parameter("J/m^2", below=10.0)

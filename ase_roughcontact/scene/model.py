@@ -31,6 +31,8 @@ from ase_roughcontact.scene.solid import solid_of
 from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
+# Hardness (GPa) above that of any solid: a larger value is in another unit.
+_LARGEST_HARDNESS = 1e3
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
 # Keys of [roughness] in units of the spacing.
@@ -100,6 +102,11 @@ class Model(SceneFile):
     def given_hardness(self) -> float | None:
         """Hardness of the substrate (eV/Å^3); None if the scene does not give it."""
         hardness = self.substrate.hardness
+        if hardness is not None and _LARGEST_HARDNESS < hardness < math.inf:
+            raise ValueError(
+                f"hardness is in GPa, at most {_LARGEST_HARDNESS:g} or inf, got "
+                f"{hardness:g}"
+            )
         return None if hardness is None else hardness * UNITS["GPa"]
 
     @property
@@ -141,6 +148,11 @@ class Model(SceneFile):
         """Radius of the sphere (Å)."""
         radius: Any = self._in_spacings(self.sphere, ["radius"]).radius
         positive(radius=radius)
+        if radius < 1.0:
+            raise ValueError(
+                f"radius must be at least the spacing a0 = {self.spacing:.4g} Å, got "
+                f"{self.sphere.radius!r}, {radius:.3g} a0"
+            )
         return radius * self.spacing
 
     @property

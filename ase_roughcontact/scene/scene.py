@@ -121,40 +121,42 @@ class Scene(Model):
         MemoryError
             If the roughness needs more memory than is free.
         """
-        parts: dict[str, Callable[[], Any]] = {
-            "substrate": lambda: (
-                self.grid_change,
-                self.spacing,
-                self.contact_modulus,
-                self.hardness,
-                self.shape,
-            ),
-            "roughness": lambda: self.self_affine,
-            "topography": lambda: self.rough,
-            "sphere": lambda: self.surface,
-            "solver": lambda: (
-                self.fmax,
-                self.accuracy,
-                self.optimizer,
-                integer("max_steps", self.solver.max_steps, 1),
-            ),
-            "interaction": lambda: self.wall,
-            "path": lambda: (
-                (self.loop_options, self.cantilever)
-                if self.path.is_loop
-                else self.steps
-            ),
+        parts = {
+            "substrate": [
+                "grid_change",
+                "spacing",
+                "contact_modulus",
+                "hardness",
+                "shape",
+            ],
+            "roughness": ["self_affine"],
+            "topography": ["rough"],
+            "sphere": ["surface"],
+            "solver": ["fmax", "accuracy", "optimizer", "max_steps"],
+            "interaction": ["wall"],
+            "path": ["_checked_path"],
         }
-        for title, part in parts.items():
-            try:
-                part()
-            except ValueError as error:
-                raise ValueError(f"{name}: [{title}] {error}") from error
+        for title, properties in parts.items():
+            problems = dict.fromkeys(filter(None, map(self._problem, properties)))
+            if problems:
+                raise ValueError(f"{name}: [{title}] {'; '.join(problems)}")
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
             check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
+
+    @property
+    def _checked_path(self) -> Any:
+        return (self.loop_options, self.cantilever) if self.path.is_loop else self.steps
+
+    def _problem(self, name: str) -> str:
+        """Return why a property can't be calculated, else nothing."""
+        try:
+            getattr(self, name)
+        except ValueError as error:
+            return str(error)
+        return ""
 
     @property
     def control(self) -> str:
@@ -186,6 +188,11 @@ class Scene(Model):
     def accuracy(self) -> Accuracy:
         """Accuracy of force and area."""
         return accuracy_of(self.solver.accuracy)
+
+    @property
+    def max_steps(self) -> int:
+        """Largest number of steps of the optimizer, for each step of the path."""
+        return integer("max_steps", self.solver.max_steps, 1)
 
     @property
     def optimizer(self) -> Any:
@@ -306,7 +313,7 @@ class Scene(Model):
             optimizer=self.optimizer,
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
-            max_steps=self.solver.max_steps,
+            max_steps=self.max_steps,
             window=self.window,
             hardness=self.given_hardness,
             validity=validity,
@@ -414,7 +421,7 @@ class Scene(Model):
             optimizer=self.optimizer,
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
-            max_steps=self.solver.max_steps,
+            max_steps=self.max_steps,
             window=self.window,
             hardness=None if math.isnan(self.hardness) else self.hardness,
             **path,

@@ -32,6 +32,10 @@ _MARGIN = 10.0
 _CUTOFFS, _REFERENCE_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
 # Accuracy of the trials of cutoffs.
 _CUTOFF_ACCURACY = 1e-6
+# Part of the work of the scene's settings below which others are recommended.
+_GAIN = 0.9
+# Width of the column of errors of force or penetration.
+_WIDTH = 20
 # Mean pressure in contact, in units of E*, that is typical of rough surfaces.
 _TYPICAL_PRESSURE = 0.05
 
@@ -46,10 +50,12 @@ class Trial:
         Values by key of the scene file, such as ``{"solver.accuracy": 1e-3}``.
     nominal_error : float
         Relative error that the accuracy allows; zero if a tolerance replaces it.
-    force_error : float
-        Largest relative error of the normal force, relative to a pressure of 0.05 E* on
-        the atoms in contact if the force is smaller than that. Under load control, that
-        of the penetration instead, relative to the spacing if it is smaller than that.
+    compared : {"force", "penetration"}
+        The result that the path does not prescribe: the penetration under load control.
+    response_error : float
+        Its largest relative error: of the force, relative to a pressure of 0.05 E* on
+        the atoms in contact if it is smaller than that; of the penetration, relative to
+        the spacing.
     area_error : float
         Largest relative error of the contact area.
     atoms : int
@@ -68,7 +74,8 @@ class Trial:
 
     settings: dict[str, Any]
     nominal_error: float
-    force_error: float
+    compared: str
+    response_error: float
     area_error: float
     atoms: int
     pairs: float
@@ -79,8 +86,10 @@ class Trial:
 
     @property
     def error(self) -> float:
-        """Larger error of force and area, infinite if a step did not converge."""
-        return max(self.force_error, self.area_error) if self.converged else np.inf
+        """Larger error of response and area, infinite if a step did not converge."""
+        if not self.converged:
+            return math.inf
+        return max(self.response_error, self.area_error)
 
     @property
     def label(self) -> str:
@@ -124,7 +133,10 @@ class Tradeoff:
 
     @property
     def best(self) -> Trial | None:
-        """Cheapest trial of sufficient nominal and measured accuracy, or None."""
+        """Cheapest trial of sufficient nominal and measured accuracy, or None.
+
+        The settings of the scene if no other trial has less than 0.9 of their work.
+        """
         limit = SAFETY_FACTOR * self.requested - self.reference_error
         sufficient = [
             trial
@@ -132,16 +144,20 @@ class Tradeoff:
             if trial.nominal_error <= self.requested and trial.error <= limit
         ]
         # in contrast to the time, the work does not depend on the load of the machine
-        return min(sufficient, key=lambda trial: trial.work, default=None)
+        best = min(sufficient, key=lambda trial: trial.work, default=None)
+        own = self.trials[0]
+        gains = best is not None and best.work < _GAIN * own.work
+        return best if gains or own not in sufficient else own
 
     def __str__(self) -> str:
         width = max(len(trial.label) for trial in self.trials)
+        heading = f"{self.trials[0].compared} error"
         lines = [
-            f"{'setting':<{width}}   force error    area error  atoms    pairs"
+            f"{'setting':<{width}}{heading:>{_WIDTH}}    area error  atoms    pairs"
             "  time (s)  memory (GB)"
         ]
         lines += [
-            f"{t.label:<{width}}{t.force_error:14.1e}{t.area_error:14.1e}"
+            f"{t.label:<{width}}{t.response_error:{_WIDTH}.1e}{t.area_error:14.1e}"
             f"{cell(t.atoms, 7)}{cell(t.pairs, 9, '.0f')}{cell(t.seconds, 10, '.2g')}"
             f"{cell(t.memory / UNITS['GB'], 13, '.2f')}"
             + ("" if t.converged else "   NOT CONVERGED")
@@ -151,12 +167,18 @@ class Tradeoff:
         lines += [
             "",
             "First line: settings of the scene. Errors: largest relative error of any "
-            "step (force: of the penetration under load control); atoms: largest error "
-            "of the number in contact; pairs: forward/inverse FFT pairs.",
+            "step; atoms: largest error of the number in contact; pairs: "
+            "forward/inverse FFT pairs.",
             f"Steps: {', '.join(self.steps)}{omitted}.",
             f"Estimated error of the reference: {self.reference_error:.0e}.",
             "",
         ]
+        if self.best is self.trials[0]:
+            lines.append(
+                f"The settings of the scene suffice for an error of {self.requested:g} "
+                f"and no others save {1.0 - _GAIN:.0%} of the work."
+            )
+            return "\n".join(lines)
         if self.best:
             lines += [f"Recommended for an error of {self.requested:g}:", ""]
             return "\n".join([*lines, self.best.toml])
@@ -249,7 +271,7 @@ def tradeoff(
         steps=tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets),
         omitted=omitted,
         trials=tuple(trials),
-        reference_error=max(reached, check.force_error, check.area_error),
+        reference_error=max(reached, check.response_error, check.area_error),
     )
 
 
@@ -281,7 +303,8 @@ def _trial(
     return Trial(
         settings={k: v for k, v in settings.items() if v is not None},
         nominal_error=scene.accuracy.error if scene.fmax is None else 0.0,
-        force_error=_force_error(scene, steps, exact),
+        compared="penetration" if scene.path.control == "load" else "force",
+        response_error=_response_error(scene, steps, exact),
         area_error=float((difference / np.maximum(1, exact_atoms)).max()),
         atoms=int(difference.max()),
         pairs=pairs.sum(),
@@ -292,7 +315,9 @@ def _trial(
     )
 
 
-def _force_error(scene: Scene, steps: list[LoadStep], exact: list[LoadStep]) -> float:
+def _response_error(
+    scene: Scene, steps: list[LoadStep], exact: list[LoadStep]
+) -> float:
     """Return the largest relative error of the force, or of the penetration."""
     if scene.path.control == "load":
         name = "penetration"

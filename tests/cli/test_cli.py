@@ -318,7 +318,7 @@ def test_tradeoff_prints_json_lines_or_nothing(scene, capsys):
     assert main([*command, "--json"]) == 0
     trials = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     (best,) = [trial for trial in trials if trial["recommended"]]
-    assert best["force_error"] < best["error_wanted"] == 1e-2
+    assert best["response_error"] < best["error_wanted"] == 1e-2
     assert best["units"] == {"memory": "bytes", "seconds": "s"}
     assert "solver.accuracy" in best["settings"]
 

@@ -11,7 +11,8 @@ def trial(error=0.0, accuracy=1e-4, work=1.0, **options):
     given = {
         "settings": {"solver.accuracy": accuracy},
         "nominal_error": accuracy,
-        "force_error": error,
+        "compared": "force",
+        "response_error": error,
         "area_error": 0.0,
         "atoms": 0,
         "pairs": 10.0,
@@ -63,6 +64,17 @@ def test_the_trial_of_least_work_is_recommended_whatever_its_time():
     assert study(fast, slow).best is slow
 
 
+@pytest.mark.parametrize("work, gains", [(0.8, True), (0.95, False), (1.0, False)])
+def test_other_settings_are_recommended_only_if_they_save_a_tenth(work, gains):
+    own, other = trial(settings={"solver.accuracy": "normal"}), trial(work=work)
+    found = study(own, other)
+    assert found.best is (other if gains else own)
+    assert ("Recommended" in str(found)) == gains
+    assert (
+        "settings of the scene suffice for an error of 0.001" in str(found)
+    ) != gains
+
+
 def test_the_table_has_a_line_for_each_trial_in_gigabytes_and_seconds():
     lines = str(
         study(trial(), trial(settings={"solver.accuracy": "high"}, memory=2.5e9))
@@ -90,7 +102,7 @@ def test_the_table_has_a_line_for_each_trial_in_gigabytes_and_seconds():
     ids=str,
 )
 def test_the_recommendation_is_written_as_sections_of_a_scene_file(settings, lines):
-    text = str(study(trial(settings=settings)))
+    text = str(study(trial(error=1.0), trial(settings=settings)))
     assert text.endswith(
         "\n".join([f"Recommended for an error of {WANTED:g}:", "", *lines])
     )

@@ -99,7 +99,7 @@ def test_adhesion_increases_the_predicted_area_unless_flats_adhere():
         return Scene.parse(SMALL + interaction).predicted_area(1.0)
 
     assert predicted(0.05) > Scene.parse(SMALL).predicted_area(1.0)
-    assert np.isnan(predicted(50.0))
+    assert np.isnan(predicted(9.5))
 
 
 def test_the_predicted_area_of_a_smooth_sphere_is_hertz():
@@ -207,6 +207,13 @@ def test_unknown_names_and_wrong_types_are_errors(text, message):
         ("contact_modulus = 100.0", 'symbol = "Fe"', "surface of Fe is not known"),
         ("shape = [32, 30]", "shape = [12]", "shape"),
         ("radius = 60.0", "radius = 0.0", "radius"),
+        (
+            "radius = 60.0",
+            "radius = 0.26",
+            r"at least the spacing .* got 0.26, 0.26 a0",
+        ),
+        ("radius = 60.0", 'radius = "2 Å"', r"a0 = 2.553 Å, got '2 Å', 0.783 a0"),
+        ("contact_modulus = 100.0", "hardness = 3e9", "in GPa, at most 1000 or inf"),
         ("long_wavelength = 16.0", "long_wavelength = 2.0", "wavelength"),
         ("long_wavelength = 16.0", 'long_wavelength = "x"', "long_wavelength"),
         ("long_wavelength = 16.0", "short_wavelength = 1.0", "short_wavelength"),
@@ -404,3 +411,19 @@ def test_relax_can_begin_in_the_middle_of_the_path():
     scene = Scene.parse(SMALL)
     whole = list(scene.relax())
     assert next(scene.relax(scene.steps[1:])).height == whole[1].height
+
+
+@pytest.mark.parametrize("kind", ["adhesive", "full"])
+def test_a_work_of_adhesion_that_no_solid_has_is_an_error(kind):
+    text = SMALL + f'[interaction]\nkind = "{kind}"\nwork_of_adhesion = 50.0\n'
+    with pytest.raises(ValueError, match=r"> 0 and < 10 J/m\^2, got 50.0"):
+        Scene.parse(text).check()
+
+
+def test_all_that_is_not_known_of_a_substrate_is_reported_at_once():
+    with pytest.raises(ValueError, match=r"\[substrate\] .*W.*fcc") as error:
+        Scene.parse('[substrate]\nsymbol = "W"\n[path]\nvalues = [1.0]\n').check()
+    text = str(error.value)
+    assert "give spacing; symbol = 'W': the elastic constants" in text
+    assert "those of Ag, Al, Au, Cu, Ge, Ni, Si" in text
+    assert text.count("spacing") == 1

@@ -154,7 +154,7 @@ def test_the_columns_are_explained_below_the_table():
 def test_cutoffs_of_a_full_wall_are_compared_and_one_is_recommended():
     study = studied(FULL, 1e-1, steps=1)
     errors = {
-        t.settings.get("interaction.cutoff"): t.force_error
+        t.settings.get("interaction.cutoff"): t.response_error
         for t in study.trials
         if t.settings.get("solver.accuracy") == 1e-6
     }
@@ -169,7 +169,10 @@ def test_cutoffs_of_a_full_wall_are_compared_and_one_is_recommended():
 
 def test_under_load_control_the_penetration_is_compared():
     study = studied(AUTO.replace('"penetration"', '"load"'), steps=1)
-    assert 0.0 < study.best.force_error < 1e-2
+    assert 0.0 < study.best.response_error < 1e-2
+    assert study.best.compared == "penetration"
+    assert "penetration error" in str(study) and "force error" not in str(study)
+    assert "force error" in str(studied())
 
 
 @pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"seconds": -1.0}])

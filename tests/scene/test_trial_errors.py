@@ -64,7 +64,7 @@ def test_errors_are_the_largest_relative_errors_of_any_step(
     control, true, found, force, area, atoms, monkeypatch
 ):
     trial = study(monkeypatch, control, true, found).trials[0]
-    assert trial.force_error == pytest.approx(force, rel=1e-6, abs=1e-12)
+    assert trial.response_error == pytest.approx(force, rel=1e-6, abs=1e-12)
     assert trial.area_error == pytest.approx(area)
     assert trial.atoms == atoms
     assert trial.error == pytest.approx(max(force, area))
