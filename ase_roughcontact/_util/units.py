@@ -17,6 +17,7 @@ UNITS: dict[str, float] = {
     "GPa": GPa,
     "J/m^2": J / m**2,
     "J/m²": J / m**2,
+    "N/m": J / m**2,
     "s": 1.0,
     "bytes": 1.0,
     "GB": 1e9,
@@ -39,7 +40,7 @@ LENGTHS: dict[str, float] = {
 }
 
 # Units in which columns are printed, by their unit.
-_PRINTED = {"eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
+_PRINTED = {"eV/Å^2": "N/m", "eV/Å^3": "GPa", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
 
 
 def cell(value: str | float, width: int, form: str = "") -> str:

@@ -11,6 +11,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any, NoReturn
 
 from ase_roughcontact._util.files import refuse_link
@@ -19,6 +20,7 @@ from ase_roughcontact._util.validation import shown
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
 from ase_roughcontact.cli.jsonlines import json_line
+from ase_roughcontact.cli.page import page
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import (
     Progress,
@@ -31,6 +33,7 @@ from ase_roughcontact.ensemble import (
 from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene, default_text
@@ -157,8 +160,6 @@ def _run(options: argparse.Namespace) -> int:
 
 def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
     """Approach and retract, print each state, and draw the force curves."""
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
     folder, states = options.out, list[LoadStep]()
     options.again = "start anew"
 
@@ -173,7 +174,23 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
         print(report.description(reference_for(scene)) + loops.header())
     validity = "raise" if options.strict else "warn"
     loop = scene.loop(folder, show, validity, _scene_text(options)[0])
+    pictures, values, failure = _loop_results(folder, scene, loop)
+    if _prints_text(options):
+        print(values)
+        print(report.file_list(folder, pictures), flush=True)
+    if failure:
+        _print_error(failure)
+    return 0 if all(state.converged for state in states) and not failure else 1
+
+
+def _loop_results(
+    folder: Path, scene: Scene, loop: AdhesionLoop
+) -> tuple[list[str], str, str]:
+    """Draw the figures of a loop; return them, its values, and what failed."""
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
     curve, failure = None, ""
+    states = (*loop.approach, *loop.retraction[1:])
     pictures = figures.draw(reference_for(scene), states, folder)
     figures.draw_loop(loop, folder / "loop.png")
     pictures.append("loop.png")
@@ -187,12 +204,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
         figures.draw_cantilever(curve, folder / "cantilever.png")
         pictures.append("cantilever.png")
     figures.write_view(scene, folder)
-    if _prints_text(options):
-        print(loops.summary(loop, curve))
-        print(report.file_list(folder, pictures), flush=True)
-    if failure:
-        _print_error(failure)
-    return 0 if all(state.converged for state in states) and not failure else 1
+    return pictures, loops.summary(loop, curve), failure
 
 
 def _relax(
@@ -248,11 +260,31 @@ def _figure(options: argparse.Namespace) -> int:
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
     steps = list(read_steps(folder / "sweep.traj"))
-    pictures = figures.draw(reference_for(scene), steps, folder)
+    if scene.path.is_loop:
+        pictures, _, _ = _loop_results(folder, scene, _loop_of(scene, steps))
+    else:
+        pictures = figures.draw(reference_for(scene), steps, folder)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
     figures.write_view(scene, folder)
     print("\n".join(str(folder / name) for name in pictures))
+    return 0
+
+
+def _loop_of(scene: Scene, steps: list[LoadStep]) -> AdhesionLoop:
+    return AdhesionLoop.of(steps, scene.loop_options["smallest_step"])
+
+
+def _report(options: argparse.Namespace) -> int:
+    folder = options.folder
+    scene = Scene.read(folder / "scene.toml")
+    steps = list(read_steps(folder / "sweep.traj"))
+    reference, values = reference_for(scene), ""
+    if scene.path.is_loop:
+        _, values, _ = _loop_results(folder, scene, _loop_of(scene, steps))
+    file = folder / "report.html"
+    file.write_text(page(reference, steps, folder, values), encoding="utf-8")
+    print(file)
     return 0
 
 
@@ -378,6 +410,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "tradeoff": _tradeoff,
     "figure": _figure,
     "maps": _maps,
+    "report": _report,
     "scene": _print_scene,
     "completion": _completion,
 }

@@ -61,7 +61,7 @@ def summary(loop: AdhesionLoop, curve: CantileverCurve | None) -> str:
         "",
         f"States: {states}; instabilities: {count[0]} on approach, {count[1]} on "
         "retraction",
-        f"Pull-off force: {loop.pull_off_force / NN:.4g} nN",
+        f"Pull-off force of the simulation: {-loop.pull_off_force / NN:.4g} nN",
         f"Dissipated energy: {loop.dissipated_energy:.4g} eV",
     ]
     if curve is not None:

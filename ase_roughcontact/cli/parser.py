@@ -84,6 +84,11 @@ interrupted run to DIR/maps: as NetCDF (nc), arrays of NumPy (npz) or for ParaVi
 (vti).
 """
 
+REPORT = """\
+Write DIR/report.html: input, warnings, figures and numbers of a finished or interrupted
+run on one page that needs no other file.
+"""
+
 FIGURE = """\
 Draw curve.png, force.png and contact.png of a finished or interrupted run again, and
 write view.traj, as "run" does.
@@ -188,6 +193,11 @@ def make_parser() -> argparse.ArgumentParser:
         "--format", choices=["nc", "npz", "vti"], default="nc", help="default: nc"
     )
 
+    page = command("report", "write the results of a run as one HTML page", REPORT)
+    page_folder = page.add_argument(
+        "folder", metavar="DIR", type=Path, help="output folder of the run"
+    )
+
     figure = command("figure", "draw the figures of a run again", FIGURE)
     run_folder = figure.add_argument(
         "folder", metavar="DIR", type=Path, help="output folder of the run"
@@ -201,7 +211,8 @@ def make_parser() -> argparse.ArgumentParser:
         default="bash",
         help="default: %(default)s",
     )
-    folder.complete = run_folder.complete = map_folder.complete = DIRECTORY  # type: ignore[attr-defined]
+    for each in (folder, run_folder, map_folder, page_folder):
+        each.complete = DIRECTORY  # type: ignore[attr-defined]
     table.complete = FILE  # type: ignore[attr-defined]
     return parser
 

@@ -187,7 +187,7 @@ def summary(
     str
     """
     values = _first_contact(reference.scene, steps), _largest_tension(reference, steps)
-    lines = ["", *filter(None, values), *_exceeded_limits(steps)]
+    lines = ["", *filter(None, values), *exceeded_limits(steps)]
     return "\n".join([*lines, file_list(folder, pictures)])
 
 
@@ -244,8 +244,18 @@ def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
     return f"{line}."
 
 
-def _exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
-    """Return a line for each limit of the model that a step exceeds."""
+def exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
+    """Return a line for each limit of the model that a step exceeds.
+
+    Parameters
+    ----------
+    steps : sequence of LoadStep
+
+    Returns
+    -------
+    list of str
+        With a heading; empty if all limits are kept.
+    """
     counts = Counter(
         check for step in steps for check in failed_checks(step.validity).values()
     )

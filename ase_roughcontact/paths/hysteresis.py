@@ -36,8 +36,8 @@ from ase_roughcontact.paths.validity import ValidityReport
 _SMALLEST_FORCE = 0.05
 # Part of the smallest step by which the deepest height may be missed.
 _ROUNDING = 1e-3
-# Default of the smallest step, relative to the largest.
-_SMALLEST_STEP = 1 / 256
+#: Default of the smallest step, relative to the largest.
+SMALLEST_STEP = 1 / 256
 # Number of the largest steps of an approach by default.
 _STEPS_DOWN = 10
 
@@ -141,7 +141,7 @@ def adhesion_loop(
     13 % with 2.5 times that; from 1.7 on the contact separates in several jumps.
     """
     positive(step=step, tolerance=tolerance)
-    smallest = _SMALLEST_STEP * step if smallest_step is None else smallest_step
+    smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
     positive(smallest_step=smallest)
     if smallest > step:
         raise ValueError(

@@ -16,6 +16,9 @@ import numpy as np
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.record import LoadStep
 
+# Relative rounding of a step.
+_ROUNDING = 1e-6
+
 
 @dataclass(frozen=True)
 class Jump:
@@ -62,6 +65,41 @@ class AdhesionLoop:
     retraction: tuple[LoadStep, ...]
     approach_jumps: tuple[Jump, ...]
     retraction_jumps: tuple[Jump, ...]
+
+    @classmethod
+    def of(cls, states: Sequence[LoadStep], smallest_step: float) -> AdhesionLoop:
+        """Return the loop of states that were read from a file.
+
+        Parameters
+        ----------
+        states : sequence of LoadStep
+            Of the whole loop, in order.
+        smallest_step : float
+            Of the loop (Å); 1/256 of the largest one by default.
+
+        Returns
+        -------
+        AdhesionLoop
+
+        Raises
+        ------
+        ValueError
+            If there are no states.
+        """
+        if not states:
+            raise ValueError("a loop needs at least one state, got none")
+        deepest = min(range(len(states)), key=lambda i: states[i].height)
+        branches = tuple(states[: deepest + 1]), tuple(states[deepest:])
+        widest = (1.0 + _ROUNDING) * smallest_step
+        jumps = (
+            tuple(
+                Jump(before, after)
+                for before, after in pairwise(branch)
+                if abs(after.height - before.height) <= widest and jumped(before, after)
+            )
+            for branch in branches
+        )
+        return cls(*branches, *jumps)
 
     @property
     def pull_off_force(self) -> float:

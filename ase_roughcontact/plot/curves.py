@@ -173,12 +173,12 @@ def plot_loop(
     matplotlib Axes
     """
     branches = (
-        ("approach", loop.approach, loop.approach_jumps, BLUE),
-        ("retraction", loop.retraction, loop.retraction_jumps, ORANGE),
+        ("approach", loop.approach, loop.approach_jumps, BLUE, 2.0),
+        ("retraction", loop.retraction, loop.retraction_jumps, ORANGE, 0.8),
     )
-    for name, steps, jumps, colour in branches:
+    for name, steps, jumps, colour, width in branches:
         heights, forces = interpolated(steps, jumps)
-        axes.plot(heights, forces / NN, "-", color=colour, lw=0.8, label=name)
+        axes.plot(heights, forces / NN, "-", color=colour, lw=width, label=name)
         states = [(step.height, step.normal_force / NN) for step in steps]
         axes.plot(*zip(*states, strict=True), "o", color=colour, ms=2)
     for jump in (*loop.approach_jumps, *loop.retraction_jumps):
@@ -207,10 +207,10 @@ def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
     matplotlib Axes
     """
     axes.axhline(0.0, color=GREY, lw=0.6)
-    for name, colour in (("approach", BLUE), ("retraction", ORANGE)):
+    for name, colour, width in (("approach", BLUE, 2.0), ("retraction", ORANGE, 0.8)):
         branch = getattr(curve, name)
         x, force = branch.distance / NM, branch.force / NN
-        axes.plot(x, force, "-", color=colour, lw=1, label=name)
+        axes.plot(x, force, "-", color=colour, lw=width, label=name)
         for jump in branch.jumps:
             at = jump.distance / NM
             ends = jump.force_before / NN, jump.force_after / NN

@@ -22,7 +22,11 @@ from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.substrate import substrate
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
-from ase_roughcontact.paths.hysteresis import adhesion_loop, default_step
+from ase_roughcontact.paths.hysteresis import (
+    SMALLEST_STEP,
+    adhesion_loop,
+    default_step,
+)
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
@@ -243,7 +247,7 @@ class Scene(Model):
 
     @property
     def loop_options(self) -> dict[str, Any]:
-        """Deepest penetration, largest step (Å) and tolerance of a loop."""
+        """Deepest penetration, steps (Å) and tolerance of a loop."""
         if self.path.deepest is None:
             raise ValueError("a loop needs deepest, the penetration at which to turn")
         units = lengths(self.spacing)
@@ -252,7 +256,12 @@ class Scene(Model):
         if step is None:
             step = default_step(self.wall, path.deepest)
         positive(step=step, tolerance=path.tolerance)
-        return {"deepest": path.deepest, "step": step, "tolerance": path.tolerance}
+        return {
+            "deepest": path.deepest,
+            "step": step,
+            "smallest_step": SMALLEST_STEP * step,
+            "tolerance": path.tolerance,
+        }
 
     @property
     def cantilever(self) -> float | None:

@@ -16,6 +16,7 @@ COMMANDS = [
     "figure",
     "maps",
     "plan",
+    "report",
     "run",
     "scene",
     "tradeoff",

@@ -93,7 +93,7 @@ def test_a_loop_prints_its_states_and_characteristic_values(tmp_path, capsys):
     assert main(arguments) == 0
     text = capsys.readouterr().out
     assert "stiffness (N/m)" in text
-    assert "Pull-off force: " in text
+    assert "Pull-off force of the simulation: -" in text
     assert "With a cantilever of 60 N/m:\n  snap-in: " in text
 
 

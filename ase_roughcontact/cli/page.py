@@ -1,0 +1,142 @@
+"""Results of a run as one HTML page: input, warnings, figures and numbers."""
+
+from __future__ import annotations
+
+import base64
+import html
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact.cli import report
+from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.scene.reference import Reference
+
+# Columns of the table.
+_COLUMNS = (
+    "step",
+    "penetration",
+    "normal_force",
+    "contact_area",
+    "contact_stiffness",
+    "mean_pressure",
+    "largest_pressure",
+    "repulsive_atoms",
+    "attractive_atoms",
+)
+# Figures in their order on the page, with captions.
+_FIGURES = {
+    "curve.png": "Contact area relative to theory against the load.",
+    "force.png": "Normal force along the path.",
+    "loop.png": "Normal force of the tip held at each height; arrows: instabilities.",
+    "cantilever.png": "Force curve of the cantilever; arrows: snap-in and pull-off.",
+    "contact.png": "Pressure on the atoms in contact.",
+}
+_STYLE = """
+body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
+table { border-collapse: collapse; font-size: 85%; }
+th, td { padding: 0.2em 0.6em; text-align: right; border-bottom: 1px solid #ddd; }
+pre { background: #f4f4f4; padding: 1em; overflow-x: auto; }
+figure { margin: 1em 0; } img { max-width: 100%; }
+.warning { border-left: 4px solid #d55e00; padding-left: 1em; white-space: pre-line; }
+.failed { color: #d55e00; }
+"""
+
+
+def page(
+    reference: Reference, steps: Sequence[LoadStep], folder: Path, values: str = ""
+) -> str:
+    """Return the page of a run.
+
+    Parameters
+    ----------
+    reference : Reference
+        Theory for the scene.
+    steps : sequence of LoadStep
+    folder : path
+        Contains ``scene.toml`` and the figures, which become part of the page.
+    values : str
+        Further characteristic values, one on each line.
+
+    Returns
+    -------
+    str
+        HTML, without references to other files.
+    """
+    scene_text = (folder / "scene.toml").read_text(encoding="utf-8")
+    parts = [
+        f"<h1>{html.escape(folder.resolve().name)}</h1>",
+        _paragraphs(report.description(reference)),
+        _paragraphs(values.strip()),
+        _warnings(steps),
+        *(_figure(folder / name, text) for name, text in _FIGURES.items()),
+        "<h2>Steps</h2>",
+        _table(steps),
+        "<h2>Scene</h2>",
+        f"<pre>{html.escape(scene_text)}</pre>",
+    ]
+    body = "\n".join(filter(None, parts))
+    title = html.escape(folder.resolve().name)
+    return (
+        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n'
+        f"<title>{title}</title><style>{_STYLE}</style></head>\n"
+        f"<body>{body}</body></html>\n"
+    )
+
+
+def _paragraphs(text: str) -> str:
+    return "\n".join(f"<p>{html.escape(line)}</p>" for line in text.splitlines())
+
+
+def _warnings(steps: Sequence[LoadStep]) -> str:
+    """Return the steps that are no results and the limits of the model."""
+    lines = [
+        f"Step {step.step} did not converge: {step.message}"
+        for step in steps
+        if not step.converged
+    ]
+    lines += report.exceeded_limits(steps)
+    if not lines:
+        return "<p>All steps converged within the limits of the model.</p>"
+    return f'<div class="warning">{html.escape(chr(10).join(lines))}</div>'
+
+
+def _figure(file: Path, caption: str) -> str:
+    """Return a figure with its data; empty if there is no such file."""
+    if not file.is_file():
+        return ""
+    data = base64.b64encode(file.read_bytes()).decode("ascii")
+    return (
+        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{caption}</figcaption></figure>"
+    )
+
+
+def _table(steps: Sequence[LoadStep]) -> str:
+    """Return the table of steps, in the units in which columns are printed."""
+    columns = columns_of(type(steps[0])) if steps else {}
+    shown = {name: columns[name] for name in _COLUMNS if name in columns}
+    units = {name: printed_unit(each.unit) for name, each in shown.items()}
+    heads = "".join(
+        f'<th title="{html.escape(each.description)}">{name.replace("_", " ")}'
+        + (f" ({units[name]})" if units[name] else "")
+        + "</th>"
+        for name, each in shown.items()
+    )
+    rows = [
+        f"<tr{'' if step.converged else ' class=failed'}>"
+        + "".join(
+            f"<td>{_cell(getattr(step, name), UNITS[units[name]])}</td>"
+            for name in shown
+        )
+        + "</tr>"
+        for step in steps
+    ]
+    return f"<table><tr>{heads}</tr>\n" + "\n".join(rows) + "</table>"
+
+
+def _cell(value: float, unit: float) -> str:
+    if isinstance(value, int):
+        return str(value)
+    return f"{value / unit:.4g}" if math.isfinite(value) else "–"

@@ -1,0 +1,92 @@
+"""The HTML page of a run: complete, without other files, with warnings and units."""
+
+import re
+import shutil
+
+import pytest
+from small_scene import SMALL
+
+from ase_roughcontact.cli import main
+
+LOOP = """
+[substrate]
+spacing = 2.5
+contact_modulus = 100.0
+shape = [18, 18]
+[sphere]
+radius = 20.0
+[interaction]
+kind = "adhesive"
+work_of_adhesion = 1.0
+[path]
+kind = "loop"
+deepest = "0.15 nm"
+step = 0.5
+tolerance = 0.01
+cantilever = 60.0
+[solver]
+accuracy = "fast"
+"""
+
+
+def page_of(folder, scene):
+    (folder / "a < b.toml").write_text(scene)
+    results = folder / "results"
+    main(["run", str(folder / "a < b.toml"), "--out", str(results), "--quiet"])
+    assert main(["report", str(results)]) == 0
+    return (results / "report.html").read_text()
+
+
+@pytest.fixture(scope="module")
+def steps(tmp_path_factory):
+    scene = SMALL.replace("fmax = 1e-4", "fmax = 1e-9\nmax_steps = 3")
+    return page_of(tmp_path_factory.mktemp("steps"), f"# a < b & c\n{scene}")
+
+
+def test_the_page_needs_no_other_file(steps):
+    links = re.findall(r'(?:src|href)="([^"]{1,40})', steps)
+    assert len(links) == 3
+    assert all(link.startswith("data:image/png;base64,") for link in links)
+
+
+def test_the_page_has_the_scene_as_text(steps):
+    assert "# a &lt; b &amp; c\n" in steps
+    assert "long_wavelength = 16.0" in steps
+
+
+def test_the_page_has_a_row_for_each_step_with_units(steps):
+    assert steps.count("<tr") == 3
+    for head in ("normal force (nN)", "contact stiffness (N/m)", "mean pressure (GPa)"):
+        assert f">{head}<" in steps
+
+
+def test_steps_that_are_no_results_are_warnings(steps):
+    assert "Step 0 did not converge: " in steps
+    assert steps.count("<tr class=failed>") == 2
+
+
+@pytest.fixture(scope="module")
+def loop(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("loop")
+    return folder / "results", page_of(folder, LOOP)
+
+
+def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):
+    _, text = loop
+    for words in (
+        "Pull-off force of the simulation: -",
+        "With a cantilever of 60 N/m:",
+        "snap-in: from ",
+    ):
+        assert words in text
+    for caption in ("tip held at each height", "curve of the cantilever", "Pressure"):
+        assert caption in text
+
+
+def test_figures_of_a_loop_are_drawn_again(loop, tmp_path, capsys):
+    folder, _ = loop
+    shutil.copytree(folder, tmp_path / "copy")
+    (tmp_path / "copy" / "loop.png").unlink()
+    assert main(["figure", str(tmp_path / "copy")]) == 0
+    assert "loop.png" in capsys.readouterr().out
+    assert (tmp_path / "copy" / "loop.png").exists()
