@@ -10,6 +10,7 @@ plane waves of pressure,
 from __future__ import annotations
 
 import json
+import warnings
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -18,6 +19,7 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.units import GPa
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import lookup, positive
@@ -47,6 +49,8 @@ _STRUCTURES = {"fcc100": "fcc", "bcc100": "bcc"}
 _TABLE = 48
 # Relative difference of spacings, or of a wave vector to the edge of the zone.
 _ROUNDING = 1e-6
+# Residual pressure, relative to the contact modulus, of which a warning is given.
+_STRESSED = 1e-3
 _FORMAT = "crystal of ase_roughcontact, version 1"
 # What to do about an error of a crystal, by its name.
 _ADVICE = {
@@ -135,7 +139,8 @@ class Crystal(ElasticSolid):
         surface : {"fcc100", "bcc100"}
             Crystal structure and surface.
         lattice_constant : float, optional
-            In place of that at which the crystal has no stress (Å).
+            In place of that at which the crystal has no stress (Å). A pressure above
+            1e-3 of the contact modulus is reported by a warning.
         layers : int
             Layers of the slab, odd.
         size : int
@@ -185,7 +190,7 @@ class Crystal(ElasticSolid):
         _check(thick.figures, tolerance, name)
         figures = {**thick.figures, **_errors(thick, thin)}
         _check(figures, tolerance, name)
-        return cls(
+        crystal = cls(
             symbol,
             surface,
             type(calculator).__name__,
@@ -194,6 +199,14 @@ class Crystal(ElasticSolid):
             pressure(calculator, symbol, structure, a),
             figures,
         )
+        if abs(crystal.pressure) > _STRESSED * crystal.contact_modulus:
+            warnings.warn(
+                f"{name} is under a pressure of {crystal.pressure / GPa:.3g} GPa at "
+                f"the lattice constant {a:g} Å, which changes its moduli: omit "
+                "lattice_constant to relax it",
+                stacklevel=2,
+            )
+        return crystal
 
     @classmethod
     def read(cls, file: str | Path) -> Crystal:

@@ -349,9 +349,9 @@ class _StepTimer:
 def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:
     """Return what is not calculated, with the reasons."""
     reasons = [
-        "displacements along x and y: without friction no force drives them, and they "
-        "do not couple to those along z for a Poisson ratio of 1/2, assumed for all "
-        "solids"
+        "displacements along x and y: without friction no force drives them, and their "
+        "effect on the gap is of second order in the slopes (none for an isotropic "
+        "half space with a Poisson ratio of 1/2)"
     ]
     if halfspace.periodic:
         return [*reasons, "nothing of the cell: it repeats along x and y"]

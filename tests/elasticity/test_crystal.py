@@ -1,6 +1,7 @@
 """Crystals from ASE calculators, as elastic solids."""
 
 import json
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from spring_crystal import Springs, fcc_springs
 from ase_roughcontact.elasticity import (
     Crystal,
     Cubic,
+    FreeHalfSpace,
     PeriodicHalfSpace,
 )
 
@@ -52,7 +54,8 @@ def test_figures_and_lattice_constant(springs):
 
 
 def test_stress_at_another_lattice_constant_is_reported():
-    strained = make(lattice_constant=1.001 * A)
+    with pytest.warns(UserWarning, match="under a pressure of -"):
+        strained = make(lattice_constant=1.001 * A)
     c11, c12, _ = fcc_springs(A)[1]
     bulk_modulus = (c11 + 2 * c12) / 3
     assert strained.spacing == pytest.approx(1.001 * SPACING)
@@ -189,6 +192,22 @@ def test_unsuitable_calculators_and_crystals_are_found_out(kind, options, messag
     calculator = kind(dict(fcc_springs(A)[0].shells))
     with pytest.raises(ValueError, match=message):
         make(calculator, **options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", [FreeHalfSpace, PeriodicHalfSpace])
+def test_a_large_kernel_takes_less_than_ten_convolutions(springs, kind):
+    half = kind((2048, 2048), SPACING, springs)
+    pressure, times = np.ones((2048, 2048)), {}
+    half.displacement(pressure)
+    for name, call in (
+        ("kernel", lambda: half.spectrum(half.grid)),
+        ("convolution", lambda: half.displacement(pressure)),
+    ):
+        start = time.process_time()
+        call()
+        times[name] = time.process_time() - start
+    assert times["kernel"] < 10 * times["convolution"]
 
 
 @pytest.mark.slow

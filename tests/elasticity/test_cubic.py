@@ -91,6 +91,18 @@ def test_free_half_space_is_the_limit_of_large_periodic_cells():
     assert errors[1] < 0.15 * errors[0] < 0.015
 
 
+def test_hertzian_pressure_makes_a_paraboloid_of_any_solid_alike_in_x_and_y():
+    solid, radius, a, n = Cubic(1.0, 0.85, 0.675), 800.0, 40.0, 101
+    x = np.arange(n) - n // 2
+    square = x[:, None] ** 2.0 + x**2
+    largest = 2 * solid.contact_modulus * a / (np.pi * radius)
+    pressure = largest * np.sqrt(np.clip(1 - square / a**2, 0.0, None))
+    displacement = FreeHalfSpace((n, n), 1.0, solid).displacement(pressure)
+    expected = (square - 2 * a**2) / (2 * radius)
+    inside = square < (0.8 * a) ** 2
+    np.testing.assert_allclose(displacement[inside], expected[inside], rtol=2e-3)
+
+
 def test_an_unstable_crystal_is_refused():
     with pytest.raises(ValueError, match="c12 < c11"):
         Cubic(100.0, 120.0, 50.0)
