@@ -115,6 +115,11 @@ def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
     _save(figure, file, dpi=150)
 
 
+def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:
+    """Return a column of some steps."""
+    return np.array([getattr(step, name) for step in steps])
+
+
 def _is_compressive(step: LoadStep) -> bool:
     """Return whether the force is larger than the tolerance of the optimizer."""
     tolerance = step.tolerance if step.converged else 0.0
@@ -125,7 +130,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     scene = reference.scene
     shown = [step for step in steps if _is_compressive(step)]
     forces = np.array([step.normal_force for step in shown])
-    areas = np.array([getattr(step, scene.area_column) for step in shown])
+    areas = _column(shown, scene.area_column)
     predicted = reference.rough_area(forces)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
     adhesive = [c for c in _smooth(reference) if c.pull_off_force < 0.0]
@@ -146,6 +151,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         },
         [step.converged for step in shown],
         "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else ""),
+        _column(shown, scene.area_error_column) if scene.area_error_column else None,
     )
     if len(shown) < len(steps):
         axes.set_title("steps under compression", fontsize="medium")

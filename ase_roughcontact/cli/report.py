@@ -61,12 +61,14 @@ def table_header(reference: Reference) -> str:
     equation = "   Eq. (4)" if reference.rough_above is not None else ""
     control = scene.path.control
     depth = "" if control == "load" else f"{_heading(control):>13}"
+    error = "   error (%)" if scene.area_error_column else ""
     lines = [
         description(reference),
         f"{ratio}: contact area relative to theory, {smooth.sphere}",
         "",
         f"   step{depth}   {_heading('normal_force')}   "
-        f"{_heading(scene.area_column)}   {ratio:>9}{equation}   {_heading('seconds')}",
+        f"{_heading(scene.area_column)}{error}   {ratio:>9}{equation}   "
+        f"{_heading('seconds')}",
     ]
     return "\n".join(lines)
 
@@ -102,6 +104,8 @@ def table_row(
         row += cell(_printed(step, scene.path.control), 13, ".4f")
     row += cell(_printed(step, "normal_force"), 11, ".4g")
     row += cell(_printed(step, scene.area_column), 13, ".4g")
+    if scene.area_error_column:
+        row += _percent(step, scene.area_error_column, scene.area_column, 12)
     row += _ratio(getattr(step, scene.area_column), smooth, 12)
     if reference.rough_above is not None:
         row += _ratio(float(reference.rough_area(force)), smooth, 10)
@@ -303,6 +307,13 @@ def _failure(scene: Scene, step: LoadStep) -> str:
         return f"   PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
     unit = " (forces in eV/Å)" if "force" in step.message else ""
     return f"   NOT CONVERGED: {step.message}{unit}"
+
+
+def _percent(step: LoadStep, error: str, value: str, width: int) -> str:
+    """Return an error relative to a value in percent, a dash without contact."""
+    if not getattr(step, value):
+        return cell("-", width)
+    return cell(100.0 * getattr(step, error) / getattr(step, value), width, ".2g")
 
 
 def _ratio(area: float, reference: float, width: int) -> str:

@@ -27,6 +27,7 @@ def plot_curve(
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     converged: ArrayLike | None = None,
     hertz_label: str = "smooth sphere (Hertz)",
+    area_error: ArrayLike | None = None,
 ) -> Any:
     """Plot contact area relative to Hertz against load, with the prediction.
 
@@ -45,6 +46,8 @@ def plot_curve(
         Whether steps are converged; the others are drawn as crosses. Default: all.
     hertz_label : str
         Label of the line at a relative area of one.
+    area_error : array_like, shape (k,), optional
+        Estimated errors of the areas; twice of them are drawn as error bars.
 
     Returns
     -------
@@ -59,6 +62,9 @@ def plot_curve(
         axes.plot(loads, ratios, LINES[i % 4], color=BLUE, lw=1, label=name)
     ratio, ok = area / hertz_area, _mask(converged, len(load))
     axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label="simulation")
+    if area_error is not None:
+        bars = 2.0 * np.asarray(area_error) / hertz_area
+        axes.errorbar(load, ratio, bars, fmt="none", ecolor=ORANGE, lw=1)
     _cross(axes, load[~ok], ratio[~ok])
     axes.set(xscale="log", yscale="log")
     for axis, (low, high) in (

@@ -121,6 +121,12 @@ class Model(SceneFile):
         return lookup(self.substrate.model, columns, "model")
 
     @property
+    def area_error_column(self) -> str:
+        """Column of the grid's error of that area; empty if the count is exact."""
+        continuum = self.area_column == "continuum_area"
+        return "continuum_area_error" if continuum else ""
+
+    @property
     def grid_change(self) -> GridChange:
         """The grid relative to that of the atoms."""
         change = GridChange(self.substrate.refine, self.substrate.coarsen)

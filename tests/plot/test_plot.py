@@ -283,3 +283,12 @@ def test_colours_are_told_apart_without_red_or_green(kind):
     seen = np.clip(linear @ np.transpose(DICHROMACY[kind]), 0, 1) ** (1 / 2.2)
     apart = np.linalg.norm(seen[:, None] - seen, axis=-1)
     assert apart[np.triu_indices(len(seen), 1)].min() > 0.1
+
+
+def test_errors_of_areas_are_bars_of_twice_their_size():
+    axes = Figure().subplots()
+    load, area = np.array([1.0, 2.0]), np.array([3.0, 5.0])
+    plot.plot_curve(axes, load, area, np.array([2.0, 4.0]), area_error=[0.1, 0.2])
+    (bars,) = axes.collections
+    ends = np.array([path.vertices[:, 1] for path in bars.get_paths()])
+    np.testing.assert_allclose(ends, [[1.4, 1.6], [1.15, 1.35]])

@@ -36,6 +36,11 @@ def test_question_decides_on_the_area_that_is_printed():
         reference = reference_for(asked)
         area = getattr(step, column) / 100.0
         assert f" {area:.4g} " in table_row(reference, step)
+        words = table_row(reference, step).split()
+        error = f"{100.0 * step.continuum_area_error / step.continuum_area:.2g}"
+        assert (words[3] == error) == (model == "continuum")
+        heading = table_header(reference).splitlines()[-1]
+        assert ("area (nm²)   error (%)   A/A" in heading) == (model == "continuum")
         assert ("Continuum" in table_header(reference)) == (model == "continuum")
     assert scene().area_column == "contact_area"
 
