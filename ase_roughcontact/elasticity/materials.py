@@ -38,7 +38,8 @@ class Material:
     source : str
         Where the modulus is from.
     symbol : str
-        Chemical symbol for the atoms.
+        Chemical symbol for the atoms; of compounds an element whose own hardness is
+        not taken for that of the compound.
     spacing : float or None
         Distance of the atoms (Å): of the square lattice of the (100) surface, or, of
         amorphous and layered solids, the edge of a cube with the mean volume of an
@@ -102,7 +103,7 @@ MATERIALS = {
     "SiO2": Material(
         _isotropic(72.7, 0.16),
         "fused silica: Corning, data sheet of HPFS 7980",
-        "Si",
+        "O",
         spacing=2.47,
         surface_energy=_SILICA,
         adhesion_source=f"amorphous: {_BERGSTROM}",
@@ -111,7 +112,7 @@ MATERIALS = {
         _isotropic(285.0, 0.20),
         "films of cantilevers: A. Khan, J. Philip, P. Hess, J. Appl. Phys. 95, 1667 "
         "(2004)",
-        "Si",
+        "N",
         spacing=2.23,
         surface_energy=_from_hamaker(16.7),
         adhesion_source=f"amorphous: {_BERGSTROM}",
@@ -136,7 +137,7 @@ MATERIALS = {
         indentation_modulus(179.7, 58.6, 23.4, 18.0),
         "muscovite (001), monoclinic constants averaged: M. T. Vaughan, "
         "S. Guggenheim, J. Geophys. Res. 91, 4657 (1986)",
-        "Si",
+        "O",
         spacing=2.23,
         surface_energy=_from_hamaker(9.86),
         adhesion_source=f"muscovite: {_BERGSTROM}",
@@ -145,7 +146,7 @@ MATERIALS = {
         _isotropic(1.32e-3, 0.5),
         "Sylgard 184 10:1, cured at 25 °C: I. D. Johnston, D. K. McCluskey, "
         "C. K. L. Tan, M. C. Tracey, J. Micromech. Microeng. 24, 035017 (2014)",
-        "Si",
+        "C",
         spacing=2.34,
         surface_energy=0.0226,
         adhesion_source="M. K. Chaudhury, G. M. Whitesides, Langmuir 7, 1013 (1991)",

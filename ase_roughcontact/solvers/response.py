@@ -103,6 +103,53 @@ def height_response(
     return HeightResponse(pressure, response, force)
 
 
+def force_derivative(
+    contact: Contact,
+    state: ContactState,
+    response: HeightResponse,
+    *,
+    heights: np.ndarray | float = 0.0,
+    wall_pressure: np.ndarray | float = 0.0,
+    compliance: float = 0.0,
+) -> float:
+    """Return the derivative of the normal force to a parameter, at a fixed height.
+
+    The relaxed contact follows the parameter; its change needs no further solution of
+    the linear equations.
+
+    Parameters
+    ----------
+    contact : Contact
+    state : ContactState
+        Relaxed.
+    response : HeightResponse
+        With a small tolerance, to which the error is proportional.
+    heights : ndarray, shape (n, m)
+        Derivative of the heights of the indenter.
+    wall_pressure : ndarray, shape (n, m)
+        Derivative of the pressure of the wall at fixed gaps.
+    compliance : float
+        Logarithmic derivative of the compliance of the solid: -1/E* for the contact
+        modulus.
+
+    Returns
+    -------
+    float
+        Force per unit of the parameter.
+
+    Notes
+    -----
+    On a paraboloid, the derivative of the heights to its radius R is ``-r^2/2R^2``. If
+    the wall depends on the parameter, its pressure can be differentiated numerically.
+    """
+    opening = np.zeros(state.gap.shape)
+    if compliance:
+        opening -= contact.halfspace.displacement(state.pressure)
+    change = response.pressure * (heights + compliance * opening)
+    change += response.gap * wall_pressure
+    return contact.halfspace.cell_area * float(change.sum())
+
+
 class _Equations:
     """Equations of the response on a box, in units of the self-compliance c.
 

@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from small_scene import SMALL
 
@@ -82,9 +83,15 @@ def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material():
         MATERIALS["mica"].contact_modulus * UNITS["GPa"]
     )
     assert mica.spacing == MATERIALS["mica"].spacing
-    assert mica.atoms().symbols[0] == "Si"
+    assert mica.atoms().symbols[0] == "O"
     gold = scene('material = "Au"')
     assert (gold.symbol, gold.spacing) == ("Au", scene('symbol = "Au"').spacing)
+
+
+@pytest.mark.parametrize("name", ["SiO2", "Si3N4", "DLC", "diamond", "mica", "PDMS"])
+def test_the_hardness_of_an_element_is_not_that_of_a_compound(name):
+    substrate = f'material = "{name}"\nspacing = 3.84'  # the spacing of silicon
+    assert np.isnan(scene(substrate).hardness)
 
 
 def test_given_values_take_precedence_over_the_material():

@@ -16,7 +16,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.analysis import conductance
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.solvers.response import height_response
+from ase_roughcontact.solvers.response import force_derivative, height_response
 from ase_roughcontact.theory import Hertz
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1)
@@ -89,3 +89,58 @@ def test_contact_stiffness_and_conductance_of_a_smooth_sphere_are_those_of_hertz
     assert step.largest_pressure == pytest.approx(peak, rel=0.02)
     mean = step.normal_force / step.contact_area
     assert step.mean_pressure == pytest.approx(mean, rel=1e-9)
+
+
+def force_of(modulus=1.0, work=0.02, radius=100.0, kind="adhesive"):
+    """Force, contact, state and response of a rough sphere at a fixed height."""
+    sphere = RoughSphere(radius, ROUGH)
+    wall = LennardJones93.adhesive(1.0, 1.0, work) if kind == "adhesive" else HardWall()
+    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, modulus, wall)
+    lowest = RoughSphere(100.0, ROUGH).heights((40, 40), 1.0, (-20.0, -20.0)).min()
+    atoms.positions[-1, 2] = (0.4 if kind == "adhesive" else -0.6) - lowest
+    optimizer = NewtonKrylov if kind == "adhesive" else ActiveSet
+    assert optimizer(atoms, logfile=None).run(fmax=1e-12, steps=500)
+    state = atoms.calc.state(atoms)
+    assert state.repulsive_atoms > 20
+    return state.normal_force, contact_of(atoms), state
+
+
+def difference(name, value, step=STEP, **options):
+    ends = value - step, value + step
+    low, high = (force_of(**{name: end}, **options)[0] for end in ends)
+    return (high - low) / (2 * step)
+
+
+@pytest.mark.parametrize("kind", ["adhesive", "hard"])
+def test_derivatives_to_modulus_and_radius_are_those_of_differences(kind):
+    _, contact, state = force_of(kind=kind)
+    response = height_response(contact, state, 1e-9)
+    by_modulus = force_derivative(contact, state, response, compliance=-1.0)
+    assert by_modulus == pytest.approx(difference("modulus", 1.0, kind=kind), rel=1e-6)
+    x = np.arange(40) - 20.0
+    slope = -(x[:, None] ** 2 + x**2) / (2 * 100.0**2)
+    by_radius = force_derivative(contact, state, response, heights=slope)
+    assert by_radius == pytest.approx(
+        difference("radius", 100.0, kind=kind), rel=1e-5, abs=1e-8
+    )
+
+
+def test_derivative_to_the_work_of_adhesion_is_that_of_differences():
+    _, contact, state = force_of()
+    response = height_response(contact, state, 1e-9)
+    low, high = (
+        LennardJones93.adhesive(1.0, 1.0, 0.02 + change).evaluate(state.gap)[1]
+        for change in (-1e-6, 1e-6)
+    )
+    by_work = force_derivative(
+        contact, state, response, wall_pressure=(high - low) / 2e-6
+    )
+    assert by_work == pytest.approx(difference("work", 0.02, 2e-6), rel=1e-6)
+
+
+def test_derivative_to_the_height_is_that_of_raised_heights():
+    _, contact, state = force_of()
+    response = height_response(contact, state, 1e-9)
+    raised = force_derivative(contact, state, response, heights=1.0)
+    assert raised == pytest.approx(response.force, rel=1e-8)
