@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import timedelta
@@ -18,6 +17,7 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import check_control
+from ase_roughcontact.paths.step_timer import StepTimer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.auto import AutoWindow
@@ -28,13 +28,6 @@ from ase_roughcontact.windows.options import WindowOptions
 
 Shapes = tuple[tuple[int, int], tuple[int, int]]
 
-# Time of a step, in exact convolutions on the full grid.
-_PAIRS_HARD, _PAIRS_REPULSIVE, _PAIRS_ATTRACTIVE = 150, 180, 320
-# Time of a step with hardly any atoms (s).
-_SHORTEST = 0.05
-# Largest grid on which convolutions are timed; for larger ones the time is
-# extrapolated as n log(n).
-_TIMED_POINTS = 1024**2
 # Number of steps that a plan lists; each of them stands for several of longer paths.
 _MOST_LISTED = 500
 
@@ -200,7 +193,7 @@ def plan_path(
     indenter = indenter or atoms.calc.parameters["indenter"]
     spacing = spacing or halfspace.spacing
     points = points_of(indenter, spacing)
-    timer = _StepTimer(halfspace, wall)
+    timer = StepTimer(halfspace, wall)
     left_out = _left_out(halfspace, wall, window)
     if window == "auto" and not halfspace.periodic:
         ratio = halfspace.spacing / spacing
@@ -311,39 +304,6 @@ def _contact_width(atoms: Atoms, control: str, target: float) -> float:
         # the depth of the mean sphere, not that of the lowest atom
         a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
     return 2.0 * a / halfspace.spacing
-
-
-class _StepTimer:
-    """Time of steps on grids of any size, from convolutions timed on this machine."""
-
-    def __init__(self, halfspace: HalfSpace, wall: Interaction) -> None:
-        self._halfspace = halfspace
-        self._pairs = _PAIRS_ATTRACTIVE if wall.attractive else _PAIRS_REPULSIVE
-        if wall.hard:
-            self._pairs = _PAIRS_HARD
-        self._timed: dict[tuple[int, int], float] = {}
-
-    def seconds(self, grid: tuple[int, int]) -> float:
-        """Return the time of a step."""
-        points = math.prod(grid)
-        scale = min(1.0, (_TIMED_POINTS / points) ** 0.5)
-        timed = max(8, int(grid[0] * scale)), max(8, int(grid[1] * scale))
-        if timed not in self._timed:
-            self._timed[timed] = self._time_of_convolution(timed)
-        size = math.prod(timed)
-        ratio = points * math.log(points) / (size * math.log(size))
-        return _SHORTEST + self._pairs * ratio * self._timed[timed]
-
-    def _time_of_convolution(self, grid: tuple[int, int]) -> float:
-        periodic = self._halfspace.periodic
-        shape = grid if periodic else (grid[0] // 2, grid[1] // 2)
-        halfspace = self._halfspace.resized(shape, self._halfspace.spacing)
-        pressure, times = np.ones(shape), []
-        for _ in range(3):
-            start = time.perf_counter()
-            halfspace.displacement(pressure)
-            times.append(time.perf_counter() - start)
-        return min(times)
 
 
 def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:
