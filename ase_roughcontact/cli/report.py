@@ -112,9 +112,7 @@ def table_row(
     row += cell("restored", 11) if restored else cell(step.seconds, 11, ".2f")
     if math.isfinite(left) and round(left):
         row += f"   about {timedelta(seconds=round(left))} left"
-    if step.validity:
-        row += f"   LIMITS: {step.validity}"
-    return row + _failure(scene, step)
+    return row + limits(step) + _failure(scene, step)
 
 
 def target_unit(scene: Scene) -> str:
@@ -149,6 +147,11 @@ def means_table(scene: Scene, sampling: Sampling) -> str:
         return "\n".join([*lines, f"All areas have a {wanted} or less."])
     rest = f"About {sampling.missing} more steps for a {wanted}."
     return "\n".join([*lines, rest])
+
+
+def limits(step: LoadStep) -> str:
+    """Return the end of a row: the limits of the model that a step exceeds."""
+    return f"   LIMITS: {step.validity}" if step.validity else ""
 
 
 def solver_line(step: LoadStep) -> str:

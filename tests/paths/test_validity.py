@@ -323,3 +323,19 @@ def test_the_guide_has_a_row_for_each_limit():
         r"^\| `(.*?)` \| ([<>] [\d.]+) \| (.*) \|$", GUIDE.read_text(), re.M
     )
     assert rows == [(c.name, f"{c.sign} {c.limit:g}", c.reason) for c in CHECKS]
+
+
+def test_loops_mark_states_outside_of_the_limits(tmp_path, capsys):
+    file = tmp_path / "loop.toml"
+    file.write_text(
+        '[sphere]\nradius = 30.0\n[interaction]\nkind = "adhesive"\n'
+        'work_of_adhesion = 0.3\n[path]\nkind = "loop"\ndeepest = 0.2\nstep = 0.5\n'
+    )
+    command = ["run", str(file), "--out"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ValidityWarning)
+        assert main([*command, str(tmp_path / "out")]) == 0
+    text = capsys.readouterr().out
+    assert re.search(r"   LIMITS: .*largest pressure/hardness = \d", text)
+    assert re.search(r"largest pressure/hardness > 1 in \d+ of \d+ steps: the", text)
+    assert main([*command, str(tmp_path / "strict"), "--strict"]) == 2
