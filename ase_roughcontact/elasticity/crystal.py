@@ -24,23 +24,24 @@ from ase.units import GPa
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity.angular import angular_cell_kernel
-from ase_roughcontact.elasticity.force_constants import (
-    ForceConstants,
+from ase_roughcontact.elasticity.bulk_crystal import (
     element,
-    force_constants,
     pressure,
     relaxed_lattice_constant,
-    relaxed_slab,
 )
+from ase_roughcontact.elasticity.crystal_errors import (
+    check_errors,
+    modulus_errors,
+    modulus_table,
+)
+from ase_roughcontact.elasticity.force_constants import force_constants, relaxed_slab
 from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
 from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.elasticity.long_waves import (
     distant_kernel,
     interpolate,
-    interpolation_table,
     long_wave_series,
     near_kernel,
-    node_vectors,
 )
 
 # Crystal structures of the surfaces whose atoms are a square grid.
@@ -52,16 +53,6 @@ _ROUNDING = 1e-6
 # Residual pressure, relative to the contact modulus, of which a warning is given.
 _STRESSED = 1e-3
 _FORMAT = "crystal of ase_roughcontact, version 1"
-# What to do about an error of a crystal, by its name.
-_ADVICE = {
-    "repetition": "the calculator returns other forces when asked again",
-    "sum_rule": "the forces on all atoms have a resultant that is not zero",
-    "symmetry": "the forces are not those of an energy, or change the displacement",
-    "reach": "the forces reach beyond the slab: increase size and layers",
-    "thickness": "the slab is too thin: increase layers",
-    "square": "the surface is not that of a square grid",
-    "interpolation": "the modulus is not smooth: check the force constants",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,15 +178,15 @@ class Crystal(ElasticSolid):
             for number in (layers, layers - 4)
         )
         name = f"{surface} {symbol} with {type(calculator).__name__}"
-        _check(thick.figures, tolerance, name)
-        figures = {**thick.figures, **_errors(thick, thin)}
-        _check(figures, tolerance, name)
+        check_errors(thick.figures, tolerance, name)
+        figures = {**thick.figures, **modulus_errors(thick, thin)}
+        check_errors(figures, tolerance, name)
         crystal = cls(
             symbol,
             surface,
             type(calculator).__name__,
             thick.spacing,
-            _table(LatticeGreensFunction(thick)),
+            modulus_table(LatticeGreensFunction(thick)),
             pressure(calculator, symbol, structure, a),
             figures,
         )
@@ -316,45 +307,3 @@ class Crystal(ElasticSolid):
     @cached_property
     def _near_kernel(self) -> np.ndarray:
         return near_kernel(_TABLE, self.table, self._series)
-
-
-def _inverse_modulus(greens: LatticeGreensFunction, q: np.ndarray) -> np.ndarray:
-    """Return ``1/E*`` at wave vectors in units of 1/a0, shape (n, 2)."""
-    compliance = greens(q / greens.spacing)[:, 2, 2].real
-    return 0.5 * greens.spacing * np.hypot(*q.T) * compliance
-
-
-def _table(greens: LatticeGreensFunction) -> np.ndarray:
-    """Return the coefficients of ``1/E*``."""
-    return interpolation_table(_inverse_modulus(greens, node_vectors()))
-
-
-def _errors(thick: ForceConstants, thin: ForceConstants) -> dict[str, float]:
-    """Return the relative errors of the modulus."""
-    greens = LatticeGreensFunction(thick)
-    table = _table(greens)
-    numbers = np.linspace(0.03, 0.97, 12) * np.pi
-    q = np.stack(
-        [np.repeat(numbers, 5), np.outer(numbers, np.linspace(0, 1, 5)).ravel()]
-    )
-    expected = interpolate(table, *q)
-
-    def error(greens: LatticeGreensFunction, q: np.ndarray) -> float:
-        return float(abs(_inverse_modulus(greens, q.T) / expected - 1.0).max())
-
-    turned = np.array([[q[0], -q[1]], [q[1], q[0]], [-q[0], q[1]]])
-    return {
-        "thickness": error(LatticeGreensFunction(thin), q),
-        "square": max(error(greens, other) for other in turned),
-        "interpolation": error(greens, q),
-    }
-
-
-def _check(figures: dict[str, float], tolerance: float, name: str) -> None:
-    """Raise an error about the first figure in the order of the advice."""
-    for figure, advice in _ADVICE.items():
-        if figures.get(figure, 0.0) > tolerance:
-            raise ValueError(
-                f"the relative error {figure!r} of {name} is {figures[figure]:.2g}, "
-                f"above {tolerance:g}: {advice}"
-            )

@@ -166,6 +166,11 @@ class WithoutForces(Springs):
     implemented_properties = ["energy"]
 
 
+class WithoutEnergies(Springs):
+    def calculate(self, *args, **kwargs):
+        raise NotImplementedError("no energies")
+
+
 class WithoutSlabs(Springs):
     def calculate(self, *args, **kwargs):
         super().calculate(*args, **kwargs)
@@ -181,6 +186,7 @@ class WithoutSlabs(Springs):
         (Springs, {"size": 3}, "reach beyond the slab: increase size"),
         (WithoutForces, {}, "no forces for a slab"),
         (WithoutSlabs, {}, "no forces for a slab of 11 layers.*crystals only"),
+        (WithoutEnergies, {}, "no energy for fcc Cu: no energies"),
         (Springs, {"surface": "fcc111"}, "square surface"),
         (Springs, {"layers": 12}, "must be odd"),
         (Springs, {"crystal": "Xx"}, "give a crystal as Atoms"),

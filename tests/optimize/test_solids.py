@@ -22,7 +22,14 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.elasticity import Crystal, Cubic, ElasticSolid, Isotropic, Layer
+from ase_roughcontact.elasticity import (
+    Crystal,
+    Cubic,
+    ElasticSolid,
+    Isotropic,
+    Layer,
+    ReducedHalfSpace,
+)
 from ase_roughcontact.topography import BoundedSurface
 
 SPHERE = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
@@ -95,6 +102,13 @@ def test_active_set_is_the_solution_of_the_dense_problem(solid):
     expected, _ = nnls(factor.T, -np.linalg.solve(factor, gap))
     np.testing.assert_allclose(state.pressure.ravel(), expected, atol=1e-7)
     assert (expected > 0.0).sum() > 5
+
+
+def test_pressure_of_a_window_without_its_padding(solid, rng):
+    pressure = rng.random((16, 14))
+    halfspace = ReducedHalfSpace(pressure.shape, 1.0, solid)
+    maintained = halfspace.elastic_pressure(halfspace.displacement(pressure))
+    np.testing.assert_allclose(maintained, pressure, atol=1e-9)
 
 
 def test_forces_are_differences_of_the_energy(solid, periodic, rng):

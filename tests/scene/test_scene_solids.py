@@ -114,6 +114,7 @@ def test_contradictions_are_errors(lines, message):
     "lines, message",
     [
         ('calculator = "dft"', "calculator"),
+        ('calculator = "emt"\nsymbol = "Pb"', "EMT gives no energy for fcc Pb"),
         ('potential = "missing.alloy"', "can't read .*missing.alloy"),
         ('crystal = "small_scene.py"', "is not a crystal"),
         ('symbol = "Ag"\ncrystal = "springs.json"', "of Cu, not of symbol = 'Ag'"),

@@ -1,0 +1,66 @@
+"""Errors of the modulus of a crystal, and what to do about them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ase_roughcontact.elasticity.force_constants import ForceConstants
+from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.elasticity.long_waves import (
+    interpolate,
+    interpolation_table,
+    node_vectors,
+)
+
+#: What to do about an error of a crystal, by its name.
+ADVICE = {
+    "repetition": "the calculator returns other forces when asked again",
+    "sum_rule": "the forces on all atoms have a resultant that is not zero",
+    "symmetry": "the forces are not those of an energy, or change the displacement",
+    "reach": "the forces reach beyond the slab: increase size and layers",
+    "thickness": "the slab is too thin: increase layers",
+    "square": "the surface is not that of a square grid",
+    "interpolation": "the modulus is not smooth: check the force constants",
+}
+
+
+def _inverse_modulus(greens: LatticeGreensFunction, q: np.ndarray) -> np.ndarray:
+    """Return ``1/E*`` at wave vectors in units of 1/a0, shape (n, 2)."""
+    compliance = greens(q / greens.spacing)[:, 2, 2].real
+    return 0.5 * greens.spacing * np.hypot(*q.T) * compliance
+
+
+def modulus_table(greens: LatticeGreensFunction) -> np.ndarray:
+    """Return the coefficients of ``1/E*``; see `interpolation_table`."""
+    return interpolation_table(_inverse_modulus(greens, node_vectors()))
+
+
+def modulus_errors(thick: ForceConstants, thin: ForceConstants) -> dict[str, float]:
+    """Return the relative errors of the modulus."""
+    greens = LatticeGreensFunction(thick)
+    table = modulus_table(greens)
+    numbers = np.linspace(0.03, 0.97, 12) * np.pi
+    q = np.stack(
+        [np.repeat(numbers, 5), np.outer(numbers, np.linspace(0, 1, 5)).ravel()]
+    )
+    expected = interpolate(table, *q)
+
+    def error(greens: LatticeGreensFunction, q: np.ndarray) -> float:
+        return float(abs(_inverse_modulus(greens, q.T) / expected - 1.0).max())
+
+    turned = np.array([[q[0], -q[1]], [q[1], q[0]], [-q[0], q[1]]])
+    return {
+        "thickness": error(LatticeGreensFunction(thin), q),
+        "square": max(error(greens, other) for other in turned),
+        "interpolation": error(greens, q),
+    }
+
+
+def check_errors(figures: dict[str, float], tolerance: float, name: str) -> None:
+    """Raise an error about the first figure in the order of the advice."""
+    for figure, advice in ADVICE.items():
+        if figures.get(figure, 0.0) > tolerance:
+            raise ValueError(
+                f"the relative error {figure!r} of {name} is {figures[figure]:.2g}, "
+                f"above {tolerance:g}: {advice}"
+            )
