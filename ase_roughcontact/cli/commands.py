@@ -166,17 +166,17 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
     def show(state: LoadStep) -> None:
         states.append(state)
         if _prints_text(options):
-            print(loops.row(state), flush=True)
+            print(loops.row(state) + report.limits(state), flush=True)
         if options.json:
             print(json_line(asdict(state), units_of()), flush=True)
 
     if _prints_text(options):
         print(report.description(reference_for(scene)) + loops.header())
-    validity = "raise" if options.strict else "warn"
+    validity = "raise" if options.strict else "ignore"  # the table has them
     loop = scene.loop(folder, show, validity, _scene_text(options)[0])
     pictures, values, failure = _loop_results(folder, scene, loop)
     if _prints_text(options):
-        print(values)
+        print("\n".join([values, *report.exceeded_limits(states)]))
         print(report.file_list(folder, pictures), flush=True)
     if failure:
         _print_error(failure)
