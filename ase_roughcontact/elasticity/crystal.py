@@ -23,7 +23,6 @@ from ase.units import GPa
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import lookup, positive
-from ase_roughcontact.elasticity.angular import angular_cell_kernel
 from ase_roughcontact.elasticity.bulk_crystal import (
     element,
     pressure,
@@ -34,8 +33,9 @@ from ase_roughcontact.elasticity.crystal_errors import (
     modulus_errors,
     modulus_table,
 )
+from ase_roughcontact.elasticity.cubic import continuum_kernel
 from ase_roughcontact.elasticity.force_constants import force_constants, relaxed_slab
-from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.elasticity.long_waves import (
     distant_kernel,
@@ -278,9 +278,7 @@ class Crystal(ElasticSolid):
         of long waves.
         """
         if abs(spacing / self.spacing - 1.0) > _ROUNDING:
-            harmonics = np.concatenate([[0.0], self._series[0][1:]])
-            kernel = love_kernel(i, j, spacing, self.contact_modulus)
-            return kernel + spacing / np.pi * angular_cell_kernel(i, j, harmonics)
+            return continuum_kernel(i, j, spacing, self._series[0])
         i, j = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
         kernel = distant_kernel(i, j, self._series)
         near = np.maximum(i, j) < _TABLE

@@ -72,6 +72,30 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     return 2.0 / np.linalg.inv(impedance)[:, 2, 2]
 
 
+def continuum_kernel(
+    i: np.ndarray, j: np.ndarray, spacing: float, compliances: np.ndarray
+) -> np.ndarray:
+    """Return the depth of an anisotropic continuum under unit pressure on one cell.
+
+    Parameters
+    ----------
+    i, j : ndarray of int
+        Lattice vectors from the loaded cell, broadcast together.
+    spacing : float
+        Side of a cell (length).
+    compliances : ndarray
+        Angular series of ``1/E*``, see `angular_series` (1/pressure).
+
+    Returns
+    -------
+    ndarray, shape of the broadcast
+        Positive (length/pressure).
+    """
+    harmonics = np.concatenate([[0.0], compliances[1:]])
+    anisotropic = spacing / np.pi * angular_cell_kernel(i, j, harmonics)
+    return anisotropic + love_kernel(i, j, spacing, 1.0 / float(compliances[0]))
+
+
 @dataclass(frozen=True)
 class Cubic(ElasticSolid):
     r"""Half space of a cubic crystal with a (100) surface, as a continuum.
@@ -147,6 +171,4 @@ class Cubic(ElasticSolid):
         self, i: np.ndarray, j: np.ndarray, spacing: float
     ) -> np.ndarray:
         """Integrate the Green's function over a cell; see `ElasticSolid`."""
-        harmonics = np.concatenate([[0.0], self._compliances[1:]])
-        kernel = love_kernel(i, j, spacing, self.contact_modulus)
-        return kernel + spacing / np.pi * angular_cell_kernel(i, j, harmonics)
+        return continuum_kernel(i, j, spacing, self._compliances)

@@ -118,7 +118,7 @@ class Layer(ElasticSolid):
         """Contact modulus of the base; of the layer if the base is rigid."""
         return self.layer_modulus if self.base_modulus is None else self.base_modulus
 
-    @cached_property
+    @property
     def bulges(self) -> bool:  # type: ignore[override]
         """Whether the surface rises somewhere under pressure."""
         strengths, depths = self._images

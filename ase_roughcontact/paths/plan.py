@@ -323,11 +323,11 @@ def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]
         reasons.append(
             "atoms outside the window: a contact that reaches its edge is an error"
         )
-    elif wall.attractive:
+    elif wall.attractive or halfspace.solid.bulges:
         reasons.append(
             "atoms beyond the range of the wall: they are checked after every step, "
             "and the window is enlarged until none is missing, beyond the planned one "
-            "where adhesion extends the contact"
+            "where adhesion or a bulge of the surface extends the contact"
         )
     else:
         reasons.append(

@@ -99,6 +99,14 @@ def test_kernel_is_continuous_between_its_forms():
     assert abs(np.diff(kernel, 3)) < 2e-4 * kernel[0]
 
 
+def test_use_does_not_change_what_identifies_a_layer():
+    layer = Layer(1.0, 3.0)
+    before = layer.todict()
+    layer.check(1.0)
+    assert layer.bulges
+    assert layer.todict() == before
+
+
 def test_impossible_layers_are_refused():
     with pytest.raises(ValueError, match="thickness"):
         Layer(1.0, 0.0)
