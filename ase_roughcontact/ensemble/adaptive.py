@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -172,7 +173,7 @@ def _rounds(
     database: PathName,
     error: float,
     limits: tuple[int, int],
-    run: Callable[..., Iterator[Progress]],
+    run: Callable[..., Any],
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
@@ -181,10 +182,11 @@ def _rounds(
         scenes = _realisations(scene, int(counts.max()))
         cases = [case_of(each) for each in scenes]
         steps = [_steps(scene, counts > number) for number in range(len(scenes))]
-        for progress in run(scenes, steps=steps):
-            means = _means(scene, cases, database, error)
-            sampling = Sampling(error, means, progress)
-            yield sampling
+        with closing(run(scenes, steps=steps)) as reports:
+            for progress in reports:
+                means = _means(scene, cases, database, error)
+                sampling = Sampling(error, means, progress)
+                yield sampling
         more = [
             _next_count(mean, int(count), error, most)
             for mean, count in zip(sampling.means, counts, strict=True)

@@ -274,7 +274,7 @@ def areas_of(
     steps = list(load_path(atoms, loads=list(loads), window="auto", accuracy=accuracy))
     if not all(step.converged for step in steps):
         raise RuntimeError(f"{kind}, seed {seed}, spacing {spacing}: not converged")
-    return [step.contact_area for step in steps]
+    return np.array([(step.contact_area, step.continuum_area) for step in steps]).T
 
 
 def grid(seeds: int = 10) -> Iterator[str]:
@@ -287,17 +287,18 @@ def grid(seeds: int = 10) -> Iterator[str]:
     for kind, spacing in product(("hard", "repulsive"), (1.0, 0.5, 0.25)):
         alone = theory(1e4, 0.1, kind).asperity_load / 4.0
         found = [areas_of(kind, s, [alone, linear], 1e4, spacing) for s in range(seeds)]
-        first, last = np.transpose(found)
+        (first, last), (_, corrected) = np.transpose(found)
         radii = (first / np.pi) ** 1.5 * 4.0 / (3.0 * alone)
         rows.append(
             (
                 kind,
                 spacing,
                 mean_and_error(last * 0.1 / linear),
+                mean_and_error(corrected * 0.1 / linear),
                 mean_and_error(radii / rho),
             )
         )
-    yield from markdown("wall, spacing/a0, A h'rms E*/N, ρ/ρ(6)", rows)
+    yield from markdown("wall, spacing/a0, A h'rms E*/N, A_c h'rms E*/N, ρ/ρ(6)", rows)
 
 
 def converged() -> Iterator[str]:
@@ -311,7 +312,7 @@ def converged() -> Iterator[str]:
         ]
         variants += [(finer, 1.0, "normal"), (radii, 0.5, "normal")]
         found = [
-            areas_of(kind, 0, 4.0 * contacts**3 / 3e3, 1e3, *settings)[-1]
+            areas_of(kind, 0, 4.0 * contacts**3 / 3e3, 1e3, *settings)[0, -1]
             for contacts, *settings in variants
         ]
         rows.append((kind, *(f"{value:g}" for value in found)))

@@ -108,6 +108,24 @@ def test_realisations_under_attraction_are_calculated_up_to_the_last_step_needed
     assert first >= second >= 2
 
 
+def test_interrupted_sampling_is_continued(sampled, tmp_path):
+    database = tmp_path / "e.db"
+    with ThreadPoolExecutor(1) as pool:
+        reports = sample_ensemble(LOADS, database, 0.3, pool, interval=0.01)
+        while next(reports).progress.steps < 3:
+            pass
+        reports.close()
+        done = read_ensemble(database)["seconds"]
+    assert not list(tmp_path.glob("*.lock"))
+    assert 3 <= done.size < 16
+    last = sample(LOADS, database, 0.3)[-1]
+    assert last.done
+    assert np.isin(done, read_ensemble(database)["seconds"]).all()
+    _, reports = sampled
+    pilot = next(r for r in reports if min(m.realisations for m in r.means) == 8)
+    assert [m.mean for m in last.means] == [m.mean for m in pilot.means]
+
+
 def test_largest_number_of_realisations_is_kept(tmp_path):
     (*_, last) = sample(LOADS, tmp_path / "e.db", 0.01, pilot=2, most=3)
     assert not last.done
