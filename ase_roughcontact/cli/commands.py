@@ -387,6 +387,8 @@ def _tradeoff(options: argparse.Namespace) -> int:
                 "error_of_reference": study.reference_error,
             }
             print(json_line(values, units_of()))
+        for grid in study.grids:
+            print(json_line(asdict(grid), units_of()))
     elif not options.quiet:
         print(study)
     return 1 if study.best is None else 0

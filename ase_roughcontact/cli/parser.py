@@ -73,7 +73,7 @@ scene or the database is invalid or damaged, 130 interrupted (Ctrl-C), 143 termi
 
 TRADEOFF = """\
 Measure the cost of accuracy on a few steps of a scene, and recommend settings for a
-relative error of force and area.
+relative error of force and area. For the continuum, grids are compared, too.
 
 Exit status: 0 there is a sufficient setting, 1 there is none, 2 the scene is invalid.
 """

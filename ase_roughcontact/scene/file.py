@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 from collections.abc import Mapping
@@ -171,5 +172,7 @@ def load_toml(text: str) -> dict[str, Any]:
 def _toml(value: Any) -> str:
     if value is None:
         return "not given"
+    if isinstance(value, float) and value == math.inf:
+        return "inf"  # of JSON "Infinity"
     numbers = methodcaller("tolist")  # of NumPy
     return json.dumps(value, ensure_ascii=False, default=numbers)

@@ -17,6 +17,7 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS, cell
 from ase_roughcontact._util.validation import FloatArray, integer, positive
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.scene.grid_trials import GridTrial, grid_table, grid_trials
 from ase_roughcontact.scene.scene import Scene
 
 #: Fraction of the requested error that the measured error of a recommended setting may
@@ -123,6 +124,8 @@ class Tradeoff:
         That of the scene's own settings, then the others.
     reference_error : float
         Estimated error of the reference; it counts as an error of every trial.
+    grids : tuple of GridTrial
+        Grids for the continuum; empty if the scene asks for the model of atoms.
     """
 
     requested: float
@@ -130,6 +133,7 @@ class Tradeoff:
     omitted: int
     trials: tuple[Trial, ...]
     reference_error: float
+    grids: tuple[GridTrial, ...] = ()
 
     @property
     def best(self) -> Trial | None:
@@ -150,6 +154,13 @@ class Tradeoff:
         return best if gains or own not in sufficient else own
 
     def __str__(self) -> str:
+        if not self.grids:
+            return self._table
+        return f"{self._table}\n\n{grid_table(self.grids, self.requested)}"
+
+    @property
+    def _table(self) -> str:
+        """Trials of the numerical settings, and the recommendation."""
         width = max(len(trial.label) for trial in self.trials)
         heading = f"{self.trials[0].compared} error"
         lines = [
@@ -272,6 +283,7 @@ def tradeoff(
         omitted=omitted,
         trials=tuple(trials),
         reference_error=max(reached, check.response_error, check.area_error),
+        grids=grid_trials(default, targets, seconds) if scene.area_error_column else (),
     )
 
 

@@ -4,6 +4,7 @@ The expected conversion factors follow from the elementary charge.
 """
 
 import json
+import math
 import re
 
 import numpy as np
@@ -155,6 +156,12 @@ def keys_of(text):
         key = re.match(r"#?(\w+) = ", line)
         found |= {f"{title}.{key[1]}"} if key else set()
     return found
+
+
+def test_infinite_hardness_is_written_as_it_is_read():
+    elastic = scene_with({"substrate.hardness": 1.0})
+    elastic = elastic.with_values({"substrate.hardness": math.inf})
+    assert Scene.parse(elastic.toml) == elastic
 
 
 def test_the_table_has_every_key_of_a_scene_file():
