@@ -1,5 +1,5 @@
 """The command ``ase-roughcontact``."""
 
-from ase_roughcontact.cli.commands import main
+from ase_roughcontact.cli.entry import main
 
 __all__ = ["main"]

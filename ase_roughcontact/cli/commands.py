@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import os
-import signal
-import sys
-import threading
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 from ase_roughcontact._util.files import refuse_link
 from ase_roughcontact._util.units import UNITS, printed_unit
@@ -42,72 +37,8 @@ from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
-_ERRORS = ValueError, RuntimeError, OSError, MemoryError
-
-
-class _Terminated(KeyboardInterrupt):
-    """SIGTERM was received; all is left as after Ctrl-C."""
-
-
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; return its exit status."""
-    options = make_parser().parse_args(arguments)
-    try:
-        with _signals_and_warnings():
-            status = COMMANDS[options.command](options)
-        sys.stdout.flush()  # here, where a closed pipe is caught
-        return status
-    except BrokenPipeError:  # the pager was closed
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-    except _ERRORS as error:
-        _print_error(error)
-        return 2
-    except _Terminated:
-        print(f"\nterminated{_what_is_kept(options)}", file=sys.stderr)
-        return 128 + signal.SIGTERM
-    except KeyboardInterrupt:
-        print(f"\ninterrupted{_what_is_kept(options)}", file=sys.stderr)
-        return 128 + signal.SIGINT
-
-
-@contextmanager
-def _signals_and_warnings() -> Iterator[None]:
-    """Raise `_Terminated` on SIGTERM, and print warnings as lines."""
-
-    def terminate(*_: object) -> NoReturn:
-        raise _Terminated
-
-    with warnings.catch_warnings():
-        warnings.showwarning = lambda warning, *_, **__: _print_error(
-            f"warning: {warning}"
-        )
-        if threading.current_thread() is not threading.main_thread():
-            yield
-            return
-        before = signal.signal(signal.SIGTERM, terminate)
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGTERM, before)
-
-
-def _print_error(message: object) -> None:
-    print(f"ase-roughcontact: {message}", file=sys.stderr)
-
-
-def _what_is_kept(options: argparse.Namespace) -> str:
-    """Return what an interrupted command leaves, and how it is continued."""
-    if options.command not in ("run", "ensemble"):
-        return ""
-    again = f"to {options.again}, give the same command again"
-    if options.command == "ensemble":
-        database = without_password(options.database)
-        return f"; finished steps are saved in {database}; {again}"
-    return (
-        f"; finished steps are saved in {options.out}; {again}; to draw them: "
-        f"ase-roughcontact figure {options.out}"
-    )
+#: Errors that are printed as a line.
+ERRORS = ValueError, RuntimeError, OSError, MemoryError
 
 
 def _scene_text(options: argparse.Namespace) -> tuple[str, str]:
@@ -149,7 +80,7 @@ def _run(options: argparse.Namespace) -> int:
     reference = reference_for(scene)
     try:
         _relax(options, reference, steps)
-    except _ERRORS:
+    except ERRORS:
         if steps:
             with suppress(OSError, MemoryError):  # in favour of the first error
                 _write_results(options, reference, steps)
@@ -179,7 +110,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
         print("\n".join([values, *report.exceeded_limits(states)]))
         print(report.file_list(folder, pictures), flush=True)
     if failure:
-        _print_error(failure)
+        report.print_error(failure)
     return 0 if all(state.converged for state in states) and not failure else 1
 
 
@@ -330,7 +261,7 @@ def _ensemble(options: argparse.Namespace) -> int:
             f"  ase db {database} record=step -c case,step,normal_force,contact_area"
         )
     for case, message in failures.items():
-        _print_error(f"case {case}: {message}")
+        report.print_error(f"case {case}: {message}")
     return 0 if enough and not failures else 1
 
 

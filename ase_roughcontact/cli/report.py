@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections import Counter
 from collections.abc import Sequence
 from datetime import timedelta
@@ -15,6 +16,11 @@ from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.windows.regrid import lost_text
+
+
+def print_error(message: object) -> None:
+    """Print an error or a warning as a line on the error output."""
+    print(f"ase-roughcontact: {message}", file=sys.stderr)
 
 
 def description(reference: Reference) -> str:

@@ -1,0 +1,79 @@
+"""The entry point: errors, signals and warnings of a command become lines."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import NoReturn
+
+from ase_roughcontact.cli.commands import COMMANDS, ERRORS
+from ase_roughcontact.cli.parser import make_parser
+from ase_roughcontact.cli.report import print_error
+from ase_roughcontact.ensemble.database import without_password
+
+
+class _Terminated(KeyboardInterrupt):
+    """SIGTERM was received; all is left as after Ctrl-C."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; return its exit status."""
+    options = make_parser().parse_args(arguments)
+    try:
+        with _signals_and_warnings():
+            status = COMMANDS[options.command](options)
+        sys.stdout.flush()  # here, where a closed pipe is caught
+        return status
+    except BrokenPipeError:  # the pager was closed
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except ERRORS as error:
+        print_error(error)
+        return 2
+    except _Terminated:
+        print(f"\nterminated{_what_is_kept(options)}", file=sys.stderr)
+        return 128 + signal.SIGTERM
+    except KeyboardInterrupt:
+        print(f"\ninterrupted{_what_is_kept(options)}", file=sys.stderr)
+        return 128 + signal.SIGINT
+
+
+@contextmanager
+def _signals_and_warnings() -> Iterator[None]:
+    """Raise `_Terminated` on SIGTERM, and print warnings as lines."""
+
+    def terminate(*_: object) -> NoReturn:
+        raise _Terminated
+
+    with warnings.catch_warnings():
+        warnings.showwarning = lambda warning, *_, **__: print_error(
+            f"warning: {warning}"
+        )
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        before = signal.signal(signal.SIGTERM, terminate)
+        try:
+            yield
+        finally:
+            signal.signal(signal.SIGTERM, before)
+
+
+def _what_is_kept(options: argparse.Namespace) -> str:
+    """Return what an interrupted command leaves, and how it is continued."""
+    if options.command not in ("run", "ensemble"):
+        return ""
+    again = f"to {options.again}, give the same command again"
+    if options.command == "ensemble":
+        database = without_password(options.database)
+        return f"; finished steps are saved in {database}; {again}"
+    return (
+        f"; finished steps are saved in {options.out}; {again}; to draw them: "
+        f"ase-roughcontact figure {options.out}"
+    )
