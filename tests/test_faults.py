@@ -369,7 +369,7 @@ def test_full_disk_is_one_line_with_file_and_cause_and_loses_nothing(
     assert str(folder / name) in message
     assert "too large" in message or "disk is full" in message
     before = kept(folder) if (folder / "sweep.traj").exists() else []
-    assert bool(before) == (size > 100)
+    assert bool(before) == (size == 300_000)
     assert not list(folder.glob("*.new"))
     assert_resumes(folder, undisturbed, before)
 

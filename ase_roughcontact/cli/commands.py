@@ -9,7 +9,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact._util.files import refuse_link
+from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.analysis import ContactMap, write_map
@@ -214,7 +214,9 @@ def _report(options: argparse.Namespace) -> int:
     if scene.path.is_loop:
         _, values, _ = _loop_results(folder, scene, _loop_of(scene, steps))
     file = folder / "report.html"
-    file.write_text(page(reference, steps, folder, values), encoding="utf-8")
+    with replaced(file) as name:
+        text = page(reference, steps, folder, values)
+        Path(name).write_text(text, encoding="utf-8")
     print(file)
     return 0
 

@@ -45,8 +45,10 @@ def read_ensemble(
         If the database does not exist or is damaged.
     """
     address = database_address(database)
-    if "://" not in address and not Path(address).exists():
-        raise ValueError(f"there is no database {address}")
+    file = Path(address)
+    # a file of one byte is an empty database to SQLite
+    if "://" not in address and not (file.exists() and file.stat().st_size > 1):
+        raise ValueError(f"there is no database {address}, or it is empty")
     stored = EnsembleDatabase(address)
     stored.check()
     return _columns(stored.select(selection, **query))

@@ -103,6 +103,14 @@ def test_rows_of_other_programs_are_not_checked(whole, database):
     assert_same(read_ensemble(database), whole[1])
 
 
+@pytest.mark.parametrize("content", ["", "S"])
+def test_an_empty_file_is_not_taken_for_an_ensemble_without_steps(tmp_path, content):
+    database = tmp_path / "e.db"
+    database.write_text(content)
+    with pytest.raises(ValueError, match=rf"{database}, or it is empty"):
+        read_ensemble(database)
+
+
 @pytest.mark.parametrize("size", [50, 5000, 20_000])
 def test_a_truncated_database_is_an_error_with_what_to_do(database, size):
     data = database.read_bytes()[:size]
@@ -116,7 +124,7 @@ def test_a_truncated_database_is_an_error_with_what_to_do(database, size):
 def damaged(data, rng):
     """Return bytes with one change: a bit, some zeros, a cut, an insertion."""
     used = [place for place, byte in enumerate(data) if byte]
-    place = rng.choice(used) if rng.random() < 0.8 else rng.randrange(100)
+    place = rng.choice(used) if rng.random() < 0.8 else rng.randrange(1, 100)
     before, after = data[:place], data[place:]
     flipped = before + bytes([after[0] ^ (1 << rng.randrange(8))]) + after[1:]
     zeros = before + bytes(min(64, len(after))) + after[64:]
