@@ -91,7 +91,7 @@ def test_a_failed_case_stops_no_other_and_is_tried_again(tmp_path):
         progress = finish([deep, SCENE], database)
         assert progress.steps == 4
         assert list(progress.failures) == [case_of(deep)]
-        assert "ValueError: " in progress.failures[case_of(deep)]
+        assert "Error: atoms can touch beyond" in progress.failures[case_of(deep)]
         assert str(progress) == "4/6 steps, 1 failed, about 0:00:00 left"
     (row,) = rows(database, record="case", state="failed")
     assert row.case == case_of(deep)
