@@ -33,7 +33,7 @@ from ase_roughcontact.solvers.gcr import gcr
 
 # Residual of the equations with the circulant model, relative to their right-hand side,
 # and the largest number of steps with the model and with the half space.
-_MODEL_RESIDUAL, _MODEL_STEPS, _STEPS = 0.02, 30, 20
+_MODEL_RESIDUAL, _MODEL_STEPS, _STEPS = 0.1, 30, 20
 # Relative residual above which a solution is none.
 _LARGEST_RESIDUAL = 0.05
 
