@@ -287,7 +287,7 @@ def grid(seeds: int = 10) -> Iterator[str]:
     for kind, spacing in product(("hard", "repulsive"), (1.0, 0.5, 0.25)):
         alone = theory(1e4, 0.1, kind).asperity_load / 4.0
         found = [areas_of(kind, s, [alone, linear], 1e4, spacing) for s in range(seeds)]
-        (first, last), (_, corrected) = np.transpose(found)
+        (first, _), (last, corrected) = np.transpose(found)
         radii = (first / np.pi) ** 1.5 * 4.0 / (3.0 * alone)
         rows.append(
             (
