@@ -14,6 +14,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
+from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.cli.parser import make_parser
@@ -33,6 +34,7 @@ from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene, default_text
 from ase_roughcontact.scene.file import load_toml
+from ase_roughcontact.scene.fit import fit_curve, smooth_fit
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
@@ -221,6 +223,22 @@ def _report(options: argparse.Namespace) -> int:
     return 0
 
 
+def _fit(options: argparse.Namespace) -> int:
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
+    scene = _scene(options)
+    depth, force = read_curve(options.curve, options.branch)
+    fit = fit_curve(scene, depth, force, [n.strip() for n in options.free.split(",")])
+    print(fit)
+    smooth = None
+    if scene.wall.attractive:
+        smooth = smooth_fit(scene, depth, force)
+        print(f"smooth sphere: work_of_adhesion {smooth.work_of_adhesion:.5g} J/m²")
+    figures.draw_fit(fit, smooth, options.picture)
+    print(options.picture)
+    return 0 if fit.converged else 1
+
+
 def _maps(options: argparse.Namespace) -> int:
     folder = options.folder
     surface = Scene.read(folder / "scene.toml").surface
@@ -345,6 +363,7 @@ COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "tradeoff": _tradeoff,
     "figure": _figure,
     "maps": _maps,
+    "fit": _fit,
     "report": _report,
     "scene": _print_scene,
     "completion": _completion,

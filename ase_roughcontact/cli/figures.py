@@ -22,6 +22,7 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.fit import Fit, SmoothFit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.theory import SphereTheory
 
@@ -118,6 +119,34 @@ def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
 def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:
     """Return a column of some steps."""
     return np.array([getattr(step, name) for step in steps])
+
+
+def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
+    """Draw a measured force curve, its fits, and the residuals.
+
+    Parameters
+    ----------
+    fit : Fit
+    smooth : SmoothFit, optional
+        Fit of a smooth sphere.
+    file : path
+    """
+    figure = Figure(figsize=(5, 5), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    depth, nanonewton = fit.depth / UNITS["nm"], UNITS["nN"]
+    upper.plot(depth, fit.force / nanonewton, "o", color=plot.GREY, label="measured")
+    curves = [("fit", fit.fitted, plot.BLUE)]
+    if smooth is not None:
+        curves.append(("smooth sphere", smooth.fitted, plot.ORANGE))
+    for label, force, colour in curves:
+        upper.plot(depth, force / nanonewton, "-", color=colour, label=label)
+        residual = (force - fit.force) / nanonewton
+        lower.plot(depth, residual, ".-", color=colour, lw=0.8)
+    upper.set_ylabel("normal force $N$ (nN)")
+    lower.set_ylabel("residual (nN)")
+    lower.set_xlabel("depth (nm)")
+    upper.legend()
+    _save(figure, file, dpi=150)
 
 
 def _is_compressive(step: LoadStep) -> bool:

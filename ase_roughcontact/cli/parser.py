@@ -78,6 +78,14 @@ relative error of force and area. For the continuum, grids are compared, too.
 Exit status: 0 there is a sufficient setting, 1 there is none, 2 the scene is invalid.
 """
 
+FIT = """\
+Fit parameters of a scene to a measured force curve by least squares, with derivatives
+from the relaxed states, and draw data, fit and residuals. The curve is a CSV file with
+the columns "force (nN)" and "depth (nm)", or "distance (nm)" of the base and
+"deflection (nm)" of the cantilever; the zero of the depth is fitted. Beside it, the
+work of adhesion of a smooth sphere is fitted by the theory of Maugis and Dugdale.
+"""
+
 MAPS = """\
 Write the pressure, gap, displacement and contact of each step of a finished or
 interrupted run to DIR/maps: as NetCDF (nc), arrays of NumPy (npz) or for ParaView
@@ -185,6 +193,27 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_output(trade, "per setting")
 
+    fit = command("fit", "fit a scene to a measured force curve", FIT)
+    curve = fit.add_argument("curve", metavar="CSV", type=Path, help="force curve")
+    fit_scene = fit.add_argument("scene", help="scene file (TOML)")
+    fit.add_argument(
+        "--free",
+        metavar="NAMES",
+        default="work_of_adhesion",
+        help="comma-separated: work_of_adhesion, contact_modulus, radius (default: "
+        "%(default)s)",
+    )
+    fit.add_argument(
+        "--branch", choices=["approach", "retraction"], help="rows of a column branch"
+    )
+    fit.add_argument(
+        "--picture",
+        metavar="FILE",
+        type=Path,
+        default=Path("fit.png"),
+        help="figure (default: %(default)s)",
+    )
+
     maps = command("maps", "write maps of pressure and gap of a run", MAPS)
     map_folder = maps.add_argument(
         "folder", metavar="DIR", type=Path, help="output folder of the run"
@@ -211,6 +240,8 @@ def make_parser() -> argparse.ArgumentParser:
         default="bash",
         help="default: %(default)s",
     )
+    for each in (curve, fit_scene):
+        each.complete = FILE  # type: ignore[attr-defined]
     for each in (folder, run_folder, map_folder, page_folder):
         each.complete = DIRECTORY  # type: ignore[attr-defined]
     table.complete = FILE  # type: ignore[attr-defined]

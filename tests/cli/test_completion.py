@@ -14,6 +14,7 @@ COMMANDS = [
     "completion",
     "ensemble",
     "figure",
+    "fit",
     "maps",
     "plan",
     "report",
