@@ -26,7 +26,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS
-from ase_roughcontact.ensemble import read_ensemble, run_ensemble
+from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.paths.validity import CHECKS, failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.topography import BoundedSurface
@@ -308,9 +308,11 @@ def test_ensembles_have_the_column_and_do_not_warn(tmp_path):
     database = tmp_path / "all.db"
     with warnings.catch_warnings():
         warnings.simplefilter("error", ValidityWarning)
-        list(run_ensemble([Scene.parse(COPPER)], database, workers=1))
+        scenes = product(Scene.parse(COPPER), {"substrate.hardness": [None, np.inf]})
+        list(run_ensemble(scenes, database, workers=1))
     table = read_ensemble(database)
-    assert all("mean pressure/hardness = " in text for text in table["validity"])
+    marked = ["mean pressure/hardness = " in text for text in table["validity"]]
+    assert sorted(marked) == [False, False, True, True]
 
 
 def test_the_built_in_scene_is_within_all_limits():
