@@ -17,7 +17,7 @@ from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.greens import Isotropic
-from ase_roughcontact.elasticity.materials import (
+from ase_roughcontact.elasticity.named_materials import (
     combined_modulus,
     material,
     work_of_adhesion,

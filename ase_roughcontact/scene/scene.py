@@ -1,4 +1,4 @@
-"""Scene: a calculation that can be read from a file, checked, planned and run."""
+"""Scene: a calculation that can be read from a file, checked and run."""
 
 from __future__ import annotations
 
@@ -6,51 +6,28 @@ import math
 import shutil
 from collections.abc import Callable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
-from ase_roughcontact.atoms.calculator import RoughContact, contact_of
-from ase_roughcontact.atoms.substrate import substrate
-from ase_roughcontact.elasticity import Isotropic
-from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
-from ase_roughcontact.paths.hysteresis import (
-    SMALLEST_STEP,
-    adhesion_loop,
-    default_step,
-)
+from ase_roughcontact.paths.hysteresis import adhesion_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import load_path
-from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.model import Model
-from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.quantities import FORCES, lengths, plain
-from ase_roughcontact.windows.expected import (
-    LARGEST_DOMAIN,
-    ExpectedContact,
-    coarsened,
-)
-from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
-from ase_roughcontact.windows.regrid import regrid
-
-# Shape of the atoms before a window is chosen.
-_FIRST_SHAPE = (8, 8)
+from ase_roughcontact.scene.path import ContactPath
+from ase_roughcontact.windows.memory import check_roughness, points_of
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
 
 
 @dataclass(frozen=True)
-class Scene(Model):
+class Scene(ContactPath):
     """Sphere, material, wall, path and solver.
 
     Parameters
@@ -162,115 +139,6 @@ class Scene(Model):
             return str(error)
         return ""
 
-    @property
-    def control(self) -> str:
-        """Controlled quantity of the path: loads, penetrations or heights."""
-        return f"{self.path.control}s"
-
-    @property
-    def steps(self) -> np.ndarray:
-        """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
-        if self.path.is_loop:
-            raise ValueError(
-                "the steps of a loop are chosen as it runs: it has no plan and no "
-                "targets; run it with Scene.loop or ase-roughcontact run"
-            )
-        unit = self.path.unit
-        units = FORCES if unit in FORCES else lengths(self.spacing)
-        path = plain(self.path, ["first", "last", "values"], units, unit)
-        return UNITS[unit] * path.targets
-
-    @property
-    def fmax(self) -> float | None:
-        """Tolerance of the forces (eV/Å); None if it is not given."""
-        if self.solver.fmax is None:
-            return None
-        positive(fmax=self.solver.fmax)
-        return self.solver.fmax * self.contact_modulus * self.spacing**2
-
-    @property
-    def accuracy(self) -> Accuracy:
-        """Accuracy of force and area."""
-        return accuracy_of(self.solver.accuracy)
-
-    @property
-    def max_steps(self) -> int:
-        """Largest number of steps of the optimizer, for each step of the path."""
-        return integer("max_steps", self.solver.max_steps, 1)
-
-    @property
-    def optimizer(self) -> Any:
-        """Optimizer; None if it is chosen for the wall."""
-        name = self.solver.optimizer
-        return None if name is None else lookup(name, OPTIMIZERS, "optimizer")
-
-    @property
-    def shape(self) -> tuple[int, int] | None:
-        """Shape of the window of atoms; None if it is chosen for each step."""
-        shape = self.substrate.shape
-        if not isinstance(shape, str):
-            return grid_shape(shape)
-        if self.substrate.periodic:
-            raise ValueError(
-                'shape = "auto" needs a free half space: give the shape of the '
-                "periodic cell, [n, m]"
-            )
-        return lookup(shape, {"auto": None}, "shape")
-
-    @property
-    def window(self) -> str:
-        """``"fixed"`` if all steps have the same window, else ``"auto"``."""
-        return "fixed" if self.shape else "auto"
-
-    def atoms(self) -> Atoms:
-        """Return the substrate and the indenter above it, with a calculator."""
-        periodic, change = self.substrate.periodic, self.grid_change
-        if self.shape:
-            check_memory(change.shape(self.shape), margin=not periodic)
-        atoms = substrate(
-            self.symbol,
-            self.shape or _FIRST_SHAPE,
-            self.surface,
-            spacing=self.spacing,
-            periodic=periodic,
-            fixed=self.path.control != "load" or self.path.is_loop,
-        )
-        solid = self.solid
-        material: dict[str, Any] = {"solid": solid}
-        if isinstance(solid, Isotropic):
-            material = {"contact_modulus": solid.contact_modulus}
-        atoms.calc = RoughContact(self.surface, interaction=self.wall, **material)
-        if change:
-            regrid(atoms, change)
-        atoms.positions[-1, 2] = contact_of(atoms).first_contact
-        return atoms
-
-    @property
-    def loop_options(self) -> dict[str, Any]:
-        """Deepest penetration, steps (Å) and tolerance of a loop."""
-        if self.path.deepest is None:
-            raise ValueError("a loop needs deepest, the penetration at which to turn")
-        units = lengths(self.spacing)
-        path: Any = plain(self.path, ["deepest", "step"], units, "Å")
-        step = path.step
-        if step is None:
-            step = default_step(self.wall, path.deepest)
-        positive(step=step, tolerance=path.tolerance)
-        return {
-            "deepest": path.deepest,
-            "step": step,
-            "smallest_step": SMALLEST_STEP * step,
-            "tolerance": path.tolerance,
-        }
-
-    @property
-    def cantilever(self) -> float | None:
-        """Stiffness of the cantilever (eV/Å^2); None if it is not given."""
-        if self.path.cantilever is None:
-            return None
-        positive(cantilever=self.path.cantilever)
-        return self.path.cantilever * UNITS["J/m^2"]
-
     def loop(
         self,
         folder: str | Path | None = None,
@@ -329,83 +197,6 @@ class Scene(Model):
             callback=report,
             **files,
         )
-
-    @property
-    def expected_contact(self) -> ExpectedContact:
-        """Bounds for the contact, which are known without the roughness."""
-        change, modulus = self.grid_change, self.contact_modulus
-        surface: Any = change.surface(self.surface, self.spacing)
-        return ExpectedContact(
-            surface, self.wall, modulus, change.spacing(self.spacing)
-        )
-
-    def check_path(self) -> None:
-        """Raise an error if a step certainly can't be calculated in automatic windows.
-
-        Nothing is calculated for this: neither the roughness nor a window.
-
-        Raises
-        ------
-        ValueError
-            If atoms touch where the roughness is not defined.
-        MemoryError
-            If a contact exceeds the free memory.
-        """
-        if self.shape:
-            return
-        expected, control, unit = self.expected_contact, self.control, self.path.unit
-        if self.path.is_loop:
-            control, unit, deepest = "penetrations", "Å", self.loop_options["deepest"]
-        else:
-            steps = self.steps
-            deepest = float(steps.min() if control == "heights" else steps.max())
-        step = f"[path] {control.rstrip('s')} of {deepest / UNITS[unit]:g} {unit}"
-        try:
-            expected.check_surface(control, deepest)
-            expected.check_memory(control, deepest)
-        except ValueError as error:
-            raise ValueError(f"{step}: {error}") from error
-        except MemoryError as error:
-            raise MemoryError(f"{step}: {error}") from error
-
-    def plan(self) -> Plan:
-        """Return the windows, memory and time that the path will need.
-
-        Very large windows and roughnesses are planned on a coarser lattice.
-        """
-        expected, control = self.expected_contact, self.control
-        surface, spacing = expected.indenter, expected.spacing
-        path: dict[str, Any] = {"indenter": surface, "spacing": spacing}
-        if self.shape:
-            many = points_of(surface, spacing) > LARGEST_DOMAIN**2
-            scene = replace(self, roughness=None) if many else self
-            return plan_path(scene.atoms(), control, self.steps, "fixed", **path)
-        targets, counts = thinned(self.steps)
-        ratios = np.array([expected.coarsening(control, t) for t in targets.tolist()])
-        plans, planned = {}, dict[float, PlannedStep]()
-        for ratio in np.unique(ratios).tolist():
-            atoms = self.atoms() if ratio == 1 else self._coarse_atoms(expected, ratio)
-            part = targets[ratios == ratio]
-            plans[ratio] = plan_path(atoms, control, part, "auto", **path)
-            planned |= {step.target: step for step in plans[ratio].steps}
-        return replace(
-            plans[ratio],
-            steps=tuple(
-                replace(planned[target], count=count)
-                for target, count in zip(targets.tolist(), counts.tolist(), strict=True)
-            ),
-            advice=next((p.advice for p in reversed(plans.values()) if p.advice), ""),
-        )
-
-    def _coarse_atoms(self, expected: ExpectedContact, ratio: int) -> Atoms:
-        """Return atoms with which a plan is made on a coarser lattice."""
-        surface, spacing = coarsened(expected.indenter, expected.spacing, ratio)
-        fixed = self.path.control != "load"
-        atoms = substrate(
-            self.substrate.symbol, _FIRST_SHAPE, surface, spacing=spacing, fixed=fixed
-        )
-        atoms.calc = RoughContact(surface, self.contact_modulus, self.wall)
-        return atoms
 
     def relax(
         self, steps: ArrayLike | None = None, **options: Any

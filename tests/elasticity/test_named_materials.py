@@ -9,7 +9,7 @@ from small_scene import SMALL
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.elasticity.material import CRYSTALS, crystal_modulus
-from ase_roughcontact.elasticity.materials import (
+from ase_roughcontact.elasticity.named_materials import (
     MATERIALS,
     combined_modulus,
     indentation_modulus,
