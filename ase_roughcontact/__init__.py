@@ -5,7 +5,7 @@ __version__ = "0.1.0"
 import warnings
 
 from ase_roughcontact.atoms.calculator import RoughContact
-from ase_roughcontact.atoms.snapshot import restore, snapshot
+from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.optimize import (
@@ -53,6 +53,7 @@ __all__ = [
     "column",
     "fcc_spacing",
     "load_path",
+    "pressure_of",
     "restore",
     "snapshot",
     "substrate",
