@@ -156,8 +156,9 @@ def means_table(scene: Scene, sampling: Sampling) -> str:
 
 
 def limits(step: LoadStep) -> str:
-    """Return the end of a row: the limits of the model that a step exceeds."""
-    return f"   LIMITS: {step.validity}" if step.validity else ""
+    """Return the end of a row: names of the limits of the model that a step exceeds."""
+    names = [check.name for check in failed_checks(step.validity).values()]
+    return f"   LIMITS: {', '.join(names)}" if names else ""
 
 
 def solver_line(step: LoadStep) -> str:
