@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from scipy.fft import irfft2, rfft2
 from scipy.optimize import minimize
+from solids import CONTINUA, spring_crystal
 
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import LennardJones93
 
@@ -32,6 +34,30 @@ def periodic(request):
     return request.param
 
 
+@pytest.fixture(scope="session")
+def crystal():
+    return spring_crystal()
+
+
+@pytest.fixture(
+    scope="session",
+    params=[
+        "isotropic",
+        *(
+            pytest.param(name, marks=pytest.mark.slow)
+            for name in ("crystal", *CONTINUA)
+        ),
+    ],
+)
+def solid(request):
+    """Isotropic solid; in the slow suite also every other one."""
+    if request.param == "isotropic":
+        return Isotropic(1.0)
+    if request.param == "crystal":
+        return request.getfixturevalue("crystal")
+    return CONTINUA[request.param]
+
+
 @pytest.fixture
 def no_pictures(monkeypatch):
     """Skip the figures of runs, which would take most of the time."""
@@ -44,9 +70,9 @@ def rng():
 
 
 @pytest.fixture
-def scene(periodic, wall, rng):
+def scene(periodic, wall, solid, rng):
     """A small contact whose heights span the range of every wall."""
-    halfspace = (PeriodicHalfSpace if periodic else FreeHalfSpace)((6, 5), 1.0, 1.0)
+    halfspace = (PeriodicHalfSpace if periodic else FreeHalfSpace)((6, 5), 1.0, solid)
     return Contact(halfspace, rng.uniform(0.0, 3.0, (6, 5)), wall)
 
 

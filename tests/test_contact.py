@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity import Crystal
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93
 
@@ -11,8 +12,8 @@ WALL = LennardJones93.repulsive(1.0, 1.0)
 STEP = 1e-5
 
 
-def half_space(periodic, shape=(6, 5)):
-    return (PeriodicHalfSpace if periodic else FreeHalfSpace)(shape, 1.0, 1.0)
+def half_space(periodic, shape=(6, 5), solid=1.0):
+    return (PeriodicHalfSpace if periodic else FreeHalfSpace)(shape, 1.0, solid)
 
 
 def random_displacement(contact, rng, size=0.2):
@@ -64,12 +65,18 @@ def test_relaxed_energy_falls_with_the_height_by_the_normal_force(scene, relax):
     assert slope == pytest.approx(middle.normal_force, rel=1e-4)
 
 
-def test_at_equilibrium_the_substrate_pushes_back_with_the_normal_force(rng, relax):
-    contact = Contact(half_space(False), rng.uniform(0.0, 3.0, (6, 5)), WALL)
+def test_at_equilibrium_the_substrate_pushes_back_with_the_normal_force(
+    rng, relax, solid
+):
+    contact = Contact(
+        half_space(False, solid=solid), rng.uniform(0.0, 3.0, (6, 5)), WALL
+    )
     u = relax(contact, 0.0, gtol=1e-9)
     elastic = contact.halfspace.elastic_pressure(u)
     normal_force = contact.evaluate(u, 0.0).normal_force
-    assert elastic.sum() == pytest.approx(normal_force, rel=1e-8)
+    # rounding errors of the energy stop scipy at 1.6e-8 on the crystal
+    error = 2e-8 if isinstance(solid, Crystal) else 1e-8
+    assert elastic.sum() == pytest.approx(normal_force, rel=error)
 
 
 def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
@@ -84,10 +91,10 @@ def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
 # Symmetries
 
 
-def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng):
+def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng, solid):
     heights = rng.uniform(0.0, 3.0, (6, 5))
-    contact = Contact(half_space(periodic), heights, wall)
-    swapped = Contact(half_space(periodic, (5, 6)), heights.T, wall)
+    contact = Contact(half_space(periodic, solid=solid), heights, wall)
+    swapped = Contact(half_space(periodic, (5, 6), solid=solid), heights.T, wall)
     u = random_displacement(contact, rng)
     state, mirror = contact.evaluate(u, 0.5), swapped.evaluate(u.T, 0.5)
     scale = np.abs(state.forces).max()
@@ -96,26 +103,32 @@ def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng):
 
 
 @pytest.mark.parametrize("name", ["energies", "forces", "gap", "pressure"])
-def test_a_shift_of_the_whole_periodic_substrate_changes_nothing(wall, rng, name):
-    contact = Contact(half_space(True), rng.uniform(0.0, 3.0, (6, 5)), wall)
+def test_a_shift_of_the_whole_periodic_substrate_changes_nothing(
+    wall, rng, name, solid
+):
+    contact = Contact(
+        half_space(True, solid=solid), rng.uniform(0.0, 3.0, (6, 5)), wall
+    )
     u = random_displacement(contact, rng)
     there, here = (getattr(contact.evaluate(u + c, 0.8), name) for c in (0.7, 0.0))
     np.testing.assert_allclose(there, here, atol=1e-12 * np.abs(here).max())
 
 
-def test_periodic_forces_sum_to_zero(wall, rng):
-    contact = Contact(half_space(True), rng.uniform(0.0, 3.0, (6, 5)), wall)
+def test_periodic_forces_sum_to_zero(wall, rng, solid):
+    contact = Contact(
+        half_space(True, solid=solid), rng.uniform(0.0, 3.0, (6, 5)), wall
+    )
     forces = contact.evaluate(random_displacement(contact, rng), 0.5).forces
     assert abs(forces.sum()) < 1e-12 * np.abs(forces).sum()
 
 
-def test_energy_does_not_depend_on_the_position_in_a_free_window():
+def test_energy_does_not_depend_on_the_position_in_a_free_window(solid):
     heights = np.full((8, 8), 5.0)
     heights[2, 2] = 0.0
     corner = np.roll(heights, (3, 4), (0, 1))
     energies = [
-        Contact(half_space(False, (8, 8)), each, WALL).evaluate(
-            np.zeros(half_space(False, (8, 8)).grid), 0.8
+        Contact(half_space(False, (8, 8), solid=solid), each, WALL).evaluate(
+            np.zeros(half_space(False, (8, 8), solid=solid).grid), 0.8
         )
         for each in (heights, corner)
     ]
@@ -155,8 +168,8 @@ def test_first_contact_is_the_height_at_which_one_atom_begins_to_touch(scene):
 # Hard wall
 
 
-def test_hard_wall_carries_the_pressure_that_holds_its_atoms(periodic, rng):
-    half = half_space(periodic)
+def test_hard_wall_carries_the_pressure_that_holds_its_atoms(periodic, rng, solid):
+    half = half_space(periodic, solid=solid)
     pressure = np.maximum(rng.normal(size=half.shape), 0.0)
     u = half.padded_displacement(pressure)
     window = u[: half.shape[0], : half.shape[1]]

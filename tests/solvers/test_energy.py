@@ -20,10 +20,10 @@ def constant(load):
 
 
 @pytest.fixture
-def energy(periodic, wall, rng):
+def energy(periodic, wall, solid, rng):
     kind = PeriodicHalfSpace if periodic else FreeHalfSpace
     heights = rng.uniform(0.0, 2.0, (9, 8))
-    return ContactEnergy(Contact(kind((9, 8), 1.0, 1.0), heights, wall), spring)
+    return ContactEnergy(Contact(kind((9, 8), 1.0, solid), heights, wall), spring)
 
 
 def random_state(energy, rng):

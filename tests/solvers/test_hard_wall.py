@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import nnls
+from solids import CONTINUA
 
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
@@ -17,9 +18,9 @@ from ase_roughcontact.topography import RoughSphere, SelfAffine
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3)
 
 
-def contact_of(heights, *, periodic=False, spacing=1.0, contact_modulus=1.0):
+def contact_of(heights, *, periodic=False, spacing=1.0, solid=1.0):
     kind = PeriodicHalfSpace if periodic else FreeHalfSpace
-    halfspace = kind(heights.shape, spacing, contact_modulus)
+    halfspace = kind(heights.shape, spacing, solid)
     return Contact(halfspace, heights, HardWall())
 
 
@@ -135,11 +136,11 @@ def dense_compliance(halfspace):
 
 
 @pytest.fixture(scope="module")
-def dense():
+def dense(solid):
     """A small rough contact, and its solution by non-negative least squares."""
     heights = 2 * rough_sphere((14, 12), 40.0)
     height = -heights.min() - 0.8
-    contact = contact_of(heights)
+    contact = contact_of(heights, solid=solid)
     factor = np.linalg.cholesky(dense_compliance(contact.halfspace))
     target = np.linalg.solve(factor, -(heights + height).ravel())
     pressure, _ = nnls(factor.T, target)
@@ -165,9 +166,9 @@ def test_height_under_a_load_is_the_one_that_gives_it(dense):
     assert_allclose(state.height, height, atol=1e-9)
 
 
-def test_periodic_solution_is_that_of_non_negative_least_squares():
+def test_periodic_solution_is_that_of_non_negative_least_squares(solid):
     heights = ROUGH.heights((12, 10), 1.0)
-    contact = contact_of(heights, periodic=True)
+    contact = contact_of(heights, periodic=True, solid=solid)
     state = solve(contact, 3.0, tolerance=1e-10)
     # at the height found, a small mean compliance only shifts the height
     matrix = dense_compliance(contact.halfspace) + 1.0
@@ -219,9 +220,9 @@ def test_full_contact_of_a_wave_carries_the_wave_on_the_mean():
 
 
 @pytest.fixture(scope="module")
-def rough():
+def rough(solid):
     """A rough sphere, solved on two coarser grids first."""
-    contact = contact_of(rough_sphere((128, 128)))
+    contact = contact_of(rough_sphere((128, 128)), solid=solid)
     return contact, 60.0, solve(contact, 60.0, tolerance=1e-8)
 
 
@@ -261,8 +262,8 @@ def test_start_from_the_solution_is_converged(rough):
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
-def test_start_from_the_pressure_of_the_displacement_is_converged(periodic):
-    contact = contact_of(rough_sphere((40, 32)), periodic=periodic)
+def test_start_from_the_pressure_of_the_displacement_is_converged(periodic, solid):
+    contact = contact_of(rough_sphere((40, 32)), periodic=periodic, solid=solid)
     state = solve(contact, 5.0, tolerance=1e-8)
     moved = contact.halfspace.padded_displacement(state.pressure)
     start = contact.halfspace.elastic_pressure(moved)[:40, :32]
@@ -273,8 +274,8 @@ def test_start_from_the_pressure_of_the_displacement_is_converged(periodic):
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @pytest.mark.parametrize("shape", [(1, 1), (33, 4), (40, 40)])
-def test_start_that_is_much_too_large_is_allowed(shape, periodic, rng):
-    contact = contact_of(rng.standard_normal(shape), periodic=periodic)
+def test_start_that_is_much_too_large_is_allowed(shape, periodic, rng, solid):
+    contact = contact_of(rng.standard_normal(shape), periodic=periodic, solid=solid)
     height = -contact.heights.mean() + 0.02
     start = 1e3 * (1.0 + rng.random(shape))
     assert_optimal(contact, solve(contact, height=height, start=start))
@@ -304,7 +305,10 @@ def test_cropped_window_is_cheaper(rough):
     contact, _, _ = rough
     cropped = sum(step.pairs for step in steps(contact, 0.01))
     whole = sum(step.pairs for step in steps(contact, 0.01, largest_crop=0.0))
-    assert cropped < whole / 3
+    if contact.halfspace.solid.bulges:  # atoms outside may touch: not cropped
+        assert cropped == whole
+    else:
+        assert cropped < whole / 3
 
 
 def test_cropped_window_grows_if_it_is_too_small(rough):
@@ -338,7 +342,7 @@ def test_only_the_last_step_is_converged(rough):
 
 
 def test_error_is_the_force_that_closes_the_gap_of_an_atom():
-    contact = contact_of(np.zeros((1, 1)), spacing=2.0, contact_modulus=3.0)
+    contact = contact_of(np.zeros((1, 1)), spacing=2.0, solid=3.0)
     first, *_ = steps(contact, height=-0.1)
     last = solve(contact, height=-0.1)
     assert_allclose(first.error, force(contact, last), rtol=1e-6)
@@ -369,22 +373,22 @@ def test_one_atom_in_contact_carries_the_depth_over_its_compliance():
     assert_allclose(state.pressure[4, 4], 1e-3 / depth_per_pressure, rtol=1e-8)
 
 
-def test_no_contact_above_the_highest_peak():
-    contact = contact_of(rough_sphere((20, 20)))
+def test_no_contact_above_the_highest_peak(solid):
+    contact = contact_of(rough_sphere((20, 20)), solid=solid)
     state = solve(contact, height=contact.first_contact + 0.1)
     assert not state.pressure.any()
     assert state.energy == state.error == 0.0
 
 
-def test_no_load_is_carried_at_first_touch():
-    contact = contact_of(rough_sphere((20, 20)))
+def test_no_load_is_carried_at_first_touch(solid):
+    contact = contact_of(rough_sphere((20, 20)), solid=solid)
     state = solve(contact, 0.0)
     assert state.height == contact.first_contact
     assert not state.pressure.any()
 
 
-def test_displacement_below_a_flat_punch_is_uniform():
-    contact = contact_of(np.zeros((16, 16)))
+def test_displacement_below_a_flat_punch_is_uniform(solid):
+    contact = contact_of(np.zeros((16, 16)), solid=solid)
     state = solve(contact, 10.0, tolerance=1e-9)
     displacement = contact.halfspace.displacement(state.pressure)
     assert_allclose(displacement, state.height, atol=1e-8)
@@ -404,8 +408,8 @@ shapes = pytest.mark.parametrize("shape", SHAPES, ids=lambda s: f"{s[0]}x{s[1]}"
 
 @shapes
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
-def test_window_of_any_shape(shape, periodic, rng):
-    contact = contact_of(rng.standard_normal(shape), periodic=periodic)
+def test_window_of_any_shape(shape, periodic, rng, solid):
+    contact = contact_of(rng.standard_normal(shape), periodic=periodic, solid=solid)
     load = 0.1 * contact.heights.size
     assert_optimal(contact, solve(contact, load), load)
 
@@ -416,29 +420,29 @@ def test_load_of_any_size(rough, load):
     assert_optimal(contact, solve(contact, load), load)
 
 
-def test_roughness_of_single_atoms():
+def test_roughness_of_single_atoms(solid):
     heights = np.random.default_rng(0).standard_normal((64, 64))
-    contact = contact_of(heights)
+    contact = contact_of(heights, solid=solid)
     assert_optimal(contact, solve(contact, 100.0), 100.0)
 
 
 @pytest.mark.parametrize("pressure", [1e-5, 1e-2, 0.5])
-def test_periodic_rough_surface(pressure):
-    contact = contact_of(ROUGH.heights((128, 128), 1.0), periodic=True)
+def test_periodic_rough_surface(pressure, solid):
+    contact = contact_of(ROUGH.heights((128, 128), 1.0), periodic=True, solid=solid)
     load = pressure * contact.heights.size
     assert_optimal(contact, solve(contact, load), load)
 
 
-def test_periodic_height_and_load_control_agree():
-    contact = contact_of(ROUGH.heights((64, 64), 1.0), periodic=True)
+def test_periodic_height_and_load_control_agree(solid):
+    contact = contact_of(ROUGH.heights((64, 64), 1.0), periodic=True, solid=solid)
     state = solve(contact, 40.0, tolerance=1e-8)
     again = solve(contact, height=state.height, tolerance=1e-8)
     assert 0.05 < (state.pressure > 0).mean() < 0.5
     assert_same(again, state, atol=1e-5)
 
 
-def test_periodic_surface_leaves_full_contact_when_the_indenter_rises():
-    contact = contact_of(ROUGH.heights((24, 24), 1.0), periodic=True)
+def test_periodic_surface_leaves_full_contact_when_the_indenter_rises(solid):
+    contact = contact_of(ROUGH.heights((24, 24), 1.0), periodic=True, solid=solid)
     full = solve(contact, 4000.0)
     assert full.pressure.min() > 0.0
     height = -contact.heights.mean() + 0.1
@@ -447,13 +451,13 @@ def test_periodic_surface_leaves_full_contact_when_the_indenter_rises():
     assert_optimal(contact, state)
 
 
-def test_hard_wall_is_the_limit_of_stiff_soft_walls(relax):
+def test_hard_wall_is_the_limit_of_stiff_soft_walls(relax, solid):
     heights = sphere(9, 10.0)
-    hard = solve(contact_of(heights), height=-0.5)
+    hard = solve(contact_of(heights, solid=solid), height=-0.5)
     errors = []
     for stiffness in (10.0, 100.0):
         wall = LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness)
-        soft = Contact(FreeHalfSpace(heights.shape, 1.0, 1.0), heights, wall)
+        soft = Contact(FreeHalfSpace(heights.shape, 1.0, solid), heights, wall)
         height = wall.contact_distance - 0.5
         found = soft.evaluate(relax(soft, height), height)
         errors.append(found.normal_force / hard.pressure.sum() - 1)
@@ -468,7 +472,7 @@ def test_units_change_neither_the_steps_nor_the_result():
     heights = rough_sphere((80, 80))
     atoms = contact_of(heights)
     spacing, modulus = 2.5e-10, 1.1e11
-    metres = contact_of(heights * spacing, spacing=spacing, contact_modulus=modulus)
+    metres = contact_of(heights * spacing, spacing=spacing, solid=modulus)
     unit = modulus * spacing**2
     one, other = steps(atoms, 30.0), steps(metres, 30.0 * unit, tolerance=1e-6 * unit)
     assert len(one) == len(other)
@@ -476,19 +480,21 @@ def test_units_change_neither_the_steps_nor_the_result():
     assert_allclose(one[-1].height, other[-1].height / spacing, atol=1e-5)
 
 
-def test_cost_of_a_rough_sphere():
+def test_cost_of_a_rough_sphere(solid):
     n = 256
     surface = RoughSphere(10.0 * n, SelfAffine(0.1, 0.8, 4.0, 256.0, seed=0))
-    contact = contact_of(surface.heights((n, n), 1.0, centred((n, n))))
+    contact = contact_of(surface.heights((n, n), 1.0, centred((n, n))), solid=solid)
     done = steps(contact, 4 * (0.3 * n) ** 3 / (30 * n))
     assert len(done) <= 9  # exact convolutions
-    assert sum(step.pairs for step in done) < 27
+    # measured: 24 on the isotropic solid, 28 on the cubic one, 43 on the hard layer
+    limits = {CONTINUA["cubic"]: 30, CONTINUA["hard layer"]: 46}
+    assert sum(step.pairs for step in done) < limits.get(solid, 27)
 
 
-def test_an_exact_model_is_not_solved_beyond_single_precision():
+def test_an_exact_model_is_not_solved_beyond_single_precision(solid):
     rough = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=0)
     heights = rough_sphere((60, 60), 1000.0, rough)
-    done = steps(contact_of(heights, periodic=True), 100.0, tolerance=1e-7)
+    done = steps(contact_of(heights, periodic=True, solid=solid), 100.0, tolerance=1e-7)
     assert done[-1].converged
     assert sum(step.pairs for step in done) < 120  # all of a budget is 600
 
