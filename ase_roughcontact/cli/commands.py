@@ -40,7 +40,7 @@ from ase_roughcontact.scene.tradeoff import tradeoff
 
 UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 #: Errors that are printed as a line.
-ERRORS = ValueError, RuntimeError, OSError, MemoryError
+ERRORS = ValueError, RuntimeError, OSError, MemoryError, ImportError
 
 
 def _scene_text(options: argparse.Namespace) -> tuple[str, str]:
@@ -160,8 +160,8 @@ def _relax(
         if len(steps) > restored:
             meter.add(["path"])
         if _prints_text(options):
-            left = meter.progress().left
-            row = report.table_row(reference, step, left, len(steps) <= restored)
+            progress, old = meter.progress(), len(steps) <= restored
+            row = report.table_row(reference, step, progress, old)
             print(row, flush=True)
         if options.verbose:
             print(report.solver_line(step), flush=True)
@@ -349,8 +349,9 @@ def _completion(options: argparse.Namespace) -> int:
     try:
         import shtab
     except ImportError as error:
-        raise RuntimeError(
-            "completion needs shtab: pip install 'ase-roughcontact[completion]'"
+        raise ImportError(
+            "completion needs shtab: install the extra completion: pip install "
+            "'.[completion]' in the folder of the source code"
         ) from error
     print(shtab.complete(make_parser(), options.shell))
     return 0

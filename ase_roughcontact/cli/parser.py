@@ -108,7 +108,7 @@ Print the built-in scene file, a template with a description of each key.
 
 COMPLETION = """\
 Print a script that completes commands and options of ase-roughcontact in a shell. It
-needs shtab (pip install 'ase-roughcontact[completion]'). For bash:
+needs shtab (pip install '.[completion]' in the folder of the source code). For bash:
 
   ase-roughcontact completion > ~/.ase-roughcontact-completion
   echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc

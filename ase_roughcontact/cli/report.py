@@ -6,16 +6,18 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Sequence
-from datetime import timedelta
 from pathlib import Path
 
-from ase_roughcontact._util.units import UNITS, cell, printed_unit
-from ase_roughcontact.ensemble import Sampling
+from ase_roughcontact._util.units import UNITS, cell, duration, printed_unit
+from ase_roughcontact.ensemble import Progress, Sampling
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.windows.regrid import lost_text
+
+# Time of a run before which nothing is said about the time left (s).
+_START = 2.0
 
 
 def print_error(message: object) -> None:
@@ -82,7 +84,7 @@ def table_header(reference: Reference) -> str:
 def table_row(
     reference: Reference,
     step: LoadStep,
-    left: float = math.nan,
+    progress: Progress | None = None,
     restored: bool = False,
 ) -> str:
     """Return the row of a step in the table of steps.
@@ -92,8 +94,9 @@ def table_row(
     reference : Reference
         Theory for the scene.
     step : LoadStep
-    left : float
-        Time left (s), NaN if it is unknown.
+    progress : Progress, optional
+        Of the run. The time left is printed if it is at least a second, and the run has
+        taken two: before, most of the time was that of its start.
     restored : bool
         Whether the step is that of an earlier run.
 
@@ -116,8 +119,8 @@ def table_row(
     if reference.rough_above is not None:
         row += _ratio(float(reference.rough_area(force)), smooth, 10)
     row += cell("restored", 11) if restored else cell(step.seconds, 11, ".2f")
-    if math.isfinite(left) and round(left):
-        row += f"   about {timedelta(seconds=round(left))} left"
+    if progress and progress.elapsed > _START and progress.left >= 1.0:
+        row += f"   about {duration(progress.left)} left"
     return row + limits(step) + _failure(scene, step)
 
 

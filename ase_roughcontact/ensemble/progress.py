@@ -6,10 +6,10 @@ import math
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import timedelta
 
 import numpy as np
 
+from ase_roughcontact._util.units import duration
 from ase_roughcontact.scene import Scene
 
 # Cost of a load step without contact, in atoms in contact. Measured for copper and a
@@ -46,7 +46,7 @@ class Progress:
         if self.failures:
             parts.append(f"{len(self.failures)} failed")
         if math.isfinite(self.left):
-            parts.append(f"about {timedelta(seconds=round(self.left))} left")
+            parts.append(f"about {duration(self.left)} left")
         return ", ".join(parts)
 
 

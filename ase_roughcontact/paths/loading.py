@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import asdict
 from functools import partial
@@ -46,7 +46,7 @@ def load_path(
     validity: str = "warn",
     refine: int = 1,
     coarsen: int = 1,
-) -> Iterator[LoadStep]:
+) -> Generator[LoadStep, None, None]:
     """Relax the atoms at one load after another.
 
     Parameters
@@ -167,7 +167,7 @@ def _relax(
     files: AbstractContextManager[Write],
     finished: FinishedSteps | None,
     report: ValidityReport,
-) -> Iterator[LoadStep]:
+) -> Generator[LoadStep, None, None]:
     """Yield the steps of a path, and write those that are not done yet."""
     first = 0
     with files as write:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import timedelta
 from functools import partial
 
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.units import cell
+from ase_roughcontact._util.units import cell, duration
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction
@@ -137,11 +136,11 @@ class Plan:
         if bad:
             advice = f" To run all, {self.advice}." if self.advice else ""
             lines += ["", f"{bad} of {number} steps can't run.{advice}"]
-        total = timedelta(seconds=math.ceil(self.seconds))
         verdict = "" if self.fits else ": NOT ENOUGH"
         lines += [
             "",
-            f"In all about {total}, and at most {self.memory / 1e9:.2g} GB of the "
+            f"In all about {duration(max(self.seconds, 1.0))}, and at most "
+            f"{self.memory / 1e9:.2g} GB of the "
             f"{self.available / 1e9:.2g} GB that are free{verdict}.",
             "",
             "Left out:",

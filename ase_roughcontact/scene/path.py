@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +20,7 @@ from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
 from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.quantities import FORCES, lengths, plain
+from ase_roughcontact.scene.section import QUANTITY
 from ase_roughcontact.windows.expected import (
     LARGEST_DOMAIN,
     ExpectedContact,
@@ -125,6 +127,15 @@ class ContactPath(Model):
             raise ValueError("a loop needs deepest, the penetration at which to turn")
         units = lengths(self.spacing)
         path: Any = plain(self.path, ["deepest", "step"], units, "Å")
+        attraction = self.wall.cutoff - self.wall.contact_distance
+        if not -attraction < path.deepest < math.inf:
+            given = QUANTITY.fullmatch(str(self.path.deepest))
+            unit = given[2] if given else "Å"
+            raise ValueError(
+                f"deepest must be a penetration above {-attraction / units[unit]:.4g} "
+                f"{unit}, where the wall begins to act, got "
+                f"{path.deepest / units[unit]:g} {unit}"
+            )
         step = path.step
         if step is None:
             step = default_step(self.wall, path.deepest)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterator
+from contextlib import closing, suppress
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -19,6 +19,7 @@ from ase_roughcontact.paths.hysteresis import adhesion_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.path import ContactPath
 from ase_roughcontact.windows.memory import check_roughness, points_of
 
@@ -200,7 +201,7 @@ class Scene(ContactPath):
 
     def relax(
         self, steps: ArrayLike | None = None, **options: Any
-    ) -> Iterator[LoadStep]:
+    ) -> Generator[LoadStep, None, None]:
         """Relax step after step.
 
         Parameters
@@ -212,7 +213,7 @@ class Scene(ContactPath):
 
         Returns
         -------
-        iterator of LoadStep
+        generator of LoadStep
         """
         targets = self.steps if steps is None else steps
         path: dict[str, Any] = {self.control: targets}
@@ -257,6 +258,7 @@ class Scene(ContactPath):
         """
         self.check()
         self.check_path()
+        report = ValidityReport(validity)
         folder = _results_folder(folder)
         file = folder / "scene.toml"
         files: dict[str, Any] = {
@@ -264,7 +266,7 @@ class Scene(ContactPath):
             "csv": folder / "curve.csv",
         }
         try:
-            path = self.relax(resume=True, validity=validity, **files)
+            path = self.relax(resume=True, validity="ignore", **files)
         except ValueError as error:
             changes: list[str] = []
             with suppress(ValueError, OSError):
@@ -276,10 +278,12 @@ class Scene(ContactPath):
                 "another folder, or delete this one; a path can be extended only by "
                 "steps after its last one"
             ) from error
-        for number, step in enumerate(path):
-            if number == 0:  # from here on, no other run writes into the folder
-                self._write_inputs(file, text or self.toml)
-            yield step
+        with closing(path):
+            for number, step in enumerate(path):
+                if number == 0:  # from here on, no other run writes into the folder
+                    self._write_inputs(file, text or self.toml)
+                report(number, step.validity)
+                yield step
 
     def _write_inputs(self, file: Path, text: str) -> None:
         """Write the scene, and copy its files beside it, where they are found again."""

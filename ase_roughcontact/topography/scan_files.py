@@ -138,8 +138,9 @@ def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
         from SurfaceTopography import open_topography
     except ImportError as error:
         raise ImportError(
-            f"{path} needs the package SurfaceTopography: pip install "
-            "'ase_roughcontact[topography]'; or export the scan as text"
+            f"{path} needs the package SurfaceTopography: install the extra "
+            "topography: pip install '.[topography]' in the folder of the source "
+            "code; or export the scan as text"
         ) from error
     if not path.is_file():
         raise FileNotFoundError("there is no such file")

@@ -24,10 +24,12 @@ from ase import Atoms
 from ase_roughcontact.atoms.calculator import contact_of, elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.elasticity import Crystal, Cubic, Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.exchange import carry, exchange_window, window_of
+from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
 from ase_roughcontact.windows.options import WindowOptions
@@ -73,6 +75,10 @@ class AutoWindow:
         self._adhesion: AdhesionEstimate | None = None
         if self._wall.attractive and isinstance(indenter, RoughSphere):
             self._adhesion = AdhesionEstimate(indenter, self._wall, modulus, spacing)
+        self._expected: ExpectedContact | None = None
+        homogeneous = isinstance(contact.halfspace.solid, (Isotropic, Cubic, Crystal))
+        if homogeneous and isinstance(indenter, RoughSphere):
+            self._expected = ExpectedContact(indenter, self._wall, modulus, spacing)
         self._prediction = DepthPrediction(
             self.footprint, self._wall, modulus, self._options.load_factor
         )
@@ -96,10 +102,14 @@ class AutoWindow:
         ValueError
             If an atom could touch where the surface is not defined.
         MemoryError
-            If adhesion draws more atoms into contact than the memory allows.
+            If a window does not fit into the free memory.
         """
         height = float(atoms.positions[-1, 2])
         load = atoms.calc.parameters["load"] if control == "loads" else None
+        if self._expected:  # before the roughness is searched for the atoms in reach
+            target = ("heights", height) if load is None else ("loads", load)
+            self._expected.check_surface(*target)
+            self._expected.check_memory(*target)
         adhesive_contact = self._adhesive_contact(atoms, load)
         if load is not None:
             height = self._predicted_height(load, height)

@@ -76,4 +76,4 @@ def test_scripts_for_other_shells_are_printed(capsys):
 def test_without_shtab_the_extra_to_install_is_printed(capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "shtab", None)
     assert main(["completion"]) == 2
-    assert "ase-roughcontact[completion]" in capsys.readouterr().err
+    assert "'.[completion]'" in capsys.readouterr().err

@@ -101,6 +101,7 @@ def test_a_loop_prints_its_states_and_characteristic_values(tmp_path, capsys):
     "old, new, message",
     [
         ('deepest = "0.15 nm"', "", "a loop needs deepest"),
+        ('"0.15 nm"', '"-0.9 nm"', r"deepest must be .* above -0\.\d+ nm, .* -0\.9 nm"),
         ('"loop"', '"lop"', "unknown kind of path 'lop'"),
         ("step = 0.5", "step = -1.0", "step must be a finite number > 0"),
         ("cantilever = 60.0", "cantilever = 0.0", "cantilever must be"),

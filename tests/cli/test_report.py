@@ -3,11 +3,13 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from ase_roughcontact import plot
 from ase_roughcontact.cli.figures import draw, write_view
 from ase_roughcontact.cli.report import summary, table_header, table_row
+from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -94,11 +96,21 @@ def test_lines_with_results_of_theory_name_the_system(run):
     assert all(re.search("[Tt]heory.*smooth sphere, w = 0.5 J/m²", x) for x in lines)
 
 
-def test_a_row_has_the_time_left_if_it_is_at_least_a_second(run):
+@pytest.mark.parametrize(
+    "elapsed, left, end",
+    [
+        (3.0, 80.2, "about 0:01:20 left"),
+        (3.0, 1e30, "about 3.2e+22 years left"),
+        (3.0, 0.2, ""),
+        (0.5, 24.0, ""),  # nearly all of the time was that of the start
+        (0.5, np.nan, ""),
+    ],
+)
+def test_a_row_has_the_time_left_if_it_is_a_second_and_known(run, elapsed, left, end):
     reference, steps, _ = run
-    assert table_row(reference, steps[0], 80.2).endswith("about 0:01:20 left")
-    assert "left" not in table_row(reference, steps[0], 0.2)
-    assert "left" not in table_row(reference, steps[0])
+    row = table_row(reference, steps[0], Progress(1, 3, elapsed, left))
+    assert row.endswith(end)
+    assert ("left" in row) == bool(end)
 
 
 def test_the_summary_of_a_path_of_heights_has_the_height_of_first_contact(run):

@@ -3,6 +3,7 @@
 import csv
 import json
 import shutil
+import sys
 
 import numpy as np
 import pytest
@@ -44,3 +45,16 @@ def test_places_on_a_scan_are_cases_of_an_ensemble(scene, capsys):
         steps = list(csv.DictReader(table))
     deepest = {step["normal_force"] for step in steps if step["step"] == "1"}
     assert (len(steps), len(deepest)) == (4, 2)
+
+
+@pytest.mark.parametrize("command", ["run", "plan"])
+def test_a_missing_reader_of_scans_is_named_in_a_line(
+    scene, tmp_path, command, capsys, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    (tmp_path / "data" / "scan.gwy").touch()
+    (tmp_path / scene).write_text(SMOOTH + SECTION.replace(".txt", ".gwy"))
+    assert main([command, scene]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "scan.gwy needs the package SurfaceTopography" in line
+    assert "pip install '.[topography]' in the folder of the source code" in line

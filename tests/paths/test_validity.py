@@ -288,6 +288,7 @@ def test_strict_runs_are_errors(scene, tmp_path, capsys):
     command = ["run", str(scene), "--strict", "--quiet", "--out"]
     assert main([*command, str(tmp_path / "out")]) == 2
     assert "step 0 is outside of the validity" in capsys.readouterr().err
+    assert main(["figure", str(tmp_path / "out")]) == 0  # its scene is written
     scene.write_text("[substrate]\nhardness = inf\n" + COPPER)
     assert main([*command, str(tmp_path / "elastic")]) == 0
 

@@ -127,3 +127,18 @@ def test_steps_that_can_run_are_not_refused():
     scene = Scene.parse(SMALL_DOMAIN.replace(", 1e4, 3e4", ""))
     scene.check_path()
     assert all(step.converged for step in scene.relax(validity="ignore"))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '[path]\ncontrol = "penetration"\nvalues = [1e30]',
+        "[substrate]\ncontact_modulus = 1e-30\n[path]\nvalues = [1.0]",
+    ],
+    ids=["depth", "modulus"],
+)
+def test_plans_of_any_duration_are_printed(text, tmp_path, capsys):
+    file = tmp_path / "long.toml"
+    file.write_text(text)
+    assert main(["plan", str(file)]) == 1
+    assert re.search("In all about .* years", capsys.readouterr().out)

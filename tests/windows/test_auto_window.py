@@ -1,5 +1,6 @@
 """Automatic windows: exact, enlarged where needed, never too small without an error."""
 
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -409,3 +410,15 @@ def test_large_load_on_an_adhesive_sphere_converges_quickly():
     cold = make_atoms(sphere, ADHESIVE, fixed=False)
     (alone,) = load_path(cold, loads=[4000.0], window="auto")
     assert last.energy == pytest.approx(alone.energy, rel=1e-8)
+
+
+def test_a_load_far_too_large_for_a_rough_sphere_is_refused_at_once():
+    a0 = 2.5
+    waves = {"short_wavelength": 4 * a0, "long_wavelength": 16 * a0}
+    sphere = RoughSphere(50 * a0, roughness=SelfAffine(0.05, 0.8, **waves, seed=2))
+    atoms = substrate("Si", (8, 8), sphere, spacing=a0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, a0))
+    start = time.perf_counter()
+    with pytest.raises(ValueError, match="atoms can touch beyond"):
+        next(load_path(atoms, loads=[1e12], window="auto"))
+    assert time.perf_counter() - start < 5.0
