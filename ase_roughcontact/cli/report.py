@@ -9,11 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ase_roughcontact._util.units import UNITS, cell, duration, printed_unit
+from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.ensemble import Progress, Sampling
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.windows.regrid import lost_text
 
 # Time of a run before which nothing is said about the time left (s).
@@ -39,8 +41,8 @@ def description(reference: Reference) -> str:
     """
     scene, smooth = reference.scene, reference.smooth
     lines = [
-        f"{scene.substrate.material or scene.symbol}, spacing {scene.spacing:.3f} Å, "
-        f"E* = {scene.contact_modulus / UNITS['GPa']:.4g} GPa, {_hardness(scene)}; "
+        f"{label_of(scene.substrate, scene.solid)}, spacing {scene.spacing:.3f} Å, "
+        f"{_hardness(scene)}; "
         f"sphere of radius {scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
     ]
     if reference.explanation:
@@ -72,7 +74,7 @@ def table_header(reference: Reference) -> str:
     error = "   error (%)" if scene.area_error_column else ""
     lines = [
         description(reference),
-        f"{ratio}: contact area relative to theory, {smooth.sphere}",
+        f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
         "",
         f"   step{depth}   {_heading('normal_force')}   "
         f"{_heading(scene.area_column)}{error}   {ratio:>9}{equation}   "
@@ -241,6 +243,15 @@ def _hardness(scene: Scene) -> str:
     if math.isnan(hardness):
         return "hardness unknown"
     return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
+
+
+def _bare(scene: Scene) -> str:
+    """Return on what half space theory is, for a layer."""
+    if not isinstance(scene.solid, Layer):
+        return ""
+    if scene.solid.base_modulus is None:
+        return ", on the material of the layer"
+    return ", on the base without a layer"
 
 
 def _first_contact(scene: Scene, steps: Sequence[LoadStep]) -> str:

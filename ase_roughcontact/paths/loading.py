@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Generator, Sequence
 from contextlib import AbstractContextManager
@@ -14,13 +13,12 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
-from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityReport, hardness_of
+from ase_roughcontact.paths.validity import ValidityReport, hardness_of_atoms
 from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.regrid import GridChange, lost_text, regrid
 
@@ -92,8 +90,9 @@ def load_path(
         Class of the results: `LoadStep`, or a subclass with more columns.
     hardness : float, optional
         Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
-        for a solid that is elastic by intent. By default that of the element in
-        `HARDNESS`, if the spacing is that of its crystal, and else none.
+        for a solid that is elastic by intent, NaN if it is not known. By default that
+        of the element in `HARDNESS`, if the spacing is that of its crystal and the
+        solid is not a `Layer`, and else none.
     validity : {"warn", "raise", "ignore"}
         What to do if a step exceeds a limit of the model: a `ValidityWarning`, once for
         each limit, an error after the step is written, or nothing. In any case the
@@ -136,7 +135,8 @@ def load_path(
     )
     change = GridChange(refine, coarsen)
     if change:
-        hardness = _known_hardness(atoms, hardness)
+        # before the spacing is no more that of the crystal
+        hardness = hardness_of_atoms(atoms, hardness)
         if lost := regrid(atoms, change):
             warnings.warn(lost_text(change, lost), stacklevel=2)
     stepper = Stepper(
@@ -183,12 +183,6 @@ def _relax(
             write(step, partial(snapshot, stepper.atoms, **info))
             report(number, step.validity)
             yield step
-
-
-def _known_hardness(atoms: Atoms, hardness: float | None) -> float | None:
-    """Return the hardness, before the spacing is no more that of the crystal."""
-    found = hardness_of(atoms.symbols[0], grid_of(atoms).spacing, hardness)
-    return None if math.isnan(found) else found
 
 
 def _single_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:

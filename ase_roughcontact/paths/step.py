@@ -18,7 +18,7 @@ from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
-from ase_roughcontact.paths.validity import hardness_of
+from ase_roughcontact.paths.validity import hardness_of_atoms
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.exchange import exchange_window, window_of
 from ase_roughcontact.windows.fixed import FixedWindow
@@ -77,8 +77,7 @@ class Stepper:
         self._max_steps = integer("max_steps", max_steps, 1)
         self._record = record
         contact = contact_of(atoms)
-        spacing = contact.halfspace.spacing
-        self._hardness = hardness_of(atoms.symbols[0], spacing, hardness)
+        self._hardness = hardness_of_atoms(atoms, hardness)
         self._optimizer = optimizer or default_optimizer(contact.interaction)
         self._tolerance = ForceTolerance(
             self._accuracy.tolerance,

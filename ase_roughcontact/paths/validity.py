@@ -13,12 +13,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from ase import Atoms
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import grid_of
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.substrate import fcc_spacing
+from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS
 from ase_roughcontact.paths.relaxed import RelaxedStep
 
@@ -157,7 +159,7 @@ def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> f
     spacing : float
         Å.
     hardness : float, optional
-        eV/Å^3; infinity for a solid that is elastic by intent.
+        eV/Å^3; infinity for a solid that is elastic by intent, NaN if it is not known.
 
     Returns
     -------
@@ -171,7 +173,7 @@ def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> f
         If the hardness is not positive.
     """
     if hardness is not None:
-        if hardness != math.inf:
+        if hardness != math.inf and not math.isnan(hardness):
             positive(hardness=hardness)
         return hardness
     try:
@@ -181,6 +183,14 @@ def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> f
     if not math.isclose(spacing, crystal, rel_tol=_SAME_SPACING):
         return math.nan
     return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
+
+
+def hardness_of_atoms(atoms: Atoms, hardness: float | None = None) -> float:
+    """Return the hardness of atoms, see `hardness_of`; that of a layer is not known."""
+    halfspace = contact_of(atoms).halfspace
+    if hardness is None and isinstance(halfspace.solid, Layer):
+        return math.nan
+    return hardness_of(atoms.symbols[0], halfspace.spacing, hardness)
 
 
 def _largest_pressure(step: RelaxedStep) -> float:

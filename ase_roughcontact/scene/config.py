@@ -21,8 +21,12 @@ from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Quantities, Section, find_file
 
+# Element of the atoms if none is named.
+SYMBOL = "Cu"
 # Largest number of steps of a path, all of which are kept in memory.
 _MOST_STEPS = 1_000_000
+# Keys of [path] that a loop does not use.
+_OF_STEPS = "control", "first", "last", "steps", "scale", "values"
 # Keys of [substrate] that are files.
 _FILES = "potential", "crystal"
 
@@ -33,7 +37,7 @@ class SubstrateConfig(Section):
 
     title = "substrate"
 
-    symbol: str = "Cu"
+    symbol: str = ""
     material: str = ""
     spacing: float | str | None = None
     contact_modulus: float | None = None
@@ -65,6 +69,13 @@ class SubstrateConfig(Section):
     def files(self) -> list[str]:
         """Files that the section names."""
         return [file for key in _FILES if (file := getattr(self, key))]
+
+    @property
+    def name(self) -> str:
+        """Name of the material or element; empty if only moduli are given."""
+        moduli = self.contact_modulus, self.elastic_constants
+        default = SYMBOL if moduli == (None, None) else ""
+        return self.material or self.symbol or default
 
     @property
     def of_atoms(self) -> bool:
@@ -192,6 +203,16 @@ class PathConfig(Section):
         if targets.ndim != 1 or not targets.size:
             raise ValueError(f"values must have at least one step, got {self.values}")
         return targets
+
+    def check_loop(self) -> None:
+        """Raise an error if a key is given that a loop does not use."""
+        usual = PathConfig()
+        given = [key for key in _OF_STEPS if getattr(self, key) != getattr(usual, key)]
+        if given:
+            raise ValueError(
+                f'kind = "loop" chooses its own steps: omit {", ".join(given)}, or '
+                'give kind = "steps"'
+            )
 
     def _interval(self) -> FloatArray:
         """Return the targets from the first to the last one."""

@@ -24,7 +24,7 @@ from ase_roughcontact.elasticity.named_materials import (
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.validity import hardness_of
-from ase_roughcontact.scene.config import SubstrateConfig
+from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.scene.solid import solid_of
@@ -76,11 +76,15 @@ class Model(SceneFile):
 
     @property
     def named_substrate(self) -> SubstrateConfig:
-        """The section of the substrate, with the values of its material."""
-        name = self.substrate.material
+        """The section of the substrate, with its symbol and values of its material."""
+        given, name = self.substrate, self.substrate.material
         if not name:
-            return self.substrate
-        known, given = material(name), self.substrate
+            return replace(given, symbol=given.symbol or SYMBOL)
+        if given.symbol:
+            raise ValueError(
+                f"give symbol or material, not both, got {given.symbol!r} and {name!r}"
+            )
+        known = material(name)
         changes: dict[str, Any] = {"symbol": known.symbol}
         if given.spacing is None:
             changes["spacing"] = known.spacing
@@ -111,7 +115,10 @@ class Model(SceneFile):
 
     @property
     def hardness(self) -> float:
-        """Hardness of the substrate (eV/Å^3); NaN if it is not known."""
+        """Hardness of the surface (eV/Å^3); NaN if it is not known."""
+        is_named = self.substrate.name and self.substrate.layer_thickness is None
+        if self.given_hardness is None and not is_named:
+            return math.nan
         return hardness_of(self.symbol, self.spacing, self.given_hardness)
 
     @property

@@ -123,6 +123,7 @@ class ContactPath(Model):
     @property
     def loop_options(self) -> dict[str, Any]:
         """Deepest penetration, steps (Å) and tolerance of a loop."""
+        self.path.check_loop()
         if self.path.deepest is None:
             raise ValueError("a loop needs deepest, the penetration at which to turn")
         units = lengths(self.spacing)
@@ -227,7 +228,7 @@ class ContactPath(Model):
         surface, spacing = coarsened(expected.indenter, expected.spacing, ratio)
         fixed = self.path.control != "load"
         atoms = substrate(
-            self.substrate.symbol, _FIRST_SHAPE, surface, spacing=spacing, fixed=fixed
+            self.symbol, _FIRST_SHAPE, surface, spacing=spacing, fixed=fixed
         )
         atoms.calc = RoughContact(surface, self.contact_modulus, self.wall)
         return atoms

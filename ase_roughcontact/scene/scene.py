@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import shutil
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, suppress
@@ -193,7 +192,7 @@ class Scene(ContactPath):
             accuracy=self.solver.accuracy,
             max_steps=self.max_steps,
             window=self.window,
-            hardness=self.given_hardness,
+            hardness=self.hardness,
             validity=validity,
             callback=report,
             **files,
@@ -224,7 +223,7 @@ class Scene(ContactPath):
             accuracy=self.solver.accuracy,
             max_steps=self.max_steps,
             window=self.window,
-            hardness=None if math.isnan(self.hardness) else self.hardness,
+            hardness=self.hardness,
             **path,
             **options,
         )

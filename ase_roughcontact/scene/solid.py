@@ -81,6 +81,40 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
     return Isotropic(UNITS["GPa"] * _modulus(substrate))
 
 
+def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
+    """Return the name and the contact modulus of a solid.
+
+    Parameters
+    ----------
+    substrate : SubstrateConfig
+        Section that describes it, as given.
+    solid : ElasticSolid
+        With moduli in eV/Å^3.
+
+    Returns
+    -------
+    str
+    """
+    name = substrate.name or "half space of given moduli"
+    modulus = _printed_modulus(solid.contact_modulus)
+    if isinstance(solid, Layer):
+        layer = _printed_modulus(solid.layer_modulus)
+        bond = "bonded to" if solid.bonded else "sliding on"
+        base = "a rigid base" if solid.base_modulus is None else f"{name}, {modulus}"
+        thickness = solid.thickness / UNITS["nm"]
+        return f"layer of {thickness:.4g} nm, {layer}, {bond} {base}"
+    if isinstance(solid, Cubic):
+        name += ", anisotropic continuum"
+    if isinstance(solid, Crystal):
+        forces = substrate.calculator.upper() or Path(*substrate.files).name
+        name += f", crystal of atoms ({forces})"
+    return f"{name}, {modulus}"
+
+
+def _printed_modulus(modulus: float) -> str:
+    return f"E* = {modulus / UNITS['GPa']:.4g} GPa"
+
+
 def _modulus(substrate: SubstrateConfig) -> float:
     """Return the contact modulus of an isotropic half space (GPa)."""
     modulus, constants = substrate.contact_modulus, substrate.elastic_constants

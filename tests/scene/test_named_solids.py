@@ -1,0 +1,130 @@
+"""The solid of a scene: whose hardness it has, and how a run names it."""
+
+import math
+
+import numpy as np
+import pytest
+from ase.units import GPa
+from small_scene import SMALL
+
+from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact.cli.report import table_header
+from ase_roughcontact.elasticity import Layer
+from ase_roughcontact.elasticity.material import HARDNESS
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
+
+CONSTANTS = "elastic_constants = [165.7, 63.9, 79.6]"
+LAYER = 'layer_thickness = "2 nm"\nlayer_modulus = 5.0'
+
+
+def scene(lines):
+    return Scene.parse(SMALL.replace("contact_modulus = 100.0", lines))
+
+
+@pytest.mark.parametrize(
+    "lines, hardness",
+    [
+        ("", HARDNESS["Cu"]),
+        ('symbol = "Si"\ncontact_modulus = 171.2', HARDNESS["Si"]),
+        ('material = "Si"\ncontact_modulus = 171.2', HARDNESS["Si"]),
+        ("contact_modulus = 100.0", math.nan),
+        ("contact_modulus = 100.0\nhardness = 2.0", 2.0),
+        (CONSTANTS, math.nan),
+        (f"anisotropic = true\n{CONSTANTS}", math.nan),
+        (f"{LAYER}\nrigid_base = true", math.nan),
+        (f'symbol = "Si"\n{LAYER}', math.nan),
+        (f'symbol = "Si"\n{LAYER}\nhardness = 2.0', 2.0),
+    ],
+)
+def test_the_hardness_of_an_element_is_only_that_of_its_surface(lines, hardness):
+    made = scene(lines)
+    assert made.hardness / GPa == pytest.approx(hardness, nan_ok=True)
+    known = "hardness unknown" if math.isnan(hardness) else f"{hardness:.3g} GPa"
+    assert known in first_line(made)
+    assert Scene.parse(made.toml) == made
+
+
+def test_pressures_are_not_compared_with_an_unknown_hardness():
+    unknown, copper = (
+        list(scene(lines).relax(validity="ignore"))[-1].validity
+        for lines in ("contact_modulus = 100.0", 'symbol = "Cu"')
+    )
+    assert "hardness" in copper and "hardness" not in unknown
+
+
+def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():
+    sphere = RoughSphere(60.0)
+    atoms = substrate("Cu", (24, 24), sphere)
+    atoms.calc = RoughContact(sphere, solid=Layer(0.5, thickness=20.0))
+    for hardness in (None, np.nan):
+        steps = list(load_path(atoms, penetrations=[0.5], hardness=hardness))
+        assert "hardness" not in steps[-1].validity
+    for step in load_path(atoms, penetrations=[0.5], hardness=1e-4, validity="ignore"):
+        assert "hardness" in step.validity
+
+
+def first_line(made):
+    return table_header(reference_for(made)).splitlines()[0]
+
+
+@pytest.mark.parametrize(
+    "lines, label",
+    [
+        ('symbol = "Si"', "Si, E* = 171.2 GPa, spacing"),
+        ('material = "mica"', "mica, E* = 55.78 GPa, spacing"),
+        ("contact_modulus = 100", "half space of given moduli, E* = 100 GPa, spacing"),
+        ("anisotropic = true", "Cu, anisotropic continuum, E* = "),
+        (f'symbol = "Si"\n{LAYER}', "layer of 2 nm, E* = 5 GPa, bonded to Si, E* = 1"),
+        (
+            f"{LAYER}\nrigid_base = true\nsliding = true",
+            "layer of 2 nm, E* = 5 GPa, sliding on a rigid base, spacing",
+        ),
+    ],
+)
+def test_the_first_line_of_a_run_names_the_solid(lines, label):
+    assert first_line(scene(lines)).startswith(label)
+
+
+@pytest.mark.parametrize(
+    "lines, half_space",
+    [("", "the base without a layer"), ("rigid_base = true", "material of the layer")],
+)
+def test_the_theory_beside_a_layer_names_its_half_space(lines, half_space):
+    *_, theory, _, _ = table_header(
+        reference_for(scene(f"{LAYER}\n{lines}"))
+    ).splitlines()
+    assert theory.startswith("A/A_Hertz") and theory.endswith(half_space)
+
+
+def test_a_symbol_and_a_material_are_an_error():
+    both = scene('symbol = "Si"\nmaterial = "Au"')
+    with pytest.raises(ValueError, match=r"not both, got 'Si' and 'Au'"):
+        both.check()
+
+
+LOOP = 'kind = "loop"\ndeepest = 0.2\n'
+
+
+@pytest.mark.parametrize(
+    "lines, keys",
+    [
+        ("first = 1.0\nlast = 2.0\nsteps = 3", "first, last, steps"),
+        ("values = [1.0]", "values"),
+        ('control = "penetration"', "control"),
+        ('scale = "linear"', "scale"),
+    ],
+)
+def test_keys_of_steps_are_an_error_in_a_loop(lines, keys):
+    loop = Scene.parse(f"[path]\n{LOOP}{lines}")
+    with pytest.raises(ValueError, match=f"omit {keys}, or give kind"):
+        loop.check()
+    with pytest.raises(ValueError, match=f"omit {keys}, or give kind"):
+        loop.loop()
+
+
+def test_a_loop_is_read_as_it_is_written():
+    loop = Scene.parse(f"[path]\n{LOOP}")
+    again = Scene.parse(loop.toml)
+    again.check()
+    assert again == loop
