@@ -18,8 +18,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from difflib import get_close_matches
 
-from ase_roughcontact._util.validation import lookup
+from ase.data import atomic_names, atomic_numbers
+
+from ase_roughcontact._util.validation import shown
 from ase_roughcontact.elasticity.material import CRYSTALS, crystal_modulus
 
 # Cutoff of van der Waals forces (nm), see Israelachvili.
@@ -179,7 +182,16 @@ def material(name: str) -> Material:
         )
         for symbol in CRYSTALS
     }
-    return lookup(name, crystals | MATERIALS, "material")
+    known = crystals | MATERIALS
+    if name not in known:
+        words = {each.lower(): each for each in known}
+        words |= {atomic_names[atomic_numbers[s]].lower(): s for s in CRYSTALS}
+        similar = get_close_matches(name[:100].lower(), words, n=1)
+        hint = f"did you mean {words[similar[0]]!r}? " if similar else ""
+        raise ValueError(
+            f"unknown material {shown(name)}; {hint}Known: {', '.join(known)}"
+        )
+    return known[name]
 
 
 def combined_modulus(*moduli: float) -> float:

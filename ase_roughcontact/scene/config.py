@@ -27,6 +27,8 @@ SYMBOL = "Cu"
 _MOST_STEPS = 1_000_000
 # Keys of [path] that a loop does not use.
 _OF_STEPS = "control", "first", "last", "steps", "scale", "values"
+# Keys of [substrate] of solids whose moduli are not that of a material.
+_WITHOUT_MODULUS = "anisotropic", "rigid_base", "calculator", "potential", "crystal"
 # Keys of [substrate] that are files.
 _FILES = "potential", "crystal"
 
@@ -76,6 +78,11 @@ class SubstrateConfig(Section):
         moduli = self.contact_modulus, self.elastic_constants
         default = SYMBOL if moduli == (None, None) else ""
         return self.material or self.symbol or default
+
+    @property
+    def other_solid(self) -> str:
+        """Key of a solid without a modulus of its own; empty if none is given."""
+        return next((key for key in _WITHOUT_MODULUS if getattr(self, key)), "")
 
     @property
     def of_atoms(self) -> bool:

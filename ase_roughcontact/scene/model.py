@@ -89,6 +89,12 @@ class Model(SceneFile):
         if given.spacing is None:
             changes["spacing"] = known.spacing
         if given.contact_modulus is None and given.elastic_constants is None:
+            if given.other_solid:
+                raise ValueError(
+                    f"material = {name!r} gives the modulus of an isotropic half "
+                    f"space, which {given.other_solid} does not have: give symbol "
+                    "instead of material"
+                )
             changes["contact_modulus"] = known.contact_modulus
         return replace(given, **changes)
 
@@ -106,10 +112,10 @@ class Model(SceneFile):
     def given_hardness(self) -> float | None:
         """Hardness of the substrate (eV/Å^3); None if the scene does not give it."""
         hardness = self.substrate.hardness
-        if hardness is not None and _LARGEST_HARDNESS < hardness < math.inf:
+        if hardness not in (None, math.inf) and not 0.0 < hardness <= _LARGEST_HARDNESS:
             raise ValueError(
-                f"hardness is in GPa, at most {_LARGEST_HARDNESS:g} or inf, got "
-                f"{hardness:g}"
+                f"hardness is in GPa, above 0 and at most {_LARGEST_HARDNESS:g}, or "
+                f"inf, got {hardness:g}"
             )
         return None if hardness is None else hardness * UNITS["GPa"]
 
@@ -160,8 +166,9 @@ class Model(SceneFile):
     def radius(self) -> float:
         """Radius of the sphere (Å)."""
         radius: Any = self._in_spacings(self.sphere, ["radius"]).radius
-        positive(radius=radius)
-        if radius < 1.0:
+        if not isinstance(self.sphere.radius, str):
+            positive(radius=self.sphere.radius)
+        if not 1.0 <= radius < math.inf:
             raise ValueError(
                 f"radius must be at least the spacing a0 = {self.spacing:.4g} Å, got "
                 f"{self.sphere.radius!r}, {radius:.3g} a0"

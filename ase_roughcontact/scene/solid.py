@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 _LARGEST_MODULUS = 1e4
 # Slabs for potentials of embedded atoms, which reach far and have a Hessian.
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
+# Metals with parameters of EMT, which are for some gases, too.
+_EMT_METALS = "Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt"
 # Keys that make a solid other than the isotropic half space.
 _SOLIDS = "calculator", "potential", "crystal", "anisotropic", "layer_thickness"
 # Keys of a layer, which have no meaning without its thickness.
@@ -181,6 +183,11 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
         return solid
     if substrate.calculator:
         lookup(substrate.calculator, {"emt": EMT}, "calculator")
+        if substrate.symbol not in _EMT_METALS:
+            raise ValueError(
+                f"EMT knows the metals {', '.join(_EMT_METALS)}, got symbol = "
+                f"{substrate.symbol!r}: give one of them, or potential or crystal"
+            )
     return _calculated_crystal(file, changed, substrate.symbol, substrate.surface)
 
 

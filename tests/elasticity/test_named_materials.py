@@ -125,11 +125,32 @@ def test_a_repulsive_wall_takes_no_work():
     assert both.wall.work_of_adhesion == 0.0
 
 
+SOLIDS_WITHOUT_MODULUS = (
+    "rigid_base = true",
+    "anisotropic = true",
+    'calculator = "emt"',
+    'potential = "Cu.eam.alloy"',
+    'crystal = "copper.json"',
+)
+
+
 @pytest.mark.parametrize(
     "substrate, sphere, message",
     [
         ('material = "wood"', "", r"\[substrate\] unknown material 'wood'"),
         ("", 'material = "wood"', "unknown material 'wood'"),
+        ('material = "copper"', "", "did you mean 'Cu'[?] Known: .*Au.*mica"),
+        ('material = "aluminum"', "", "did you mean 'Al'"),
+        ('material = "MICA"', "", "did you mean 'mica'"),
+        ('material = "wood"', "", "'wood'; Known: Ag, Al"),
+        *(
+            (
+                f'material = "Si"\n{key}',
+                "",
+                f"'Si' .* which {key.split()[0]}",
+            )
+            for key in SOLIDS_WITHOUT_MODULUS
+        ),
         ("anisotropic = true", 'material = "Si"', "needs an isotropic substrate"),
     ],
 )
