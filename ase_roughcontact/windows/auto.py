@@ -106,11 +106,11 @@ class AutoWindow:
         """
         height = float(atoms.positions[-1, 2])
         load = atoms.calc.parameters["load"] if control == "loads" else None
+        adhesive_contact = self._adhesive_contact(atoms, load)
         if self._expected:  # before the roughness is searched for the atoms in reach
             target = ("heights", height) if load is None else ("loads", load)
             self._expected.check_surface(*target)
             self._expected.check_memory(*target)
-        adhesive_contact = self._adhesive_contact(atoms, load)
         if load is not None:
             height = self._predicted_height(load, height)
         self._level = self._wall.cutoff - height

@@ -109,8 +109,9 @@ class ExpectedContact:
         if control == "heights":
             return self.wall.cutoff - target
         level = self.wall.cutoff - self.wall.contact_distance
+        level -= self._depth_of_roughness  # by which asperities hold the sphere up
         if control == "penetrations":
-            return level + target - self._depth_of_roughness
+            return level + target
         sphere = Hertz(self.indenter.radius, self.modulus)
         radius = float(sphere.contact_radius(np.maximum(target, 0.0)))
         return level + radius**2 / self.indenter.radius
