@@ -166,9 +166,10 @@ class Model(SceneFile):
     def radius(self) -> float:
         """Radius of the sphere (Å)."""
         radius: Any = self._in_spacings(self.sphere, ["radius"]).radius
-        if not isinstance(self.sphere.radius, str):
-            positive(radius=self.sphere.radius)
-        if not 1.0 <= radius < math.inf:
+        given = self.sphere.radius
+        if not (isinstance(given, str) and 0.0 < radius < math.inf):
+            positive(radius=given)
+        if radius < 1.0:
             raise ValueError(
                 f"radius must be at least the spacing a0 = {self.spacing:.4g} Å, got "
                 f"{self.sphere.radius!r}, {radius:.3g} a0"

@@ -219,7 +219,7 @@ def test_unknown_names_and_wrong_types_are_errors(text, message):
             "in GPa, above 0 and at most 1000, or inf",
         ),
         ("contact_modulus = 100.0", "hardness = -1.0", "in GPa, .* or inf, got -1$"),
-        ("radius = 60.0", 'radius = "-10 nm"', "at least the spacing .*got '-10 nm'"),
+        ("radius = 60.0", 'radius = "-10 nm"', "number > 0, got '-10 nm'"),
         ("radius = 60.0", 'radius = -10.0\nunit = "nm"', "number > 0, got -10.0"),
         ("long_wavelength = 16.0", "long_wavelength = 2.0", "wavelength"),
         ("long_wavelength = 16.0", 'long_wavelength = "x"', "long_wavelength"),

@@ -57,7 +57,7 @@ def test_targets_may_have_units():
     [
         ('"15 inch"', r"\[sphere\] unknown unit of radius 'inch'"),
         ('"nm"', r'\[sphere\] radius must be a number, or .* such as "3 nm"'),
-        ('"-3 nm"', r"\[sphere\] radius must be a finite number > 0, got -"),
+        ('"-3 nm"', r"\[sphere\] radius must be a finite number > 0, got '-3 nm'"),
         ('15.0\nunit = "miles"', r"\[sphere\] unknown unit 'miles'"),
     ],
 )
