@@ -231,8 +231,16 @@ class HalfSpace(ABC):
 
     @property
     def _inverse_spectrum(self) -> np.ndarray:
-        spectrum = self._spectrum
-        return np.divide(1.0, spectrum, where=spectrum > 0, out=np.zeros_like(spectrum))
+        """Inverse of the spectrum; zero for the mean of a periodic cell."""
+        spectrum, (n, m) = self._spectrum, self.grid
+        positive = spectrum > 0
+        if positive.size - np.count_nonzero(positive) > self.periodic:
+            raise ValueError(
+                f"{self.solid} is so stiff at its surface that on a grid of {n} x {m} "
+                "its pressure does not follow from the displacement: give a larger "
+                "window, or let it be chosen (window='auto')"
+            )
+        return np.divide(1.0, spectrum, where=positive, out=np.zeros_like(spectrum))
 
     @cached_property
     def _compliance_filter(self) -> np.ndarray:

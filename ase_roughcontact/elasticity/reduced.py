@@ -48,7 +48,11 @@ class ReducedHalfSpace(FreeHalfSpace):
     @cached_property
     def _clamped_stiffness(self) -> np.ndarray:
         """Stiffness of the window when the padding is held in place."""
-        return self.window_transform.multiplier(self._inverse_spectrum)
+        spectrum = self._spectrum  # not positive for very stiff layers
+        positive = np.maximum(
+            spectrum, spectrum.min(where=spectrum > 0, initial=np.inf)
+        )
+        return self.window_transform.multiplier(1.0 / positive)
 
     def elastic_pressure(self, displacement: np.ndarray) -> np.ndarray:
         """Return the pressure that maintains a displacement of the window.

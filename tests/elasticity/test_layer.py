@@ -5,6 +5,7 @@ import pytest
 from depth_elements import compliance, isotropic
 from scipy.fft import irfft2
 
+from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
 from ase_roughcontact.elasticity import Isotropic, Layer, PeriodicHalfSpace
 
 THICKNESS = 2.0
@@ -114,3 +115,17 @@ def test_impossible_layers_are_refused():
         Layer(1.0, 1.0, poisson=0.6)
     with pytest.raises(ValueError, match="base_modulus"):
         Layer(1.0, 1.0, base_modulus=0.0)
+
+
+def test_stiff_layer_on_a_soft_base_needs_an_automatic_window():
+    sphere, solid = RoughSphere(40.0), Layer(1.0, 5.0, 0.01, 0.3, 0.3)
+    fixed, atoms = (substrate("Cu", (16, 16), sphere, spacing=1.0) for _ in range(2))
+    fixed.calc, atoms.calc = (RoughContact(sphere, solid=solid) for _ in range(2))
+    fixed.positions[:4, 2] -= 0.1
+    with pytest.raises(ValueError, match="window='auto'"):
+        fixed.get_forces()
+    (step,) = load_path(atoms, penetrations=[0.3], window="auto", accuracy="high")
+    again = atoms.copy()
+    again.calc = RoughContact(sphere, solid=solid)
+    assert again.get_potential_energy() == pytest.approx(step.energy, rel=1e-9)
+    assert abs(again.get_forces()[:-1]).max() < 1e-6 * step.normal_force
