@@ -8,12 +8,15 @@ import numpy as np
 from ase import Atoms
 from ase.build import bulk
 from ase.data import atomic_numbers, reference_states
+from ase.neighborlist import neighbor_list
 from scipy.optimize import brentq
 
 # Strain of the finite difference that gives the pressure of a bulk crystal, and the
 # range of lattice constants in which that pressure vanishes.
 _STRAIN, _RANGE = 1e-4, 0.1
 _ATOMS = {"fcc": 4, "bcc": 2}  # in a cubic cell
+# Distance, in lattice constants, up to which neighbours distinguish fcc, hcp and bcc.
+_SHELLS = 1.3
 
 
 def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
@@ -34,8 +37,8 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
     Raises
     ------
     ValueError
-        If the crystal has several elements or is not periodic, or the element is not
-        known.
+        If the crystal has several elements, is not periodic or has another structure,
+        or the element is not known.
     """
     if isinstance(bulk, Atoms):
         if len(set(bulk.symbols)) != 1 or not bulk.pbc.all():
@@ -43,6 +46,8 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
                 f"bulk must be a periodic crystal of one element, got {bulk!r}"
             )
         symbol, volume = bulk.symbols[0], bulk.cell.volume / len(bulk)
+        if not _has_structure(bulk, structure, (volume * _ATOMS[structure]) ** (1 / 3)):
+            raise ValueError(f"bulk must be {structure} for this surface, got {bulk!r}")
     else:
         reference = reference_states[atomic_numbers.get(bulk, 0)] or {}
         if reference.get("symmetry") not in _ATOMS:
@@ -51,6 +56,15 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
             )
         symbol, volume = bulk, reference["a"] ** 3 / _ATOMS[reference["symmetry"]]
     return symbol, float((volume * _ATOMS[structure]) ** (1 / 3))
+
+
+def _has_structure(crystal: Atoms, structure: str, a: float) -> bool:
+    """Return whether the neighbours of all atoms are those of a cubic crystal."""
+    expected = neighbor_list("d", bulk(crystal.symbols[0], structure, a), _SHELLS * a)
+    found = neighbor_list("d", crystal, _SHELLS * a)
+    return len(found) == len(crystal) * len(expected) and np.allclose(
+        np.sort(found), np.sort(np.tile(expected, len(crystal))), rtol=0.02
+    )
 
 
 def relaxed_lattice_constant(

@@ -38,6 +38,7 @@ from ase_roughcontact.elasticity.force_constants import force_constants, relaxed
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.elasticity.long_waves import (
+    NODES,
     distant_kernel,
     interpolate,
     long_wave_series,
@@ -98,8 +99,13 @@ class Crystal(ElasticSolid):
     figures: dict[str, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
+        lookup(self.surface, _STRUCTURES, "square surface")
+        positive(spacing=self.spacing)
         # one memory layout, so that a crystal from a file is the same to the last digit
-        object.__setattr__(self, "table", np.ascontiguousarray(self.table, dtype=float))
+        table = np.ascontiguousarray(self.table, dtype=float)
+        if table.shape != NODES or not np.isfinite(table).all():
+            raise ValueError(f"the table must be finite numbers of the shape {NODES}")
+        object.__setattr__(self, "table", table)
 
     @classmethod
     def from_calculator(

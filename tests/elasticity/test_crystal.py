@@ -140,6 +140,22 @@ def test_file(springs, tmp_path):
         Crystal.read(tmp_path / "other.json")
 
 
+@pytest.mark.parametrize(
+    "change, message",
+    [
+        ({"table": [[1.0, 2.0], [3.0, 4.0]]}, "the table must be"),
+        ({"spacing": -1.0}, "spacing must be"),
+        ({"surface": "fcc111"}, "square surface"),
+    ],
+)
+def test_a_changed_file_is_refused(springs, tmp_path, change, message):
+    file = tmp_path / "springs.json"
+    springs.write(file)
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+    with pytest.raises(ValueError, match=f"is not a crystal: .*{message}"):
+        Crystal.read(file)
+
+
 class Noisy(Springs):
     """Forces with noise."""
 
@@ -192,6 +208,8 @@ class WithoutSlabs(Springs):
         (Springs, {"crystal": "Xx"}, "give a crystal as Atoms"),
         (Springs, {"crystal": bulk("NaCl", "rocksalt", a=A)}, "one element"),
         (Springs, {"crystal": bulk("Cu", a=2 * A)}, "give lattice_constant"),
+        (Springs, {"crystal": bulk("Cu", "hcp", a=SPACING)}, "bulk must be fcc"),
+        (Springs, {"crystal": bulk("Cu", "bcc", a=2.9)}, "bulk must be fcc"),
     ],
 )
 def test_unsuitable_calculators_and_crystals_are_found_out(kind, options, message):
