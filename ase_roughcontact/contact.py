@@ -17,7 +17,6 @@ normal force on the indenter are
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,11 +29,6 @@ from ase_roughcontact.interactions import Interaction
 # and carries load if its pressure is above this part of the largest one.
 _HARD_GAP = 1e-5
 _HARD_PRESSURE = 1e-9
-# Factor of the perimeter times the spacing in `continuum_area`.
-_GRID_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0
-# Error of an area on one grid, in units of that correction: measured on rough spheres
-# and flats, hard and repulsive walls, by examples/benchmarks/grid_error.py.
-_ERROR_PER_CORRECTION = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,75 +284,3 @@ def _evaluate_in_range(
     near = gap < wall.cutoff
     if near.any():
         energy[near], pressure[near], _ = wall.evaluate(gap[near])
-
-
-def open_sides(contact: np.ndarray, periodic: bool) -> np.ndarray:
-    """Return the number of sides that each atom in contact shares with open ones.
-
-    Parameters
-    ----------
-    contact : ndarray of bool, shape (n, m)
-    periodic : bool
-        Whether atoms at opposite edges are neighbours; otherwise all atoms beyond the
-        edges are open.
-
-    Returns
-    -------
-    ndarray of int, shape (n, m)
-        From 0 to 4; zero for atoms that are not in contact.
-    """
-    mask = np.pad(contact, 1, mode="wrap" if periodic else "constant")
-    sides = (mask[:-2, 1:-1], mask[2:, 1:-1], mask[1:-1, :-2], mask[1:-1, 2:])
-    return contact * (4 - np.sum(sides, axis=0))
-
-
-def continuum_area(area: float, perimeter: float, spacing: float) -> float:
-    r"""Return the contact area of the continuum that a grid discretises.
-
-    .. math:: A_c = A - \frac{\pi - 1 + \ln 2}{24} S_d \Delta x
-
-    Counting grid points overestimates the area of a hard wall's contact, in which each
-    open point needs a gap. The area of a wall of finite stiffness, whose pressure falls
-    to zero continuously, needs no correction.
-
-    Parameters
-    ----------
-    area : float
-        Number of grid points in contact times the area per point, A (length^2).
-    perimeter : float
-        Length S_d of the boundary between cells in contact and open ones (length).
-    spacing : float
-        Distance of grid points (length).
-
-    Returns
-    -------
-    float
-        Length^2.
-
-    References
-    ----------
-    V. A. Yastrebov, G. Anciaux, J.-F. Molinari, Tribol. Int. 114, 161 (2017).
-    """
-    return area - _GRID_CORRECTION * perimeter * spacing
-
-
-def grid_error(perimeter: float, cell_area: float) -> float:
-    """Return the estimated error of the contact area of the continuum on one grid.
-
-    It is a quarter of the correction of `continuum_area`, under any wall, and half a
-    grid point.
-
-    Parameters
-    ----------
-    perimeter : float
-        See `continuum_area` (length).
-    cell_area : float
-        Area per grid point (length^2).
-
-    Returns
-    -------
-    float
-        Length^2.
-    """
-    correction = _GRID_CORRECTION * perimeter * math.sqrt(cell_area)
-    return _ERROR_PER_CORRECTION * correction + 0.5 * cell_area

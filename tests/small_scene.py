@@ -1,4 +1,4 @@
-"""A scene file that runs in a fraction of a second."""
+"""Scene files that run in a fraction of a second."""
 
 SMALL = """
 [substrate]
@@ -17,4 +17,26 @@ scale = "linear"
 [solver]
 optimizer = "LBFGS"
 fmax = 1e-4
+"""
+
+# Approach and retraction with adhesion; elastic by intent.
+LOOP = """
+[substrate]
+spacing = 2.5
+contact_modulus = 100.0
+shape = [18, 18]
+hardness = inf
+[sphere]
+radius = 20.0
+[interaction]
+kind = "adhesive"
+work_of_adhesion = 1.0
+[path]
+kind = "loop"
+deepest = "0.15 nm"
+step = 0.5
+tolerance = 0.01
+cantilever = 60.0
+[solver]
+accuracy = "fast"
 """

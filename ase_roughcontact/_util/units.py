@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from datetime import timedelta
-
 from ase.units import GPa, J, m
 
 #: Value of each unit in ASE's units (Å, eV, s).
@@ -43,48 +41,6 @@ LENGTHS: dict[str, float] = {
 
 # Units in which columns are printed, by their unit.
 _PRINTED = {"eV/Å^2": "N/m", "eV/Å^3": "GPa", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
-
-_YEAR = 365.25 * 86400.0
-# Times from which on their days are of no interest (s).
-_LONG = 100.0 * _YEAR
-
-
-def cell(value: str | float, width: int, form: str = "") -> str:
-    """Return an entry of a table, right-aligned, with a blank before it at least.
-
-    Parameters
-    ----------
-    value : str or float
-    width : int
-        Width of the column; longer entries extend beyond it.
-    form : str
-        Format of a number, ``".2f"``; in its place ``".2g"`` if that is too wide.
-
-    Returns
-    -------
-    str
-    """
-    text = format(value, form)
-    if len(text) >= width and form.endswith("f"):
-        text = format(value, f"{form[:-1]}g")
-    return f" {text:>{width - 1}}"
-
-
-def duration(seconds: float) -> str:
-    """Return a time as hours, minutes and seconds, or as years if it is very long.
-
-    Parameters
-    ----------
-    seconds : float
-        Not negative; infinity is allowed.
-
-    Returns
-    -------
-    str
-    """
-    if seconds > _LONG:
-        return f"{seconds / _YEAR:.2g} years"
-    return str(timedelta(seconds=round(seconds)))
 
 
 def printed_unit(unit: str) -> str:

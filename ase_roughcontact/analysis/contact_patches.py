@@ -9,7 +9,7 @@ import numpy as np
 from scipy import ndimage
 
 from ase_roughcontact.analysis.contact_map import ContactMap, nearest_image
-from ase_roughcontact.contact import open_sides
+from ase_roughcontact.theory.counted_area import open_sides
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,8 @@ from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
-from ase_roughcontact._util.units import UNITS, cell, duration, printed_unit
+from ase_roughcontact._util.text import cell, duration
+from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.ensemble import Progress, Sampling
 from ase_roughcontact.paths.record import LoadStep, columns_of

@@ -70,7 +70,7 @@ def _index(connection: sqlite3.Connection) -> defaultdict[int, set[tuple[str, An
 
 
 @contextmanager
-def named_in_errors(address: str) -> Iterator[None]:
+def readable_errors(address: str) -> Iterator[None]:
     """Name a database in the errors of SQLite and of what it returns.
 
     Raises
@@ -86,7 +86,7 @@ def named_in_errors(address: str) -> Iterator[None]:
         if not any(word in str(error) for word in _UNUSABLE):
             raise damaged(address, error) from error
         raise OSError(
-            f"can't use {address}: {error}. SQLite needs room on the disk and a file "
+            f"can't use {address}: {error}. SQLite needs space on the disk and a file "
             "system with locks, such as that of a local disk"
         ) from error
     except sqlite3.DatabaseError as error:

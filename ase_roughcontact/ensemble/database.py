@@ -33,7 +33,7 @@ from ase_roughcontact.ensemble.checks import (
     checksum,
     damaged,
     damaged_row,
-    named_in_errors,
+    readable_errors,
 )
 
 # Statements that keep other writers waiting until the end of the transaction.
@@ -71,7 +71,7 @@ class EnsembleDatabase:
 
     def check(self) -> None:
         """Raise `ValueError` if the database is damaged, with what is."""
-        with named_in_errors(self.address), _connect(self.address) as db:
+        with readable_errors(self.address), _connect(self.address) as db:
             self._refuse_damage(db)
 
     def select(self, selection: str | None = None, **query: Any) -> Iterator[Any]:
@@ -182,7 +182,7 @@ class EnsembleDatabase:
     @contextmanager
     def _transaction(self) -> Iterator[Any]:
         """Begin a transaction of one writer at a time, undone if its process dies."""
-        with named_in_errors(self.address), _connect(self.address) as db:
+        with readable_errors(self.address), _connect(self.address) as db:
             cursor = db.connection.cursor()
             for statement in _EXCLUSIVE[db.type]:
                 cursor.execute(statement)

@@ -17,6 +17,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.paths.instabilities import AdhesionLoop, Jump, interpolated
@@ -94,7 +95,7 @@ class CantileverCurve:
     def dissipated_energy(self) -> float:
         r"""Area of the curve, :math:`-\oint N\,dD` (eV)."""
         branches = self.approach, self.retraction
-        return -sum(float(np.trapezoid(b.force, b.distance)) for b in branches)
+        return -sum(float(trapezoid(b.force, b.distance)) for b in branches)
 
 
 def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:

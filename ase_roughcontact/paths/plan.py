@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.units import cell, duration
+from ase_roughcontact._util.text import cell, duration
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
 from ase_roughcontact.interactions import Interaction

@@ -9,9 +9,10 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.contact import Contact, ContactState, open_sides
+from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.response import HeightResponse, height_response
+from ase_roughcontact.theory.counted_area import open_sides
 
 # Relative residual of the equations for the contact stiffness, whose error is about the
 # square of it.

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.units import UNITS, cell
+from ase_roughcontact._util.text import cell
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import extrapolate
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene.scene import Scene

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.units import UNITS, cell
+from ase_roughcontact._util.text import cell
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, positive
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.grid_trials import GridTrial, grid_table, grid_trials

@@ -26,8 +26,8 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.contact import continuum_area, grid_error
 from ase_roughcontact.theory import Hertz
+from ase_roughcontact.theory.counted_area import continuum_area, grid_error
 
 TABLE = Path(__file__).with_name("grid_error.csv")
 CASE = ("shape", "wall", "slope", "hurst", "seed")

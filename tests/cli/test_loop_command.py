@@ -4,6 +4,7 @@ import csv
 
 import numpy as np
 import pytest
+from small_scene import LOOP
 
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
@@ -12,27 +13,6 @@ from ase_roughcontact.cli.loops import write_curve
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.scene import Scene
-
-LOOP = """
-[substrate]
-spacing = 2.5
-contact_modulus = 100.0
-shape = [18, 18]
-hardness = inf
-[sphere]
-radius = 20.0
-[interaction]
-kind = "adhesive"
-work_of_adhesion = 1.0
-[path]
-kind = "loop"
-deepest = "0.15 nm"
-step = 0.5
-tolerance = 0.01
-cantilever = 60.0
-[solver]
-accuracy = "fast"
-"""
 
 
 @pytest.fixture(scope="module")

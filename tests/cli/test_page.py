@@ -4,29 +4,9 @@ import re
 import shutil
 
 import pytest
-from small_scene import SMALL
+from small_scene import LOOP, SMALL
 
 from ase_roughcontact.cli import main
-
-LOOP = """
-[substrate]
-spacing = 2.5
-contact_modulus = 100.0
-shape = [18, 18]
-[sphere]
-radius = 20.0
-[interaction]
-kind = "adhesive"
-work_of_adhesion = 1.0
-[path]
-kind = "loop"
-deepest = "0.15 nm"
-step = 0.5
-tolerance = 0.01
-cantilever = 60.0
-[solver]
-accuracy = "fast"
-"""
 
 
 def page_of(folder, scene):

@@ -163,7 +163,7 @@ def test_a_full_disk_is_an_error_that_names_the_database(tmp_path):
         size = database.stat().st_size
         resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
         try:
-            with pytest.raises(OSError, match=rf"can't use {database}: .*room on the"):
+            with pytest.raises(OSError, match=rf"can't use {database}: .*space on the"):
                 list(steps)
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, before)

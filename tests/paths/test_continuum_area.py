@@ -15,7 +15,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis import extrapolate
-from ase_roughcontact.contact import continuum_area, grid_error, open_sides
+from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3, domain=32.0)

@@ -16,6 +16,7 @@ import ase.io.ulm as ulm
 import numpy as np
 import pytest
 from ase.io import read
+from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 from ase_roughcontact import (
@@ -206,7 +207,7 @@ def test_force_is_the_derivative_of_the_energy_without_jumps():
         for before, after in pairwise(way):
             force = (after.energy - before.energy) / (before.height - after.height)
             heights, forces = interpolated([before, after], ())
-            mean = np.trapezoid(forces, heights) / (after.height - before.height)
+            mean = trapezoid(forces, heights) / (after.height - before.height)
             assert force == pytest.approx(mean, abs=2e-3 * largest)
 
 

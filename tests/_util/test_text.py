@@ -2,7 +2,7 @@
 
 import pytest
 
-from ase_roughcontact._util.units import cell
+from ase_roughcontact._util.text import cell
 
 
 @pytest.mark.parametrize(
