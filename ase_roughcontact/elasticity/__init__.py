@@ -1,7 +1,7 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
-from ase_roughcontact.elasticity.crystal import Crystal
-from ase_roughcontact.elasticity.cubic import Cubic, surface_modulus
+from ase_roughcontact.elasticity.crystals.crystal import Crystal
+from ase_roughcontact.elasticity.crystals.cubic import Cubic, surface_modulus
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic, love_kernel
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,

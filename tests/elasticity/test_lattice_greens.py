@@ -8,9 +8,12 @@ from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from matscipy.elasticity import coalesce_elastic_constants, rotate_elastic_constants
 from spring_crystal import Springs, fcc_springs
 
-from ase_roughcontact.elasticity.cubic import surface_modulus
-from ase_roughcontact.elasticity.force_constants import force_constants, relaxed_slab
-from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
+from ase_roughcontact.elasticity.crystals.force_constants import (
+    force_constants,
+    relaxed_slab,
+)
+from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
 A = 3.6
 

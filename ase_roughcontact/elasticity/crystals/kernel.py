@@ -34,7 +34,7 @@ from numpy.polynomial.chebyshev import (
 from scipy.fft import dctn
 from scipy.special import gamma, ive, rgamma
 
-from ase_roughcontact.elasticity.angular import angular_series, cos4
+from ase_roughcontact.elasticity.crystals.angular import angular_series, cos4
 
 #: Chebyshev nodes along the wave number and the direction.
 NODES = 28, 20

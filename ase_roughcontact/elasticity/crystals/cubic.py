@@ -23,7 +23,7 @@ from matscipy.elasticity import Voigt_6x6_to_full_3x3x3x3, coalesce_elastic_cons
 from numpy.polynomial.chebyshev import chebval
 
 from ase_roughcontact._util.validation import lookup, positive
-from ase_roughcontact.elasticity.angular import (
+from ase_roughcontact.elasticity.crystals.angular import (
     angular_cell_kernel,
     angular_series,
     cos4,

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ase_roughcontact.elasticity.force_constants import ForceConstants
+from ase_roughcontact.elasticity.crystals.force_constants import ForceConstants
 
 # Coupling of the remaining principal layers, relative to their stiffness, at which the
 # decimation ends, and the number of steps after which it is taken not to end.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ase_roughcontact.elasticity.force_constants import ForceConstants
-from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
-from ase_roughcontact.elasticity.long_waves import (
+from ase_roughcontact.elasticity.crystals.force_constants import ForceConstants
+from ase_roughcontact.elasticity.crystals.kernel import (
     interpolate,
     interpolation_table,
     node_vectors,
 )
+from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
 #: What to do about an error of a crystal, by its name.
 ADVICE = {

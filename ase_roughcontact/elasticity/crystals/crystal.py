@@ -23,27 +23,30 @@ from ase.units import GPa
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import lookup, positive
-from ase_roughcontact.elasticity.bulk_crystal import (
+from ase_roughcontact.elasticity.crystals.bulk import (
     element,
     pressure,
     relaxed_lattice_constant,
 )
-from ase_roughcontact.elasticity.crystal_errors import (
+from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
+from ase_roughcontact.elasticity.crystals.errors import (
     check_errors,
     modulus_errors,
     modulus_table,
 )
-from ase_roughcontact.elasticity.cubic import continuum_kernel
-from ase_roughcontact.elasticity.force_constants import force_constants, relaxed_slab
-from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.elasticity.lattice_greens import LatticeGreensFunction
-from ase_roughcontact.elasticity.long_waves import (
+from ase_roughcontact.elasticity.crystals.force_constants import (
+    force_constants,
+    relaxed_slab,
+)
+from ase_roughcontact.elasticity.crystals.kernel import (
     NODES,
     distant_kernel,
     interpolate,
     long_wave_series,
     near_kernel,
 )
+from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Crystal structures of the surfaces whose atoms are a square grid.
 _STRUCTURES = {"fcc100": "fcc", "bcc100": "bcc"}
