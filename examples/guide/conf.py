@@ -9,6 +9,7 @@ become MathML, which browsers show without a script.
 
 import sys
 from pathlib import Path
+from pkgutil import walk_packages
 
 from docutils.nodes import Element, SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -46,6 +47,14 @@ add_module_names = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 autosummary_generate = True
+# Packages within others have pages of their own.
+autosummary_context = {
+    "packages": [
+        module.name
+        for module in walk_packages(ase_roughcontact.__path__, "ase_roughcontact.")
+        if module.ispkg
+    ]
+}
 numpydoc_show_class_members = False
 
 
