@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from microscope_files import WITH_MISSING, WRITERS
 from scipy.integrate import trapezoid
 from SurfaceTopography import Topography
 
@@ -232,17 +233,24 @@ def test_a_line_scan_is_refused():
         HeightMap.from_topography(UniformLineScan(ROUGH[0], 9.0), "substrate")
 
 
-@pytest.mark.parametrize("suffix", [".nc", ".x3p", ".gwy"])
-def test_files_of_microscopes_are_read_with_their_units(tmp_path, suffix):
-    scan = Topography(ROUGH, (24.0, 27.0), unit="nm")
-    file = tmp_path / f"scan{suffix}"
-    write = {".nc": scan.to_netcdf, ".x3p": scan.to_x3p, ".gwy": scan.to_gwy}
-    write[suffix](str(file))
-    got = HeightMap.from_topography(file, "substrate", detrend="none")
+@pytest.mark.parametrize("missing", [False, True])
+@pytest.mark.parametrize("name", WRITERS)
+def test_files_have_the_units_axes_and_missing_points_of_their_format(
+    tmp_path, name, missing
+):
+    heights = ROUGH.copy()
+    if missing:
+        if name not in WITH_MISSING:
+            pytest.skip("the format has no missing points")
+        heights[3, 5] = np.nan
+    WRITERS[name](tmp_path / name, heights, (2.0, 3.0))
+    got = untouched(tmp_path / name, spacing=None)
+    expected = untouched(heights, spacing=(2.0, 3.0), unit="nm")
+    assert got.spacing == pytest.approx((20.0, 30.0), rel=1e-6)
+    window = {"shape": (12, 5), "spacing": 20.0, "origin": (-120.0, -120.0)}
     np.testing.assert_allclose(
-        got.heights((12, 1), 20.0, (-120.0, 0.0))[:, 0], -10 * ROUGH[:, 4], rtol=1e-6
+        got.heights(**window), expected.heights(**window), rtol=0, atol=2e-3
     )
-    assert got.spacing == pytest.approx((20.0, 30.0))
 
 
 HEADER = """# Channel: Height
@@ -268,6 +276,26 @@ def test_text_files_have_lines_of_constant_y_and_sizes_in_the_header(
     assert got.spacing == pytest.approx((20.0, 30.0))
     window = got.heights((12, 9), 20.0, (-120.0, -120.0))[:, ::3]
     np.testing.assert_allclose(window, -10 * ROUGH[:, :6:2], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "0,5;1;NaN\n-2,5;3;4e-1\n",
+        "0,5\t1\t\n-2,5\t3\t4e-1\n",
+        "0,5 1 --\n-2,5 3 4e-1\n",
+        "0.5,1,\n-2.5,3,4e-1\n",
+        "0.5;1;BAD;\n-2.5;3;4e-1;\n",
+    ],
+)
+def test_decimal_commas_and_missing_cells_of_text_are_recognised(tmp_path, text):
+    file = tmp_path / "scan.csv"
+    header = "Width: 7,5 nm\nHeight: 5,0 nm\nValue units: nm\n"
+    file.write_text(header + text)
+    got = untouched(file, spacing=None)
+    assert got.spacing == pytest.approx((25.0, 25.0))
+    expected = untouched([[0.5, -2.5], [1.0, 3.0], [np.nan, 0.4]], spacing=2.5, unit="nm")
+    np.testing.assert_allclose(raw(got), raw(expected), rtol=0, atol=1e-9)
 
 
 def test_text_without_header_needs_unit_and_spacing(tmp_path):
@@ -314,7 +342,6 @@ def test_a_npy_file_is_an_array(tmp_path):
         ("empty.txt", b""),
         ("words.txt", b"high low\n"),
         ("ragged.txt", b"1 2\n3\n"),
-        ("decimal_comma.txt", b"1,5 2,5\n"),
         ("text_after.txt", b"1 2\n3 4\nend\n"),
         ("column.txt", b"0 0 1\n0 1 1\n0 2 3\n0 3 4\n"),
         ("binary.dat", b"\x93\xff\xfe\x00"),
@@ -330,6 +357,12 @@ def test_an_unreadable_file_is_refused_by_name(tmp_path, name, content):
         (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=f"cannot read a scan from .*{name}"):
         untouched(tmp_path / name, unit="nm")
+
+
+def test_a_line_that_is_not_of_numbers_is_named(tmp_path):
+    (tmp_path / "scan.txt").write_text("x\n1 2\n3 4\n5 ?\n")
+    with pytest.raises(ValueError, match=r"line 4 is not one of numbers.*'5 \?'"):
+        untouched(tmp_path / "scan.txt", unit="nm")
 
 
 @pytest.mark.parametrize("hurst", [0.5, 0.8])
