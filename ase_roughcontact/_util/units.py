@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
+
 from ase.units import GPa, J, m
+
+from ase_roughcontact._util.validation import lookup
 
 #: Value of each unit in ASE's units (Å, eV, s).
 UNITS: dict[str, float] = {
@@ -38,6 +43,88 @@ LENGTHS: dict[str, float] = {
     "\u00c5": 1.0,  # letter A with ring
     "\u212b": 1.0,  # Angstrom sign
 }
+
+_NANO = UNITS["nN"]
+#: Units of force in ASE's unit, eV/Å.
+FORCES: dict[str, float] = {
+    "nN": _NANO,
+    "pN": 1e-3 * _NANO,
+    "N": 1e9 * _NANO,
+    "eV/Å": 1.0,
+    **dict.fromkeys(("uN", "\u00b5N", "\u03bcN"), 1e3 * _NANO),
+}
+
+#: Units of pressure in ASE's unit, eV/Å^3.
+PRESSURES: dict[str, float] = {
+    "Pa": 1e-9 * GPa,
+    "kPa": 1e-6 * GPa,
+    "MPa": 1e-3 * GPa,
+    "GPa": GPa,
+    "TPa": 1e3 * GPa,
+    **dict.fromkeys(("eV/Å^3", "eV/Å³"), 1.0),
+}
+
+#: Units of works of adhesion and of stiffnesses in ASE's unit, eV/Å^2.
+WORKS: dict[str, float] = {
+    **dict.fromkeys(("J/m^2", "J/m²", "N/m"), UNITS["N/m"]),
+    **dict.fromkeys(("mJ/m^2", "mJ/m²", "mN/m", "pN/nm"), 1e-3 * UNITS["N/m"]),
+    "nN/nm": UNITS["N/m"],
+    **dict.fromkeys(("eV/Å^2", "eV/Å²"), 1.0),
+}
+
+#: A number with a unit.
+QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.]\S*)\s*")
+
+
+def quantity(name: str, text: str, units: Mapping[str, float]) -> float:
+    """Return the value of a number with a unit.
+
+    Parameters
+    ----------
+    name : str
+        Name of the quantity, for errors.
+    text : str
+        Such as ``"3 nm"``.
+    units : mapping
+        Values of the units, such as `LENGTHS`.
+
+    Returns
+    -------
+    float
+        In ASE's units.
+
+    Raises
+    ------
+    ValueError
+        If the text is not a number and a unit, or the unit is unknown.
+    """
+    found = QUANTITY.fullmatch(text)
+    if not found:
+        known = ("nm", "nN", "GPa", "J/m^2")
+        unit = next((each for each in known if each in units), next(iter(units)))
+        raise ValueError(
+            f"{name} must be a number, or a string of a number and a unit such as "
+            f'"3 {unit}", got {text!r}'
+        )
+    return float(found[1]) * lookup(found[2], units, f"unit of {name}")
+
+
+def units_like(unit: str) -> Mapping[str, float]:
+    """Return the units of the same dimension, one of the tables above.
+
+    Parameters
+    ----------
+    unit : str
+        One of `UNITS`.
+
+    Returns
+    -------
+    mapping
+        Empty for a number without unit.
+    """
+    tables = LENGTHS, FORCES, PRESSURES, WORKS
+    return next((table for table in tables if unit in table), {})
+
 
 # Units in which columns are printed, by their unit.
 _PRINTED = {"eV/Å^2": "N/m", "eV/Å^3": "GPa", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ase_roughcontact._util.units import LENGTHS
+from ase_roughcontact._util.units import FORCES, LENGTHS
 from ase_roughcontact._util.validation import FloatArray, lookup
-from ase_roughcontact.scene.quantities import FORCES
 
 _HEAD = re.compile(r"\s*([^(]*?)\s*(?:\((.*)\))?\s*")
 

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from importlib.metadata import version
 from typing import Any, get_type_hints
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene import Scene
 
@@ -27,6 +28,12 @@ def _wavelength(name: str) -> Callable[[Scene], Any]:
     return value
 
 
+def _work_of_adhesion(scene: Scene) -> float | None:
+    """Return the work of adhesion (J/m^2), also that of named materials."""
+    wall = scene.wall
+    return wall.work_of_adhesion / UNITS["J/m^2"] if wall.attractive else None
+
+
 # Columns that the scene determines: type, and how to obtain the value, None if missing.
 _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
     "control": (str, lambda scene: scene.path.control),
@@ -37,10 +44,7 @@ _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
     "long_wavelength": (float, _wavelength("long_wavelength")),
     "seed": (int, _roughness("seed")),
     "kind": (str, lambda scene: scene.interaction.kind),
-    "work_of_adhesion": (
-        float,
-        lambda scene: scene.interaction.parameters.get("work_of_adhesion"),
-    ),
+    "work_of_adhesion": (float, _work_of_adhesion),
     "spacing": (float, lambda scene: scene.spacing),
     "contact_modulus": (float, lambda scene: scene.contact_modulus),
 }

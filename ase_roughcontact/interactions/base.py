@@ -157,7 +157,7 @@ def make_wall(
     kind: str,
     contact_modulus: float,
     spacing: float,
-    parameters: Mapping[str, float],
+    parameters: Mapping[str, float | str],
 ) -> Interaction:
     """Make a wall from its kind and the parameters of a scene file.
 
@@ -169,8 +169,8 @@ def make_wall(
         E* of the substrate (eV/Å^3).
     spacing : float
         Atomic spacing a0 (Å).
-    parameters : mapping of str to float
-        Values in the units of the file.
+    parameters : mapping of str to float or str
+        Values in the units of the file, or with a unit.
 
     Returns
     -------

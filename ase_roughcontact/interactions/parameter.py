@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import LENGTHS, UNITS, quantity, units_like
 from ase_roughcontact._util.validation import finite
 
 
@@ -39,15 +39,15 @@ class Parameter:
         if self.unit not in (*UNITS, "a0"):
             raise ValueError(f"unit must be one of {[*UNITS, 'a0']}, got {self.unit!r}")
 
-    def convert(self, name: str, value: float, spacing: float) -> float:
+    def convert(self, name: str, value: float | str, spacing: float) -> float:
         """Return a value of a scene file in ASE's units.
 
         Parameters
         ----------
         name : str
             Name of the parameter, for errors.
-        value : float
-            Value in the unit of the file.
+        value : float or str
+            Value in the unit of the file, or with a unit: ``"50 mJ/m^2"``.
         spacing : float
             Atomic spacing a0 (Å).
 
@@ -60,14 +60,20 @@ class Parameter:
         ValueError
             If the value is not a finite number within the limits.
         """
+        scale = spacing if self.unit == "a0" else UNITS[self.unit]
+        given = value
+        if isinstance(value, str):
+            lengths = {"a0": spacing, **LENGTHS}
+            units = lengths if self.unit in lengths else units_like(self.unit)
+            value = quantity(name, value, units) / scale
         finite(**{name: value})
         if not self.above < value < self.below:
             limits = f"> {self.above:g}"
             if self.below < math.inf:
                 limits += f" and < {self.below:g}"
             unit = f" {self.unit}" if self.unit else ""
-            raise ValueError(f"{name} must be {limits}{unit}, got {value!r}")
-        return value * (spacing if self.unit == "a0" else UNITS[self.unit])
+            raise ValueError(f"{name} must be {limits}{unit}, got {given!r}")
+        return value * scale
 
 
 #: Work of adhesion: at most some ten times that of metals, or it is in another unit.

@@ -27,6 +27,8 @@ SYMBOL = "Cu"
 _MOST_STEPS = 1_000_000
 # Keys of [path] that a loop does not use.
 _OF_STEPS = "control", "first", "last", "steps", "scale", "values"
+# Keys of [path] that only a loop uses.
+_OF_LOOPS = "deepest", "step", "tolerance", "cantilever"
 # Keys of [substrate] of solids whose moduli are not that of a material.
 _WITHOUT_MODULUS = "anisotropic", "rigid_base", "calculator", "potential", "crystal"
 # Keys of [substrate] that are files.
@@ -38,6 +40,9 @@ class SubstrateConfig(Section):
     """``[substrate]``: moduli and hardness in GPa, lengths in Å without a unit."""
 
     title = "substrate"
+    units = dict.fromkeys(
+        ("contact_modulus", "elastic_constants", "hardness", "layer_modulus"), "GPa"
+    )
 
     symbol: str = ""
     material: str = ""
@@ -131,7 +136,7 @@ class InteractionConfig(Section):
     title = "interaction"
 
     kind: str = "repulsive"
-    parameters: Mapping[str, float] = field(default_factory=dict, hash=False)
+    parameters: Mapping[str, float | str] = field(default_factory=dict, hash=False)
 
     @classmethod
     def of(cls, entries: Mapping[str, Any]) -> InteractionConfig:
@@ -148,7 +153,7 @@ class InteractionConfig(Section):
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:
         """Return the types that each key accepts, parameters of all walls included."""
-        return {"kind": (str,), **dict.fromkeys(wall_parameters(), (float,))}
+        return {"kind": (str,), **dict.fromkeys(wall_parameters(), (float, str))}
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, of parameters only those that are given."""
@@ -165,6 +170,7 @@ class PathConfig(Section):
     """``[path]``: loads in nN, penetrations and heights in Å, or with a unit."""
 
     title = "path"
+    units = {"cantilever": "N/m"}
 
     control: str = "load"
     first: float | str | None = None
@@ -213,13 +219,25 @@ class PathConfig(Section):
 
     def check_loop(self) -> None:
         """Raise an error if a key is given that a loop does not use."""
-        usual = PathConfig()
-        given = [key for key in _OF_STEPS if getattr(self, key) != getattr(usual, key)]
+        given = self._given(_OF_STEPS)
         if given:
             raise ValueError(
-                f'kind = "loop" chooses its own steps: omit {", ".join(given)}, or '
-                'give kind = "steps"'
+                f'kind = "loop" chooses its own steps: omit {given}, or give kind = '
+                '"steps"'
             )
+
+    def check_steps(self) -> None:
+        """Raise an error if a key is given that only a loop uses."""
+        given = self._given(_OF_LOOPS)
+        if given:
+            raise ValueError(f'{given} need kind = "loop": give it, or omit them')
+
+    def _given(self, keys: tuple[str, ...]) -> str:
+        """Return the names of the keys whose values are not the default."""
+        usual = PathConfig()
+        return ", ".join(
+            key for key in keys if getattr(self, key) != getattr(usual, key)
+        )
 
     def _interval(self) -> FloatArray:
         """Return the targets from the first to the last one."""

@@ -7,11 +7,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike
 from scipy.fft import next_fast_len
 
-from ase_roughcontact import theory
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
@@ -183,14 +180,15 @@ class Model(SceneFile):
             return None
         if self.topography is not None:
             raise ValueError("give [roughness] or [topography], not both")
-        # lengths are converted last: errors show them in units of the spacing
-        entries = self._in_spacings(self.roughness, _LENGTHS).entries()
+        # lengths are converted last: errors show them in the unit of the section
+        unit, units = self.roughness.unit, lengths(self.spacing)
+        scale = lookup(unit, units, "unit")
+        entries = plain(self.roughness, _LENGTHS, units, unit).entries()
         entries.pop("unit")
         rough = SelfAffine(**entries)
-        rough = replace(rough, domain=_domain(rough))
-        lengths = {name: getattr(rough, name) for name in _LENGTHS}
-        scaled = {k: v * self.spacing for k, v in lengths.items() if v is not None}
-        return replace(rough, **scaled)
+        rough = replace(rough, domain=_domain(rough, self.spacing / scale, unit))
+        given = {name: getattr(rough, name) for name in _LENGTHS}
+        return replace(rough, **{k: v * scale for k, v in given.items() if v})
 
     @property
     def rough(self) -> SelfAffine | HeightMap | None:
@@ -217,100 +215,34 @@ class Model(SceneFile):
                 parameters = {**parameters, "work_of_adhesion": work}
         return make_wall(kind, self.contact_modulus, self.spacing, parameters)
 
-    @property
-    def kappa_repulsive(self) -> float:
-        """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
-        wall = self.wall
-        if wall.kappa is not None:
-            return wall.kappa
-        return theory.KAPPA_HARD if wall.hard else theory.KAPPA_REPULSIVE
-
-    @property
-    def inverse_kappa(self) -> float:
-        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa`` for this wall.
-
-        Negative or zero if nominally flat surfaces would adhere without a load.
-        """
-        wall, rough = self.wall, self.rough
-        if not wall.attractive or rough is None:
-            return 1.0 / self.kappa_repulsive
-        statistics = rough.statistics()
-        attraction = theory.inverse_kappa_attractive(
-            wall.work_of_adhesion,
-            self.contact_modulus,
-            wall.attraction_range,
-            statistics.rms_slope,
-            statistics.rms_curvature,
-        )
-        return float(1.0 / self.kappa_repulsive - attraction)
-
-    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
-
-        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive.
-
-        Parameters
-        ----------
-        normal_force : array_like
-            Normal forces (eV/Å).
-
-        Returns
-        -------
-        ndarray
-            Areas (Å^2).
-
-        References
-        ----------
-        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
-        """
-        rough = self.rough
-        if rough is None:
-            return self.hertz_area(normal_force)
-        if self.inverse_kappa <= 0.0:
-            return np.full(np.shape(normal_force), np.nan)
-        pressure = theory.mean_contact_pressure(
-            rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
-        )
-        return theory.predicted_area(
-            normal_force, self.radius, self.contact_modulus, pressure
-        )
-
-    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact area of a smooth sphere without adhesion.
-
-        Parameters
-        ----------
-        normal_force : array_like
-            Normal forces (eV/Å).
-
-        Returns
-        -------
-        ndarray
-            Areas (Å^2).
-        """
-        hertz = theory.Hertz(self.radius, self.contact_modulus)
-        return hertz.contact_area(normal_force)
-
     def _in_spacings(self, section: Any, keys: Iterable[str]) -> Any:
         """Return a section whose lengths are in units of the spacing."""
         return plain(section, keys, lengths(self.spacing), "a0", section.unit)
 
 
-def _domain(rough: SelfAffine) -> float | None:
-    """Return the domain (a0): the given one, or a whole number of spacings."""
-    if rough.short_wavelength < 2.0 - _ROUNDING:
+def _domain(rough: SelfAffine, spacing: float, unit: str) -> float | None:
+    """Return the domain: the given one, or a whole number of spacings."""
+    if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
         raise ValueError(
-            "short_wavelength must be at least 2 a0 to be resolved by atoms at a "
-            f"spacing of a0, got {rough.short_wavelength:g}"
+            f"short_wavelength must be at least 2 a0{_in(2 * spacing, unit)} to be "
+            f"resolved by atoms at a spacing of a0, got {rough.short_wavelength:g} "
+            f"{unit}"
         )
-    if abs(rough.side - round(rough.side)) <= _ROUNDING:
+    side = rough.side / spacing
+    if abs(side - round(side)) <= _ROUNDING:
         return rough.domain
-    points = math.ceil(rough.side)
+    points = math.ceil(side)
     if rough.domain is not None:
         raise ValueError(
-            f"domain must be a whole number of a0, got {rough.domain:g}: give {points}"
+            f"domain must be a whole number of a0{_in(spacing, unit)}, got "
+            f'{rough.domain:g} {unit}: give "{points} a0"'
         )
-    return float(next_fast_len(points))
+    return next_fast_len(points) * spacing
+
+
+def _in(value: float, unit: str) -> str:
+    """Return a length in the unit of a section, nothing if that is a0."""
+    return "" if unit == "a0" else f" = {value:.4g} {unit}"
 
 
 def _of_crystal(calculate: Callable[[str], float], symbol: str, instead: str) -> float:

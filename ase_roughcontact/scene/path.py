@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import FORCES, QUANTITY, UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.substrate import substrate
@@ -17,10 +17,9 @@ from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step
 from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
-from ase_roughcontact.scene.model import Model
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.quantities import FORCES, lengths, plain
-from ase_roughcontact.scene.section import QUANTITY
+from ase_roughcontact.scene.predictions import Predictions
+from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.windows.expected import (
     LARGEST_DOMAIN,
     ExpectedContact,
@@ -34,7 +33,7 @@ _FIRST_SHAPE = (8, 8)
 
 
 @dataclass(frozen=True)
-class ContactPath(Model):
+class ContactPath(Predictions):
     """What is calculated with the bodies of a scene, in units of ASE."""
 
     @property
@@ -47,12 +46,13 @@ class ContactPath(Model):
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
         if self.path.is_loop:
             raise ValueError(
-                "the steps of a loop are chosen as it runs: it has no plan and no "
-                "targets; run it with Scene.loop or ase-roughcontact run"
+                'kind = "loop" chooses its steps as it runs, and has no plan: run it, '
+                'or give kind = "steps"'
             )
         unit = self.path.unit
         units = FORCES if unit in FORCES else lengths(self.spacing)
         path = plain(self.path, ["first", "last", "values"], units, unit)
+        path.check_steps()
         return UNITS[unit] * path.targets
 
     @property

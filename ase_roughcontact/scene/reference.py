@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,12 @@ from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.scene.scene import Scene
+
+# Explanation for a sphere that touches with one asperity at all loads.
+_SINGLE = (
+    "no Eq. (4), as the sphere is as sharp as an asperity of its roughness; for "
+    "comparison, {}"
+)
 
 
 @dataclass(frozen=True)
@@ -76,11 +83,26 @@ def reference_for(scene: Scene) -> Reference:
     """
     if not scene.wall.attractive:
         smooth = theory.Hertz(scene.radius, scene.contact_modulus)
-        return Reference(
-            scene, smooth, rough_above=None if scene.rough is None else 0.0
-        )
+        if scene.rough is None:
+            return Reference(scene, smooth)
+        if _system(scene).single_asperity:
+            return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
+        return Reference(scene, smooth, rough_above=0.0)
     reference = _adhesive(scene, scene.wall.work_of_adhesion)
     return _rough(reference)
+
+
+def _system(scene: Scene) -> theory.RoughSphereTheory:
+    """Return the theory of the rough sphere."""
+    rough: Any = scene.rough
+    return theory.RoughSphereTheory(
+        scene.radius,
+        scene.contact_modulus,
+        rough,
+        scene.wall.work_of_adhesion,
+        scene.wall.attraction_range,
+        scene.kappa_repulsive,
+    )
 
 
 def _adhesive(scene: Scene, work: float) -> Reference:
@@ -107,14 +129,9 @@ def _rough(smooth: Reference) -> Reference:
     scene, rough = smooth.scene, smooth.scene.rough
     if rough is None:
         return smooth
-    system = theory.RoughSphereTheory(
-        scene.radius,
-        scene.contact_modulus,
-        rough,
-        scene.wall.work_of_adhesion,
-        scene.wall.attraction_range,
-        scene.kappa_repulsive,
-    )
+    system = _system(scene)
+    if system.single_asperity:
+        return replace(smooth, explanation=_SINGLE.format(smooth.explanation))
     inverse_kappa = f"1/kappa = {scene.inverse_kappa:.3g}"
     comparison = f"for comparison, {smooth.explanation}"
     if scene.inverse_kappa > 0.0:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
-from ase_roughcontact.scene.section import Section, find_file
+from ase_roughcontact.scene.section import Quantities, Section, find_file
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.scan import ROLES
 
@@ -20,10 +20,10 @@ class TopographyConfig(Section):
     file: str = ""
     role: str = ""
     unit: str | None = None
-    spacing: float | tuple[float, ...] | None = None
+    spacing: float | str | Quantities | None = None
     detrend: str = "plane"
-    center: str | tuple[float, ...] = "middle"
-    margin: float = 0.0
+    center: str | Quantities = "middle"
+    margin: float | str = 0.0
     periodic: bool | None = None
     channel: int | str | None = None
 

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
+from ase_roughcontact._util.units import QUANTITY, UNITS, quantity, units_like
 from ase_roughcontact._util.validation import shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
-
-#: A number with a unit.
-QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.]\S*)\s*")
 
 
 class Quantities(tuple):
@@ -33,9 +30,19 @@ class Section:
     ----------
     title : str
         Name of the section in a file.
+    units : mapping of str to str
+        Units of the keys that may be given as a string with another unit, which is
+        converted, and do not depend on the spacing of atoms.
     """
 
     title: ClassVar[str]
+    units: ClassVar[Mapping[str, str]] = {}
+
+    def __post_init__(self) -> None:
+        """Convert quantities with a unit to numbers."""
+        for key, unit in self.units.items():
+            value = _in_unit(key, getattr(self, key), unit)
+            object.__setattr__(self, key, value)
 
     @classmethod
     def of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
@@ -78,7 +85,12 @@ class Section:
     def types(cls) -> dict[str, tuple[type, ...]]:
         """Return the types that each key accepts."""
         hints = get_type_hints(cls)
-        return {each.name: _members(hints[each.name]) for each in fields(cls)}
+        types = {each.name: _members(hints[each.name]) for each in fields(cls)}
+        with_units = {
+            key: (*(Quantities if each is tuple else each for each in types[key]), str)
+            for key in cls.units
+        }
+        return types | with_units
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, None for keys that are not given."""
@@ -91,6 +103,15 @@ class Section:
     @classmethod
     def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
         return cls(**entries)
+
+
+def _in_unit(key: str, value: Any, unit: str) -> Any:
+    """Return a number or a tuple in a unit, of strings with one."""
+    if isinstance(value, str):
+        return quantity(key, value, units_like(unit)) / UNITS[unit]
+    if isinstance(value, tuple):
+        return tuple(_in_unit(key, each, unit) for each in value)
+    return value
 
 
 def find_file(name: str, folder: Path) -> str:

@@ -18,7 +18,7 @@ from ase_roughcontact._util.validation import (
     nonnegative,
     window,
 )
-from ase_roughcontact.topography.scan import Scan, position
+from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
     Statistics,
@@ -84,17 +84,18 @@ class HeightMap:
         topography: Any,
         role: str,
         *,
-        spacing: float | tuple[float, float] | None = None,
+        spacing: Length | tuple[Length, Length] | None = None,
         unit: str | None = None,
         detrend: str | None = "plane",
-        center: str | tuple[float, float] = "middle",
-        margin: float = 0.0,
+        center: str | tuple[Length, Length] = "middle",
+        margin: Length = 0.0,
         periodic: bool | None = None,
         channel: int | str | None = None,
     ) -> HeightMap:
         """Return the lower side of an indenter for a scan of a surface.
 
-        Missing points, which are masked or NaN, are interpolated.
+        Missing points, which are masked or NaN, are interpolated. Lengths are numbers
+        or strings with a unit, such as ``"20 nm"``.
 
         Parameters
         ----------
@@ -162,7 +163,8 @@ class HeightMap:
         scan = scan.levelled(detrend).filled()
         if isinstance(center, str):
             lookup(center, {"middle": None, "highest": None}, "center")
-            place = scan.highest(margin * factor) if center == "highest" else None
+            edge: Any = in_angstrom("margin", margin, factor)
+            place = scan.highest(edge) if center == "highest" else None
         else:
             place = position(center, factor)
         heights, place = scan.lower_side(role, place)

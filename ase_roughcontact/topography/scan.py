@@ -17,13 +17,13 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.linalg import spsolve
 
-from ase_roughcontact._util.units import LENGTHS
+from ase_roughcontact._util.units import LENGTHS, quantity
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite,
@@ -33,6 +33,9 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.topography.scan_files import read_scan, scan_of
 from ase_roughcontact.topography.spectrum import axis_spacings
+
+#: A number, or a string of a number and a unit of length.
+Length: TypeAlias = float | str
 
 #: Which of the two bodies was scanned.
 ROLES = ("indenter", "substrate")
@@ -60,7 +63,7 @@ class Scan:
         cls,
         topography: Any,
         *,
-        spacing: float | tuple[float, float] | None = None,
+        spacing: Length | tuple[Length, Length] | None = None,
         unit: str | None = None,
         periodic: bool | None = None,
         channel: int | str | None = None,
@@ -88,8 +91,7 @@ class Scan:
             for name in (raw.unit or unit, unit or raw.unit)
         )
         if spacing is not None:
-            x, y = axis_spacings(spacing)
-            steps = x * given, y * given
+            steps = axis_spacings(in_angstrom("spacing", spacing, given))
         elif raw.spacing is not None:
             steps = raw.spacing[0] * of_scan, raw.spacing[1] * of_scan
         else:
@@ -158,7 +160,14 @@ class Scan:
         )
         inner = self.heights[inside]
         if not inner.size:
-            raise ValueError(f"no point of the scan is {margin:g} Å from its edges")
+            sides = " x ".join(
+                f"{n * step / 10:g}"
+                for n, step in zip(self.heights.shape, self.spacing, strict=True)
+            )
+            raise ValueError(
+                f"no point of the scan, {sides} nm, is {margin / 10:g} nm from all "
+                "edges: give a smaller margin"
+            )
         i, j = np.unravel_index(np.argmax(inner), inner.shape)
         return (i + edges[0]) * self.spacing[0], (j + edges[1]) * self.spacing[1]
 
@@ -203,8 +212,38 @@ def position(center: Any, unit: float) -> tuple[float, float]:
         raise ValueError(
             f"center must be 'middle', 'highest' or two numbers (x, y), got {center!r}"
         ) from error
+    x, y = in_angstrom("center", (x, y), unit)
     finite(center_x=x, center_y=y)
-    return float(x) * unit, float(y) * unit
+    return float(x), float(y)
+
+
+def in_angstrom(name: str, value: Any, unit: float) -> Any:
+    """Return a length, or a tuple of them, in Å.
+
+    Parameters
+    ----------
+    name : str
+        Name of the quantity, for errors.
+    value : float, str or tuple of these
+        Strings have a unit.
+    unit : float
+        Unit of numbers (Å).
+
+    Returns
+    -------
+    float or tuple of float
+
+    Raises
+    ------
+    ValueError
+        If a value is no number, or a unit is unknown.
+    """
+    if isinstance(value, str):
+        return quantity(name, value, LENGTHS)
+    if np.ndim(value):
+        return tuple(in_angstrom(name, each, unit) for each in value)
+    finite(**{name: value})
+    return value * unit
 
 
 def _polynomial(degree: int) -> Any:

@@ -132,7 +132,7 @@ def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
 def test_a_loop_has_no_plan(tmp_path, capsys, command):
     (tmp_path / "loop.toml").write_text(LOOP)
     assert main([command, str(tmp_path / "loop.toml")]) == 2
-    assert "chosen as it runs" in capsys.readouterr().err
+    assert "chooses its steps as it runs" in capsys.readouterr().err
 
 
 def test_steps_are_no_loop():

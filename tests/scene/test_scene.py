@@ -298,7 +298,7 @@ def test_errors_of_invalid_values_name_the_key(old, new, message, tmp_path):
         (
             "roughness",
             "long_wavelength = 39.7\ndomain = 200.5",
-            "domain must be a whole number of a0, got 200.5: give 201",
+            'domain must be a whole number of a0, got 200.5 a0: give "201 a0',
         ),
         (
             "path",

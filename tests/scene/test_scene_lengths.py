@@ -5,6 +5,7 @@ import pytest
 from small_scene import SMALL
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.ensemble.columns import scene_columns
 from ase_roughcontact.scene import Scene
 
 
@@ -70,3 +71,67 @@ def test_a_load_has_no_unit_of_length():
     text = SMALL.replace('"penetration"', '"load"').replace("0.2", '"0.2 nm"')
     with pytest.raises(ValueError, match="unknown unit of first 'nm'"):
         scene(text)
+
+
+MODULI = "[substrate]\nspacing = 3.0\n{}\n[path]\nvalues = [1.0]\n"
+
+
+@pytest.mark.parametrize("value", ['"0.1 TPa"', '"100 GPa"', '"1e5 MPa"', "100.0"])
+def test_moduli_and_hardnesses_may_have_a_unit(value):
+    given = scene(MODULI.format(f"contact_modulus = {value}\nhardness = {value}"))
+    assert given.contact_modulus == pytest.approx(100 * UNITS["GPa"], rel=1e-12)
+    assert given.hardness == pytest.approx(100 * UNITS["GPa"], rel=1e-12)
+    assert given.toml == scene(given.toml).toml
+
+
+def test_elastic_constants_may_have_a_unit():
+    listed = 'elastic_constants = ["165.7 GPa", "63900 MPa", 79.6]'
+    plain = "elastic_constants = [165.7, 63.9, 79.6]"
+    found = (scene(MODULI.format(text)).contact_modulus for text in (listed, plain))
+    assert next(found) == pytest.approx(next(found), rel=1e-12)
+
+
+@pytest.mark.parametrize("work", ['"50 mJ/m²"', '"0.05 N/m"', "0.05"])
+@pytest.mark.parametrize("cutoff", ['"2.4 nm"', '"8 a0"', "8.0"])
+def test_parameters_of_walls_may_have_a_unit(work, cutoff):
+    section = f'[interaction]\nkind = "full"\nwork_of_adhesion = {work}\n'
+    given = scene(MODULI.format("") + section + f"cutoff = {cutoff}\n")
+    wall = given.wall
+    assert wall.work_of_adhesion == pytest.approx(0.05 * UNITS["J/m²"], rel=1e-12)
+    assert wall.cutoff == pytest.approx(24.0, rel=1e-12)
+    stored = scene_columns(given)["work_of_adhesion"]
+    assert stored == pytest.approx(0.05, rel=1e-12)
+
+
+def test_the_stiffness_of_a_cantilever_may_have_a_unit():
+    path = '[path]\nkind = "loop"\ndeepest = 1.0\ncantilever = "200 mN/m"\n'
+    given = scene("[interaction]\nkind = 'adhesive'\nwork_of_adhesion = 0.1\n" + path)
+    assert given.cantilever == pytest.approx(0.2 * UNITS["N/m"], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "key, message",
+    [
+        ('contact_modulus = "30 nm"', "unknown unit of contact_modulus 'nm'"),
+        ('contact_modulus = "stiff"', "such as \"3 GPa\", got 'stiff'"),
+        ("contact_modulus = true", "contact_modulus must be a number or a string"),
+    ],
+)
+def test_wrong_units_of_moduli_are_errors_of_the_key(key, message):
+    with pytest.raises(ValueError, match=message):
+        scene(MODULI.format(key))
+
+
+def test_errors_of_lengths_are_in_the_unit_of_the_section():
+    rough = '[roughness]\nunit = "nm"\nshort_wavelength = 0.4\nlong_wavelength = 4.0'
+    with pytest.raises(ValueError, match=r"at least 2 a0 = 0\.6 nm .* got 0\.4 nm"):
+        scene(MODULI.format("") + rough)
+    rough = rough.replace("0.4", "8.0")
+    with pytest.raises(ValueError, match=r"short_wavelength = 8\.0, got 4\.0"):
+        scene(MODULI.format("") + rough)
+
+
+@pytest.mark.parametrize("key", ["deepest", "step", "cantilever", "tolerance"])
+def test_keys_of_loops_are_refused_for_steps(key):
+    with pytest.raises(ValueError, match=rf'\[path\] {key} need kind = "loop"'):
+        scene(MODULI.format("") + f"{key} = 0.5\n")

@@ -63,7 +63,7 @@ def test_a_scan_gives_the_steps_of_its_height_map(folder):
 
 
 def test_theory_for_a_scan_is_that_of_its_statistics(folder):
-    scene = read(folder)
+    scene = read(folder, scene=SMOOTH.replace("radius = 60.0", "radius = 120.0"))
     rough = scene.rough
     statistics = rough.statistics()
     assert rough.rms_slope == statistics.rms_slope
@@ -71,6 +71,33 @@ def test_theory_for_a_scan_is_that_of_its_statistics(folder):
     light = 1e-4
     assert scene.predicted_area(light) == pytest.approx(light / pressure, rel=0.02)
     assert reference_for(scene).rough_above == 0.0
+
+
+def test_lengths_of_a_scan_may_have_units(folder):
+    section = 'center = ["2 nm", 3.0]\nmargin = "5 Å"\nspacing = ["0.2 nm", "2 Å"]\n'
+    rough = read(folder, SECTION + section).rough
+    assert rough.center == pytest.approx((20.0, 30.0))
+    assert rough.spacing == pytest.approx((2.0, 2.0))
+    section = 'center = "highest"\nmargin = "2 nm"\n'
+    with_unit = read(folder, SECTION + section).rough.center
+    assert (
+        with_unit
+        == read(folder, SECTION + section.replace('"2 nm"', "2.0")).rough.center
+    )
+    assert min(with_unit) >= 20.0 and max(with_unit) <= 106.0
+    with pytest.raises(ValueError, match=r"12.8 x 12.8 nm, is 9 nm from all edges"):
+        read(folder, SECTION + section.replace('"2 nm"', '"90 Å"'))
+
+
+def test_a_scan_of_one_asperity_is_not_compared_with_rough_surfaces(tmp_path):
+    x = np.linspace(-np.pi, np.pi, 64)
+    bump = 0.02 * np.cos(x)[:, None] * np.cos(x)
+    np.savetxt(tmp_path / "scan.txt", bump, header=HEADER)
+    adhesive = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n'
+    for section in (SECTION, SECTION + adhesive):
+        reference = reference_for(read(tmp_path, section))
+        assert reference.rough_above is None
+        assert "as sharp as an asperity" in reference.explanation
 
 
 def test_an_adhesive_scan_has_a_reference(folder):

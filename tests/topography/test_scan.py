@@ -294,7 +294,9 @@ def test_decimal_commas_and_missing_cells_of_text_are_recognised(tmp_path, text)
     file.write_text(header + text)
     got = untouched(file, spacing=None)
     assert got.spacing == pytest.approx((25.0, 25.0))
-    expected = untouched([[0.5, -2.5], [1.0, 3.0], [np.nan, 0.4]], spacing=2.5, unit="nm")
+    expected = untouched(
+        [[0.5, -2.5], [1.0, 3.0], [np.nan, 0.4]], spacing=2.5, unit="nm"
+    )
     np.testing.assert_allclose(raw(got), raw(expected), rtol=0, atol=1e-9)
 
 

@@ -1,0 +1,90 @@
+"""What theory predicts for a scene: kappa and contact areas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact import theory
+from ase_roughcontact.scene.model import Model
+
+
+@dataclass(frozen=True)
+class Predictions(Model):
+    """Solid, indenter and wall of a scene, with the theory for them."""
+
+    @property
+    def kappa_repulsive(self) -> float:
+        """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
+        wall = self.wall
+        if wall.kappa is not None:
+            return wall.kappa
+        return theory.KAPPA_HARD if wall.hard else theory.KAPPA_REPULSIVE
+
+    @property
+    def inverse_kappa(self) -> float:
+        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa`` for this wall.
+
+        Negative or zero if nominally flat surfaces would adhere without a load.
+        """
+        wall, rough = self.wall, self.rough
+        if not wall.attractive or rough is None:
+            return 1.0 / self.kappa_repulsive
+        statistics = rough.statistics()
+        attraction = theory.inverse_kappa_attractive(
+            wall.work_of_adhesion,
+            self.contact_modulus,
+            wall.attraction_range,
+            statistics.rms_slope,
+            statistics.rms_curvature,
+        )
+        return float(1.0 / self.kappa_repulsive - attraction)
+
+    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
+
+        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+
+        References
+        ----------
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
+        """
+        rough = self.rough
+        if rough is None:
+            return self.hertz_area(normal_force)
+        if self.inverse_kappa <= 0.0:
+            return np.full(np.shape(normal_force), np.nan)
+        pressure = theory.mean_contact_pressure(
+            rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
+        )
+        return theory.predicted_area(
+            normal_force, self.radius, self.contact_modulus, pressure
+        )
+
+    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Return the contact area of a smooth sphere without adhesion.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+        """
+        hertz = theory.Hertz(self.radius, self.contact_modulus)
+        return hertz.contact_area(normal_force)
