@@ -54,7 +54,7 @@ class SubstrateConfig(Section):
     calculator: str = ""
     potential: str = ""
     crystal: str = ""
-    surface: str = "fcc100"
+    surface: str = ""
     layer_thickness: float | str | None = None
     layer_modulus: float | None = None
     layer_poisson: float = 0.5

@@ -30,6 +30,12 @@ _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
 _EMT_METALS = "Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt"
 # Keys that make a solid other than the isotropic half space.
 _SOLIDS = "calculator", "potential", "crystal", "anisotropic", "layer_thickness"
+# Solids that differ by their surface, the surface if none is named, and the crystal
+# direction of the rows of atoms along x on each.
+_OF_SURFACES = "calculator", "potential", "crystal", "anisotropic"
+_SURFACE, _AXES = "fcc100", {"fcc100": "110", "bcc100": "100"}
+# Formats of potentials by the ends of the names of their files.
+_FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
 # Keys of a layer, which have no meaning without its thickness.
 _OF_LAYERS = "layer_modulus", "rigid_base", "sliding"
 
@@ -56,6 +62,11 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
     if len(given) > 1:
         raise ValueError(f"give one of {' and '.join(given)}: they are several solids")
     kind = given[0] if given else ""
+    if substrate.surface and kind not in _OF_SURFACES:
+        raise ValueError(
+            f"surface needs one of {', '.join(_OF_SURFACES)}: other solids are "
+            "isotropic"
+        )
     if kind != "layer_thickness":
         for key in _OF_LAYERS:
             if getattr(substrate, key):
@@ -79,7 +90,8 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
                 f"got {len(constants)} numbers"
             )
         c11, c12, c44 = (float(c) * UNITS["GPa"] for c in constants)
-        return Cubic(c11, c12, c44)
+        axis = lookup(substrate.surface or _SURFACE, _AXES, "surface")
+        return Cubic(c11, c12, c44, axis)
     return Isotropic(UNITS["GPa"] * _modulus(substrate))
 
 
@@ -180,6 +192,11 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
                 f"{file} is a crystal of {solid.symbol}, not of symbol = "
                 f"{substrate.symbol!r}"
             )
+        if substrate.surface not in ("", solid.surface):
+            raise ValueError(
+                f"{file} has the surface {solid.surface}, not surface = "
+                f"{substrate.surface!r}"
+            )
         return solid
     if substrate.calculator:
         lookup(substrate.calculator, {"emt": EMT}, "calculator")
@@ -188,7 +205,8 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
                 f"EMT knows the metals {', '.join(_EMT_METALS)}, got symbol = "
                 f"{substrate.symbol!r}: give one of them, or potential or crystal"
             )
-    return _calculated_crystal(file, changed, substrate.symbol, substrate.surface)
+    surface = substrate.surface or _SURFACE
+    return _calculated_crystal(file, changed, substrate.symbol, surface)
 
 
 @lru_cache(maxsize=8)
@@ -203,8 +221,13 @@ def _calculated_crystal(
     """Return the crystal of EMT or of a potential of embedded atoms."""
     if not potential:
         return Crystal.from_calculator(EMT(), symbol, surface)
+    kind = _FORMATS.get(Path(potential).suffix, "eam/alloy")
     try:
-        calculator = EAM(potential)
+        calculator = EAM(potential, kind=kind)
     except Exception as error:
-        raise ValueError(f"{potential} is not a potential of EAM: {error}") from error
+        raise ValueError(
+            f"{potential} is not a potential in the format {kind}: {error}. The format "
+            f"is told by the end of the name, one of {', '.join(_FORMATS)}; crystals "
+            "of other potentials are written with Python, and given by crystal"
+        ) from error
     return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLABS)

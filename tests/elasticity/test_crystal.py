@@ -18,6 +18,7 @@ from ase_roughcontact.elasticity import (
     FreeHalfSpace,
     PeriodicHalfSpace,
 )
+from ase_roughcontact.elasticity.crystals.force_constants import relaxed_slab
 
 A = 3.6
 SPACING = A / np.sqrt(2)
@@ -48,18 +49,31 @@ def test_long_waves_and_contact_modulus_are_those_of_the_continuum(springs, cont
 
 def test_figures_and_lattice_constant(springs):
     assert springs.spacing == pytest.approx(SPACING, rel=1e-9)
-    assert abs(springs.pressure) < 1e-9
-    assert max(springs.figures.values()) < 1e-6
+    assert abs(springs.stress) < 1e-8
+    assert max(springs.figures.values()) < 2e-6
     assert springs.figures["interpolation"] < 1e-8
 
 
-def test_stress_at_another_lattice_constant_is_reported():
-    with pytest.warns(UserWarning, match="under a pressure of -"):
-        strained = make(lattice_constant=1.001 * A)
-    c11, c12, _ = fcc_springs(A)[1]
-    bulk_modulus = (c11 + 2 * c12) / 3
-    assert strained.spacing == pytest.approx(1.001 * SPACING)
-    assert strained.pressure == pytest.approx(-0.003 * bulk_modulus, rel=0.01)
+def test_stress_at_another_lattice_constant_is_that_of_the_layers_of_a_slab():
+    springs, (c11, c12, _) = fcc_springs(A)
+    with pytest.warns(UserWarning, match="under a stress of 1.14 GPa"):
+        strained = make(springs, lattice_constant=1.01 * A)
+    assert strained.spacing == pytest.approx(1.01 * SPACING)
+    biaxial = (c11 + c12 - 2 * c12**2 / c11) * 0.01
+    assert strained.stress == pytest.approx(biaxial, rel=0.01)
+    assert strained.figures["long_waves"] < 1e-5
+
+    energies, change = [], 1e-4
+    for layers in (7, 9):
+        for stretch in (1.01 - change, 1.01 + change):
+            slab = relaxed_slab(springs, "Cu", "fcc100", stretch * A, layers)
+            slab.calc = springs
+            energies.append(slab.get_potential_energy())
+    two_layers = energies[3] - energies[2] - energies[1] + energies[0]
+    volume = 2 * np.ptp(slab.positions[3:5, 2]) * strained.spacing**2
+    # both sides of a cell are stretched, each by 2 change/1.01
+    work = 2 * (2 * change / 1.01) * volume
+    assert strained.stress == pytest.approx(two_layers / work, rel=1e-3)
 
 
 def test_bcc_surface():
@@ -178,6 +192,33 @@ class OnSite(Springs):
             self.results["forces"][:, :2] -= 0.1 * away
 
 
+class OtherSlabs(Springs):
+    """Other springs between many atoms than between a few."""
+
+    def __init__(self, shells, change):
+        super().__init__(shells)
+        self.few, self.many = self.shells, change(self.shells)
+
+    def calculate(self, atoms=None, *args, **kwargs):
+        self.shells = self.few if len(atoms) < 50 else self.many
+        super().calculate(atoms, *args, **kwargs)
+
+
+class Softer(OtherSlabs):
+    def __init__(self, shells):
+        super().__init__(shells, lambda springs: springs * [1.0, 0.5])
+
+
+class OnlyFirstNeighbours(OtherSlabs):
+    def __init__(self, shells):
+        super().__init__(shells, lambda springs: springs[:1])
+
+
+class Longer(OtherSlabs):
+    def __init__(self, shells):
+        super().__init__(shells, lambda springs: springs * [1.001, 1.0])
+
+
 class WithoutForces(Springs):
     implemented_properties = ["energy"]
 
@@ -199,13 +240,20 @@ class WithoutSlabs(Springs):
     [
         (Noisy, {}, "other forces when asked again"),
         (OnSite, {}, "resultant"),
+        (Softer, {}, "'long_waves' .* energies of strained bulk"),
+        (OnlyFirstNeighbours, {}, "'long_waves' .* energies of strained bulk"),
+        (Longer, {}, "'rest' .* forces once it is repeated"),
         (Springs, {"size": 3}, "reach beyond the slab: increase size"),
         (WithoutForces, {}, "no forces for a slab"),
         (WithoutSlabs, {}, "no forces for a slab of 11 layers.*crystals only"),
-        (WithoutEnergies, {}, "no energy for fcc Cu: no energies"),
+        (WithoutEnergies, {}, "no energy for a crystal of Cu: no energies"),
         (Springs, {"surface": "fcc111"}, "square surface"),
         (Springs, {"layers": 12}, "must be odd"),
+        (Springs, {"layers": 7}, "layers must be an integer >= 9"),
+        (Springs, {"displacement": 0.0}, "Springs has no method get_hessian"),
+        (Springs, {"lattice_constant": 1.2 * A}, "not stable at the lattice constant"),
         (Springs, {"crystal": "Xx"}, "give a crystal as Atoms"),
+        (Springs, {"crystal": "Fe"}, "Fe is bcc.*give surface='bcc100'"),
         (Springs, {"crystal": bulk("NaCl", "rocksalt", a=A)}, "one element"),
         (Springs, {"crystal": bulk("Cu", a=2 * A)}, "give lattice_constant"),
         (Springs, {"crystal": bulk("Cu", "hcp", a=SPACING)}, "bulk must be fcc"),
@@ -255,3 +303,12 @@ def test_copper_of_emt():
     at_400, at_800 = 2 / (q * copper.wave_compliance(q, 0.0))
     expected = 2 / (q[0] * continuum.wave_compliance(q[0], 0.0))
     assert 2 * at_800 - at_400 == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_copper_under_stress():
+    with pytest.warns(UserWarning, match="0.704 GPa along the surface .* 3.61 Å"):
+        copper = Crystal.from_calculator(EMT(), "Cu", lattice_constant=3.61)
+    # a continuum under this stress; 3 % below that of the crystal without it
+    assert copper.contact_modulus / GPa == pytest.approx(148.725, rel=1e-4)
+    assert copper.figures["long_waves"] < 1e-5

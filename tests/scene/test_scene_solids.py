@@ -7,6 +7,7 @@ import pytest
 from ase.build import bulk
 from ase.calculators.eam import EAM
 from ase.units import GPa
+from matscipy.calculators.eam.io import read_eam, write_eam
 from small_scene import SMALL
 from spring_crystal import fcc_springs
 
@@ -42,6 +43,11 @@ LAYER = "layer_thickness = 30.0\nlayer_modulus = 50.0"
             "anisotropic = true",
             "elastic_constants = [150.0, 100.0, 40.0]",
             Cubic(150 * GPa, 100 * GPa, 40 * GPa),
+        ),
+        (
+            'anisotropic = true\nsurface = "bcc100"',
+            "elastic_constants = [231.0, 135.0, 116.0]",
+            Cubic(231 * GPa, 135 * GPa, 116 * GPa, "100"),
         ),
         (LAYER, "contact_modulus = 100.0", Layer(50 * GPa, 30.0, 100 * GPa)),
         (
@@ -103,6 +109,8 @@ def test_a_crystal_is_found_beside_the_scene_and_copied_to_the_results(
         (f"{LAYER}\nlayer_poisson = 0.7", "poisson must be"),
         (f"{LAYER}\nrigid_base = true", "a rigid base has no contact_modulus"),
         ('calculator = "emt"', "contact_modulus follows from the forces"),
+        ('surface = "bcc100"', "surface needs one of calculator, .*are isotropic"),
+        (f'{LAYER}\nsurface = "fcc100"', "surface needs one of calculator"),
     ],
 )
 def test_contradictions_are_errors(lines, message):
@@ -119,14 +127,24 @@ def test_contradictions_are_errors(lines, message):
             "EMT knows the metals Al, .*Pt, got .*'Pb'",
         ),
         ('potential = "missing.alloy"', "can't read .*missing.alloy"),
+        ('potential = "Cu.eam.fs"', "in the format eam/fs: .*by the end of the name"),
+        ('potential = "Cu.eam"', "in the format eam: "),
+        ('potential = "Cu.adp"', "in the format eam/alloy: .*written with Python"),
+        ('calculator = "emt"\nsurface = "bcc100"', "Cu is fcc, .*surface='fcc100'"),
+        ('anisotropic = true\nsurface = "fcc111"', "surface"),
         ('crystal = "small_scene.py"', "is not a crystal"),
         ('symbol = "Ag"\ncrystal = "springs.json"', "of Cu, not of symbol = 'Ag'"),
         ('crystal = "springs.json"\nspacing = 2.0', "spacing of 2.545584"),
+        (
+            'crystal = "springs.json"\nsurface = "bcc100"',
+            "springs.json has the surface fcc100, not surface = 'bcc100'",
+        ),
     ],
 )
 def test_unsuitable_files_are_errors(lines, message, crystal_file):
     folder = crystal_file.parent
-    (folder / "small_scene.py").write_text(SMALL)
+    for name in ("small_scene.py", "Cu.eam.fs", "Cu.eam", "Cu.adp"):
+        (folder / name).write_text(SMALL)
     text = SMALL.replace("contact_modulus = 100.0", lines)
     with pytest.raises(ValueError, match=message):
         Scene.parse(text, str(folder / "my.toml")).check()
@@ -141,13 +159,17 @@ def test_calculators_by_name(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_potential_of_embedded_atoms(tmp_path):
-    file = tmp_path / "Cu.eam.alloy"
-    write_sutton_chen(file)
-    made = scene(f'potential = "{file}"', "")
-    assert 3.5 < made.spacing * np.sqrt(2) < 3.7
-    assert 40 < made.contact_modulus / GPa < 200
-    assert made.solid.figures["reach"] < 1e-3
+def test_formats_of_potentials_of_embedded_atoms(tmp_path):
+    alloy, fs = tmp_path / "Cu.eam.alloy", tmp_path / "Cu.eam.fs"
+    write_sutton_chen(alloy, cutoff=4.5)
+    source, parameters, embedding, density, pair = read_eam(alloy)
+    write_eam(source, parameters, embedding, density[:, None], pair, fs, "eam/fs")
+    first, second = (scene(f'potential = "{file}"', "").solid for file in (alloy, fs))
+    assert 3.5 < first.spacing * np.sqrt(2) < 3.7
+    assert 40 < first.contact_modulus / GPa < 200
+    assert max(first.figures.values()) < 1e-4
+    assert second.spacing == pytest.approx(first.spacing, rel=1e-5)
+    assert second.contact_modulus == pytest.approx(first.contact_modulus, rel=1e-4)
 
 
 def write_sutton_chen(file, cutoff=5.0):

@@ -1,4 +1,4 @@
-"""Lattice constant and pressure of bulk crystals, from an ASE calculator."""
+"""Bulk crystals: their element, lattice constant, and state below a surface."""
 
 from __future__ import annotations
 
@@ -9,14 +9,19 @@ from ase import Atoms
 from ase.build import bulk
 from ase.data import atomic_numbers, reference_states
 from ase.neighborlist import neighbor_list
-from scipy.optimize import brentq
 
-# Strain of the finite difference that gives the pressure of a bulk crystal, and the
-# range of lattice constants in which that pressure vanishes.
-_STRAIN, _RANGE = 1e-4, 0.1
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.elasticity.crystals.force_constants import SURFACES
+from ase_roughcontact.elasticity.crystals.strain import (
+    RANGE,
+    deformed,
+    stretch_without_stress,
+)
+
 _ATOMS = {"fcc": 4, "bcc": 2}  # in a cubic cell
 # Distance, in lattice constants, up to which neighbours distinguish fcc, hcp and bcc.
 _SHELLS = 1.3
+_PERIOD = 2  # layers after which a square surface repeats
 
 
 def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
@@ -54,7 +59,12 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
             raise ValueError(
                 f"no cubic crystal of {bulk!r} is known to ASE: give a crystal as Atoms"
             )
-        symbol, volume = bulk, reference["a"] ** 3 / _ATOMS[reference["symmetry"]]
+        if reference["symmetry"] != structure:
+            raise ValueError(
+                f"{bulk} is {reference['symmetry']}, and this surface is {structure}: "
+                f"give surface={reference['symmetry'] + '100'!r}, or a crystal as Atoms"
+            )
+        symbol, volume = bulk, reference["a"] ** 3 / _ATOMS[structure]
     return symbol, float((volume * _ATOMS[structure]) ** (1 / 3))
 
 
@@ -91,51 +101,49 @@ def relaxed_lattice_constant(
     Raises
     ------
     ValueError
-        If the stress does not vanish within 10 % of the guess.
+        If the stress does not vanish within 10 % of the guess, or the calculator gives
+        no energy.
     """
-    low, high = (1.0 - _RANGE) * guess, (1.0 + _RANGE) * guess
-    ends = [pressure(calculator, symbol, structure, a) for a in (low, high)]
-    if not ends[0] > 0.0 > ends[1]:
+    stretch = stretch_without_stress(
+        calculator, bulk(symbol, structure, a=guess), (0, 1, 2)
+    )
+    if stretch is None:
         raise ValueError(
             f"{structure} {symbol} has no lattice constant without stress between "
-            f"{low:.3f} and {high:.3f} Å with this calculator: give lattice_constant"
+            f"{(1.0 - RANGE) * guess:.3f} and {(1.0 + RANGE) * guess:.3f} Å with this "
+            "calculator: give lattice_constant"
         )
-    return float(
-        brentq(lambda a: pressure(calculator, symbol, structure, a), low, high)
-    )
+    return guess * stretch
 
 
-def pressure(calculator: Any, symbol: str, structure: str, a: float) -> float:
-    """Return the pressure of a cubic crystal by differences of its energy.
+def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
+    """Return the bulk far below a surface: its stress along z vanishes.
 
     Parameters
     ----------
     calculator : Calculator
     symbol : str
-    structure : {"fcc", "bcc"}
+    surface : str
+        A square one of `SURFACES`.
     a : float
-        Lattice constant (Å).
+        Lattice constant along the surface (Å).
 
     Returns
     -------
-    float
-        Negative under tension (eV/Å^3).
+    Atoms
+        Periodic cell with the axes of the surface, without a calculator.
 
     Raises
     ------
     ValueError
-        If the calculator gives no energy.
+        If the stress does not vanish, or the calculator gives no energy.
     """
-    energies, volumes = [], []
-    for factor in (1.0 - _STRAIN, 1.0 + _STRAIN):
-        atoms = bulk(symbol, structure, a=factor * a)
-        atoms.calc = calculator
-        try:
-            energies.append(atoms.get_potential_energy())
-        except Exception as error:
-            raise ValueError(
-                f"{type(calculator).__name__} gives no energy for {structure} "
-                f"{symbol}: {error}"
-            ) from error
-        volumes.append(atoms.cell.volume)
-    return -float(np.diff(energies)[0] / np.diff(volumes)[0])
+    build = lookup(surface, SURFACES, "surface")
+    crystal = build(symbol, (1, 1, _PERIOD), a=a, periodic=True)
+    stretch = stretch_without_stress(calculator, crystal, (2,))
+    if stretch is None:
+        raise ValueError(
+            f"{symbol} with {type(calculator).__name__} is not stable at the lattice "
+            f"constant {a:g} Å along the surface {surface}: omit lattice_constant"
+        )
+    return deformed(crystal, np.diag([1.0, 1.0, stretch]))

@@ -22,10 +22,10 @@ from ase import Atoms
 from ase.units import GPa
 
 from ase_roughcontact._util.files import replaced
-from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.elasticity.crystals.bulk import (
+    bulk_below,
     element,
-    pressure,
     relaxed_lattice_constant,
 )
 from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
@@ -46,6 +46,7 @@ from ase_roughcontact.elasticity.crystals.kernel import (
     near_kernel,
 )
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
+from ase_roughcontact.elasticity.crystals.strain import nominal_moduli, stress
 from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Crystal structures of the surfaces whose atoms are a square grid.
@@ -54,8 +55,10 @@ _STRUCTURES = {"fcc100": "fcc", "bcc100": "bcc"}
 _TABLE = 48
 # Relative difference of spacings, or of a wave vector to the edge of the zone.
 _ROUNDING = 1e-6
-# Residual pressure, relative to the contact modulus, of which a warning is given.
+# Residual stress, relative to the contact modulus, of which a warning is given.
 _STRESSED = 1e-3
+# Layers of a slab whose thinner one still has a layer of the bulk between its surfaces.
+_LEAST_LAYERS = 9
 _FORMAT = "crystal of ase_roughcontact, version 1"
 
 
@@ -78,14 +81,15 @@ class Crystal(ElasticSolid):
         the solid can be used.
     table : ndarray
         Coefficients of ``1/E*``, see `interpolation_table` (1/pressure).
-    pressure : float
-        Pressure of the bulk at this lattice constant, negative under tension
-        (eV/Å^3).
+    stress : float
+        Stress of the crystal below the surface along x and y, positive under tension;
+        along z it is zero (eV/Å^3).
     figures : dict
         Relative errors. Those of the force constants are described in
         `ForceConstants`, those of E* are "thickness" (change from a slab with four
         layers less), "square" (difference of directions that a square grid does not
-        distinguish) and "interpolation".
+        distinguish), "interpolation", and "long_waves" (difference of long waves from
+        an elastic continuum with the moduli of the strained bulk).
 
     Attributes
     ----------
@@ -98,7 +102,7 @@ class Crystal(ElasticSolid):
     calculator: str
     spacing: float
     table: np.ndarray = field(repr=False)
-    pressure: float = 0.0
+    stress: float = 0.0
     figures: dict[str, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -139,10 +143,11 @@ class Crystal(ElasticSolid):
         surface : {"fcc100", "bcc100"}
             Crystal structure and surface.
         lattice_constant : float, optional
-            In place of that at which the crystal has no stress (Å). A pressure above
-            1e-3 of the contact modulus is reported by a warning.
+            In place of that at which the crystal has no stress (Å). Along z, the
+            crystal is relaxed all the same. A stress along x and y above 1e-3 of the
+            contact modulus is reported by a warning.
         layers : int
-            Layers of the slab, odd.
+            Layers of the slab, odd and at least 9.
         size : int
             Surface cells along each side of the slab, odd.
         displacement : float
@@ -171,12 +176,14 @@ class Crystal(ElasticSolid):
         """
         structure = lookup(surface, _STRUCTURES, "square surface")
         positive(tolerance=tolerance)
+        integer("layers", layers, _LEAST_LAYERS)
         symbol, a = element(bulk, structure)
         if lattice_constant is None:
             a = relaxed_lattice_constant(calculator, symbol, structure, a)
         else:
             positive(lattice_constant=lattice_constant)
             a = lattice_constant
+        below = bulk_below(calculator, symbol, surface, a)
         thick, thin = (
             force_constants(
                 calculator,
@@ -188,22 +195,29 @@ class Crystal(ElasticSolid):
         )
         name = f"{surface} {symbol} with {type(calculator).__name__}"
         check_errors(thick.figures, tolerance, name)
-        figures = {**thick.figures, **modulus_errors(thick, thin)}
-        check_errors(figures, tolerance, name)
+        greens = LatticeGreensFunction(thick)
+        table = modulus_table(greens)
+        errors = modulus_errors(
+            table,
+            greens,
+            LatticeGreensFunction(thin),
+            nominal_moduli(calculator, below),
+        )
+        check_errors(errors, tolerance, name)
         crystal = cls(
             symbol,
             surface,
             type(calculator).__name__,
             thick.spacing,
-            modulus_table(LatticeGreensFunction(thick)),
-            pressure(calculator, symbol, structure, a),
-            figures,
+            table,
+            stress(calculator, below, (0, 1)),
+            thick.figures | errors,
         )
-        if abs(crystal.pressure) > _STRESSED * crystal.contact_modulus:
+        if abs(crystal.stress) > _STRESSED * crystal.contact_modulus:
             warnings.warn(
-                f"{name} is under a pressure of {crystal.pressure / GPa:.3g} GPa at "
-                f"the lattice constant {a:g} Å, which changes its moduli: omit "
-                "lattice_constant to relax it",
+                f"{name} is under a stress of {crystal.stress / GPa:.3g} GPa along the "
+                f"surface at the lattice constant {a:g} Å, which changes its moduli: "
+                "omit lattice_constant to relax it",
                 stacklevel=2,
             )
         return crystal

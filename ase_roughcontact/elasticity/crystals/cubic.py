@@ -42,8 +42,9 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    stiffness : ndarray, shape (6, 6)
-        Elastic constants in Voigt's notation; the surface normal is z (pressure).
+    stiffness : ndarray, shape (6, 6) or (3, 3, 3, 3)
+        Elastic constants in Voigt's notation, or the moduli ``A_iJkL`` of the nominal
+        stress of a solid under stress; the surface normal is z (pressure).
     angles : ndarray, shape (n,)
         Angles between the wave vectors and the x axis.
 
@@ -58,7 +59,9 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     Elasticity (1996), Ch. 7; J. J. Vlassak, W. D. Nix, J. Mech. Phys. Solids 42, 1223
     (1994).
     """
-    tensor = Voigt_6x6_to_full_3x3x3x3(np.asarray(stiffness, dtype=float))
+    tensor = np.asarray(stiffness, dtype=float)
+    if tensor.ndim == 2:
+        tensor = Voigt_6x6_to_full_3x3x3x3(tensor)
     rotation = np.pi * np.arange(_ROTATIONS) / _ROTATIONS
     wave = np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], -1)
     normal = np.array([0.0, 0.0, 1.0])

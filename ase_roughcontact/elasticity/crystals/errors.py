@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ase_roughcontact.elasticity.crystals.force_constants import ForceConstants
+from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
 from ase_roughcontact.elasticity.crystals.kernel import (
     interpolate,
     interpolation_table,
@@ -15,13 +15,20 @@ from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFun
 #: What to do about an error of a crystal, by its name.
 ADVICE = {
     "repetition": "the calculator returns other forces when asked again",
+    "rest": "the relaxed slab has forces once it is repeated along the surface: the "
+    "calculator describes large slabs in another way than small ones",
     "sum_rule": "the forces on all atoms have a resultant that is not zero",
     "symmetry": "the forces are not those of an energy, or change the displacement",
     "reach": "the forces reach beyond the slab: increase size and layers",
     "thickness": "the slab is too thin: increase layers",
     "square": "the surface is not that of a square grid",
     "interpolation": "the modulus is not smooth: check the force constants",
+    "long_waves": "the forces in the slab are not those of the energies of strained "
+    "bulk: the calculator describes slabs in another way than crystals",
 }
+
+# Wave number, in units of 1/a0, of waves that see a continuum.
+_LONG = 1e-6
 
 
 def _inverse_modulus(greens: LatticeGreensFunction, q: np.ndarray) -> np.ndarray:
@@ -35,10 +42,27 @@ def modulus_table(greens: LatticeGreensFunction) -> np.ndarray:
     return interpolation_table(_inverse_modulus(greens, node_vectors()))
 
 
-def modulus_errors(thick: ForceConstants, thin: ForceConstants) -> dict[str, float]:
-    """Return the relative errors of the modulus."""
-    greens = LatticeGreensFunction(thick)
-    table = modulus_table(greens)
+def modulus_errors(
+    table: np.ndarray,
+    thick: LatticeGreensFunction,
+    thin: LatticeGreensFunction,
+    moduli: np.ndarray,
+) -> dict[str, float]:
+    """Return the relative errors of the modulus of a crystal.
+
+    Parameters
+    ----------
+    table : ndarray
+        Coefficients of the thick slab, see `modulus_table`.
+    thick, thin : LatticeGreensFunction
+        From slabs of different thickness.
+    moduli : ndarray, shape (3, 3, 3, 3)
+        Of the bulk, see `nominal_moduli`.
+
+    Returns
+    -------
+    dict of float
+    """
     numbers = np.linspace(0.03, 0.97, 12) * np.pi
     q = np.stack(
         [np.repeat(numbers, 5), np.outer(numbers, np.linspace(0, 1, 5)).ravel()]
@@ -49,10 +73,17 @@ def modulus_errors(thick: ForceConstants, thin: ForceConstants) -> dict[str, flo
         return float(abs(_inverse_modulus(greens, q.T) / expected - 1.0).max())
 
     turned = np.array([[q[0], -q[1]], [q[1], q[0]], [-q[0], q[1]]])
+    angles = np.linspace(0.0, np.pi / 4, 5)
+    long_waves = interpolate(
+        table, *(_LONG * np.array([np.cos(angles), np.sin(angles)]))
+    )
     return {
-        "thickness": error(LatticeGreensFunction(thin), q),
-        "square": max(error(greens, other) for other in turned),
-        "interpolation": error(greens, q),
+        "thickness": error(thin, q),
+        "square": max(error(thick, other) for other in turned),
+        "interpolation": error(thick, q),
+        "long_waves": float(
+            abs(long_waves * surface_modulus(moduli, angles) - 1.0).max()
+        ),
     }
 
 

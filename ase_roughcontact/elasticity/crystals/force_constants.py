@@ -27,6 +27,8 @@ _VACUUM = 10.0  # on both sides of a slab (Å)
 _NEGLIGIBLE = 1e-9
 # Forces to which a slab is relaxed, and iterations after which it is taken not to be.
 _FMAX, _MAX_STEPS = 1e-6, 1000
+# Relative change of the couplings of metals with the distance of atoms.
+_ANHARMONICITY = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +50,8 @@ class ForceConstants:
         Errors of the couplings, each relative to the largest one: "sum_rule" (their
         sum for one atom), "symmetry" (under exchange of the two atoms), "reach" (those
         across half of the slab's side), "repetition" (change of the forces when they
-        are calculated again).
+        are calculated again), "rest" (change by the forces on the slab before an atom
+        is displaced, if a strain changes couplings by ten times as much).
     """
 
     source: np.ndarray
@@ -136,6 +139,12 @@ def force_constants(
     Returns
     -------
     ForceConstants
+
+    Raises
+    ------
+    ValueError
+        If the numbers of layers or cells are not odd, forces are not finite, or a
+        calculator without a Hessian is asked for it.
     """
     layers = len(slab)
     if layers % 2 == 0 or integer("size", size, 3) % 2 == 0:
@@ -146,11 +155,17 @@ def force_constants(
     atoms = slab.repeat((size, size, 1))
     atoms.calc = calculator
     cell = np.arange(len(atoms)) // layers
+    reference = atoms.get_forces()
     if displacement == 0.0:
-        rows, repetition = _hessian(calculator, atoms, middle + 1), 0.0
+        rows, repetition = _hessian(atoms, middle + 1), 0.0
     else:
         positive(displacement=displacement)
-        rows, repetition = _differences(atoms, middle + 1, displacement)
+        rows = _differences(atoms, middle + 1, displacement)
+        repetition = abs(atoms.get_forces() - reference).max() / displacement
+    if not np.isfinite(rows).all():
+        raise ValueError("the calculator returns forces that are not finite")
+    spacing = float(np.linalg.norm(slab.cell[0]))
+    rest = _ANHARMONICITY * abs(reference).max() / spacing
 
     # distances along the surface: cells within half of the slab's side
     half = size // 2
@@ -175,22 +190,20 @@ def force_constants(
         target[kept],
         offset[kept],
         matrix[kept],
-        float(np.linalg.norm(slab.cell[0])),
+        spacing,
         {
             "sum_rule": float(sums),
             "symmetry": float(_asymmetry(rows, layers, size) / scale),
             "reach": float(max(size_of[edge].max(), size_of[ends].max(initial=0.0))),
             "repetition": float(repetition / scale),
+            "rest": float(rest / scale),
         },
     )
 
 
-def _differences(
-    atoms: Atoms, layers: int, displacement: float
-) -> tuple[np.ndarray, float]:
-    """Return force constants of the first atoms and the change of repeated forces."""
+def _differences(atoms: Atoms, layers: int, displacement: float) -> np.ndarray:
+    """Return the rows of the first atoms by differences of forces."""
     rows = np.empty((layers, len(atoms), 3, 3))
-    reference = atoms.get_forces()
     for atom in range(layers):
         for axis in range(3):
             forces = []
@@ -200,16 +213,17 @@ def _differences(
                 moved.positions[atom, axis] += sign * displacement
                 forces.append(moved.get_forces())
             rows[atom, :, axis] = (forces[1] - forces[0]) / (2.0 * displacement)
-    if not np.isfinite(rows).all():
-        raise ValueError("the calculator returns forces that are not finite")
-    again = abs(atoms.get_forces() - reference).max() / displacement
-    return rows, float(again)
+    return rows
 
 
-def _hessian(calculator: Any, atoms: Atoms, layers: int) -> np.ndarray:
+def _hessian(atoms: Atoms, layers: int) -> np.ndarray:
     """Return the rows of the first atoms of the calculator's Hessian."""
-    atoms.get_potential_energy()  # the calculator may read the atoms it knows
-    matrix = calculator.get_hessian(atoms, format="sparse").tocsr()[: 3 * layers]
+    if not hasattr(atoms.calc, "get_hessian"):
+        raise ValueError(
+            f"{type(atoms.calc).__name__} has no method get_hessian: give a "
+            "displacement that is not 0"
+        )
+    matrix = atoms.calc.get_hessian(atoms, format="sparse").tocsr()[: 3 * layers]
     rows = matrix.toarray().reshape(layers, 3, len(atoms), 3)
     return rows.swapaxes(1, 2)
 

@@ -1,0 +1,125 @@
+r"""Stress and moduli of bulk crystals, by differences of their energy.
+
+The moduli are those of the nominal stress under a deformation gradient F,
+
+.. math:: A_{iJkL} = \frac{1}{V} \frac{\partial^2 E}
+                          {\partial F_{iJ}\, \partial F_{kL}},
+
+the elastic constants of a crystal without stress. They give the response to small
+displacements also under stress.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations_with_replacement, product
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from scipy.optimize import brentq
+
+#: Range of strains in which a stress is expected to vanish.
+RANGE = 0.1
+# Strains of the differences that give stress and moduli.
+_STRAIN, _LARGE_STRAIN = 1e-4, 1e-3
+
+
+def deformed(crystal: Atoms, gradient: np.ndarray) -> Atoms:
+    """Return a periodic crystal under a deformation gradient, without calculator."""
+    atoms = crystal.copy()
+    atoms.set_cell(crystal.cell.array @ gradient.T, scale_atoms=True)
+    return atoms
+
+
+def stress(calculator: Any, crystal: Atoms, axes: tuple[int, ...]) -> float:
+    """Return the mean normal stress of a bulk crystal along some axes.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    crystal : Atoms
+        Periodic cell.
+    axes : tuple of int
+        0, 1 and 2 for x, y and z.
+
+    Returns
+    -------
+    float
+        Positive under tension (eV/Å^3).
+    """
+    strain = np.zeros(3)
+    strain[list(axes)] = _STRAIN
+    low, high = (
+        _energy(calculator, crystal, np.diag(1.0 + sign * strain)) for sign in (-1, 1)
+    )
+    return (high - low) / (2.0 * _STRAIN * len(axes) * crystal.cell.volume)
+
+
+def nominal_moduli(calculator: Any, crystal: Atoms) -> np.ndarray:
+    """Return the moduli of the nominal stress of a bulk crystal.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    crystal : Atoms
+        Periodic cell, one atom of which stands for all.
+
+    Returns
+    -------
+    ndarray, shape (3, 3, 3, 3)
+        ``A_iJkL`` (eV/Å^3).
+    """
+    steps = _LARGE_STRAIN * np.eye(9).reshape(9, 3, 3)
+    moduli = np.empty((9, 9))
+    for m, n in combinations_with_replacement(range(9), 2):
+        moduli[m, n] = moduli[n, m] = sum(
+            s
+            * t
+            * _energy(calculator, crystal, np.eye(3) + s * steps[m] + t * steps[n])
+            for s, t in product((1, -1), repeat=2)
+        )
+    moduli /= (2.0 * _LARGE_STRAIN) ** 2 * crystal.cell.volume
+    return moduli.reshape(3, 3, 3, 3)
+
+
+def stretch_without_stress(
+    calculator: Any, crystal: Atoms, axes: tuple[int, ...]
+) -> float | None:
+    """Return the stretch along axes at which the stress along them vanishes.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    crystal : Atoms
+        Periodic cell.
+    axes : tuple of int
+        0, 1 and 2 for x, y and z.
+
+    Returns
+    -------
+    float or None
+        None if there is none up to a strain of `RANGE`.
+    """
+
+    def stretched(stretch: float) -> float:
+        factors = np.ones(3)
+        factors[list(axes)] = stretch
+        return stress(calculator, deformed(crystal, np.diag(factors)), axes)
+
+    for width in (0.1 * RANGE, 0.3 * RANGE, RANGE):
+        if stretched(1.0 - width) < 0.0 < stretched(1.0 + width):
+            return float(brentq(stretched, 1.0 - width, 1.0 + width))
+    return None
+
+
+def _energy(calculator: Any, crystal: Atoms, gradient: np.ndarray) -> float:
+    """Return the energy of a bulk crystal under a deformation gradient."""
+    atoms = deformed(crystal, gradient)
+    atoms.calc = calculator
+    try:
+        return float(atoms.get_potential_energy())
+    except Exception as error:
+        raise ValueError(
+            f"{type(calculator).__name__} gives no energy for a crystal of "
+            f"{crystal.symbols[0]}: {error}"
+        ) from error
