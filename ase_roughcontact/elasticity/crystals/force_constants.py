@@ -9,6 +9,7 @@ alone.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -152,35 +153,21 @@ def force_constants(
             f"layers and size must be odd, got {layers} layers and a size of {size}"
         )
     middle = layers // 2
+    sources = range(middle + 1)
     atoms = slab.repeat((size, size, 1))
     atoms.calc = calculator
-    cell = np.arange(len(atoms)) // layers
     reference = atoms.get_forces()
-    if displacement == 0.0:
-        rows, repetition = _hessian(atoms, middle + 1), 0.0
-    else:
-        positive(displacement=displacement)
-        rows = _differences(atoms, middle + 1, displacement)
+    rows = _rows(atoms, sources, displacement)
+    repetition = 0.0
+    if displacement != 0.0:
         repetition = abs(atoms.get_forces() - reference).max() / displacement
-    if not np.isfinite(rows).all():
-        raise ValueError("the calculator returns forces that are not finite")
     spacing = float(np.linalg.norm(slab.cell[0]))
     rest = _ANHARMONICITY * abs(reference).max() / spacing
-
-    # distances along the surface: cells within half of the slab's side
-    half = size // 2
-    steps = (np.stack(np.divmod(cell, size)) + half) % size - half
-    vectors = slab.cell[:2, :2].T @ steps
-    positions = slab.positions[:, :2]
-    layer = np.arange(len(atoms)) % layers
-    source = np.repeat(np.arange(middle + 1), len(atoms))
-    target = np.tile(layer, middle + 1)
-    within = positions[target] - positions[source]
-    offset = within + np.tile(vectors.T, (middle + 1, 1))
+    source, target, offset, steps = _pairs(slab, size, sources)
     matrix = rows.reshape(-1, 3, 3)
     scale = abs(matrix).max()
     size_of = abs(matrix).max(axis=(1, 2)) / scale
-    edge = np.tile(abs(steps).max(axis=0) == half, middle + 1)
+    edge = abs(steps).max(axis=1) == size // 2
     kept = size_of > _NEGLIGIBLE
     deep = (source == middle) & kept
     ends = deep & ((target == 0) | (target == layers - 1))
@@ -201,10 +188,70 @@ def force_constants(
     )
 
 
-def _differences(atoms: Atoms, layers: int, displacement: float) -> np.ndarray:
-    """Return the rows of the first atoms by differences of forces."""
-    rows = np.empty((layers, len(atoms), 3, 3))
-    for atom in range(layers):
+def couplings(
+    calculator: Any,
+    slab: Atoms,
+    size: int,
+    sources: Sequence[int],
+    displacement: float = 1e-3,
+) -> tuple[np.ndarray, ...]:
+    """Return the couplings of some layers of a slab to all layers.
+
+    Parameters
+    ----------
+    calculator, slab, size, displacement
+        See `force_constants`.
+    sources : sequence of int
+        Layers whose atoms are displaced.
+
+    Returns
+    -------
+    source, target : ndarray of int, shape (n,)
+    offset : ndarray, shape (n, 2)
+    matrix : ndarray, shape (n, 3, 3)
+        As in `ForceConstants`.
+    """
+    atoms = slab.repeat((size, size, 1))
+    atoms.calc = calculator
+    atoms.get_forces()  # the Hessian may need the atoms that the calculator knows
+    rows = _rows(atoms, sources, displacement)
+    source, target, offset, _ = _pairs(slab, size, sources)
+    return source, target, offset, rows.reshape(-1, 3, 3)
+
+
+def _rows(atoms: Atoms, sources: Sequence[int], displacement: float) -> np.ndarray:
+    """Return the couplings of one atom of each source."""
+    if displacement == 0.0:
+        rows = _hessian(atoms, sources)
+    else:
+        positive(displacement=displacement)
+        rows = _differences(atoms, sources, displacement)
+    if not np.isfinite(rows).all():
+        raise ValueError("the calculator returns forces that are not finite")
+    return rows
+
+
+def _pairs(slab: Atoms, size: int, sources: Sequence[int]) -> tuple[np.ndarray, ...]:
+    """Return layers, distance along the surface and cells between pairs of atoms.
+
+    Distances are within half of the side of the repeated slab.
+    """
+    layers, half = len(slab), size // 2
+    cell, layer = np.divmod(np.arange(layers * size**2), layers)
+    steps = (np.stack(np.divmod(cell, size), -1) + half) % size - half
+    source = np.repeat(sources, len(layer))
+    target, steps = np.tile(layer, len(sources)), np.tile(steps, (len(sources), 1))
+    positions = slab.positions[:, :2]
+    offset = positions[target] - positions[source] + steps @ slab.cell[:2, :2]
+    return source, target, offset, steps
+
+
+def _differences(
+    atoms: Atoms, sources: Sequence[int], displacement: float
+) -> np.ndarray:
+    """Return the rows of some atoms by differences of forces."""
+    rows = np.empty((len(sources), len(atoms), 3, 3))
+    for row, atom in zip(rows, sources, strict=True):
         for axis in range(3):
             forces = []
             for sign in (1.0, -1.0):
@@ -212,19 +259,20 @@ def _differences(atoms: Atoms, layers: int, displacement: float) -> np.ndarray:
                 moved.calc = atoms.calc
                 moved.positions[atom, axis] += sign * displacement
                 forces.append(moved.get_forces())
-            rows[atom, :, axis] = (forces[1] - forces[0]) / (2.0 * displacement)
+            row[:, axis] = (forces[1] - forces[0]) / (2.0 * displacement)
     return rows
 
 
-def _hessian(atoms: Atoms, layers: int) -> np.ndarray:
-    """Return the rows of the first atoms of the calculator's Hessian."""
+def _hessian(atoms: Atoms, sources: Sequence[int]) -> np.ndarray:
+    """Return the rows of some atoms of the calculator's Hessian."""
     if not hasattr(atoms.calc, "get_hessian"):
         raise ValueError(
             f"{type(atoms.calc).__name__} has no method get_hessian: give a "
             "displacement that is not 0"
         )
-    matrix = atoms.calc.get_hessian(atoms, format="sparse").tocsr()[: 3 * layers]
-    rows = matrix.toarray().reshape(layers, 3, len(atoms), 3)
+    index = (3 * np.array(sources)[:, None] + np.arange(3)).ravel()
+    matrix = atoms.calc.get_hessian(atoms, format="sparse").tocsr()[index]
+    rows = matrix.toarray().reshape(len(sources), 3, len(atoms), 3)
     return rows.swapaxes(1, 2)
 
 

@@ -3,13 +3,14 @@ r"""Green's function of the surface of a crystal, from its force constants.
 For a wave vector q along the surface, the couplings of the layers are dynamical
 matrices
 
-.. math:: D_{ll'}(q) = \sum_R \Phi_{ll'}(R)\, e^{-i q \cdot R},
+.. math:: D_{ll'}(q) = \sum_R \Phi_{ll'}(R)\, e^{i q \cdot R},
 
-in which the bulk depends on :math:`l' - l` alone. Principal layers of as many layers as
-the force constants reach couple to their neighbours only. The bulk is condensed onto
-its first principal layer by decimation, each step of which eliminates every second one,
-and the layers near the surface are added on top. The Green's function is the block of
-the first layer of the inverse.
+which act on displacements :math:`\exp(i q \cdot r)`. Those of the bulk depend on
+:math:`l' - l` alone. Principal layers of as many layers as the force constants reach
+couple to their neighbours only. The bulk is condensed onto its first principal layer by
+decimation, each step of which eliminates every second one, and the layers near the
+surface are added on top. The Green's function is the block of the first layer of the
+inverse.
 
 References
 ----------
@@ -39,18 +40,22 @@ class LatticeGreensFunction:
     ----------
     constants : ForceConstants
         Couplings down to the first layer of the bulk.
+    layers : int, optional
+        Largest number of layers of which `stiffness` is needed.
 
     Attributes
     ----------
     spacing : float
         Distance of nearest neighbours in the surface (length).
+    layers : int
+        Number of layers that are not decimated.
     """
 
-    def __init__(self, constants: ForceConstants) -> None:
+    def __init__(self, constants: ForceConstants, layers: int = 0) -> None:
         self.spacing = constants.spacing
         self._reach, middle = constants.reach, constants.middle
         # layers that are not decimated: all that couple to one above the middle
-        self._layers = middle + self._reach
+        self.layers = max(middle + self._reach, layers)
         couplings = zip(
             constants.source.tolist(),
             constants.target.tolist(),
@@ -72,12 +77,12 @@ class LatticeGreensFunction:
                 upper += halves
             else:  # only the upper one of the atoms has been a source
                 upper += [(s, t, o, 2 * m) for s, t, o, m in halves]
-        for source in range(middle, self._layers):
+        for source in range(middle, self.layers):
             for distance, offset, matrix in deep:
                 if middle <= source + distance:
                     upper.append((source, source + distance, offset, matrix))
-        upper = [entry for entry in upper if entry[1] < self._layers + self._reach]
-        self._upper = _with_sum_rule(upper, self._layers)
+        upper = [entry for entry in upper if entry[1] < self.layers + self._reach]
+        self._upper = _with_sum_rule(upper, self.layers)
         self._deep = _with_sum_rule([(0, *entry) for entry in deep], 1)
 
     def __call__(self, q: np.ndarray) -> np.ndarray:
@@ -99,9 +104,39 @@ class LatticeGreensFunction:
         ValueError
             If the surface is not stable.
         """
+        top = self.stiffness(q, self.layers)
+        if np.linalg.eigvalsh(top).min() <= 0.0:
+            raise ValueError(
+                "the surface is not stable: its force constants have a negative mode"
+            )
+        load = np.zeros((*top.shape[:-1], 3))
+        load[:, :3] = np.eye(3)
+        return np.linalg.solve(top, load)[:, :3]
+
+    def stiffness(self, q: np.ndarray, number: int) -> np.ndarray:
+        """Return the stiffness of the upper layers, the others being relaxed.
+
+        Parameters
+        ----------
+        q : ndarray, shape (n, 2)
+            Wave vectors, none of them zero (1/length).
+        number : int
+            Number of layers, at most `layers`.
+
+        Returns
+        -------
+        ndarray, shape (n, 3 number, 3 number)
+            Force on waves ``exp(i q.r)`` per displacement, with minus sign
+            (force/length).
+
+        Raises
+        ------
+        ValueError
+            If the crystal below is not stable.
+        """
         q = np.asarray(q, dtype=float)
-        reach, layers = self._reach, self._layers
-        bulk = _dynamical(q, self._deep, 1, reach)
+        reach, layers = self._reach, self.layers
+        bulk = dynamical_matrices(q, self._deep)
         zero = np.zeros_like(bulk[0, 0])
         within, below, above = (
             _blocks(
@@ -114,7 +149,7 @@ class LatticeGreensFunction:
         )
         surface = _decimated(within, below, above)
 
-        matrices = _dynamical(q, self._upper, layers, layers + reach)
+        matrices = dynamical_matrices(q, self._upper)
         top, coupling = (
             _blocks(
                 [[matrices.get((a, b), zero) for b in columns] for a in range(layers)]
@@ -123,14 +158,11 @@ class LatticeGreensFunction:
         )
         adjoint = coupling.conj().swapaxes(-1, -2)
         top = top - coupling @ np.linalg.solve(surface, adjoint)
-        top = (top + top.conj().swapaxes(-1, -2)) / 2
-        if np.linalg.eigvalsh(top).min() <= 0.0:
-            raise ValueError(
-                "the surface is not stable: its force constants have a negative mode"
-            )
-        load = np.zeros((*top.shape[:-1], 3))
-        load[:, :3] = np.eye(3)
-        return np.linalg.solve(top, load)[:, :3]
+        if number < layers:
+            n = 3 * number
+            relaxed = np.linalg.solve(top[:, n:, n:], top[:, n:, :n])
+            top = top[:, :n, :n] - top[:, :n, n:] @ relaxed
+        return (top + top.conj().swapaxes(-1, -2)) / 2
 
 
 def _with_sum_rule(couplings: list[tuple], layers: int) -> tuple[np.ndarray, ...]:
@@ -144,15 +176,27 @@ def _with_sum_rule(couplings: list[tuple], layers: int) -> tuple[np.ndarray, ...
     return source, target, offset, matrix
 
 
-def _dynamical(
-    q: np.ndarray, couplings: tuple[np.ndarray, ...], layers: int, targets: int
+def dynamical_matrices(
+    q: np.ndarray, couplings: tuple[np.ndarray, ...]
 ) -> dict[tuple[int, int], np.ndarray]:
-    """Return the dynamical matrices, shape (n, 3, 3), by pairs of layers."""
+    """Return the dynamical matrices, shape (n, 3, 3), by pairs of layers.
+
+    Parameters
+    ----------
+    q : ndarray, shape (n, 2)
+        Wave vectors (1/length).
+    couplings : tuple of ndarray
+        Source, target, offset and matrix as in `ForceConstants`.
+
+    Returns
+    -------
+    dict of ndarray
+    """
     source, target, offset, matrix = couplings
     matrices = {}
     for a, b in sorted(set(zip(source.tolist(), target.tolist(), strict=True))):
         pair = (source == a) & (target == b)
-        phases = np.exp(-1j * q @ offset[pair].T)
+        phases = np.exp(1j * q @ offset[pair].T)
         matrices[a, b] = np.einsum("qn,nij->qij", phases, matrix[pair])
     return matrices
 

@@ -1,0 +1,76 @@
+"""Slabs of atoms on their elastic foundation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ase import Atoms
+from ase.constraints import FixSubsetCom
+
+from ase_roughcontact._util.validation import grid_shape, integer
+from ase_roughcontact.foundation.calculator import ElasticFoundation
+from ase_roughcontact.foundation.surface import CrystalSurface
+
+
+def crystal_slab(
+    symbol: str,
+    size: tuple[int, int],
+    layers: int,
+    calculator: Any,
+    surface: str | CrystalSurface = "fcc100",
+    *,
+    held: bool = True,
+) -> tuple[Atoms, ElasticFoundation]:
+    """Return the upper layers of a crystal, and the calculator for what is below them.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol.
+    size : (int, int)
+        Surface cells along both sides.
+    layers : int
+        Explicit layers.
+    calculator : Calculator
+        Any calculator of ASE that gives energies and forces.
+    surface : {"fcc100", "fcc111", "bcc100"} or CrystalSurface
+        Given by name, the surface is calculated with
+        `CrystalSurface.from_calculator`, which takes about ten seconds for EMT.
+    held : bool
+        Whether a constraint holds the centre of mass of the lowest layer, so that
+        loads on the surface are balanced.
+
+    Returns
+    -------
+    atoms : Atoms
+        Relaxed, ordered from the lowest layer up, the surface at z = 0, with the
+        foundation as calculator. Tags count the layers, 1 at the surface.
+    foundation : ElasticFoundation
+
+    Raises
+    ------
+    ValueError
+        As `CrystalSurface.from_calculator` and `ElasticFoundation`, or if the surface
+        is that of another element.
+
+    Examples
+    --------
+    >>> from ase.calculators.emt import EMT
+    >>> from ase_roughcontact import crystal_slab
+    >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
+    """
+    n, m = grid_shape(size)
+    integer("layers", layers, 1)
+    if isinstance(surface, str):
+        surface = CrystalSurface.from_calculator(calculator, symbol, surface)
+    if surface.symbol != symbol:
+        raise ValueError(f"the surface is that of {surface.symbol}, got {symbol}")
+    column = surface.column(layers)
+    column.set_tags(range(1, layers + 1))
+    atoms = column.repeat((n, m, 1))
+    atoms = atoms[atoms.positions[:, 2].argsort(kind="stable")]
+    foundation = ElasticFoundation(calculator, surface, atoms, layers)
+    atoms.calc = foundation
+    if held:
+        atoms.set_constraint(FixSubsetCom(range(n * m)))
+    return atoms, foundation

@@ -1,0 +1,157 @@
+"""ASE calculator: atoms of a slab on an elastic half crystal."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from ase.calculators.calculator import (
+    Calculator,
+    PropertyNotImplementedError,
+    all_changes,
+)
+
+from ase_roughcontact._util.validation import integer
+from ase_roughcontact.foundation.coupling import Coupling
+from ase_roughcontact.foundation.sites import Sites, cells
+from ase_roughcontact.foundation.surface import CrystalSurface
+
+
+class ElasticFoundation(Calculator):
+    r"""Slab of atoms with any calculator, on the half crystal that it is cut from.
+
+    The layers below the slab are replaced by their elastic response. With the energy
+    :math:`U_\text{calc}` of the user's calculator and the displacement :math:`u_B` of
+    the lowest layers from the relaxed crystal, the energy is
+
+    .. math:: U = U_\text{calc}(x) - f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B .
+
+    :math:`f_B` cancels the forces that are due to the cut, and :math:`D` is such that
+    the Hessian of :math:`U` at rest is that of the half crystal. The layers above are
+    free to do what their calculator says: to be displaced by more than a harmonic
+    crystal allows, to glide, to carry other atoms.
+
+    The energy does not change when all atoms are displaced by the same vector. A load
+    on the surface must therefore be balanced: `crystal_slab` keeps the centre of mass
+    of the lowest layer where it is by a constraint.
+
+    Parameters
+    ----------
+    calculator : Calculator
+        Gives energy and forces of the slab.
+    surface : CrystalSurface
+        The crystal, with the same calculator.
+    atoms : Atoms
+        The slab, see `crystal_slab`: periodic along x and y. Its lowest layers are
+        close to their sites. On top of it may be other atoms.
+    layers : int, optional
+        Number of complete layers of the crystal; by default as many as there are atoms
+        for.
+
+    Attributes
+    ----------
+    coupled_layers : int
+        Number of layers, from below, that the half crystal acts on. Their atoms must
+        stay near their lattice sites.
+
+    Raises
+    ------
+    ValueError
+        If the atoms are not periodic along x and y, the cell is not a multiple of the
+        surface cell or the lowest layers are not those of the crystal; at a
+        calculation, if one of their atoms has left its site.
+
+    Notes
+    -----
+    The response of the half crystal is the static one: in molecular dynamics the energy
+    is conserved, but waves that are longer than the slab is thick are faster than those
+    of the crystal, and are not carried away. Stress and free boundaries along the
+    surface are not supported.
+
+    Atoms of the number zero (symbol X), such as the indenter of `RigidIndenter`, are
+    not given to the calculator.
+
+    References
+    ----------
+    L. Pastewka, T. A. Sharp, M. O. Robbins, Phys. Rev. B 86, 075459 (2012); C. Campañá,
+    M. H. Müser, Phys. Rev. B 74, 075420 (2006).
+    """
+
+    implemented_properties = ["energy", "free_energy", "forces"]
+    nolabel = True
+
+    def __init__(
+        self,
+        calculator: Any,
+        surface: CrystalSurface,
+        atoms: Atoms,
+        layers: int | None = None,
+    ) -> None:
+        super().__init__()
+        slab = atoms[atoms.numbers > 0]
+        shape = cells(slab, surface)
+        complete = len(slab) // (shape[0] * shape[1])
+        layers = complete if layers is None else layers
+        self.calculator = calculator
+        self.surface = surface
+        self.layers = integer("layers", layers, 1)
+        # sites first, whose errors take no time
+        coupled = min(layers, surface.constants.reach)
+        self.sites = Sites.of(slab, surface, layers, coupled)
+        self._slab = slab.copy()
+        self.coupling = Coupling(surface, calculator, shape, layers)
+
+    @property
+    def coupled_layers(self) -> int:
+        """Number of layers, from below, that the half crystal acts on."""
+        return self.coupling.layers
+
+    def all_sites(self) -> Sites:
+        """Return the sites of all layers, complete when the foundation was made."""
+        return Sites.of(self._slab, self.surface, self.layers, self.layers)
+
+    def calculate(
+        self,
+        atoms: Atoms | None = None,
+        properties: list[str] | None = None,
+        system_changes: list[str] = all_changes,
+    ) -> None:
+        """Calculate energy and forces; see the class."""
+        super().calculate(atoms, properties, system_changes)
+        real = np.flatnonzero(self.atoms.numbers > 0)
+        slab = self.atoms[real]
+        self._check(slab)
+        displacement = self.sites.displacement(slab.positions)
+        energy, coupled = self.coupling.evaluate(displacement)
+        slab.calc = self.calculator
+        energy += slab.get_potential_energy()
+        forces = np.zeros((len(self.atoms), 3))
+        forces[real] = slab.get_forces()
+        forces[real[self.sites.indices]] += coupled
+        self.results = {"energy": energy, "free_energy": energy, "forces": forces}
+
+    def get_property(
+        self, name: str, atoms: Atoms | None = None, allow_calculation: bool = True
+    ) -> Any:
+        """Return a property; see the base class."""
+        if name in ("stress", "stresses"):
+            raise PropertyNotImplementedError(
+                "an elastic foundation has no stress: the half crystal keeps the cell "
+                "as it is"
+            )
+        return super().get_property(name, atoms, allow_calculation)
+
+    def _check(self, slab: Atoms) -> None:
+        if not slab.pbc[:2].all() or slab.pbc[2]:
+            cells(slab, self.surface)
+        if abs(slab.cell.array[:2] - self.sites.cell[:2]).max() > 0.0:
+            raise ValueError(
+                "the cell has changed, which an elastic foundation does not allow: "
+                "make a new one for this cell"
+            )
+        if len(slab) <= self.sites.indices.max():
+            raise ValueError(
+                "atoms of the lowest layers have been removed: make a new foundation, "
+                "or remove atoms above them only"
+            )

@@ -1,0 +1,182 @@
+r"""Forces of an elastic half crystal on the lowest layers of a slab of atoms.
+
+The atoms :math:`B` that feel the cut below the slab carry
+
+.. math:: \Delta U = -f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B, \qquad
+          D = H_\text{half crystal} - H_\text{slab},
+
+in which the half crystal is condensed onto the slab, :math:`f_B` is minus the force
+that the slab's own calculator gives at rest, and the product with :math:`D` is one of
+matrices of the layers for each wave vector.
+
+References
+----------
+L. Pastewka, T. A. Sharp, M. O. Robbins, Phys. Rev. B 86, 075459 (2012).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.fft import irfft2, rfft2
+
+from ase_roughcontact.elasticity.crystals.lattice_greens import (
+    LatticeGreensFunction,
+    dynamical_matrices,
+)
+from ase_roughcontact.foundation.surface import CrystalSurface
+
+# Wave vectors, times the spacing, from which the limit of long waves is extrapolated.
+_LONG = 1e-4
+# Wave vectors whose matrices are calculated at once.
+_CHUNK = 256
+
+
+class Coupling:
+    """Energy and forces of the half crystal below a periodic slab.
+
+    Parameters
+    ----------
+    surface : CrystalSurface
+    calculator : Calculator
+        That of the slab.
+    shape : (int, int)
+        Number of surface cells (n, m).
+    layers : int
+        Layers of the slab.
+
+    Attributes
+    ----------
+    layers : int
+        Number k of layers that are coupled, the lowest ones.
+    forces : ndarray, shape (k, 3)
+        ``f_B``, the forces at rest (eV/Å).
+    matrices : ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
+        D, acting on Fourier transforms over the cells (eV/Å^2).
+    """
+
+    def __init__(
+        self,
+        surface: CrystalSurface,
+        calculator: Any,
+        shape: tuple[int, int],
+        layers: int,
+    ) -> None:
+        # the lowest layers of a thick slab do not feel its surface
+        depth = min(layers, surface.bulk_depth)
+        self.layers = min(layers, surface.constants.reach)
+        self.shape = shape
+        self.forces = self._forces_at_rest(surface, calculator, depth)
+        cut = surface.cut_couplings(calculator, depth, self.layers)
+        greens = LatticeGreensFunction(surface.constants, depth)
+        lowest = slice(-3 * self.layers, None)
+
+        def difference(q: np.ndarray) -> np.ndarray:
+            matrix = greens.stiffness(q, depth)[:, lowest, lowest]
+            for (a, b), block in dynamical_matrices(q, cut).items():
+                matrix[:, 3 * a : 3 * a + 3, 3 * b : 3 * b + 3] -= block
+            return (matrix + matrix.conj().swapaxes(-1, -2)) / 2
+
+        column = surface.column(depth)[depth - self.layers :]
+        self.matrices = on_cells(difference, column, shape, surface.constants.spacing)
+        self._impose_sum_rule()
+
+    def _forces_at_rest(
+        self, surface: CrystalSurface, calculator: Any, depth: int
+    ) -> np.ndarray:
+        slab = surface.column(depth).repeat((surface.size, surface.size, 1))
+        slab.calc = calculator
+        forces = -slab.get_forces()[depth - self.layers : depth]
+        return forces - forces.mean(axis=0)
+
+    def _impose_sum_rule(self) -> None:
+        """Remove what is left of forces under a uniform displacement."""
+        k = self.layers
+        uniform = np.tile(np.eye(3), (k, 1))
+        resultant = (self.matrices[0, 0].real @ uniform).reshape(k, 3, 3)
+        for a, total in enumerate(resultant):
+            block = slice(3 * a, 3 * a + 3)
+            self.matrices[:, :, block, block] -= (total + total.T) / 2
+        relative = np.eye(3 * k) - uniform @ uniform.T / k
+        self.matrices[0, 0] = relative @ self.matrices[0, 0].real @ relative
+
+    def evaluate(self, displacement: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return energy and forces.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape (k, n, m, 3)
+            Displacement of the coupled atoms from rest, the lowest layer last (Å).
+
+        Returns
+        -------
+        energy : float
+            In eV.
+        forces : ndarray, shape (k, n, m, 3)
+            In eV/Å.
+        """
+        elastic = apply(self.matrices, displacement)
+        rest = self.forces[:, None, None]
+        energy = np.vdot(displacement, 0.5 * elastic - rest)
+        return float(energy), rest - elastic
+
+
+def on_cells(
+    matrix: Any, column: Any, shape: tuple[int, int], spacing: float
+) -> np.ndarray:
+    """Return matrices that act on Fourier transforms over the cells of a slab.
+
+    Parameters
+    ----------
+    matrix : callable
+        Function of wave vectors, shape (q, 2), none of them zero, that returns matrices
+        of the shape (q, 3 k, 3 k) for waves ``exp(i q.r)``.
+    column : Atoms
+        The k atoms of one cell.
+    shape : (int, int)
+        Number of cells (n, m).
+    spacing : float
+        Distance of neighbours (length).
+
+    Returns
+    -------
+    ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
+        At the wave vector zero the limit of long waves.
+    """
+    n, m = shape
+    reciprocal = 2.0 * np.pi * np.linalg.inv(column.cell.array[:2, :2])
+    numbers = np.stack(
+        np.meshgrid(np.fft.fftfreq(n), np.fft.rfftfreq(m), indexing="ij"), axis=-1
+    )
+    q = numbers.reshape(-1, 2) @ reciprocal.T
+    places = np.repeat(column.positions[:, :2], 3, axis=0)
+    matrices = np.empty((len(q), len(places), len(places)), complex)
+    for start in range(1, len(q), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        phases = np.exp(1j * q[part] @ places.T)
+        matrices[part] = phases[:, :, None] * matrix(q[part]) * phases[:, None].conj()
+    long = np.array([[1.0, 0.0], [2.0, 0.0]]) * _LONG / spacing
+    once, twice = matrix(long).real
+    matrices[0] = 2.0 * once - twice  # without the term proportional to |q|
+    return matrices.reshape(n, m // 2 + 1, len(places), len(places))
+
+
+def apply(matrices: np.ndarray, field: np.ndarray) -> np.ndarray:
+    """Return the product of matrices and a field on the atoms of the cells.
+
+    Parameters
+    ----------
+    matrices : ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
+        See `on_cells`.
+    field : ndarray, shape (k, n, m, 3)
+
+    Returns
+    -------
+    ndarray, shape (k, n, m, 3)
+    """
+    k, n, m, _ = field.shape
+    waves = rfft2(field, axes=(1, 2)).transpose(1, 2, 0, 3)
+    columns = waves.reshape(n, m // 2 + 1, 3 * k, 1)
+    product = (matrices @ columns).reshape(n, m // 2 + 1, k, 3)
+    return irfft2(product.transpose(2, 0, 1, 3), s=(n, m), axes=(1, 2))

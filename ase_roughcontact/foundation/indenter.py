@@ -1,0 +1,240 @@
+"""A rigid indenter on atoms, with the walls of this package."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from ase import Atom, Atoms
+from ase.calculators.calculator import Calculator, all_changes
+from ase.calculators.mixing import SumCalculator
+from ase.constraints import FixAtoms
+from scipy.interpolate import RectBivariateSpline
+
+from ase_roughcontact._util.validation import finite, positive, surface
+from ase_roughcontact.foundation.calculator import ElasticFoundation
+from ase_roughcontact.interactions import Interaction, LennardJones93
+from ase_roughcontact.topography import Surface
+
+
+class RigidIndenter(Calculator):
+    r"""Forces between atoms and a rigid rough indenter.
+
+    The indenter is an atom of the number zero (symbol X) at :math:`(X, Y, Z)`. With its
+    shape :math:`h`, the energy of the other atoms is
+
+    .. math:: U = A \sum_i V(g_i) + L Z, \qquad
+              g_i = Z + h(x_i - X, y_i - Y) - z_i .
+
+    Atoms also move along the surface, so that :math:`h` is interpolated by cubic
+    splines, and its slopes cause lateral forces. All atoms within the range of the wall
+    feel it, also those below the surface.
+
+    Parameters
+    ----------
+    indenter : Surface
+        `RoughSphere`, `SelfAffine`, `HeightMap` or any object with their method
+        `heights`.
+    interaction : Interaction
+        A wall that is not hard.
+    spacing : float
+        Distance of nearest neighbours in the surface (Å).
+    area : float
+        Area A of an atom in the surface (Å^2).
+    load : float
+        Force L that presses the indenter down, unless it is fixed (eV/Å).
+    samples : int
+        Samples of the shape per spacing, between which it is interpolated.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range, or the wall is hard; at a calculation, if there
+        is not one atom X.
+
+    Notes
+    -----
+    Besides ASE's properties, `results` has `normal_force` (eV/Å) and, as arrays of all
+    atoms, `gap` (Å, infinite where the shape is not known) and `contact` (bool).
+    """
+
+    implemented_properties = [
+        "energy",
+        "free_energy",
+        "forces",
+        "normal_force",
+        "gap",
+        "contact",
+    ]
+    nolabel = True
+
+    def __init__(
+        self,
+        indenter: Surface,
+        interaction: Interaction,
+        spacing: float,
+        area: float,
+        load: float = 0.0,
+        samples: int = 4,
+    ) -> None:
+        super().__init__()
+        surface(indenter=indenter)
+        positive(spacing=spacing, area=area, samples=samples)
+        finite(load=load)
+        if not isinstance(interaction, Interaction) or interaction.hard:
+            raise ValueError(
+                "atoms need a soft wall such as LennardJones93.repulsive, got "
+                f"{interaction!r}"
+            )
+        self.indenter, self.interaction = indenter, interaction
+        self.spacing, self.area, self.load = spacing, area, load
+        self._step = spacing / samples
+        self._cell = np.zeros((2, 2))
+
+    def calculate(
+        self,
+        atoms: Atoms | None = None,
+        properties: list[str] | None = None,
+        system_changes: list[str] = all_changes,
+    ) -> None:
+        """Calculate energy and forces; see the class."""
+        super().calculate(atoms, properties, system_changes)
+        index, others = indenter_index(self.atoms), self.atoms.numbers > 0
+        cell = self.atoms.cell.array[:2, :2]
+        if (cell != self._cell).any():
+            self._interpolate(cell)
+        relative = self.atoms.positions[others] - self.atoms.positions[index]
+        relative[:, :2] -= np.rint(relative[:, :2] @ np.linalg.inv(cell)) @ cell
+        heights, slopes = self._shape(relative[:, :2])
+        gap = heights - relative[:, 2]
+        near = gap < self.interaction.cutoff
+        energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
+        energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
+
+        forces = np.zeros((len(self.atoms), 3))
+        forces[others, :2] = self.area * pressure[:, None] * slopes
+        forces[others, 2] = -self.area * pressure
+        forces[index] = -forces.sum(axis=0)
+        normal_force = float(forces[index, 2])
+        forces[index, 2] -= self.load
+        total = self.area * float(energy.sum())
+        total += self.load * self.atoms.positions[index, 2]
+        gaps = np.full(len(self.atoms), np.inf)
+        gaps[others] = gap
+        contact = np.zeros(len(self.atoms), bool)
+        contact[others] = pressure > 0.0
+        self.results = {
+            "energy": total,
+            "free_energy": total,
+            "forces": forces,
+            "normal_force": normal_force,
+            "gap": gaps,
+            "contact": contact,
+        }
+
+    def _interpolate(self, cell: np.ndarray) -> None:
+        """Sample the shape over a cell around the axis."""
+        half = abs(cell).sum(axis=0) / 2
+        known = np.minimum(half, getattr(self.indenter, "extent", math.inf))
+        # one sample beyond the cell where the shape is known
+        number = np.floor(known / self._step * (1 + 1e-9)).astype(int)
+        number += known >= half
+        x, y = (self._step * np.arange(-n, n + 1) for n in number.tolist())
+        shape = len(x), len(y)
+        heights = self.indenter.heights(shape, self._step, (x[0], y[0]))
+        self._spline = RectBivariateSpline(x, y, heights)
+        self._reach = np.array([x[-1], y[-1]])
+        self._cell = cell.copy()
+
+    def _shape(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return heights and slopes, shape (n,) and (n, 2)."""
+        inside = (abs(places) <= self._reach).all(axis=1)
+        heights, slopes = np.full(len(places), np.inf), np.zeros((len(places), 2))
+        x, y = places[inside].T
+        heights[inside] = self._spline.ev(x, y)
+        slopes[inside, 0] = self._spline.ev(x, y, dx=1)
+        slopes[inside, 1] = self._spline.ev(x, y, dy=1)
+        return heights, slopes
+
+
+def indenter_index(atoms: Atoms) -> int:
+    """Return the index of the indenter; raise `ValueError` unless there is one."""
+    found = np.flatnonzero(atoms.numbers == 0)
+    if len(found) != 1:
+        raise ValueError(
+            "the indenter is one atom of the symbol X, see add_indenter, got "
+            f"{len(found)} of them"
+        )
+    return int(found[0])
+
+
+def add_indenter(
+    atoms: Atoms,
+    indenter: Surface,
+    interaction: Interaction | None = None,
+    *,
+    height: float | None = None,
+    position: tuple[float, float] | None = None,
+    load: float | None = None,
+) -> RigidIndenter:
+    """Put a rigid indenter on a slab.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With an `ElasticFoundation` as calculator, see `crystal_slab`. The indenter, an
+        atom X, and its calculator are added in place.
+    indenter : Surface
+        Shape.
+    interaction : Interaction, optional
+        The wall; by default `LennardJones93.repulsive`, as stiff as the crystal.
+    height : float, optional
+        z of the indenter (Å); by default the one at which the wall begins to repel the
+        highest atom, if that is on the axis.
+    position : (float, float), optional
+        x and y of its axis (Å); by default the middle of the cell.
+    load : float, optional
+        Force that presses it down (eV/Å). Without it the indenter is fixed.
+
+    Returns
+    -------
+    RigidIndenter
+        One of the two calculators of which ``atoms.calc`` is the sum.
+
+    Raises
+    ------
+    ValueError
+        If the atoms have no foundation or an indenter already.
+
+    Examples
+    --------
+    >>> from ase.calculators.emt import EMT
+    >>> from ase_roughcontact import RoughSphere, add_indenter, crystal_slab
+    >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
+    >>> sphere = add_indenter(atoms, RoughSphere(50.0))  # doctest: +SKIP
+    >>> atoms.positions[-1, 2] -= 0.5  # press it down by 0.5 Å  # doctest: +SKIP
+    """
+    foundation = atoms.calc
+    if not isinstance(foundation, ElasticFoundation):
+        raise ValueError(
+            "the atoms need an ElasticFoundation as calculator, see crystal_slab, got "
+            f"{foundation!r}"
+        )
+    if (atoms.numbers == 0).any():
+        raise ValueError("the atoms have an indenter already")
+    spacing, area = foundation.surface.constants.spacing, foundation.surface.cell_area
+    if interaction is None:
+        modulus = foundation.surface.contact_modulus
+        interaction = LennardJones93.repulsive(modulus, spacing)
+    calculator = RigidIndenter(indenter, interaction, spacing, area, load or 0.0)
+    if height is None:
+        lowest = float(indenter.heights((1, 1), spacing)[0, 0])
+        height = atoms.positions[:, 2].max() + interaction.contact_distance - lowest
+    x, y = atoms.cell.array[:2, :2].sum(axis=0) / 2 if position is None else position
+    atoms.append(Atom("X", (x, y, height)))
+    if load is None:
+        fixed: list[Any] = [FixAtoms([len(atoms) - 1])]
+        atoms.set_constraint(atoms.constraints + fixed)
+    atoms.calc = SumCalculator([foundation, calculator])
+    return calculator

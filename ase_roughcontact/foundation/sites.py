@@ -1,0 +1,188 @@
+"""Lattice sites of the lowest layers of a slab, and which atoms are on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact.foundation.surface import CrystalSurface
+
+# Relative difference of a side of the cell from a multiple of the surface cell.
+_CELL = 1e-4
+# Largest distance of atoms from their sites, and of displacements of neighbours, in
+# spacings: a site that belongs to another stacking is at least 0.5 spacings away.
+_SITE = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Sites:
+    """Atoms of the lowest layers of a slab and their positions at rest.
+
+    Parameters
+    ----------
+    indices : ndarray of int, shape (k, n, m)
+        Atoms by layer, the lowest one last, and cell.
+    positions : ndarray, shape (k, n, m, 3)
+        Positions at rest (Å).
+    cell : ndarray, shape (3, 3)
+        Periodic cell (Å).
+    spacing : float
+        Distance of nearest neighbours in the surface (Å).
+    """
+
+    indices: np.ndarray
+    positions: np.ndarray
+    cell: np.ndarray
+    spacing: float
+
+    @classmethod
+    def of(
+        cls, atoms: Atoms, surface: CrystalSurface, layers: int, coupled: int
+    ) -> Sites:
+        """Find the atoms of the lowest layers.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Without indenter.
+        surface : CrystalSurface
+        layers : int
+            Layers of the slab.
+        coupled : int
+            Number k of layers, the lowest of these.
+
+        Returns
+        -------
+        Sites
+
+        Raises
+        ------
+        ValueError
+            If the lowest layers are not those of the crystal.
+        """
+        shape = cells(atoms, surface)
+        number = shape[0] * shape[1]
+        column = surface.column(layers)[layers - coupled :]
+        if len(atoms) < layers * number:
+            raise ValueError(
+                f"{layers} layers of {shape[0]} x {shape[1]} cells are at least "
+                f"{layers * number} atoms, got {len(atoms)}"
+            )
+        order = np.argsort(atoms.positions[:, 2], kind="stable")
+        places = column.positions - column.positions[-1]
+        # the sites are where the lowest layer is
+        lowest = atoms.positions[order[:number]]
+        places += np.append(atoms.positions[order[0], :2], lowest[:, 2].mean())
+        steps = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
+        rows = column.cell.array[:2]
+        positions = places[:, None, None] + steps @ rows
+        indices = np.empty((coupled, *shape), int)
+        for layer in range(coupled):
+            from_below = coupled - 1 - layer
+            found = order[from_below * number : (from_below + 1) * number]
+            indices[layer] = _matched(
+                atoms, found, places[layer], rows, shape, surface, from_below
+            )
+        return cls(indices, positions, atoms.cell.array, surface.constants.spacing)
+
+    def displacement(self, positions: np.ndarray) -> np.ndarray:
+        """Return the displacement of the atoms from rest, up to a uniform one.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (atoms, 3)
+            Of all atoms (Å).
+
+        Returns
+        -------
+        ndarray, shape (k, n, m, 3)
+            In Å. Atoms may have been moved by vectors of the cell.
+
+        Raises
+        ------
+        ValueError
+            If an atom has left its site.
+        """
+        moved = positions[self.indices] - self.positions
+        moved -= moved[0, 0, 0].copy()
+        across = moved[..., :2] @ np.linalg.inv(self.cell[:2, :2])
+        moved -= np.rint(across) @ self.cell[:2]
+        strain = [
+            moved - np.roll(moved, 1, axis) for axis in (1, 2) if moved.shape[axis] > 1
+        ]
+        limit = (_SITE * self.spacing) ** 2
+        for part in (*strain, np.diff(moved, axis=0)):
+            squares = np.einsum("...i,...i", part, part)
+            if squares.size and not squares.max() <= limit:
+                place = np.unravel_index(squares.argmax(), squares.shape)
+                raise ValueError(
+                    f"atom {self.indices[place]}, in the {self.indices.shape[0]} "
+                    "lowest layers, has left its lattice site: it is displaced by "
+                    f"{squares.max() ** 0.5:.2f} Å relative to a neighbour. The layers "
+                    "on the foundation are elastic: use more explicit layers, or a "
+                    "lower load, temperature or time step"
+                )
+        return moved
+
+
+def cells(atoms: Atoms, surface: CrystalSurface) -> tuple[int, int]:
+    """Return the number of surface cells along both sides of the atoms' cell.
+
+    Raises
+    ------
+    ValueError
+        If the sides are not multiples of those of the surface cell, or the atoms are
+        not periodic along the surface alone.
+    """
+    if atoms.pbc.tolist() != [True, True, False]:
+        raise ValueError(
+            "an elastic foundation is periodic along x and y and not along z: set pbc "
+            f"to (True, True, False), got {atoms.pbc.tolist()}. Free boundaries along "
+            "the surface are not supported"
+        )
+    unit, sides = surface.column(1).cell.array[:2], atoms.cell.array[:2]
+    numbers = np.linalg.norm(sides, axis=1) / np.linalg.norm(unit, axis=1)
+    n, m = np.rint(numbers).astype(int).tolist()
+    expected = np.array([n, m])[:, None] * unit
+    error = np.linalg.norm(sides - expected, axis=1)
+    if min(n, m) < 1 or (error > _CELL * np.linalg.norm(unit, axis=1)).any():
+        raise ValueError(
+            f"the sides of the cell must be multiples of {unit[0, :2].round(5)} and "
+            f"{unit[1, :2].round(5)} Å for {surface.surface} {surface.symbol} with the "
+            f"lattice constant {surface.lattice_constant:.5f} Å, got "
+            f"{sides[0].round(5)} and {sides[1].round(5)}: build the atoms with "
+            "crystal_slab, or with this lattice constant"
+        )
+    return n, m
+
+
+def _matched(
+    atoms: Atoms,
+    found: np.ndarray,
+    place: np.ndarray,
+    rows: np.ndarray,
+    shape: tuple[int, int],
+    surface: CrystalSurface,
+    from_below: int,
+) -> np.ndarray:
+    """Return the atoms of one layer by cell, shape (n, m)."""
+    relative = atoms.positions[found] - place
+    steps = np.rint(relative[:, :2] @ np.linalg.inv(rows[:, :2])).astype(int)
+    relative -= steps @ rows
+    distance = np.linalg.norm(relative, axis=1)
+    worst = found[distance.argmax()]
+    indices = np.full(shape, -1)
+    indices[tuple((steps % shape).T)] = found
+    spacing = surface.constants.spacing
+    wrong = distance.max() > _SITE * spacing or indices.min() < 0
+    if wrong or set(atoms.symbols[found]) != {surface.symbol}:
+        raise ValueError(
+            f"layer {from_below + 1} from below is not that of {surface.surface} "
+            f"{surface.symbol} with the lattice constant "
+            f"{surface.lattice_constant:.4f} Å: atom {worst} is "
+            f"{distance.max():.2f} Å from a site. Check stacking, order of layers, "
+            "vacancies and lattice constant, or use crystal_slab"
+        )
+    return indices

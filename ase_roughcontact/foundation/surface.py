@@ -1,0 +1,203 @@
+"""Relaxed surface of a crystal with its force constants, from an ASE calculator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.validation import integer, lookup, positive
+from ase_roughcontact.elasticity.crystals.bulk import element, relaxed_lattice_constant
+from ase_roughcontact.elasticity.crystals.errors import check_errors
+from ase_roughcontact.elasticity.crystals.force_constants import (
+    SURFACES,
+    ForceConstants,
+    couplings,
+    force_constants,
+    relaxed_slab,
+)
+from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
+
+# Wave number, times the spacing, of long waves.
+_LONG = 1e-3
+_VACUUM = 10.0  # on both sides of a slab (Å)
+
+
+@dataclass(frozen=True, eq=False)
+class CrystalSurface:
+    """Half crystal with a relaxed surface, in the harmonic approximation.
+
+    It is made by `from_calculator`.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol.
+    surface : {"fcc100", "fcc111", "bcc100"}
+    lattice_constant : float
+        Of the cubic crystal (Å).
+    heights : ndarray
+        z of the layers from the surface down to the first layer of the bulk, that of
+        the surface being zero (Å).
+    constants : ForceConstants
+        Couplings of these layers.
+    size : int
+        Number of surface cells along each side of the slabs whose forces were
+        calculated.
+    displacement : float
+        Displacement for the force constants (Å); 0 for the calculator's Hessian.
+    """
+
+    symbol: str
+    surface: str
+    lattice_constant: float
+    heights: np.ndarray
+    constants: ForceConstants
+    size: int
+    displacement: float
+
+    @classmethod
+    def from_calculator(
+        cls,
+        calculator: Any,
+        bulk: Atoms | str,
+        surface: str = "fcc100",
+        *,
+        lattice_constant: float | None = None,
+        layers: int = 15,
+        size: int = 9,
+        displacement: float = 1e-3,
+        tolerance: float = 1e-3,
+    ) -> CrystalSurface:
+        """Return the surface of a crystal as an ASE calculator describes it.
+
+        A slab is relaxed, and its force constants are calculated down to its middle:
+        about ``3 layers`` calculations of forces for ``size^2 layers`` atoms.
+
+        Parameters
+        ----------
+        calculator : Calculator
+            Gives energies of bulk crystals and forces of slabs.
+        bulk : Atoms or str
+            Chemical symbol, or a crystal of one element, whose volume is the first
+            guess of the lattice constant.
+        surface : {"fcc100", "fcc111", "bcc100"}
+            Crystal structure and surface.
+        lattice_constant : float, optional
+            In place of that at which the crystal has no stress (Å).
+        layers : int
+            Layers of the slab, odd.
+        size : int
+            Surface cells along each side of the slab, odd.
+        displacement : float
+            Displacement for the force constants (Å); 0 to use the Hessian of the
+            calculator, which must have the method `get_hessian` of matscipy.
+        tolerance : float
+            Largest relative error of the force constants.
+
+        Returns
+        -------
+        CrystalSurface
+
+        Raises
+        ------
+        ValueError
+            If the calculator gives no forces for a slab or returns others when asked
+            again, its forces have a resultant or reach beyond the slab.
+        """
+        lookup(surface, SURFACES, "surface")
+        positive(tolerance=tolerance)
+        structure = surface[:3]
+        symbol, a = element(bulk, structure)
+        if lattice_constant is None:
+            a = relaxed_lattice_constant(calculator, symbol, structure, a)
+        else:
+            positive(lattice_constant=lattice_constant)
+            a = float(lattice_constant)
+        slab = relaxed_slab(calculator, symbol, surface, a, layers)
+        constants = force_constants(calculator, slab, size, displacement)
+        name = f"{surface} {symbol} with {type(calculator).__name__}"
+        check_errors(constants.figures, tolerance, name)
+        heights = slab.positions[: constants.middle + 1, 2] - slab.positions[0, 2]
+        return cls(symbol, surface, a, heights, constants, size, displacement)
+
+    def column(self, layers: int) -> Atoms:
+        """Return one surface cell of the upper layers.
+
+        Parameters
+        ----------
+        layers : int
+
+        Returns
+        -------
+        Atoms
+            Ordered from the surface down, the surface at z = 0, periodic along it.
+        """
+        integer("layers", layers, 1)
+        build = SURFACES[self.surface]
+        # two layers or more, between which ASE knows the distance
+        atoms = build(
+            self.symbol, (1, 1, layers + 1), a=self.lattice_constant, vacuum=_VACUUM
+        )[::-1]
+        atoms.positions -= atoms.positions[0]
+        relaxed = min(len(self.heights), layers)
+        # the layers below those of the surface keep their distances
+        atoms.positions[relaxed:, 2] += (
+            self.heights[relaxed - 1] - atoms.positions[relaxed - 1, 2]
+        )
+        atoms.positions[:relaxed, 2] = self.heights[:relaxed]
+        atoms.set_tags(0)
+        return atoms[:layers]
+
+    @property
+    def bulk_depth(self) -> int:
+        """Number of layers of the thinnest slab whose lowest layers are bulk."""
+        return self.constants.middle + self.constants.reach
+
+    @property
+    def cell_area(self) -> float:
+        """Area of an atom in the surface (Å^2)."""
+        rows = self.column(1).cell.array[:2, :2]
+        return float(abs(np.linalg.det(rows)))
+
+    @cached_property
+    def contact_modulus(self) -> float:
+        """Indentation modulus of long waves, ``1/E* = <1/E*(theta)>`` (eV/Å^3)."""
+        angles = np.linspace(0.0, np.pi, 24, endpoint=False)
+        q = _LONG / self.constants.spacing
+        waves = q * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        greens = LatticeGreensFunction(self.constants)
+        # 1/E* is linear in the wave number
+        once, twice = (n * greens(n * waves)[:, 2, 2].real.mean() for n in (1, 2))
+        return float(2.0 / (self.cell_area * q * (2.0 * once - twice)))
+
+    def cut_couplings(
+        self, calculator: Any, layers: int, lowest: int
+    ) -> tuple[np.ndarray, ...]:
+        """Return couplings within the lowest layers of a slab cut off from the rest.
+
+        Parameters
+        ----------
+        calculator : Calculator
+        layers : int
+            Number of layers of the slab.
+        lowest : int
+            Number of layers, the lowest of these.
+
+        Returns
+        -------
+        source, target : ndarray of int
+            Layers, 0 being the first of the lowest ones.
+        offset, matrix : ndarray
+            As in `ForceConstants`.
+        """
+        first = layers - lowest
+        slab = self.column(layers)
+        source, target, offset, matrix = couplings(
+            calculator, slab, self.size, range(first, layers), self.displacement
+        )
+        kept = target >= first
+        return source[kept] - first, target[kept] - first, offset[kept], matrix[kept]
