@@ -7,6 +7,14 @@ import warnings
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
+from ase_roughcontact.foundation import (
+    CrystalSurface,
+    ElasticFoundation,
+    FoundationPrecon,
+    RigidIndenter,
+    add_indenter,
+    crystal_slab,
+)
 from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
 from ase_roughcontact.optimize import (
     ActiveSet,
@@ -35,6 +43,9 @@ def __getattr__(name: str) -> object:
 __all__ = [
     "ActiveSet",
     "AdhesionLoop",
+    "CrystalSurface",
+    "ElasticFoundation",
+    "FoundationPrecon",
     "FourierModes",
     "HalfSpacePrecon",
     "HardWall",
@@ -43,14 +54,17 @@ __all__ = [
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",
+    "RigidIndenter",
     "RoughContact",
     "RoughSphere",
     "SelfAffine",
     "Stepper",
     "ValidityWarning",
     "WindowOptions",
+    "add_indenter",
     "adhesion_loop",
     "column",
+    "crystal_slab",
     "fcc_spacing",
     "load_path",
     "pressure_of",

@@ -18,7 +18,7 @@ LAYERS = [
     {"_util"},
     {"elasticity", "interactions", "topography", "theory"},
     {"contact"},
-    {"atoms", "solvers"},
+    {"atoms", "foundation", "solvers"},
     {"optimize", "windows"},
     {"analysis", "paths"},
     {"plot", "scene"},

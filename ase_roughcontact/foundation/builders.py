@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 from ase import Atoms
-from ase.constraints import FixSubsetCom
 
 from ase_roughcontact._util.validation import grid_shape, integer
 from ase_roughcontact.foundation.calculator import ElasticFoundation
@@ -37,8 +36,7 @@ def crystal_slab(
         Given by name, the surface is calculated with
         `CrystalSurface.from_calculator`, which takes about ten seconds for EMT.
     held : bool
-        Whether a constraint holds the centre of mass of the lowest layer, so that
-        loads on the surface are balanced.
+        Whether loads on the surface are balanced, see `ElasticFoundation.hold`.
 
     Returns
     -------
@@ -72,5 +70,5 @@ def crystal_slab(
     foundation = ElasticFoundation(calculator, surface, atoms, layers)
     atoms.calc = foundation
     if held:
-        atoms.set_constraint(FixSubsetCom(range(n * m)))
+        foundation.hold(atoms)
     return atoms, foundation

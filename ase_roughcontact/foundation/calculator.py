@@ -13,6 +13,7 @@ from ase.calculators.calculator import (
 )
 
 from ase_roughcontact._util.validation import integer
+from ase_roughcontact.foundation.constraint import HeldLayer
 from ase_roughcontact.foundation.coupling import Coupling
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
@@ -33,8 +34,8 @@ class ElasticFoundation(Calculator):
     crystal allows, to glide, to carry other atoms.
 
     The energy does not change when all atoms are displaced by the same vector. A load
-    on the surface must therefore be balanced: `crystal_slab` keeps the centre of mass
-    of the lowest layer where it is by a constraint.
+    on the surface must therefore be balanced: `hold`, which `crystal_slab` does by
+    itself.
 
     Parameters
     ----------
@@ -111,6 +112,21 @@ class ElasticFoundation(Calculator):
         """Return the sites of all layers, complete when the foundation was made."""
         return Sites.of(self._slab, self.surface, self.layers, self.layers)
 
+    def hold(self, atoms: Atoms) -> None:
+        """Hold the centre of mass of the lowest layer by a constraint.
+
+        It balances loads on the surface. ASE does not remove atoms from a slab that has
+        this constraint: build the slab without, remove atoms, and hold it then.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Changed in place.
+        """
+        real = np.flatnonzero(atoms.numbers > 0)
+        lowest = HeldLayer(real[self.sites.indices[-1].ravel()])
+        atoms.set_constraint([*atoms.constraints, lowest])
+
     def calculate(
         self,
         atoms: Atoms | None = None,
@@ -121,6 +137,7 @@ class ElasticFoundation(Calculator):
         super().calculate(atoms, properties, system_changes)
         real = np.flatnonzero(self.atoms.numbers > 0)
         slab = self.atoms[real]
+        slab.set_constraint()  # they act on the sum of all forces
         self._check(slab)
         displacement = self.sites.displacement(slab.positions)
         energy, coupled = self.coupling.evaluate(displacement)

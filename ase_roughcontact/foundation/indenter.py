@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from ase import Atom, Atoms
@@ -16,6 +15,11 @@ from ase_roughcontact._util.validation import finite, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.topography import Surface
+
+# Fraction of the cell from which on an atom is at its border.
+_BORDER = 0.49
+# Change of slope across the border up to which an indenter is periodic.
+_SMOOTH = 1e-3
 
 
 class RigidIndenter(Calculator):
@@ -51,7 +55,8 @@ class RigidIndenter(Calculator):
     ------
     ValueError
         If a parameter is out of range, or the wall is hard; at a calculation, if there
-        is not one atom X.
+        is not one atom X, or the wall acts at the border of the cell and the indenter
+        does not have its period.
 
     Notes
     -----
@@ -92,6 +97,11 @@ class RigidIndenter(Calculator):
         self._step = spacing / samples
         self._cell = np.zeros((2, 2))
 
+    def lowest(self, cell: np.ndarray) -> float:
+        """Return the lowest height of the indenter in a cell, shape (2, 2)."""
+        self._interpolate(cell)
+        return float(self._heights.min())
+
     def calculate(
         self,
         atoms: Atoms | None = None,
@@ -105,10 +115,18 @@ class RigidIndenter(Calculator):
         if (cell != self._cell).any():
             self._interpolate(cell)
         relative = self.atoms.positions[others] - self.atoms.positions[index]
-        relative[:, :2] -= np.rint(relative[:, :2] @ np.linalg.inv(cell)) @ cell
-        heights, slopes = self._shape(relative[:, :2])
+        fractions = relative[:, :2] @ np.linalg.inv(cell)
+        fractions -= np.rint(fractions)
+        places = fractions @ cell
+        heights, slopes = self._shape(places)
         gap = heights - relative[:, 2]
         near = gap < self.interaction.cutoff
+        if self._kink and (abs(fractions[near]) > _BORDER).any():
+            raise ValueError(
+                "the wall acts on atoms at the border of the periodic cell, where the "
+                "indenter meets its image at an angle: use a larger cell, a smaller "
+                "radius or a smaller depth"
+            )
         energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
         energy[near], pressure[near], _ = self.interaction.evaluate(gap[near])
 
@@ -142,10 +160,13 @@ class RigidIndenter(Calculator):
         number += known >= half
         x, y = (self._step * np.arange(-n, n + 1) for n in number.tolist())
         shape = len(x), len(y)
-        heights = self.indenter.heights(shape, self._step, (x[0], y[0]))
-        self._spline = RectBivariateSpline(x, y, heights)
+        self._heights = self.indenter.heights(shape, self._step, (x[0], y[0]))
+        self._spline = RectBivariateSpline(x, y, self._heights)
         self._reach = np.array([x[-1], y[-1]])
         self._cell = cell.copy()
+        ends = np.array([1.0, -1.0])[:, None] * cell[:, None] / 2
+        slopes = self._shape(ends.reshape(4, 2))[1].reshape(2, 2, 2)
+        self._kink = abs(np.diff(slopes, axis=1)).max() > _SMOOTH
 
     def _shape(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return heights and slopes, shape (n,) and (n, 2)."""
@@ -190,8 +211,8 @@ def add_indenter(
     interaction : Interaction, optional
         The wall; by default `LennardJones93.repulsive`, as stiff as the crystal.
     height : float, optional
-        z of the indenter (Å); by default the one at which the wall begins to repel the
-        highest atom, if that is on the axis.
+        z of the indenter (Å); by default its lowest point is where the wall begins to
+        repel the highest atom.
     position : (float, float), optional
         x and y of its axis (Å); by default the middle of the cell.
     load : float, optional
@@ -229,12 +250,12 @@ def add_indenter(
         interaction = LennardJones93.repulsive(modulus, spacing)
     calculator = RigidIndenter(indenter, interaction, spacing, area, load or 0.0)
     if height is None:
-        lowest = float(indenter.heights((1, 1), spacing)[0, 0])
-        height = atoms.positions[:, 2].max() + interaction.contact_distance - lowest
+        top = atoms.positions[:, 2].max()
+        lowest = calculator.lowest(atoms.cell.array[:2, :2])
+        height = top + interaction.contact_distance - lowest
     x, y = atoms.cell.array[:2, :2].sum(axis=0) / 2 if position is None else position
     atoms.append(Atom("X", (x, y, height)))
     if load is None:
-        fixed: list[Any] = [FixAtoms([len(atoms) - 1])]
-        atoms.set_constraint(atoms.constraints + fixed)
+        atoms.set_constraint([*atoms.constraints, FixAtoms([len(atoms) - 1])])
     atoms.calc = SumCalculator([foundation, calculator])
     return calculator

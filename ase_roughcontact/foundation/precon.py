@@ -6,20 +6,16 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.precon import Precon
 
-from ase_roughcontact._util.validation import nonnegative
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.foundation.coupling import apply, on_cells
 
 
 class FoundationPrecon(Precon):
-    r"""Stiffness of the explicit layers at rest, on the half crystal below them.
+    """Stiffness of the explicit layers at rest, on the half crystal below them.
 
-    .. math:: P(q) = H_\text{half crystal}(q) + k_\text{contact}
-
-    is a matrix of the layers for each wave vector, and the second term is that of a
-    wall on the first layer. Other atoms are multiplied by a constant. With it, the
-    number of steps does not increase with the size of the cell.
+    It is a matrix of the layers for each wave vector. Other atoms are multiplied by a
+    constant. With it, the number of steps does not increase with the size of the cell.
 
     Parameters
     ----------
@@ -27,8 +23,6 @@ class FoundationPrecon(Precon):
         A slab on its foundation, and other atoms.
     foundation : ElasticFoundation
         All layers of the crystal were complete when it was made.
-    contact_stiffness : float, optional
-        Stiffness of a wall on each atom of the surface (eV/Å^2).
 
     Raises
     ------
@@ -42,16 +36,11 @@ class FoundationPrecon(Precon):
     >>> from ase_roughcontact import FoundationPrecon, crystal_slab
     >>> atoms, foundation = crystal_slab("Cu", (8, 8), 4, EMT())  # doctest: +SKIP
     >>> precon = FoundationPrecon(atoms, foundation)  # doctest: +SKIP
-    >>> PreconLBFGS(atoms, precon=precon).run(fmax=1e-3)  # doctest: +SKIP
+    >>> optimizer = PreconLBFGS(atoms, precon=precon)  # doctest: +SKIP
+    >>> optimizer.run(fmax=1e-3)  # doctest: +SKIP
     """
 
-    def __init__(
-        self,
-        atoms: Atoms,
-        foundation: ElasticFoundation,
-        contact_stiffness: float = 0.0,
-    ) -> None:
-        nonnegative(contact_stiffness=contact_stiffness)
+    def __init__(self, atoms: Atoms, foundation: ElasticFoundation) -> None:
         surface, layers = foundation.surface, foundation.layers
         sites = foundation.all_sites()
         real = np.flatnonzero(atoms.numbers > 0)
@@ -60,7 +49,7 @@ class FoundationPrecon(Precon):
                 f"the foundation was made for {sites.indices.size} atoms of the "
                 f"crystal, got {len(real)} atoms"
             )
-        self._indices = real[sites.indices]
+        self._atoms, self._indices = len(atoms), real[sites.indices]
         greens = LatticeGreensFunction(surface.constants, layers)
         self._stiffness = on_cells(
             lambda q: greens.stiffness(q, layers),
@@ -68,12 +57,10 @@ class FoundationPrecon(Precon):
             sites.indices.shape[1:],
             surface.constants.spacing,
         )
-        # all atoms together move as if held like the softest wave
-        waves = self._stiffness.reshape(-1, 3 * layers, 3 * layers)[1:]
-        softest = np.linalg.eigvalsh(waves)[:, 0].min(initial=1.0)
-        uniform = np.tile(np.eye(3), (layers, 1)) / layers**0.5
-        self._stiffness[0, 0] += softest * uniform @ uniform.T
-        self._stiffness[:, :, range(3), range(3)] += contact_stiffness
+        # the centre of mass of the lowest layer is held, see crystal_slab
+        mean, lowest = self._stiffness[0, 0], slice(-3, None)
+        mean[lowest] = mean[:, lowest] = 0.0
+        mean[lowest, lowest] = np.eye(3) * mean.trace().real / len(mean)
         self._compliance = np.linalg.inv(self._stiffness)
         diagonal = np.einsum("nmii->nmi", self._stiffness).real
         self._other = float(diagonal.mean())
@@ -94,8 +81,8 @@ class FoundationPrecon(Precon):
         return self
 
     def asarray(self) -> np.ndarray:
-        """Raise an error: P is not stored as a matrix of all atoms."""
-        raise NotImplementedError("FoundationPrecon has no matrix of all atoms")
+        """Return P as a matrix; for tests on small slabs."""
+        return np.array([self.Pdot(column) for column in np.eye(3 * self._atoms)])
 
     def _apply(self, x: np.ndarray, matrices: np.ndarray, other: float) -> np.ndarray:
         vectors = x.reshape(-1, 3)

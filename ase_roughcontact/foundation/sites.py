@@ -14,6 +14,8 @@ _CELL = 1e-4
 # Largest distance of atoms from their sites, and of displacements of neighbours, in
 # spacings: a site that belongs to another stacking is at least 0.5 spacings away.
 _SITE = 0.3
+# Largest mean displacement of a layer relative to the one below it, in spacings.
+_LAYER = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,8 +178,9 @@ def _matched(
     indices = np.full(shape, -1)
     indices[tuple((steps % shape).T)] = found
     spacing = surface.constants.spacing
-    wrong = distance.max() > _SITE * spacing or indices.min() < 0
-    if wrong or set(atoms.symbols[found]) != {surface.symbol}:
+    shift = np.linalg.norm(relative.mean(axis=0)) / spacing
+    wrong = distance.max() > _SITE * spacing or shift > _LAYER * max(from_below, 1)
+    if wrong or indices.min() < 0 or set(atoms.symbols[found]) != {surface.symbol}:
         raise ValueError(
             f"layer {from_below + 1} from below is not that of {surface.surface} "
             f"{surface.symbol} with the lattice constant "

@@ -1,0 +1,129 @@
+"""Energy, forces and Hessian of atoms on an elastic half crystal."""
+
+import numpy as np
+import pytest
+from ase import Atom
+from ase.calculators.fd import calculate_numerical_forces
+from pair_crystal import pair_potential
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+from ase_roughcontact import crystal_slab
+
+
+def slab(surface, layers, size=(3, 4), **kwargs):
+    return crystal_slab("Cu", size, layers, pair_potential(), surface, **kwargs)[0]
+
+
+def rattled(atoms, width=0.05):
+    atoms = atoms.copy()
+    atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * width
+    return atoms
+
+
+@pytest.mark.parametrize("layers", [1, 2, 3, 9])
+def test_no_force_at_rest_and_under_a_uniform_shift(surface, layers):
+    atoms = slab(surface, layers, held=False)
+    energy = atoms.get_potential_energy()
+    assert abs(atoms.get_forces()).max() < 2e-6
+    atoms.positions += [0.7, -40.0, 3.0]
+    assert abs(atoms.get_forces()).max() < 2e-6
+    assert atoms.get_potential_energy() == pytest.approx(energy, abs=1e-10)
+
+
+@pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
+def test_forces_are_minus_the_gradient(request, name):
+    atoms = slab(request.getfixturevalue(name), 3, held=False)
+    calculator = atoms.calc
+    atoms.append("Cu")
+    atoms.positions[-1] = atoms.positions[-2] + [1.2, 1.1, 1.8]
+    atoms = rattled(atoms)
+    atoms.calc = calculator
+    forces, positions = atoms.get_forces(), atoms.positions.copy()
+    direction = np.random.default_rng(2).normal(size=forces.shape)
+    energies = []
+    for step in (1e-5, -1e-5):
+        atoms.positions = positions + step * direction
+        energies.append(atoms.get_potential_energy())
+    slope = (energies[0] - energies[1]) / 2e-5
+    assert -np.sum(forces * direction) == pytest.approx(slope, rel=1e-6)
+
+
+def test_every_component_of_the_forces_is_a_difference_of_energies(surface):
+    atoms = slab(surface, 2, (2, 2), held=False)
+    calculator, atoms = atoms.calc, rattled(atoms)
+    atoms.calc = calculator
+    forces = calculate_numerical_forces(atoms, eps=1e-4)
+    np.testing.assert_allclose(atoms.get_forces(), forces, atol=1e-6)
+
+
+def on_the_surface(atoms, hessian):
+    """Hessian with all atoms but those of the surface relaxed."""
+    top = atoms.positions[:, 2] > -0.1
+    kept, relaxed = (np.flatnonzero(np.repeat(mask, 3)) for mask in (top, ~top))
+    hessian = csc_matrix(hessian)
+    if not relaxed.size:
+        return hessian.toarray()
+    coupling = hessian[relaxed][:, kept].toarray()
+    solved = splu(hessian[relaxed][:, relaxed]).solve(coupling)
+    return hessian[kept][:, kept].toarray() - coupling.T @ solved
+
+
+def hessian_of_calculator(atoms):
+    atoms = atoms.copy()
+    atoms.calc = pair_potential()
+    atoms.get_potential_energy()
+    return atoms.calc.get_hessian(atoms, "sparse").toarray()
+
+
+def hessian_with_foundation(atoms):
+    hessian = hessian_of_calculator(atoms)
+    coupling, sites = atoms.calc.coupling, atoms.calc.sites
+    rows = (3 * sites.indices.reshape(-1, 1) + np.arange(3)).ravel()
+    unit = np.eye(rows.size).reshape(-1, *sites.positions.shape)
+    rest = coupling.evaluate(0 * unit[0])[1]
+    added = [rest - coupling.evaluate(one)[1] for one in unit]
+    hessian[np.ix_(rows, rows)] += np.reshape(added, (rows.size, rows.size))
+    return hessian
+
+
+@pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
+def test_the_hessian_on_the_surface_is_that_of_a_thick_slab(request, name):
+    surface = request.getfixturevalue(name)
+    thick = slab(surface, 41, held=False)
+    expected = on_the_surface(thick, hessian_of_calculator(thick))
+    for layers in (1, 2, 3):
+        atoms = slab(surface, layers, held=False)
+        found = on_the_surface(atoms, hessian_with_foundation(atoms))
+        np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected).max())
+
+
+def test_the_half_crystal_acts_on_the_layers_that_forces_reach_from_below(surface):
+    atoms = slab(surface, 9, (3, 3))
+    # the cutoff is 2.6 distances of layers, and the third layer feels the cut
+    assert atoms.calc.coupled_layers == 2
+    assert sorted(atoms.calc.sites.indices.ravel()) == list(range(2 * 9))
+
+
+def test_the_result_does_not_depend_on_the_order_and_the_images_of_the_atoms(surface):
+    atoms = slab(surface, 3, held=False)
+    moved = rattled(atoms)
+    moved.calc = atoms.calc
+    order = np.random.default_rng(3).permutation(len(atoms))
+    mixed = atoms[order]
+    mixed.calc = type(atoms.calc)(pair_potential(), surface, mixed)
+    mixed.positions = moved.positions[order] + np.rint(
+        np.random.default_rng(4).uniform(-2, 2, (len(atoms), 2))
+    ) @ np.array(atoms.cell[:2])
+    assert mixed.get_potential_energy() == pytest.approx(moved.get_potential_energy())
+    np.testing.assert_allclose(mixed.get_forces(), moved.get_forces()[order], atol=1e-9)
+
+
+def test_atoms_without_a_number_are_not_given_to_the_calculator(surface):
+    atoms = slab(surface, 2)
+    calculator, atoms = atoms.calc, rattled(atoms)
+    atoms.calc = calculator
+    expected = atoms.get_forces()
+    atoms.append(Atom("X", (1.0, 2.0, 3.0)))
+    np.testing.assert_allclose(atoms.get_forces()[:-1], expected, atol=1e-12)
+    np.testing.assert_array_equal(atoms.get_forces()[-1], 0.0)

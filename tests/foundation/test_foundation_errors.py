@@ -1,0 +1,122 @@
+"""What an elastic foundation refuses."""
+
+import numpy as np
+import pytest
+from ase.build import bcc100, fcc100
+from ase.calculators.calculator import PropertyNotImplementedError
+from pair_crystal import pair_potential
+
+from ase_roughcontact import ElasticFoundation, FoundationPrecon, crystal_slab
+
+LAYERS = 4
+
+
+@pytest.fixture
+def atoms(surface):
+    size = 3, 4
+    return crystal_slab("Cu", size, LAYERS, pair_potential(), surface, held=False)[0]
+
+
+def foundation(atoms, surface):
+    return ElasticFoundation(pair_potential(), surface, atoms, LAYERS)
+
+
+def test_free_boundaries_along_the_surface(atoms, surface):
+    atoms.pbc = False
+    with pytest.raises(ValueError, match=r"pbc to \(True, True, False\)"):
+        foundation(atoms, surface)
+    with pytest.raises(ValueError, match="Free boundaries"):
+        atoms.get_forces()
+
+
+def test_another_lattice_constant(surface):
+    atoms = fcc100("Cu", (3, 4, LAYERS), a=3.61, vacuum=5.0)
+    with pytest.raises(ValueError, match=r"with the lattice constant 3\.60226"):
+        foundation(atoms, surface)
+
+
+def test_a_slab_of_ase_with_the_lattice_constant_is_accepted(surface):
+    a = surface.lattice_constant
+    atoms = fcc100("Cu", (3, 4, LAYERS), a=a, vacuum=5.0)
+    atoms.calc = foundation(atoms, surface)
+    # the surface is not relaxed yet
+    assert 0.1 < abs(atoms.get_forces()[-1, 2]) < 1.0
+    assert atoms.calc.layers == LAYERS
+
+
+def test_another_structure(surface):
+    a = surface.constants.spacing
+    atoms = bcc100("Cu", (3, 4, LAYERS), a=a, vacuum=5.0)
+    with pytest.raises(ValueError, match="layer 2 from below is not that of fcc100"):
+        ElasticFoundation(pair_potential(), surface, atoms, 2)
+
+
+def test_wrong_stacking(atoms, surface):
+    layer = np.flatnonzero(atoms.get_tags() == LAYERS - 1)
+    atoms.positions[layer, 0] += surface.constants.spacing / 2
+    with pytest.raises(ValueError, match="layer 2 from below"):
+        foundation(atoms, surface)
+
+
+@pytest.mark.parametrize("change", ["vacancy", "element"])
+def test_defects_in_the_coupled_layers(atoms, surface, change):
+    if change == "vacancy":
+        del atoms[5]
+        atoms.append("Cu")
+        atoms.positions[-1, 2] = 3.0
+    else:
+        atoms.symbols[5] = "Ni"
+    with pytest.raises(ValueError, match="from below is not that of"):
+        foundation(atoms, surface)
+
+
+def test_too_few_atoms(atoms, surface):
+    with pytest.raises(ValueError, match="at least 60 atoms, got 48"):
+        ElasticFoundation(pair_potential(), surface, atoms, LAYERS + 1)
+
+
+def test_another_element(surface):
+    with pytest.raises(ValueError, match="that of Cu, got Ni"):
+        crystal_slab("Ni", (3, 3), 2, pair_potential(), surface)
+
+
+def test_an_atom_that_left_its_site(atoms, surface):
+    atoms.positions[14, 0] += 0.4 * surface.constants.spacing
+    with pytest.raises(ValueError, match=r"atom 14, .* has left its lattice site"):
+        atoms.get_forces()
+
+
+def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
+    forces = atoms.get_forces()
+    del atoms[[-1, -2]]
+    atoms.positions[-1, 2] += 8.0
+    assert abs(atoms.get_forces()[:12] - forces[:12]).max() < 1e-6
+
+
+def test_a_slab_bends_by_more_than_a_spacing(surface):
+    atoms, _ = crystal_slab("Cu", (16, 2), 2, pair_potential(), surface)
+    x = 2 * np.pi * atoms.positions[:, 0] / atoms.cell[0, 0]
+    atoms.positions[:, 2] += surface.constants.spacing * np.cos(x) * 0.7
+    assert np.isfinite(atoms.get_potential_energy())
+
+
+def test_removed_atoms(atoms):
+    del atoms[12:]
+    with pytest.raises(ValueError, match="have been removed"):
+        atoms.get_forces()
+
+
+def test_another_cell(atoms):
+    atoms.set_cell(atoms.cell * 1.01, scale_atoms=True)
+    with pytest.raises(ValueError, match="cell has changed"):
+        atoms.get_forces()
+
+
+def test_stress(atoms):
+    with pytest.raises(PropertyNotImplementedError, match="has no stress"):
+        atoms.get_stress()
+
+
+def test_preconditioner_of_other_atoms(atoms):
+    with pytest.raises(ValueError, match="made for 48 atoms"):
+        FoundationPrecon(atoms[:40], atoms.calc)

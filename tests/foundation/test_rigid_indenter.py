@@ -1,0 +1,122 @@
+"""A rigid indenter with the walls of the package on explicit atoms."""
+
+import numpy as np
+import pytest
+from ase.build import bulk
+from ase.optimize import FIRE, LBFGS
+from ase.optimize.precon import PreconLBFGS
+from pair_crystal import A, pair_potential
+
+from ase_roughcontact import (
+    FoundationPrecon,
+    HardWall,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    add_indenter,
+    crystal_slab,
+    substrate,
+)
+from ase_roughcontact.elasticity import Crystal
+
+
+def slab(surface, size=(6, 6), layers=2):
+    return crystal_slab("Cu", size, layers, pair_potential(), surface)[0]
+
+
+def rough_sphere(surface):
+    a0 = surface.constants.spacing
+    return RoughSphere(40.0, SelfAffine(0.2, 0.8, 4 * a0, 8 * a0, seed=1))
+
+
+@pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
+def test_forces_are_minus_the_gradient(request, name):
+    surface = request.getfixturevalue(name)
+    atoms = slab(surface, layers=1)
+    indenter = add_indenter(atoms, rough_sphere(surface), load=0.3)
+    atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * 0.05
+    atoms.positions[-1] -= [1.3, 0.4, 0.9]
+    atoms.set_constraint()
+    forces, positions = atoms.get_forces(), atoms.positions.copy()
+    direction = np.random.default_rng(2).normal(size=forces.shape)
+    energies = []
+    for step in (1e-5, -1e-5):
+        atoms.positions = positions + step * direction
+        energies.append(atoms.get_potential_energy())
+    slope = (energies[1] - energies[0]) / 2e-5
+    assert np.sum(forces * direction) == pytest.approx(slope, rel=1e-6)
+    assert indenter.results["contact"].any()
+    assert abs(forces[-1, :2]).min() > 1e-3  # slopes of the roughness
+
+
+def test_a_free_indenter_carries_its_load(surface):
+    atoms = slab(surface)
+    indenter = add_indenter(atoms, RoughSphere(15.0), load=0.8)
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-4, steps=300)
+    assert indenter.results["normal_force"] == pytest.approx(0.8, abs=2e-4)
+    # the load is balanced by the constraint on the lowest layer
+    unconstrained = atoms.get_forces(apply_constraint=False)
+    assert unconstrained[:36, 2].sum() == pytest.approx(-0.8, abs=1e-3)
+
+
+def test_the_wall_begins_at_the_default_height(surface):
+    atoms = slab(surface)
+    indenter = add_indenter(atoms, RoughSphere(15.0), position=(0.0, 0.0))
+    assert atoms.get_forces()[-1] == pytest.approx(0.0, abs=1e-12)
+    assert indenter.get_property("gap", atoms).min() == pytest.approx(
+        surface.constants.spacing
+    )
+    atoms.positions[-1, 2] -= 0.1
+    assert indenter.get_property("contact", atoms).sum() == 1
+    assert indenter.get_property("normal_force", atoms) > 0.01
+
+
+def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
+    # relaxed with all their explicit layers, and as a Green's function of the surface
+    crystal = Crystal.from_calculator(
+        pair_potential(), bulk("Cu", a=A), layers=9, size=7, displacement=0.0
+    )
+    sphere, load, n = RoughSphere(200.0), 0.02, 6
+    assert surface.contact_modulus == pytest.approx(crystal.contact_modulus, rel=1e-6)
+    wall = LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
+    half_space = substrate(
+        "Cu", (n, n), sphere, spacing=crystal.spacing, periodic=True, fixed=False
+    )
+    half_space.calc = RoughContact(sphere, solid=crystal, interaction=wall, load=load)
+    assert NewtonKrylov(half_space, logfile=None).run(fmax=1e-7)
+    atoms = slab(surface, (n, n))
+    position = half_space.positions[-1, :2]
+    indenter = add_indenter(atoms, sphere, wall, position=position, load=load)
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=300)
+    gap = indenter.results["gap"][n * n : -1].reshape(n, n).T
+    np.testing.assert_allclose(gap, half_space.calc.results["gap"], atol=2e-5)
+
+
+@pytest.mark.parametrize("optimizer", ["FIRE", "LBFGS", "PreconLBFGS"])
+def test_optimizers_find_the_same_state(surface, optimizer):
+    atoms = slab(surface)
+    indenter = add_indenter(atoms, RoughSphere(15.0))
+    atoms.positions[-1, 2] -= 0.3
+    if optimizer == "PreconLBFGS":
+        precon = FoundationPrecon(atoms, atoms.calc.mixer.calcs[0])
+        relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
+    else:
+        relax = {"FIRE": FIRE, "LBFGS": LBFGS}[optimizer](atoms, logfile=None)
+    assert relax.run(fmax=1e-4, steps=500)
+    force = indenter.results["normal_force"]
+    assert force == pytest.approx(2.2437, abs=1e-3)
+
+
+def test_what_is_refused(surface):
+    atoms = slab(surface)
+    with pytest.raises(ValueError, match="soft wall"):
+        add_indenter(atoms, RoughSphere(15.0), HardWall())
+    add_indenter(atoms, RoughSphere(15.0))
+    foundation = atoms.calc.mixer.calcs[0]
+    with pytest.raises(ValueError, match="need an ElasticFoundation"):
+        add_indenter(atoms, RoughSphere(15.0))
+    atoms.calc = foundation
+    with pytest.raises(ValueError, match="an indenter already"):
+        add_indenter(atoms, RoughSphere(15.0))
