@@ -143,12 +143,11 @@ class CrystalSurface:
             self.symbol, (1, 1, layers + 1), a=self.lattice_constant, vacuum=_VACUUM
         )[::-1]
         atoms.positions -= atoms.positions[0]
-        relaxed = min(len(self.heights), layers)
-        # the layers below those of the surface keep their distances
-        atoms.positions[relaxed:, 2] += (
-            self.heights[relaxed - 1] - atoms.positions[relaxed - 1, 2]
-        )
-        atoms.positions[:relaxed, 2] = self.heights[:relaxed]
+        # the layers below those of the surface have the distance of the last ones
+        number = np.arange(layers + 1)
+        deep = np.maximum(number - len(self.heights) + 1, 0)
+        known = self.heights[np.minimum(number, len(self.heights) - 1)]
+        atoms.positions[:, 2] = known + deep * np.diff(self.heights)[-1]
         atoms.set_tags(0)
         return atoms[:layers]
 
