@@ -27,6 +27,8 @@ def indenter_fixed(atoms: Atoms) -> bool:
     -------
     bool
     """
+    if not atoms.constraints:
+        return False
     force = np.zeros((len(atoms), 3))
     force[-1, 2] = 1.0
     for constraint in atoms.constraints:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -19,9 +20,11 @@ from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 
-# Largest padding of a box along x and y: it improves the model of small boxes, and
-# costs little on large ones.
+# Largest padding of a box along x and y: it improves the model, and costs little.
 _PADDING = 32
+# Windows of up to this number of atoms have an exact model, with all of their padding:
+# there, convolutions cost less than what each outer step of a solver adds to them.
+_EXACT_SIZE = 40 * 40
 
 
 class CirculantModel:
@@ -34,7 +37,8 @@ class CirculantModel:
     halfspace : HalfSpace
         The elastic solid.
     box : Box
-        Atoms of the window; the model of a periodic half space covers all of them.
+        Atoms of the window; the model of a periodic half space, or of a small window,
+        covers all of them.
 
     Attributes
     ----------
@@ -46,23 +50,30 @@ class CirculantModel:
         Displacement of an atom by a unit pressure on it alone (length per pressure).
     exact : bool
         Whether the model is the half space itself, up to rounding.
+    singular : bool
+        Whether a uniform pressure has no compliance, as on a periodic half space.
     """
 
     dtype = np.dtype(np.float32)
 
     def __init__(self, halfspace: HalfSpace, box: Box) -> None:
-        self.exact = halfspace.periodic
-        self.box = Box((0, 0), halfspace.shape) if halfspace.periodic else box
-        n, m = grid = self.box.shape
-        if not halfspace.periodic:
+        window = Box((0, 0), halfspace.shape)
+        self.singular = halfspace.periodic
+        self.exact = halfspace.periodic or window.size <= _EXACT_SIZE
+        self.box = window if self.exact else box
+        n, m = self.box.shape
+        if self.exact:
+            grid, spectrum = halfspace.grid, halfspace.grid_spectrum
+        else:
             grid = (
                 fast_length(min(2 * n, n + _PADDING)),
                 fast_length(min(2 * m, m + _PADDING)),
             )
+            spectrum = halfspace.spectrum(grid)
         self.self_compliance = halfspace.self_compliance
         fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
         self._transform = RealFFT2(self.box.shape, grid, **fft)
-        self._spectrum = halfspace.spectrum(grid) / self.self_compliance
+        self._spectrum = spectrum / self.self_compliance
 
     @property
     def work(self) -> int:
@@ -137,3 +148,28 @@ class CirculantModel:
             series = softness + (1.0 - softness) * self._spectrum
             multiplier = self._transform.multiplier(1.0 / series)
         return lambda pressure, out: self._transform.filter(pressure, multiplier, out)
+
+
+_last_models: WeakKeyDictionary[HalfSpace, CirculantModel] = WeakKeyDictionary()
+
+
+def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:
+    """Return a model that covers a box, which depends on nothing else.
+
+    The last model of the half space is kept: steps of a path often need the same one.
+
+    Parameters
+    ----------
+    halfspace : HalfSpace
+        The elastic solid.
+    box : Box
+        Atoms of the window.
+
+    Returns
+    -------
+    CirculantModel
+    """
+    model = _last_models.get(halfspace)
+    if model is None or not (model.exact or model.box == box):
+        model = _last_models[halfspace] = CirculantModel(halfspace, box)
+    return model

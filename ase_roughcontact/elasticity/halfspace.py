@@ -96,6 +96,13 @@ class HalfSpace(ABC):
         fft = {**self.fft, "measure": False}
         return type(self)(shape, spacing, self.solid, **fft)
 
+    def in_single_precision(self) -> HalfSpace:
+        """Return the same half space with transforms in single precision."""
+        single = self.resized(self.shape, self.spacing)
+        single.fft["dtype"] = np.float32
+        single.__dict__["grid_spectrum"] = self.grid_spectrum
+        return single
+
     @staticmethod
     @abstractmethod
     def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
@@ -115,6 +122,11 @@ class HalfSpace(ABC):
         ndarray, shape (N//2 + 1, M//2 + 1)
             Real (length/pressure). The other rows follow from its evenness.
         """
+
+    @cached_property
+    def grid_spectrum(self) -> np.ndarray:
+        """Spectrum on the padded grid; see `spectrum`."""
+        return self.spectrum(self.grid)
 
     @property
     def contact_modulus(self) -> float:
@@ -142,7 +154,7 @@ class HalfSpace(ABC):
     @cached_property
     def compliance(self) -> np.ndarray:
         """Spectrum ``G(q)`` on the grid, shape (N, M//2 + 1) (length/pressure)."""
-        return self._spectrum.take(_wrapped_distance(self.grid[0]), 0)
+        return self.grid_spectrum.take(_wrapped_distance(self.grid[0]), 0)
 
     @cached_property
     def stiffness(self) -> np.ndarray:
@@ -225,14 +237,10 @@ class HalfSpace(ABC):
         spectrum = rfft2(pressure, self.grid, workers=workers)
         return irfft2(-self.compliance * spectrum, self.grid, workers=workers)
 
-    @cached_property
-    def _spectrum(self) -> np.ndarray:
-        return self.spectrum(self.grid)
-
     @property
     def _inverse_spectrum(self) -> np.ndarray:
         """Inverse of the spectrum; zero for the mean of a periodic cell."""
-        spectrum, (n, m) = self._spectrum, self.grid
+        spectrum, (n, m) = self.grid_spectrum, self.grid
         positive = spectrum > 0
         if positive.size - np.count_nonzero(positive) > self.periodic:
             raise ValueError(
@@ -244,7 +252,7 @@ class HalfSpace(ABC):
 
     @cached_property
     def _compliance_filter(self) -> np.ndarray:
-        return self.window_transform.multiplier(-self._spectrum)
+        return self.window_transform.multiplier(-self.grid_spectrum)
 
     @cached_property
     def _stiffness_filter(self) -> np.ndarray:

@@ -48,7 +48,7 @@ class ReducedHalfSpace(FreeHalfSpace):
     @cached_property
     def _clamped_stiffness(self) -> np.ndarray:
         """Stiffness of the window when the padding is held in place."""
-        spectrum = self._spectrum  # not positive for very stiff layers
+        spectrum = self.grid_spectrum  # not positive for very stiff layers
         positive = np.maximum(
             spectrum, spectrum.min(where=spectrum > 0, initial=np.inf)
         )

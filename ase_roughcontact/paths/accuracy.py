@@ -19,8 +19,9 @@ _ERROR_PER_TOLERANCE = 4.0
 _TYPICAL_FORCE = 0.05
 # Smallest tolerance in units of E* a0^2: rounding errors of the forces.
 _ROUNDING = 1e-13
-# A reduced tolerance is this part of the required one, so that the next state does not
-# need another reduction.
+# A tolerance is this part of what the mean force requires of the last state, which that
+# of the next one may be below; after a reduction it is less, to need no other one.
+_MARGIN = 0.8
 _REDUCTION = 0.5
 
 
@@ -122,9 +123,8 @@ class ForceTolerance:
         -------
         float
         """
-        return self._for(
-            min(self._mean_force, load) if load > 0.0 else self._mean_force
-        )
+        mean_force = _MARGIN * self._mean_force
+        return self._for(min(mean_force, load) if load > 0.0 else mean_force)
 
     def reduced(self, tolerance: float, state: ContactState) -> float | None:
         """Return the tolerance with which to continue; None if the last one suffices.

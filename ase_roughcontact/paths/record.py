@@ -79,6 +79,11 @@ def _gap_error(step: RelaxedStep) -> float:
     return float(max(closed, -gap[~contact].min(initial=0.0)))
 
 
+def _largest_force(step: RelaxedStep) -> float:
+    forces = step.atoms.get_forces()
+    return float(np.einsum("ij,ij->i", forces, forces).max() ** 0.5)
+
+
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
     if not step.contact.interaction.hard:
@@ -144,8 +149,8 @@ class LoadStep:
     )
     contact_stiffness: float = column(
         lambda s: 0.0 - s.response.force,
-        "derivative of the force to the penetration of the relaxed contact; nan at an "
-        "instability",
+        "derivative of the force to the penetration of the relaxed contact, to within "
+        "1 %; nan at an instability",
         "eV/Å^2",
     )
     mean_pressure: float = column(
@@ -168,7 +173,7 @@ class LoadStep:
         "eV",
     )
     max_force: float = column(
-        lambda s: float(np.linalg.norm(s.atoms.get_forces(), axis=1).max()),
+        _largest_force,
         "largest remaining force on any atom",
         "eV/Å",
     )

@@ -78,7 +78,7 @@ class ComplementarityProblem:
         self._height_change = 0.0
         self._steps = options.inner_steps  # that are left
         # the model of a periodic surface in full contact is singular at a fixed height
-        self._may_be_singular = model.exact and not loaded
+        self._may_be_singular = model.singular and not loaded
 
     def solve(self, target: float) -> np.ndarray:
         """Return a pressure that satisfies the conditions of contact for the model.

@@ -27,7 +27,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import dot, dots, linear_combination, rowwise
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.active_set import ComplementarityProblem
 from ase_roughcontact.solvers.options import ActiveSetOptions
@@ -225,7 +225,7 @@ class _DefectCorrection:
             near = (self._pressure > 0.0) | (self._gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
-            self._model = CirculantModel(self._halfspace, box)
+            self._model = covering_model(self._halfspace, box)
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:

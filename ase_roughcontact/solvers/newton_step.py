@@ -24,7 +24,7 @@ import math
 import numpy as np
 
 from ase_roughcontact._util.kernels import linear_combination, norm
-from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState, Increment
 from ase_roughcontact.solvers.gcr import gcr
@@ -155,7 +155,7 @@ class NewtonStepper:
     def _covering_model(self, box: Box) -> CirculantModel:
         """Return a model that covers a box, the last one if it does."""
         if self._model is None or not self._model.box.contains(box):
-            self._model = CirculantModel(self._halfspace, box)
+            self._model = covering_model(self._halfspace, box)
         return self._model
 
     def _solve(
@@ -168,7 +168,7 @@ class NewtonStepper:
         if change is None:
             return None
         increment = self._increment(state, change)
-        if self._halfspace.periodic:  # the model is exact
+        if system.exact:
             return increment
         image = system.applied(change, increment.opening[box.slices])
         accepted = options.exact_residual * max(norm(right), norm(image))

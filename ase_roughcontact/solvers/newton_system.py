@@ -81,6 +81,7 @@ class NewtonSystem:
         spring: float | None,
     ) -> None:
         self._model, self._stiffness, self._spring = model, stiffness, spring
+        self.exact = model.exact
         self._inside = box.slices_in(model.box)
         self._d = self._embedded(stiffness, model.self_compliance)
         self._weight, self._stiff = np.empty_like(self._d), np.empty_like(self._d)

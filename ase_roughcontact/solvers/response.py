@@ -27,15 +27,17 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import norm
 from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
+from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.gcr import gcr
 
-# Residual of the equations with the circulant model, relative to their right-hand side,
-# and the largest number of steps with the model and with the half space.
-_MODEL_RESIDUAL, _MODEL_STEPS, _STEPS = 0.1, 30, 20
+# Largest number of steps.
+_STEPS = 40
 # Relative residual above which a solution is none.
 _LARGEST_RESIDUAL = 0.05
+# From this tolerance and number of atoms on, steps are made in single precision.
+_SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +70,8 @@ def height_response(
     state : ContactState
         Relaxed.
     tolerance : float
-        Relative residual of the equations. The error of `force` is about its square.
+        Relative residual of the equations. The relative error of `force` grows with its
+        square, and with the radius of the contact: with 0.01 and 500 atoms it is 0.003.
 
     Returns
     -------
@@ -77,30 +80,40 @@ def height_response(
     """
     halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
     hard = state.contact if contact.interaction.hard else np.zeros(shape, bool)
-    stiffness = np.zeros(shape)
+    d = np.zeros(shape)  # c V'', with the self-compliance c
     near = (gap < contact.interaction.cutoff) & ~hard
+    compliance = halfspace.self_compliance
     if not contact.interaction.hard and near.any():
-        stiffness[near] = contact.interaction.evaluate(gap[near])[2]
-    active = hard | (stiffness != 0.0)
-    box = Box.bounding(active)
-    if box is None:
+        d[near] = compliance * contact.interaction.evaluate(gap[near])[2]
+    active = hard | (d != 0.0)
+    if not active.any():
         return HeightResponse(np.zeros(shape), np.ones(shape), 0.0)
     if halfspace.periodic and hard.all():
         return HeightResponse(np.full(shape, -np.inf), np.zeros(shape), -np.inf)
-    equations = _Equations(contact, box, stiffness, hard, active)
-    change = equations.solve(tolerance)
-    pressure = np.zeros(shape)
-    pressure[box.slices] = change / halfspace.self_compliance
+    equations = _Equations(halfspace, d, hard, active, tolerance)
+    x = equations.solve()
+    pressure = x / compliance
     response = 1.0 - halfspace.displacement(pressure)
-    x, rise, hard = pressure[active], response[active], hard[active]
-    residual = x + stiffness[active] * rise
-    # the residual times the adjoint solution is the error of the sum to first order
-    error = np.where(hard, -x, rise) * np.where(hard, rise, residual)
-    force = halfspace.cell_area * float((x - error).sum())
-    size = norm(equations.rows(change, response[box.slices]))
+    fields = (field[active] for field in (x, response, d, hard))
+    force = halfspace.cell_area / compliance * _stationary_sum(*fields)
+    size = norm(equations.rows(x, response))
     if not size <= _LARGEST_RESIDUAL * equations.size:
         force = np.nan
     return HeightResponse(pressure, response, force)
+
+
+def _stationary_sum(
+    x: np.ndarray, response: np.ndarray, d: np.ndarray, hard: np.ndarray
+) -> float:
+    r"""Return :math:`\sum x` without its error of first order.
+
+    That is the residual :math:`x + d \lambda` times the adjoint solution, which is
+    :math:`\lambda`, and :math:`-x/d` as well. The latter does not amplify the residual
+    of atoms at a stiff wall.
+    """
+    adjoint = np.where(d > 1.0, -x / np.maximum(d, 1.0), response)
+    error = np.where(hard, -x * response, adjoint * (x + d * response))
+    return float((x - error).sum())
 
 
 def force_derivative(
@@ -151,7 +164,7 @@ def force_derivative(
 
 
 class _Equations:
-    """Equations of the response on a box, in units of the self-compliance c.
+    """Equations of the response, in units of the self-compliance c.
 
     With ``d = c D``, ``T = 1/(1 + max(d, 0))`` and ``S = d T``, those of an atom are
     ``T x + S (1 + G x) = 0``, for a hard wall with T = 0 and S = 1.
@@ -159,82 +172,50 @@ class _Equations:
 
     def __init__(
         self,
-        contact: Contact,
-        box: Box,
-        stiffness: np.ndarray,
+        halfspace: HalfSpace,
+        d: np.ndarray,
         hard: np.ndarray,
         active: np.ndarray,
+        tolerance: float,
     ) -> None:
-        self._halfspace, self._box, self._window = contact.halfspace, box, hard.shape
-        d = contact.halfspace.self_compliance * stiffness[box.slices]
-        hard, active = hard[box.slices], active[box.slices]
-        self._t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
-        self._s = np.where(hard, 1.0, d * self._t)
+        if tolerance >= _SINGLE_PRECISION and d.size >= _LARGE:
+            halfspace = halfspace.in_single_precision()
+        self._halfspace, self._tolerance = halfspace, tolerance
+        dtype = np.dtype(halfspace.fft.get("dtype", float))
+        t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
+        self._t = t.astype(dtype)
+        self._s = np.where(hard, 1.0, d * t).astype(dtype)
         self.size = norm(self._s)
-        # the same in the precision of the model, and a mask of the atoms with S > 0
-        self._model = CirculantModel(contact.halfspace, box)
-        self._inner = box.slices_in(self._model.box)
-        self._stiff = self._embedded(self._s > 0.0)
-        self._model_t, self._model_s = map(self._embedded, (self._t, self._s))
-        softness = self._t[self._s > 0.0]
+        self._stiff = (self._s > 0.0).astype(CirculantModel.dtype)
         self._inverse = None
-        if softness.size:
-            self._inverse = self._model.preconditioner(float(softness.mean()))
+        if self._stiff.any():
+            model = covering_model(halfspace, Box((0, 0), d.shape))
+            softness = float(self._t.mean(where=self._s > 0.0))
+            self._inverse = model.preconditioner(softness)
 
     def rows(self, x: np.ndarray, response: np.ndarray) -> np.ndarray:
         """Return what is left of the equations, for ``response = 1 + G x``."""
         return self._t * x + self._s * response
 
-    def solve(self, tolerance: float) -> np.ndarray:
+    def solve(self) -> np.ndarray:
         """Return the change of the pressure, in units of one over c."""
-        right = -self._s.ravel()
-        solution = gcr(
-            self._exact, self._approximate, right, tolerance * self.size, _STEPS
-        )
-        return np.zeros(self._box.shape) + np.reshape(
-            solution, (-1, self._box.shape[1])
-        )
+        limit = self._tolerance * self.size
+        solution = gcr(self._apply, self._precondition, -self._s, limit, _STEPS)
+        return np.zeros(self._s.shape) + solution
 
-    def _exact(self, x: np.ndarray) -> np.ndarray:
-        """Apply the equations with the half space."""
-        field = x.reshape(self._box.shape)
-        pressure = np.zeros(self._window)
-        pressure[self._box.slices] = field
-        opening = self._halfspace.displacement(pressure)[self._box.slices]
-        return self.rows(field, opening / -self._halfspace.self_compliance).ravel()
+    def _apply(self, x: np.ndarray) -> np.ndarray:
+        rows = self._halfspace.displacement(x)
+        rows *= self._s
+        rows *= -1.0 / self._halfspace.self_compliance
+        rows += self._t * x
+        return rows
 
-    def _approximate(self, right: np.ndarray) -> np.ndarray:
-        """Solve the equations with the model."""
-        residual = self._embedded(right.reshape(self._box.shape)).ravel()
-        limit = _MODEL_RESIDUAL * norm(residual)
-        solution = gcr(
-            self._with_model, self._precondition, residual, limit, _MODEL_STEPS
-        )
-        if isinstance(solution, float):
-            return right
-        change = solution.reshape(self._model.box.shape)[self._inner]
-        return change.astype(float).ravel()
-
-    def _with_model(self, x: np.ndarray) -> np.ndarray:
-        field = x.reshape(self._model.box.shape)
-        rows = self._model.compliance(field)
-        rows *= self._model_s
-        rows += self._model_t * field
-        return rows.ravel()
-
-    def _precondition(self, right: np.ndarray) -> np.ndarray:
+    def _precondition(self, residual: np.ndarray) -> np.ndarray:
         if self._inverse is None:
-            return right.copy()
-        field = right.reshape(self._model.box.shape)
-        out = self._stiff * field
+            return residual.copy()
+        out = self._stiff * residual.astype(self._stiff.dtype, copy=False)
         self._inverse(out, out)
-        out -= field
+        out -= residual
         out *= self._stiff
-        out += field  # atoms without stiffness keep their right-hand side
-        return out.ravel()
-
-    def _embedded(self, values: np.ndarray) -> np.ndarray:
-        """Return values on the box as a field of the model."""
-        field = np.zeros(self._model.box.shape, self._model.dtype)
-        field[self._inner] = values
-        return field
+        out += residual  # atoms without stiffness keep their right-hand side
+        return out.astype(residual.dtype, copy=False)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 
@@ -26,8 +26,25 @@ def test_the_model_of_a_periodic_cell_is_exact_and_covers_it(rng):
     assert_allclose(model.compliance(noise), exact, atol=1e-5)
 
 
+def test_the_model_of_a_small_window_is_exact_and_covers_it(rng):
+    halfspace = FreeHalfSpace((12, 15), 2.0, 5.0)
+    noise = rng.standard_normal((12, 15))
+    model = covering_model(halfspace, Box((3, 3), (2, 2)))
+    exact = -halfspace.displacement(noise) / model.self_compliance
+    assert model.exact and not model.singular
+    assert_allclose(model.compliance(noise), exact, atol=1e-5)
+    assert covering_model(halfspace, Box((0, 0), (5, 5))) is model
+
+
+def test_the_last_model_of_a_half_space_is_kept_for_the_same_box():
+    halfspace = FreeHalfSpace((60, 60), 1.0, 1.0)
+    model = covering_model(halfspace, Box((3, 4), (15, 13)))
+    assert covering_model(halfspace, Box((3, 4), (15, 13))) is model
+    assert covering_model(halfspace, Box((3, 4), (15, 14))) is not model
+
+
 def test_stiffness_is_nearly_the_inverse_of_the_compliance_on_a_box(rng):
-    model = CirculantModel(FreeHalfSpace((20, 20), 1.0, 1.0), Box((3, 4), (15, 13)))
+    model = CirculantModel(FreeHalfSpace((60, 60), 1.0, 1.0), Box((3, 4), (15, 13)))
     noise = rng.standard_normal((15, 13))
     there_and_back = model.stiffness(model.compliance(noise))
     assert np.corrcoef(there_and_back.ravel(), noise.ravel())[0, 1] > 0.9
