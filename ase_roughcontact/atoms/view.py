@@ -1,4 +1,4 @@
-"""Frames for viewers: with the indenter's surface, with fewer atoms, with columns.
+"""Frames for viewers: the indenter cut open above the contact, and named columns.
 
 The results are copies for `ase gui`, OVITO and other viewers. They are not meant for
 calculations.
@@ -6,31 +6,39 @@ calculations.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from ase import Atoms
 from ase.calculators.singlepoint import SinglePointCalculator
-from ase.data import atomic_numbers
+from ase.data import atomic_numbers, covalent_radii
 from ase.units import GPa
 
-from ase_roughcontact._util.validation import integer
+from ase_roughcontact._util.validation import FloatArray, integer
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.topography import Surface
 
-#: Tag of the atoms that show the indenter's surface.
+#: Tag of the atoms that show the indenter.
 TAG_INDENTER = 3
+#: Elements of which no solid is made, whose colours in viewers (purple, light blue and
+#: bluish grey) show what an atom is.
+CONTACT, ATTRACTED, INDENTER = "I", "Kr", "Hg"
+
+# Distance of neighbours in covalent radii; circles overlap in viewers.
+_NEIGHBOURS = 1.5
+# Radius of the indenter relative to half the longer side of the window, height of the
+# dome relative to this radius, and range of heights relative to its diameter.
+_BODY, _DOME, _RANGE = 0.85, 0.8, 0.15
+# Share of the atoms in contact in front of the plane in which the indenter is cut.
+_VISIBLE = 0.7
 
 
 def with_indenter(
-    atoms: Atoms,
-    indenter: Surface | None = None,
-    *,
-    symbol: str = "C",
-    every: int = 1,
-    half: bool = False,
+    atoms: Atoms, indenter: Surface | None = None, *, rows: int = 48
 ) -> Atoms:
-    """Return a frame with the indenter's surface as atoms above the substrate.
+    """Return a frame for `ase gui`: the contact in colour, the indenter cut open.
 
     Parameters
     ----------
@@ -38,94 +46,113 @@ def with_indenter(
         With a `RoughContact` calculator, or a frame from `snapshot`.
     indenter : Surface, optional
         The indenter; by default that of the calculator. Frames from a file need it.
-    symbol : str
-        Element of the new atoms, and so their colour and size.
-    every : int
-        Show every n-th row of atoms of substrate and indenter; see `thinned`.
-    half : bool
-        Show only the half of the indenter with the larger y, so that the other half of
-        the contact can be seen.
+    rows : int
+        Largest number of rows of surface atoms along a side. Of larger windows every
+        n-th row is shown.
 
     Returns
     -------
     Atoms
-        The window, the indenter (symbol X), and an atom of the indenter's surface above
-        each atom of the window, with tag 3. Their distance is the gap.
+        Surface atoms, the indenter (symbol X) at x = y = 0, and atoms with tag 3 for
+        the part of it behind a plane through the contact. Its lower side is the surface
+        above the window, the dome on it closes it. Atoms in contact and attracted atoms
+        have the elements `CONTACT` and `ATTRACTED`. Lengths are scaled to the size of
+        circles in viewers, and heights further, since a contact is far wider than deep;
+        `info` has the factors ``horizontal_scale`` and ``vertical_scale``, the normal
+        force and the contact area, and nothing else.
 
     Raises
     ------
     ValueError
-        If there is no indenter, or it is not that of the frame, the symbol is unknown,
-        or `every` is less than one.
+        If there is no indenter, or it is not that of the frame, or `rows` is less than
+        two.
     """
-    if symbol not in atomic_numbers:
-        raise ValueError(f"unknown chemical symbol {symbol!r}")
     indenter = _indenter_of(atoms) if indenter is None else indenter
     if indenter is None:
         raise ValueError("the atoms have no calculator that knows it: give indenter=")
     frame = _frame(atoms)
     grid = SurfaceGrid.of(frame)
-    positions = frame.positions[:-1].copy()
-    positions[:, 2] = surface_above(frame, grid, indenter)
-    positions = positions[_every_row(grid, every)] / every
-    if half:
-        middle = 0.5 * (positions[:, 1].min() + positions[:, 1].max())
-        positions = positions[positions[:, 1] >= middle]
-    sphere = Atoms([symbol] * len(positions), positions)
-    sphere.set_tags(TAG_INDENTER)
-    return _with_energy_of(frame, thinned(frame, every) + sphere)
+    every = math.ceil(max(grid.shape) / integer("rows", rows, 2))
+    chosen = tuple(slice(min(every, n) // 2, None, every) for n in grid.shape)
+    index = np.arange(len(frame) - 1).reshape(grid.shape)[chosen]
+    axis = frame.positions[-1].copy()
+    axis[2] = frame.positions[index, 2].min()
+    lower = frame.positions[index] - axis
+    upper = lower.copy()
+    upper[..., 2] = surface_above(frame, grid, indenter)[index] - axis[2]
 
+    shown = frame[index.ravel()]
+    step = every * grid.spacing
+    radius = 0.5 * _BODY * (max(index.shape) - 1) * step + 0.6 * step
+    inside = _from_middle(upper) <= radius
+    horizontal = _NEIGHBOURS * covalent_radii[shown.numbers[0]] / step
+    steepness = max(1.0, 2.0 * _RANGE * radius / upper[inside, 2].max())
+    scale = np.array([horizontal, horizontal, horizontal * steepness])
+    pressure = pressure_of(frame)[chosen]
+    cut = _plane(pressure > 0.0)
+    body = _body(upper * scale, inside, radius * horizontal, step * horizontal, cut)
 
-def thinned(atoms: Atoms, every: int) -> Atoms:
-    """Return a frame with every n-th row of atoms along x and y, and the indenter.
-
-    In large windows an atom is smaller than a pixel, and viewers are slow: `ase gui`
-    opens 512 x 512 atoms in 7 s, and in 0.6 s with ``every=4``.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        With a `RoughContact` calculator, or a frame from `snapshot`.
-    every : int
-        The n. All lengths are divided by it, so that the remaining atoms are at the
-        distance of neighbours.
-
-    Returns
-    -------
-    Atoms
-
-    Raises
-    ------
-    ValueError
-        If `every` is less than one.
-    """
-    frame = _frame(atoms)
-    shown = frame[np.append(_every_row(SurfaceGrid.of(frame), every), True)]
-    shown.positions /= every
-    shown.cell /= every
+    shown.positions = (lower * scale).reshape(-1, 3)
+    shown.numbers[pressure.ravel() > 0.0] = atomic_numbers[CONTACT]
+    shown.numbers[pressure.ravel() < 0.0] = atomic_numbers[ATTRACTED]
+    shown += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
+    shown += Atoms([INDENTER] * len(body), body, tags=[TAG_INDENTER] * len(body))
+    shown.info = {key: frame.info[key] for key in ("normal_force", "contact_area")} | {
+        "horizontal_scale": horizontal,
+        "vertical_scale": horizontal * steepness,
+    }
+    shown.cell[:] = 0.0
+    shown.pbc = False
     return _with_energy_of(frame, shown)
 
 
-def centred(atoms: Atoms) -> Atoms:
-    """Return a frame with the indenter's axis at x = y = 0, and without a cell.
+def _plane(contact: np.ndarray) -> int:
+    """Return the column of a plane behind most of the contact, or in the middle."""
+    count = contact.sum(axis=0).cumsum()
+    middle = contact.shape[1] // 2
+    return int(np.searchsorted(count, _VISIBLE * count[-1])) if count[-1] else middle
 
-    Frames of a path with automatic windows start at the corners of their windows, so
-    that the contact moves from frame to frame of a movie.
+
+def _body(
+    lower: FloatArray, inside: np.ndarray, radius: float, step: float, cut: int
+) -> FloatArray:
+    """Return the rear part of a body with a lower side and a dome.
 
     Parameters
     ----------
-    atoms : Atoms
-        With one indenter (symbol X).
+    lower : ndarray, shape (n, m, 3)
+        Points of the lower side.
+    inside : ndarray of bool, shape (n, m)
+        Which of them are less than `radius` from the middle.
+    radius : float
+        Of the dome.
+    step : float
+        Distance of points.
+    cut : int
+        Column of the points in the plane in which the body is cut.
 
     Returns
     -------
-    Atoms
+    ndarray, shape (k, 3)
+        Points of the lower side, the dome and the plane of the cut.
     """
-    moved = _frame(atoms).copy()
-    moved.positions[:, :2] -= moved.positions[moved.numbers == 0][0, :2]
-    moved.cell[:] = 0.0
-    moved.pbc = False
-    return _with_energy_of(atoms, moved)
+    dome = np.sqrt(np.maximum(radius**2 - _from_middle(lower) ** 2, 0.0))
+    upper = lower.copy()
+    upper[..., 2] = lower[inside, 2].max() + _DOME * dome
+    half = inside[:, cut:]
+    plane = [
+        np.linspace(start, end, math.ceil((end[2] - start[2]) / (0.8 * step)) + 1)
+        for start, end in zip(
+            lower[inside[:, cut], cut], upper[inside[:, cut], cut], strict=True
+        )
+    ]
+    return np.concatenate([*plane, lower[:, cut:][half], upper[:, cut:][half]])
+
+
+def _from_middle(points: FloatArray) -> FloatArray:
+    """Return the horizontal distance of points, shape (n, m, 3), from their middle."""
+    x, y, _ = np.moveaxis(points - points.mean((0, 1)), -1, 0)
+    return np.hypot(x, y)
 
 
 def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
@@ -170,13 +197,6 @@ def _indenter_of(atoms: Atoms) -> Surface | None:
     if isinstance(atoms.calc, RoughContact):
         return atoms.calc.parameters["indenter"]
     return None
-
-
-def _every_row(grid: SurfaceGrid, every: int) -> np.ndarray:
-    """Return the mask of every n-th row of surface atoms along x and y."""
-    every = integer("every", every, 1)
-    i, j = np.indices(grid.shape)
-    return ((i % every == 0) & (j % every == 0)).ravel()
 
 
 def _with_energy_of(frame: Atoms, atoms: Atoms) -> Atoms:

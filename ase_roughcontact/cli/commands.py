@@ -7,54 +7,29 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.units import UNITS, printed_unit
-from ase_roughcontact._util.validation import shown
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
 from ase_roughcontact.cli.curves import read_curve
+from ase_roughcontact.cli.ensembles import ensemble
 from ase_roughcontact.cli.jsonlines import json_line
+from ase_roughcontact.cli.options import checked_scene, prints_text, scene_text
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.ensemble import (
-    Progress,
-    Sampling,
-    product,
-    run_ensemble,
-    sample_ensemble,
-    write_csv,
-)
-from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene, default_text
-from ase_roughcontact.scene.file import load_toml
 from ase_roughcontact.scene.fit import fit_curve, smooth_fit
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
-UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 #: Errors that are printed as a line.
 ERRORS = ValueError, RuntimeError, OSError, MemoryError, ImportError
-
-
-def _scene_text(options: argparse.Namespace) -> tuple[str, str]:
-    """Return text and name of the scene file, by default of the built-in one."""
-    if not options.scene:
-        return default_text(), "default.toml"
-    return Scene.text_of(options.scene), options.scene
-
-
-def _scene(options: argparse.Namespace) -> Scene:
-    text, name = _scene_text(options)
-    scene = Scene.parse(text, name)
-    scene.check(name)
-    return scene
 
 
 def _print_scene(options: argparse.Namespace) -> int:
@@ -63,7 +38,7 @@ def _print_scene(options: argparse.Namespace) -> int:
 
 
 def _plan(options: argparse.Namespace) -> int:
-    scene = _scene(options)
+    scene = checked_scene(options)
     plan, unit = scene.plan(), report.target_unit(scene)
     if options.json:
         for step in plan.steps:
@@ -75,7 +50,7 @@ def _plan(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scene, steps = _scene(options), list[LoadStep]()
+    scene, steps = checked_scene(options), list[LoadStep]()
     if scene.path.is_loop:
         return _run_loop(options, scene)
     scene.check_path()  # before theory needs the statistics of the roughness
@@ -98,17 +73,17 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
 
     def show(state: LoadStep) -> None:
         states.append(state)
-        if _prints_text(options):
+        if prints_text(options):
             print(loops.row(state) + report.limits(state), flush=True)
         if options.json:
             print(json_line(asdict(state), units_of()), flush=True)
 
-    if _prints_text(options):
+    if prints_text(options):
         print(report.description(reference_for(scene)) + loops.header())
     validity = "raise" if options.strict else "ignore"  # the table has them
-    loop = scene.loop(folder, show, validity, _scene_text(options)[0])
+    loop = scene.loop(folder, show, validity, scene_text(options)[0])
     pictures, values, failure = _loop_results(folder, scene, loop)
-    if _prints_text(options):
+    if prints_text(options):
         print("\n".join([values, *report.exceeded_limits(states)]))
         print(report.file_list(folder, pictures), flush=True)
     if failure:
@@ -146,7 +121,7 @@ def _relax(
     steps: list[LoadStep],
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
-    folder, (text, _) = options.out, _scene_text(options)
+    folder, (text, _) = options.out, scene_text(options)
     # more steps than the scene has are those of another one, which `run` refuses
     restored = min(count_steps(folder / "sweep.traj"), len(reference.scene.steps))
     meter = ProgressMeter({"path": expected_costs(reference.scene)})
@@ -154,12 +129,12 @@ def _relax(
     meter.progress()
     validity = "raise" if options.strict else "ignore"  # the table has them
     for step in reference.scene.run(folder, validity, text):
-        if not steps and _prints_text(options):
+        if not steps and prints_text(options):
             print(report.table_header(reference))
         steps.append(step)
         if len(steps) > restored:
             meter.add(["path"])
-        if _prints_text(options):
+        if prints_text(options):
             progress, old = meter.progress(), len(steps) <= restored
             row = report.table_row(reference, step, progress, old)
             print(row, flush=True)
@@ -167,10 +142,6 @@ def _relax(
             print(report.solver_line(step), flush=True)
         if options.json:
             print(json_line(asdict(step), units_of()), flush=True)
-
-
-def _prints_text(options: argparse.Namespace) -> bool:
-    return not (options.quiet or options.json)
 
 
 def _write_results(
@@ -183,7 +154,7 @@ def _write_results(
 
     pictures = figures.draw(reference, steps, options.out)
     figures.write_view(reference.scene, options.out)
-    if _prints_text(options):
+    if prints_text(options):
         print(report.summary(reference, steps, options.out, pictures), flush=True)
 
 
@@ -226,7 +197,7 @@ def _report(options: argparse.Namespace) -> int:
 def _fit(options: argparse.Namespace) -> int:
     from ase_roughcontact.cli import figures  # imports matplotlib
 
-    scene = _scene(options)
+    scene = checked_scene(options)
     depth, force = read_curve(options.curve, options.branch)
     fit = fit_curve(scene, depth, force, [n.strip() for n in options.free.split(",")])
     print(fit)
@@ -251,84 +222,8 @@ def _maps(options: argparse.Namespace) -> int:
     return 0
 
 
-def _ensemble(options: argparse.Namespace) -> int:
-    scene = Scene.parse(*_scene_text(options))
-    values: dict[str, list[Any]] = {}
-    for key, listed in map(_values_of_key, options.set):
-        if key in values:
-            raise ValueError(f"--set {key} is given twice: give all values in one")
-        values[key] = listed
-    scenes = product(scene, values)
-    failures: dict[str, str] = {}
-    enough = True
-    if options.error is None:
-        for progress in run_ensemble(scenes, options.database, workers=options.workers):
-            _print_progress(options, progress)
-            failures = progress.failures
-    else:
-        if "roughness.seed" in values:
-            raise ValueError("--error chooses the seeds: omit --set roughness.seed")
-        for each in scenes:
-            sampling = _sample(options, each)
-            enough &= sampling.done
-            failures |= sampling.progress.failures
-    if options.table:
-        write_csv(options.database, options.table)
-    if _prints_text(options):
-        database = without_password(options.database)
-        print(
-            f"Results are in {database}. To list them:\n"
-            f"  ase db {database} record=step -c case,step,normal_force,contact_area"
-        )
-    for case, message in failures.items():
-        report.print_error(f"case {case}: {message}")
-    return 0 if enough and not failures else 1
-
-
-def _print_progress(options: argparse.Namespace, progress: Progress) -> None:
-    if options.json:
-        print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
-    elif not options.quiet:
-        print(progress, flush=True)
-
-
-def _sample(options: argparse.Namespace, scene: Scene) -> Sampling:
-    """Add realisations until the means have the wanted error; print them each round."""
-    reports = sample_ensemble(
-        scene, options.database, options.error, workers=options.workers
-    )
-    for sampling in reports:
-        _print_progress(options, sampling.progress)
-        if sampling.progress.steps == sampling.progress.total:
-            _print_means(options, scene, sampling)
-    return sampling
-
-
-def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) -> None:
-    units = {"mean": "Å^2", "target": report.target_unit(scene)}
-    if options.json:
-        for mean in sampling.means:
-            print(json_line(asdict(mean), units), flush=True)
-    elif not options.quiet:
-        print(report.means_table(scene, sampling), flush=True)
-
-
-def _values_of_key(text: str) -> tuple[str, list[Any]]:
-    """Return key and values of an option ``section.key=value,value``."""
-    key, equals, values = text.partition("=")
-    try:
-        listed = load_toml(f"values = [{values}]")["values"]
-    except ValueError:
-        listed = values.split(",")  # strings without quotes
-    if not equals or not values:
-        raise ValueError(
-            f"--set must be SECTION.KEY=VALUE,VALUE,..., got {shown(text)}"
-        )
-    return key.strip(), listed
-
-
 def _tradeoff(options: argparse.Namespace) -> int:
-    study = tradeoff(_scene(options), options.error)
+    study = tradeoff(checked_scene(options), options.error)
     if options.json:
         for trial in study.trials:
             values = {
@@ -360,7 +255,7 @@ def _completion(options: argparse.Namespace) -> int:
 COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
     "run": _run,
     "plan": _plan,
-    "ensemble": _ensemble,
+    "ensemble": ensemble,
     "tradeoff": _tradeoff,
     "figure": _figure,
     "maps": _maps,

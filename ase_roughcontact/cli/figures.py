@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from ase.io import read
+from ase.io import read, write
 from matplotlib.figure import Figure
 
 from ase_roughcontact import plot
@@ -16,19 +16,17 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
-from ase_roughcontact.atoms.view import centred, with_indenter
+from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.paths.cantilever import CantileverCurve
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import read_frames, trajectory_writer
+from ase_roughcontact.paths.trajectory import read_frames
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit, SmoothFit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.theory import SphereTheory
 
 NN = UNITS["nN"]
-# Largest number of atoms in a frame of the trajectory for viewing.
-_VIEWED_ATOMS = 6000
 # Number of maps in a figure.
 _MAPS = 4
 # Maps share their range if their widths differ by at most this factor.
@@ -38,7 +36,7 @@ _POINTS, _EXTENT = 60, 1.2
 
 
 def write_view(scene: Scene, folder: Path) -> None:
-    """Write view.traj: sphere cut open, large windows thinned, centred on the axis.
+    """Write view.traj: few atoms, contact in colour, indenter cut open.
 
     Parameters
     ----------
@@ -47,14 +45,9 @@ def write_view(scene: Scene, folder: Path) -> None:
         Contains the ``sweep.traj`` of the run.
     """
     surface = scene.surface
-    with (
-        replaced(folder / "view.traj") as name,
-        trajectory_writer(name, "all", 0) as write,
-    ):
-        for frame in read_frames(folder / "sweep.traj"):
-            every = math.ceil(math.sqrt(len(frame) / _VIEWED_ATOMS))
-            shown = with_indenter(frame, surface, half=True, every=every)
-            write(centred(shown))
+    frames = read_frames(folder / "sweep.traj")
+    with replaced(folder / "view.traj") as name:
+        write(name, [with_indenter(frame, surface) for frame in frames], format="traj")
 
 
 def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[str]:

@@ -23,8 +23,8 @@ template with a description of each key. Files in the output folder:
                in Å^2, energies in eV
   sweep.traj   ASE trajectory with one frame per step; tags: 1 in contact, 2 attracted;
                initial charges: pressure in GPa
-  view.traj    the same for viewing with ase gui: sphere cut open, large windows
-               thinned, centred on the axis
+  view.traj    the same for viewing with ase gui: contact in purple, sphere cut open,
+               large windows thinned, heights enlarged
   curve.png    contact area against load, with Eq. (4) of Pastewka & Robbins (2016), and
                with adhesion JKR, DMT and Maugis-Dugdale
   force.png    force against penetration or height; for paths of these, and for paths
@@ -178,8 +178,15 @@ def make_parser() -> argparse.ArgumentParser:
     table = ensemble.add_argument(
         "--table", metavar="CSV", help="also write all steps to a CSV file"
     )
-    ensemble.add_argument(
+    where = ensemble.add_mutually_exclusive_group()
+    where.add_argument(
         "--workers", type=int, help="number of processes (default: one per processor)"
+    )
+    where.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="scheduler of Dask, whose workers calculate: tcp://HOST:PORT, or the JSON "
+        'file of "dask scheduler --scheduler-file"',
     )
     _add_output(ensemble)
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from ase_roughcontact._util.text import cell, duration
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.elasticity import Layer
-from ase_roughcontact.ensemble import Progress, Sampling
+from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
@@ -71,15 +71,15 @@ def table_header(reference: Reference) -> str:
     ratio = f"A/A_{smooth.symbol}"
     equation = "   Eq. (4)" if reference.rough_above is not None else ""
     control = scene.path.control
-    depth = "" if control == "load" else f"{_heading(control):>13}"
+    depth = "" if control == "load" else f"{heading(control):>13}"
     error = "   error (%)" if scene.area_error_column else ""
     lines = [
         description(reference),
         f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
         "",
-        f"   step{depth}   {_heading('normal_force')}   "
-        f"{_heading(scene.area_column)}{error}   {ratio:>9}{equation}   "
-        f"{_heading('seconds')}",
+        f"   step{depth}   {heading('normal_force')}   "
+        f"{heading(scene.area_column)}{error}   {ratio:>9}{equation}   "
+        f"{heading('seconds')}",
     ]
     return "\n".join(lines)
 
@@ -131,34 +131,6 @@ def target_unit(scene: Scene) -> str:
     """Return ASE's unit of the targets of a scene's path."""
     control = scene.path.control
     return columns_of()["normal_force" if control == "load" else control].unit
-
-
-def means_table(scene: Scene, sampling: Sampling) -> str:
-    """Return the mean areas of an ensemble, their errors and what is still needed.
-
-    Parameters
-    ----------
-    scene : Scene
-    sampling : Sampling
-
-    Returns
-    -------
-    str
-    """
-    unit = printed_unit(target_unit(scene))
-    target = f"{scene.path.control} ({unit})"
-    area = f"mean {_heading(scene.area_column)}"
-    lines = [f"{target:>16}   {area:>16}   standard error   realisations   expected"]
-    lines += [
-        f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
-        f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}   {mean.expected:8d}"
-        for mean in sampling.means
-    ]
-    wanted = f"standard error of {100.0 * sampling.wanted:g} %"
-    if sampling.done:
-        return "\n".join([*lines, f"All areas have a {wanted} or less."])
-    rest = f"About {sampling.missing} more steps for a {wanted}."
-    return "\n".join([*lines, rest])
 
 
 def limits(step: LoadStep) -> str:
@@ -233,8 +205,7 @@ def file_list(folder: Path, pictures: Sequence[str]) -> str:
         f"  {folder / 'sweep.traj'}, all atoms",
         f"  {folder / 'view.traj'}, for viewing:",
         f"    ase gui -R=-60x {folder / 'view.traj'}",
-        "In ase gui choose View > Colors > By tag (1: contact) or By initial charge",
-        "(pressure in GPa).",
+        "  (purple: in contact, light blue: attracted; heights are enlarged)",
     ]
     return "\n".join(lines)
 
@@ -311,7 +282,7 @@ def _grid(scene: Scene) -> str:
     return f"Continuum on a grid of spacing {factor}a0{ratio}{loss}"
 
 
-def _heading(column: str) -> str:
+def heading(column: str) -> str:
     """Return the heading of a column, with the unit in which it is printed."""
     entry = columns_of()[column]
     return f"{entry.label} ({printed_unit(entry.unit)})"

@@ -50,9 +50,9 @@ def run_ensemble(
         and that supports file locks, or ``postgresql://...`` (requires
         ``ase-db-backends``).
     executor : Executor, optional
-        Runs the cases: Dask's ``client.get_executor()``, an ``MPIPoolExecutor``, a
-        ``ThreadPoolExecutor``, ... It is not shut down. The default is a pool of
-        processes on this machine; scripts that use it need
+        Runs the cases: Dask's ``client.get_executor(pure=False)``, an
+        ``MPIPoolExecutor``, a ``ThreadPoolExecutor``, ... It is not shut down. The
+        default is a pool of processes on this machine; scripts that use it need
         ``if __name__ == "__main__":``. Cases that an executor runs in threads use one
         thread each, unless ``OMP_NUM_THREADS`` is set.
     workers : int, optional
@@ -83,7 +83,7 @@ def run_ensemble(
     OSError
         If the database can't be used, as its disk is full or has no file locks.
     RuntimeError
-        If a worker died. All finished steps are in the database.
+        If a worker or a scheduler died. All finished steps are in the database.
 
     Notes
     -----
@@ -160,9 +160,9 @@ def _run(
                 raise
             except Exception as error:
                 raise RuntimeError(
-                    "a worker died, was killed, ran out of memory or could not start "
-                    f"({type(error).__name__}: {error}): all finished steps are in the "
-                    "database; start the ensemble again to continue"
+                    "a worker or the scheduler died, was killed, ran out of memory or "
+                    f"could not start ({type(error).__name__}: {error}): all finished "
+                    "steps are in the database; start the ensemble again to continue"
                 ) from error
             if busy:
                 time.sleep(interval)

@@ -19,7 +19,7 @@ from ase_roughcontact import (
     substrate,
     theory,
 )
-from ase_roughcontact.atoms.view import centred, with_columns, with_indenter
+from ase_roughcontact.atoms.view import with_columns, with_indenter
 from ase_roughcontact.plot import plot_contact, plot_curve, style
 
 RADIUS = 1000.0  # of the sphere, in lattice spacings
@@ -45,16 +45,13 @@ area = np.array([step.contact_area for step in path])
 # %%
 # Files
 # -----
-# The trajectory has one frame for each load. ``with_indenter`` adds atoms that show the
-# sphere, cut open, and ``with_columns`` adds pressure and gap as columns. Look at the
-# result with ``ase gui -R=-60x sweep.traj`` and choose *View > Colors > By tag*: atoms
-# with tag 1 are in contact, atoms with tag 3 belong to the indenter.
+# The trajectory has one frame for each load. ``with_indenter`` shows the contact in
+# purple below the sphere, which is cut open, with at most 48 rows of atoms along a
+# side and heights enlarged: ``ase gui -R=-60x sweep.traj``. ``with_columns`` adds
+# pressure and gap as columns, for OVITO.
 
 frames = read("sweep-steps.traj", ":")
-write(
-    "sweep.traj",
-    [centred(with_indenter(frame, sphere, half=True)) for frame in frames],
-)
+write("sweep.traj", [with_indenter(frame, sphere) for frame in frames])
 write("sweep.extxyz", [with_columns(frame, sphere) for frame in frames])
 
 # %%

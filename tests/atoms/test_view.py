@@ -1,7 +1,8 @@
-"""Frames for viewers: the indenter as atoms, thinned, centred, with columns."""
+"""Frames for viewers: the indenter cut open, contact in colour, and columns."""
 
 import numpy as np
 import pytest
+from ase.data import covalent_radii
 from ase.io import read, write
 from ase.units import GPa
 
@@ -15,10 +16,12 @@ from ase_roughcontact import (
     snapshot,
     substrate,
 )
+from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.view import (
+    ATTRACTED,
+    CONTACT,
+    INDENTER,
     TAG_INDENTER,
-    centred,
-    thinned,
     with_columns,
     with_indenter,
 )
@@ -48,78 +51,116 @@ def automatic(tmp_path):
     return read(movie, 0)
 
 
-def test_indenter_surface_is_above_every_atom_at_its_gap(periodic):
+def split(shown):
+    """Surface atoms, the indenter, and the atoms that show it."""
+    (axis,) = np.flatnonzero(shown.numbers == 0)
+    return shown[:axis], shown[axis], shown[axis + 1 :]
+
+
+def scale_of(shown):
+    info = shown.info
+    return np.array([info["horizontal_scale"]] * 2 + [info["vertical_scale"]])
+
+
+def test_distance_of_indenter_and_surface_is_the_gap(periodic):
     atoms = relaxed(periodic)
-    gap = atoms.calc.state(atoms).gap.ravel()
+    gap = atoms.calc.state(atoms).gap
+    below, _, body = split(with_indenter(atoms))
+    assert set(body.get_tags()) == {TAG_INDENTER}
+    below = (below.positions / scale_of(with_indenter(atoms))).reshape(9, 8, 3)
+    body = body.positions / scale_of(with_indenter(atoms))
+    for i, j in ((3, 5), (4, 6), (5, 5)):
+        column = abs(body[:, :2] - below[i, j, :2]).max(1) < 1e-9
+        # in a periodic cell gaps count from the mean plane, and so does the picture
+        lowest = body[column, 2].min()
+        np.testing.assert_allclose(lowest - below[i, j, 2], gap[i, j], atol=1e-12)
+
+
+def test_surface_atoms_are_scaled_around_the_axis():
+    frame = snapshot(relaxed())
+    shown = with_indenter(frame, SPHERE)
+    below, axis, _ = split(shown)
+    expected = frame.positions - frame.positions[-1] * [1, 1, 0]
+    expected[:, 2] -= frame.positions[:-1, 2].min()
+    scale = scale_of(shown)
+    np.testing.assert_allclose(below.positions, expected[:-1] * scale, atol=1e-12)
+    np.testing.assert_allclose(axis.position, expected[-1] * scale, atol=1e-12)
+    assert shown.get_potential_energy() == frame.get_potential_energy()
+    assert not shown.pbc.any() and not shown.cell.array.any()
+
+
+def test_contact_and_attracted_atoms_have_their_own_elements():
+    atoms = relaxed(shape=(24, 24))
+    below, _, body = split(with_indenter(atoms))
+    pressure = atoms.calc.state(atoms).pressure.ravel()
+    symbols = np.select([pressure > 0, pressure < 0], [CONTACT, ATTRACTED], "Cu")
+    assert list(below.symbols) == list(symbols)
+    assert set(symbols) == {CONTACT, ATTRACTED, "Cu"}
+    assert set(body.symbols) == {INDENTER}
+    assert list(below.get_tags()) == list(snapshot(atoms).get_tags()[:-1])
+
+
+def test_indenter_is_cut_behind_most_of_the_contact_and_closed():
+    below, _, body = split(with_indenter(relaxed()))
+    x, y, z = body.positions.T
+    contact = below.positions[below.get_tags() == 1, 1]
+    assert (contact < y.min()).sum() < 0.7 * len(contact) <= (contact <= y.min()).sum()
+    cut = y == y.min()
+    steps = np.diff(np.sort(z[cut & (x == x[cut].min())]))
+    assert steps.max() < 1.0001 * np.diff(np.unique(below.positions[:, 0])).min()
+    assert z.max() > np.ptp(x) / 4  # the dome
+
+
+def test_heights_are_scaled_so_that_the_curvature_of_a_large_sphere_is_visible():
+    sphere = RoughSphere(5000.0)
+    atoms = substrate("Cu", (32, 32), sphere, spacing=1.0, height=0.0)
+    atoms.calc = RoughContact(sphere, MODULUS)
     shown = with_indenter(atoms)
-    below, sphere = shown[:72], shown[shown.get_tags() == TAG_INDENTER]
-    np.testing.assert_array_equal(sphere.positions[:, :2], below.positions[:, :2])
-    height = sphere.positions[:, 2] - below.positions[:, 2]
-    # in a periodic cell gaps count from the mean plane, and so does the picture
-    np.testing.assert_allclose(height, gap, rtol=0, atol=1e-12)
+    below, _, body = split(shown)
+    assert shown.info["vertical_scale"] > 50 * shown.info["horizontal_scale"]
+    width = np.ptp(below.positions[:, 0])
+    lowest = [
+        body.positions[body.positions[:, 0] == x, 2].min()
+        for x in np.unique(body.positions[:, 0])
+    ]
+    assert 0.05 * width < np.ptp(lowest) < 0.3 * width
 
 
-def test_frame_from_a_file_shows_the_same_indenter(tmp_path):
+def test_large_windows_are_thinned():
+    atoms = substrate("Cu", (512, 300), RoughSphere(1e4))
+    atoms.calc = RoughContact(RoughSphere(1e4), MODULUS)
+    below, _, body = split(with_indenter(atoms))
+    assert len(below) == 47 * 27 and len(body) < 3000
+    assert len(split(with_indenter(atoms, rows=8))[0]) == 8 * 5
+    distance = np.diff(np.unique(below.positions[:, 0]))
+    radius = covalent_radii[29]
+    assert (distance < 2 * 0.89 * radius).all()  # circles of viewers overlap
+
+
+def test_a_window_of_few_rows_keeps_one_of_them():
+    atoms = substrate("Cu", (32, 2), SPHERE, spacing=1.0)
+    atoms.calc = RoughContact(SPHERE, MODULUS)
+    below, _, body = split(with_indenter(atoms, rows=4))
+    assert len(below) == 4 and len(body)
+
+
+def test_frames_of_automatic_windows_and_from_files_are_shown(automatic, tmp_path):
+    below, _, body = split(with_indenter(automatic, LARGE))
+    assert len(below) == len(automatic) - 1 and len(body)
     atoms = relaxed()
     snapshot(atoms).write(tmp_path / "frame.traj")
     shown = with_indenter(read(tmp_path / "frame.traj"), SPHERE)
     np.testing.assert_allclose(shown.positions, with_indenter(atoms).positions)
 
 
-def test_indenter_surface_has_another_element_and_other_tags():
+def test_nothing_is_calculated_from_a_picture():
     atoms = relaxed()
-    shown = with_indenter(atoms, symbol="Au")
-    assert set(shown.symbols) == {"Cu", "X", "Au"}
-    assert list(shown.get_tags()[:73]) == list(snapshot(atoms).get_tags())
-    assert (shown.get_tags() == 1).sum() == atoms.calc.state(atoms).repulsive_atoms
-
-
-def test_half_of_the_indenter_surface_can_be_left_out():
-    shown = with_indenter(relaxed(), half=True)
-    sphere = shown[shown.get_tags() == TAG_INDENTER]
-    assert len(sphere) == 9 * 4
-    assert sphere.positions[:, 1].min() == 4.0
-
-
-def test_frames_of_automatic_windows_have_the_indenter_above_them(automatic):
-    shown = with_indenter(automatic, LARGE)
-    k = len(automatic) - 1
-    gap = with_columns(automatic, LARGE).arrays["gap"][:-1]
-    height = shown.positions[k + 1 :, 2] - shown.positions[:k, 2]
-    np.testing.assert_allclose(height, gap, atol=1e-12)
-    assert gap[automatic.get_tags()[:-1] == 1].max() < 1.0  # where the wall begins
-
-
-def test_thinned_frame_has_every_second_row_at_scaled_positions():
-    frame = snapshot(relaxed())
-    shown = thinned(frame, 2)
-    assert len(shown) == 5 * 4 + 1
-    rows = frame.positions[:-1].reshape(9, 8, 3)[::2, ::2].reshape(-1, 3)
-    np.testing.assert_allclose(2 * shown.positions[:-1], rows)
-    np.testing.assert_allclose(2 * shown.positions[-1], frame.positions[-1])
-    np.testing.assert_allclose(2 * shown.cell.array, frame.cell.array)
-    assert shown.get_potential_energy() == frame.get_potential_energy()
-
-
-def test_thinning_applies_to_the_indenter_surface():
-    shown = with_indenter(relaxed(), every=3)
-    assert (shown.get_tags() == TAG_INDENTER).sum() == 3 * 3
-
-
-def test_thinned_frame_of_a_large_window_has_few_atoms():
-    atoms = substrate("Cu", (512, 512), RoughSphere(1e4))
-    atoms.calc = RoughContact(RoughSphere(1e4), MODULUS)
-    assert len(with_indenter(atoms, every=8)) == 2 * 64 * 64 + 1
-
-
-def test_centred_frames_have_the_axis_at_the_origin(automatic):
-    for frame in (automatic, snapshot(relaxed()), with_indenter(relaxed())):
-        moved = centred(frame)
-        axis = moved.positions[moved.numbers == 0]
-        np.testing.assert_allclose(axis[:, :2], 0.0, atol=1e-12)
-        apart = moved.positions - frame.positions
-        np.testing.assert_allclose(apart, apart[[0]].repeat(len(apart), 0), atol=1e-12)
-        assert moved.get_potential_energy() == frame.get_potential_energy()
+    shown = with_indenter(atoms)
+    with pytest.raises(ValueError, match="no pressures"):
+        pressure_of(shown)
+    shown.calc = atoms.calc
+    with pytest.raises(ValueError, match="last atom"):
+        shown.get_potential_energy()
 
 
 def test_columns_are_pressure_contact_and_gap():
@@ -148,7 +189,7 @@ def test_columns_of_a_frame_have_no_gap_without_its_indenter():
 def test_views_do_not_change_the_atoms():
     atoms = relaxed()
     before = atoms.positions.copy()
-    for view in (with_indenter, with_columns, centred, lambda a: thinned(a, 2)):
+    for view in (with_indenter, with_columns):
         view(atoms)
     np.testing.assert_array_equal(atoms.positions, before)
     assert not atoms.get_tags().any() and set(atoms.arrays) <= {
@@ -167,9 +208,7 @@ def test_columns_do_not_change_the_frame():
     [
         (lambda frame: with_indenter(frame), "give indenter="),
         (lambda frame: with_indenter(frame, 3.0), "indenter"),
-        (lambda frame: with_indenter(frame, SPHERE, symbol="Xx"), "unknown.*'Xx'"),
-        (lambda frame: with_indenter(frame, SPHERE, every=0), "every"),
-        (lambda frame: thinned(frame, 1.5), "every"),
+        (lambda frame: with_indenter(frame, SPHERE, rows=1), "rows"),
         (lambda frame: with_columns(frame, "sphere"), "indenter"),
     ],
 )

@@ -10,7 +10,7 @@ from ase import Atoms
 from ase.io import read
 from small_scene import SMALL
 
-from ase_roughcontact.cli import commands, main
+from ase_roughcontact.cli import commands, ensembles, main
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
 
@@ -251,7 +251,7 @@ def test_values_of_an_ensemble_are_numbers_strings_or_truth_values(
         given.extend(scenes)
         yield Progress(2, 2)
 
-    monkeypatch.setattr(commands, "run_ensemble", run)
+    monkeypatch.setattr(ensembles, "run_ensemble", run)
     assert main(["ensemble", str(scene), "--set", option]) == 0
     title = option.partition(".")[0]
     assert [getattr(getattr(each, title), key) for each in given] == values
@@ -269,7 +269,7 @@ def test_values_of_an_ensemble_are_numbers_strings_or_truth_values(
 def test_the_password_of_a_database_is_not_shown(
     address, shown, scene, capsys, monkeypatch
 ):
-    monkeypatch.setattr(commands, "run_ensemble", lambda *_, **__: [Progress(2, 2)])
+    monkeypatch.setattr(ensembles, "run_ensemble", lambda *_, **__: [Progress(2, 2)])
     assert main(["ensemble", str(scene), "--database", address]) == 0
     text = capsys.readouterr().out
     assert text.count(shown) == 2 and "secret" not in text and "se/cr" not in text
@@ -291,7 +291,7 @@ def test_progress_in_json_has_null_if_the_time_left_is_unknown(
     scene, capsys, monkeypatch
 ):
     progress = [Progress(0, 2, 0.5), Progress(2, 2, 1.0, 0.0)]
-    monkeypatch.setattr(commands, "run_ensemble", lambda *_, **__: progress)
+    monkeypatch.setattr(ensembles, "run_ensemble", lambda *_, **__: progress)
     assert main(["ensemble", str(scene), "--json"]) == 0
 
     def refuse(word):

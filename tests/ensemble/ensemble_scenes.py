@@ -1,5 +1,6 @@
 """Small scenes for the tests of ensembles, and what these share."""
 
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
@@ -38,6 +39,13 @@ def finish(scenes, database, **options):
     with ThreadPoolExecutor(1) as pool:
         options = {"executor": pool, "interval": 0.02, **options}
         return list(run_ensemble(scenes, database, **options))[-1]
+
+
+def wait_for(happened, seconds=30.0):
+    end = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 def rows(database, **query):

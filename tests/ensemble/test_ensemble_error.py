@@ -9,7 +9,7 @@ import pytest
 from ensemble_scenes import SCENE, WALLS, finish
 
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.report import means_table
+from ase_roughcontact.cli.ensembles import means_table
 from ase_roughcontact.ensemble import (
     MeanArea,
     case_of,

@@ -1,0 +1,149 @@
+"""The command ``ensemble``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import asdict
+from typing import Any
+
+from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.validation import shown
+from ase_roughcontact.cli import report
+from ase_roughcontact.cli.jsonlines import json_line
+from ase_roughcontact.cli.options import prints_text, scene_text
+from ase_roughcontact.ensemble import (
+    Progress,
+    Sampling,
+    product,
+    run_ensemble,
+    sample_ensemble,
+    write_csv,
+)
+from ase_roughcontact.ensemble.database import without_password
+from ase_roughcontact.ensemble.scheduler import scheduler_executor
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.file import load_toml
+
+UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
+
+
+def ensemble(options: argparse.Namespace) -> int:
+    """Run a scene for all combinations of some values; return the exit status."""
+    scene = Scene.parse(*scene_text(options))
+    values: dict[str, list[Any]] = {}
+    for key, listed in map(_values_of_key, options.set):
+        if key in values:
+            raise ValueError(f"--set {key} is given twice: give all values in one")
+        values[key] = listed
+    if options.error is not None and "roughness.seed" in values:
+        raise ValueError("--error chooses the seeds: omit --set roughness.seed")
+    scenes = product(scene, values)
+    with _executor(options) as executor:
+        enough, failures = _calculate(options, scenes, executor)
+    if options.table:
+        write_csv(options.database, options.table)
+    if prints_text(options):
+        database = without_password(options.database)
+        print(
+            f"Results are in {database}. To list them:\n"
+            f"  ase db {database} record=step -c case,step,normal_force,contact_area"
+        )
+    for case, message in failures.items():
+        report.print_error(f"case {case}: {message}")
+    return 0 if enough and not failures else 1
+
+
+@contextmanager
+def _executor(options: argparse.Namespace) -> Iterator[Executor | None]:
+    """Return the executor of the scheduler; None for processes on this machine."""
+    if options.scheduler is None:
+        yield None
+        return
+    with scheduler_executor(options.scheduler) as (executor, workers):
+        if prints_text(options):
+            print(workers, flush=True)
+        yield executor
+
+
+def _calculate(
+    options: argparse.Namespace, scenes: list[Scene], executor: Executor | None
+) -> tuple[bool, dict[str, str]]:
+    """Return whether the error is small enough, and messages of cases that failed."""
+    pool: dict[str, Any] = {"executor": executor, "workers": options.workers}
+    failures: dict[str, str] = {}
+    if options.error is None:
+        for progress in run_ensemble(scenes, options.database, **pool):
+            _print_progress(options, progress)
+            failures = progress.failures
+        return True, failures
+    enough = True
+    for scene in scenes:
+        samplings = sample_ensemble(scene, options.database, options.error, **pool)
+        for sampling in samplings:
+            _print_progress(options, sampling.progress)
+            if sampling.progress.steps == sampling.progress.total:
+                _print_means(options, scene, sampling)
+        enough &= sampling.done
+        failures |= sampling.progress.failures
+    return enough, failures
+
+
+def _print_progress(options: argparse.Namespace, progress: Progress) -> None:
+    if options.json:
+        print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
+    elif not options.quiet:
+        print(progress, flush=True)
+
+
+def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) -> None:
+    units = {"mean": "Å^2", "target": report.target_unit(scene)}
+    if options.json:
+        for mean in sampling.means:
+            print(json_line(asdict(mean), units), flush=True)
+    elif not options.quiet:
+        print(means_table(scene, sampling), flush=True)
+
+
+def means_table(scene: Scene, sampling: Sampling) -> str:
+    """Return the mean areas of an ensemble, their errors and what is still needed.
+
+    Parameters
+    ----------
+    scene : Scene
+    sampling : Sampling
+
+    Returns
+    -------
+    str
+    """
+    unit = printed_unit(report.target_unit(scene))
+    target = f"{scene.path.control} ({unit})"
+    area = f"mean {report.heading(scene.area_column)}"
+    lines = [f"{target:>16}   {area:>16}   standard error   realisations   expected"]
+    lines += [
+        f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
+        f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}   {mean.expected:8d}"
+        for mean in sampling.means
+    ]
+    wanted = f"standard error of {100.0 * sampling.wanted:g} %"
+    if sampling.done:
+        return "\n".join([*lines, f"All areas have a {wanted} or less."])
+    rest = f"About {sampling.missing} more steps for a {wanted}."
+    return "\n".join([*lines, rest])
+
+
+def _values_of_key(text: str) -> tuple[str, list[Any]]:
+    """Return key and values of an option ``section.key=value,value``."""
+    key, equals, values = text.partition("=")
+    try:
+        listed = load_toml(f"values = [{values}]")["values"]
+    except ValueError:
+        listed = values.split(",")  # strings without quotes
+    if not equals or not values:
+        raise ValueError(
+            f"--set must be SECTION.KEY=VALUE,VALUE,..., got {shown(text)}"
+        )
+    return key.strip(), listed

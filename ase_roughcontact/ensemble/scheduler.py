@@ -1,0 +1,81 @@
+"""Workers on other machines, by a scheduler of Dask."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+# Time to wait for the scheduler (s).
+_TIMEOUT = 30
+
+
+@contextmanager
+def scheduler_executor(address: str) -> Iterator[tuple[Executor, str]]:
+    """Connect to a scheduler of Dask until the end of the context.
+
+    Parameters
+    ----------
+    address : str
+        ``tcp://host:8786``, ``tls://host:8786``, or the JSON file that ``dask scheduler
+        --scheduler-file`` writes. Certificates for TLS are those of the configuration
+        of Dask.
+
+    Yields
+    ------
+    executor : Executor
+        For `run_ensemble`.
+    workers : str
+        The number of workers that are connected now, and the address of the dashboard.
+
+    Raises
+    ------
+    ImportError
+        If Dask is not installed.
+    OSError
+        If there is no scheduler at the address, or the file can't be read.
+    ValueError
+        If the address needs certificates, and the configuration has none, or a worker
+        has another version of this package.
+    """
+    try:
+        from dask.distributed import Client
+    except ImportError as error:
+        raise ImportError(
+            "a scheduler needs Dask: install the extra distributed: pip install "
+            "'.[distributed]' in the folder of the source code"
+        ) from error
+    if address.endswith(".json"):
+        address = json.loads(Path(address).read_text(encoding="utf-8"))["address"]
+    try:
+        client = Client(address, timeout=_TIMEOUT)
+    except TypeError as error:  # tls:// without certificates
+        raise ValueError(f"can't connect to {address}: {error}") from error
+    with client:
+        _check_versions(client)
+        count = len(client.nthreads())
+        workers = f"{count} worker{'' if count == 1 else 's'} at {address}"
+        if not count:
+            workers = f"no workers at {address} yet: waiting for them"
+        # not pure: a case that was busy is calculated when it is submitted again
+        executor = client.get_executor(pure=False)
+        yield executor, f"{workers}; dashboard: {client.dashboard_link}"
+
+
+def _check_versions(client: Any) -> None:
+    """Raise `ValueError` if a connected worker has another version of this package.
+
+    A worker without the package ends when it is sent a case, and the client is not
+    notified.
+    """
+    name = "ase-roughcontact"
+    for worker, found in client.run(version, name, on_error="return").items():
+        if found != version(name):
+            raise ValueError(
+                f"the worker at {worker} must have {name} {version(name)}, as this "
+                f"process; got {found if isinstance(found, str) else 'none'}"
+            )
