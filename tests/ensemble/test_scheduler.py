@@ -1,7 +1,6 @@
 """Workers of a Dask scheduler: what the command connects to, and what may be killed."""
 
 import json
-import os
 import re
 import signal
 import subprocess
@@ -139,7 +138,9 @@ def test_an_ensemble_continues_though_client_or_scheduler_are_killed(
     try:
         scheduler = start_cluster("one.json")
         client = start("ase_roughcontact.cli", *COMMAND, *scheduler)
-        wait_for(lambda: os.path.exists("e.db") and rows("e.db", record="step"), 120)
+        database = tmp_path / "e.db"
+        wait_for(lambda: database.exists() and database.stat().st_size, 120)
+        wait_for(lambda: rows(database, record="step"), 120)
         before = {row.unique_id for row in rows("e.db", record="step")}
         if killed == "client":
             client.send_signal(signal.SIGKILL)
