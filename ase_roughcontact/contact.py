@@ -23,7 +23,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import rowwise
 from ase_roughcontact.elasticity.halfspace import HalfSpace
-from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.interactions import Interaction, scaled_attraction
 
 # An atom is in contact with a hard wall if its gap is below this part of the spacing,
 # and carries load if its pressure is above this part of the largest one.
@@ -51,6 +51,9 @@ class ContactState:
         Force of the wall on the indenter, positive upward.
     cell_area : float
         Area of an atom.
+    touching : ndarray, shape (n, m), optional
+        Mask of the atoms that touch a hard wall with attraction, where the pressure may
+        be a tension; by default atoms touch where the pressure is repulsive.
     """
 
     energy: float
@@ -60,21 +63,22 @@ class ContactState:
     pressure: np.ndarray
     normal_force: float
     cell_area: float
+    touching: np.ndarray | None = None
 
     @property
     def contact(self) -> np.ndarray:
-        """Mask of the atoms under a repulsive pressure, shape (n, m)."""
-        return self.pressure > 0.0
+        """Mask of the atoms that the wall repels, shape (n, m)."""
+        return self.pressure > 0.0 if self.touching is None else self.touching
 
     @property
     def repulsive_atoms(self) -> int:
         """Number of atoms in contact."""
-        return int(np.count_nonzero(self.pressure > 0.0))
+        return int(np.count_nonzero(self.contact))
 
     @property
     def attractive_atoms(self) -> int:
-        """Number of atoms under an attractive pressure."""
-        return int(np.count_nonzero(self.pressure < 0.0))
+        """Number of other atoms under an attractive pressure."""
+        return int(np.count_nonzero((self.pressure < 0.0) & ~self.contact))
 
     @property
     def contact_area(self) -> float:
@@ -94,30 +98,34 @@ class Contact:
         window (length).
     interaction : Interaction
         The wall.
+    adhesion : ndarray, shape (n, m), optional
+        Local work of adhesion relative to that of the wall; see `scaled_attraction`. By
+        default it is one everywhere.
 
     Raises
     ------
     ValueError
-        If `heights` does not have the shape of the window, or is not finite.
+        If an array does not have the shape of the window or is not finite, or the local
+        work of adhesion is negative.
     """
 
     def __init__(
-        self, halfspace: HalfSpace, heights: np.ndarray, interaction: Interaction
+        self,
+        halfspace: HalfSpace,
+        heights: np.ndarray,
+        interaction: Interaction,
+        adhesion: np.ndarray | None = None,
     ) -> None:
-        heights = np.asarray(heights, dtype=float)
-        if heights.shape != halfspace.shape:
-            raise ValueError(
-                f"heights must have the shape {halfspace.shape} of the window, "
-                f"got {heights.shape}"
-            )
-        if not np.isfinite(heights).all():
-            raise ValueError(
-                "heights must be finite, got "
-                f"{np.count_nonzero(~np.isfinite(heights))} values that are not"
-            )
         self.halfspace = halfspace
-        self.heights = heights
+        self.heights = self._checked("heights", heights)
         self.interaction = interaction
+        self.adhesion = None
+        if adhesion is not None:
+            self.adhesion = self._checked("adhesion", adhesion)
+            if self.adhesion.min() < 0.0:
+                raise ValueError(
+                    f"adhesion must be at least 0, got {self.adhesion.min():g}"
+                )
 
     @property
     def first_contact(self) -> float:
@@ -164,7 +172,7 @@ class Contact:
         return self.halfspace.elastic_pressure(displacement)
 
     def wall(self, gap: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return energy per area and pressure of the wall.
+        """Return energy per area and pressure of the wall, without a reaction.
 
         Parameters
         ----------
@@ -176,7 +184,7 @@ class Contact:
         energy, pressure : ndarray, shape (n, m)
         """
         energy, pressure = np.zeros(gap.shape), np.zeros(gap.shape)
-        _evaluate_in_range(energy, pressure, gap, self.interaction)
+        _evaluate_in_range(energy, pressure, gap, self.adhesion, self.interaction)
         return energy, pressure
 
     def evaluate(
@@ -200,7 +208,7 @@ class Contact:
         reaction : ndarray, shape (n, m), optional
             Pressure of a hard wall, if a solver knows it. By default it is the elastic
             pressure on the atoms that touch it; if all atoms of a periodic surface do,
-            the smallest one.
+            the smallest one is that of the attraction, or zero.
 
         Returns
         -------
@@ -223,12 +231,19 @@ class Contact:
             elastic = self.elastic_pressure(displacement)
         else:
             elastic = self._padded(known_pressure)
-        gap = self.gap(displacement, height)
+        gap, touching = self.gap(displacement, height), None
         if not self.interaction.hard:
             wall_energy, pressure = self.wall(gap)
         else:
-            wall_energy = np.zeros(gap.shape)
-            pressure = self._reaction(gap, elastic) if reaction is None else reaction
+            wall_energy, pressure = self.wall(np.maximum(gap, 0.0))
+            if reaction is None:
+                self._check_overlap(gap)
+                reaction = self._reaction(gap, elastic, pressure)
+            elif self.interaction.attractive:
+                reaction = self._where_touching(gap, reaction, pressure)
+            if self.interaction.attractive:
+                touching = reaction > pressure
+            pressure = reaction
 
         area, (n, m) = self.halfspace.cell_area, gap.shape
         energies = displacement * elastic
@@ -247,6 +262,7 @@ class Contact:
             pressure=pressure,
             normal_force=float(area * pressure.sum()),
             cell_area=area,
+            touching=touching,
         )
 
     def _padded(self, pressure: np.ndarray) -> np.ndarray:
@@ -258,29 +274,63 @@ class Contact:
         padded[:n, :m] = pressure
         return padded
 
-    def _reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
-        """Return the elastic pressure on the atoms that touch a hard wall."""
+    def _checked(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Return an array of the window, or raise `ValueError`."""
+        values = np.asarray(values, dtype=float)
+        if values.shape != self.halfspace.shape:
+            raise ValueError(
+                f"{name} must have the shape {self.halfspace.shape} of the window, "
+                f"got {values.shape}"
+            )
+        if not np.isfinite(values).all():
+            raise ValueError(
+                f"{name} must be finite, got "
+                f"{np.count_nonzero(~np.isfinite(values))} values that are not"
+            )
+        return values
+
+    def _check_overlap(self, gap: np.ndarray) -> None:
+        """Raise `ValueError` if atoms overlap with a hard wall."""
         tolerance = _HARD_GAP * self.halfspace.spacing
         if gap.min() < -tolerance:
+            solver = "NewtonKrylov" if self.interaction.attractive else "ActiveSet"
             raise ValueError(
                 f"{np.count_nonzero(gap < -tolerance)} atoms overlap with the hard "
                 f"wall by up to {-gap.min():.3g}, where its force is not defined: "
-                "relax them with ActiveSet, or use LennardJones93.repulsive with "
+                f"relax them with {solver}, or use LennardJones93.repulsive with "
                 "another optimizer"
             )
+
+    def _reaction(
+        self, gap: np.ndarray, elastic: np.ndarray, attraction: np.ndarray
+    ) -> np.ndarray:
+        """Return the elastic pressure on the atoms that touch a hard wall."""
         window = elastic[: gap.shape[0], : gap.shape[1]]
         if self.halfspace.periodic:
             # the displacement determines the pressure up to its mean
-            window = window - window.min()
-        least = _HARD_PRESSURE * max(window.max(), 0.0)
-        return np.where((gap <= tolerance) & (window > least), window, 0.0)
+            window = window - (window - attraction).min()
+        return self._where_touching(gap, window, attraction)
+
+    def _where_touching(
+        self, gap: np.ndarray, pressure: np.ndarray, attraction: np.ndarray
+    ) -> np.ndarray:
+        """Return a pressure where atoms touch a hard wall, else the attraction."""
+        excess = pressure - attraction
+        touches = gap <= _HARD_GAP * self.halfspace.spacing
+        touches &= excess > _HARD_PRESSURE * max(excess.max(), 0.0)
+        return np.where(touches, pressure, attraction)
 
 
 @rowwise()
 def _evaluate_in_range(
-    energy: np.ndarray, pressure: np.ndarray, gap: np.ndarray, wall: Interaction
+    energy: np.ndarray,
+    pressure: np.ndarray,
+    gap: np.ndarray,
+    adhesion: np.ndarray | None,
+    wall: Interaction,
 ) -> None:
     """Set ``V(g)`` and ``-V'(g)`` where the wall is in range."""
     near = gap < wall.cutoff
     if near.any():
-        energy[near], pressure[near], _ = wall.evaluate(gap[near])
+        local = None if adhesion is None else adhesion[near]
+        energy[near], pressure[near], _ = scaled_attraction(wall, gap[near], local)

@@ -10,7 +10,7 @@ from ase import Atoms
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
 from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, surface_above
-from ase_roughcontact.atoms.snapshot import pressure_of
+from ase_roughcontact.atoms.snapshot import contact_of_frame, pressure_of
 from ase_roughcontact.topography import Surface
 
 
@@ -88,7 +88,8 @@ class ContactMap:
         grid, gap = SurfaceGrid.of(frame), None
         if indenter is not None:
             gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
-        return _map(grid, pressure_of(frame), gap, frame.positions[:-1, 2])
+        pressure, contact = pressure_of(frame), contact_of_frame(frame)
+        return _map(grid, pressure, contact, gap, frame.positions[:-1, 2])
 
     @classmethod
     def from_atoms(cls, atoms: Atoms) -> ContactMap:
@@ -112,7 +113,8 @@ class ContactMap:
         grid = grid_of(atoms)
         state = atoms.calc.state(atoms)
         n, m = grid.window
-        return _map(grid, state.pressure, state.gap, displacement(atoms, grid)[:n, :m])
+        moved = displacement(atoms, grid)[:n, :m]
+        return _map(grid, state.pressure, state.contact, state.gap, moved)
 
     @property
     def x(self) -> np.ndarray:
@@ -151,13 +153,14 @@ class ContactMap:
 def _map(
     grid: SurfaceGrid,
     pressure: np.ndarray,
+    contact: np.ndarray,
     gap: np.ndarray | None,
     displacement: np.ndarray,
 ) -> ContactMap:
     """Return the map of values of the atoms of the window."""
     return ContactMap(
         pressure=pressure,
-        contact=pressure > 0.0,
+        contact=contact,
         spacing=grid.spacing,
         origin=grid.origin,
         periodic=grid.periodic,

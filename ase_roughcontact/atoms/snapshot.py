@@ -25,6 +25,8 @@ from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 
 #: Tags of the atoms of a snapshot.
+# Key of the mask of the atoms that touch a hard wall with attraction.
+_TOUCHING = "touching"
 TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED = 0, 1, 2
 
 
@@ -63,8 +65,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     in_frame = np.append(grid.in_window, True)
     frame = atoms[in_frame]
     tags = np.full(state.pressure.shape, TAG_OPEN)
-    tags[state.pressure > 0] = TAG_CONTACT
     tags[state.pressure < 0] = TAG_ATTRACTED
+    tags[state.contact] = TAG_CONTACT
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     frame.info.update(
@@ -73,6 +75,8 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         pressure=_compressed(state.pressure),
         **info,
     )
+    if state.touching is not None:  # the pressure does not tell
+        frame.info[_TOUCHING] = _compressed(state.touching)
     results = atoms.calc.results
     frame.calc = SinglePointCalculator(
         frame,
@@ -101,16 +105,21 @@ def pressure_of(frame: Atoms) -> np.ndarray:
     ValueError
         If the frame has no pressures in its `info`.
     """
-    info = frame.info.get("data", {}) | frame.info  # a database's data
     try:
-        raw = zlib.decompress(base64.b64decode(info["pressure"] + "=="))
-        return np.frombuffer(raw, "<f8").reshape(SurfaceGrid.of(frame).window)
+        return _field(frame, "pressure")
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise ValueError(
             "the frame has no pressures in its info: it was not made by snapshot() of "
             "this version, or read from a database (.db, .json) to which it was not "
             "written by database.write(frame, data=frame.info)"
         ) from error
+
+
+def contact_of_frame(frame: Atoms) -> np.ndarray:
+    """Return the mask of the atoms in contact of a snapshot; see `pressure_of`."""
+    if _TOUCHING in _info(frame):
+        return _field(frame, _TOUCHING) > 0.0
+    return pressure_of(frame) > 0.0
 
 
 def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
@@ -157,8 +166,19 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     return atoms
 
 
-def _compressed(pressure: np.ndarray) -> str:
-    """Return a pressure as text that any file format can hold."""
-    raw = np.ascontiguousarray(pressure, "<f8")
+def _info(frame: Atoms) -> dict:
+    """Return the `info` of a frame, and the data of a database."""
+    return frame.info.get("data", {}) | frame.info
+
+
+def _field(frame: Atoms, key: str) -> np.ndarray:
+    """Return a field that `snapshot` has compressed, shape (n, m)."""
+    raw = zlib.decompress(base64.b64decode(_info(frame)[key] + "=="))
+    return np.frombuffer(raw, "<f8").reshape(SurfaceGrid.of(frame).window)
+
+
+def _compressed(field: np.ndarray) -> str:
+    """Return a field as text that any file format can hold."""
+    raw = np.ascontiguousarray(field, "<f8")
     text = base64.b64encode(zlib.compress(raw.tobytes(), 1)).decode()
     return text.rstrip("=")  # extxyz cannot read a value that ends with it

@@ -17,7 +17,7 @@ from ase.units import GPa
 from ase_roughcontact._util.validation import FloatArray, integer
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
-from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
+from ase_roughcontact.atoms.snapshot import contact_of_frame, pressure_of, snapshot
 from ase_roughcontact.topography import Surface
 
 #: Tag of the atoms that show the indenter.
@@ -180,7 +180,7 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     pressure = pressure_of(frame).ravel()
     columns = _with_energy_of(frame, frame.copy())
     columns.set_array("pressure", np.append(pressure / GPa, 0.0))
-    columns.set_array("contact", np.append(pressure > 0.0, False).astype(int))
+    columns.set_array("contact", np.append(contact_of_frame(frame), False).astype(int))
     if indenter is not None:
         above = surface_above(frame, SurfaceGrid.of(frame), indenter)
         columns.set_array("gap", np.append(above - frame.positions[:-1, 2], 0.0))

@@ -14,9 +14,15 @@ from ase_roughcontact.interactions.base import (
     WALLS,
     Interaction,
     make_wall,
+    scaled_attraction,
     wall_parameters,
 )
 from ase_roughcontact.interactions.hard import HardWall
+from ase_roughcontact.interactions.hard_adhesive import (
+    DugdaleWall,
+    ExponentialWall,
+    PowerLawWall,
+)
 from ase_roughcontact.interactions.lennard_jones import (
     AdhesiveLennardJones93,
     FullLennardJones93,
@@ -28,12 +34,16 @@ from ase_roughcontact.interactions.parameter import Parameter
 __all__ = [
     "WALLS",
     "AdhesiveLennardJones93",
+    "DugdaleWall",
+    "ExponentialWall",
     "FullLennardJones93",
     "HardWall",
     "Interaction",
     "LennardJones93",
     "Parameter",
+    "PowerLawWall",
     "RepulsiveLennardJones93",
     "make_wall",
+    "scaled_attraction",
     "wall_parameters",
 ]

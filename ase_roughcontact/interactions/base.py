@@ -148,6 +148,42 @@ class Interaction(ABC):
         return {"kind": vars(type(self)).get("kind", type(self).__name__), **vars(self)}
 
 
+def scaled_attraction(
+    wall: Interaction, gap: np.ndarray, factor: np.ndarray | None
+) -> Profile:
+    r"""Return energy, pressure and stiffness of a wall with a local work of adhesion.
+
+    The wall is the sum of a repulsion and an attraction, which is :math:`-w` up to the
+    minimum of the energy and follows it beyond (Weeks, Chandler and Andersen). The
+    attraction is multiplied by the factor. Range and repulsion stay the same.
+
+    Parameters
+    ----------
+    wall : Interaction
+    gap : ndarray, any shape
+        Local gaps (length).
+    factor : ndarray, shape of `gap`, or None
+        Local work of adhesion relative to that of the wall; None stands for one.
+
+    Returns
+    -------
+    energy, pressure, stiffness : ndarray, shape of `gap`
+
+    References
+    ----------
+    J. D. Weeks, D. Chandler, H. C. Andersen, J. Chem. Phys. 54, 5237 (1971).
+    """
+    energy, pressure, stiffness = wall.evaluate(gap)
+    if factor is None:
+        return energy, pressure, stiffness
+    beyond = gap >= wall.contact_distance
+    if wall.hard:  # the attraction continues at negative gaps, errors of a solver
+        beyond = np.ones_like(beyond)
+    scale = np.where(beyond, factor, 1.0)
+    lost = np.where(beyond, 0.0, wall.work_of_adhesion * (1.0 - factor))
+    return scale * energy + lost, scale * pressure, scale * stiffness
+
+
 def wall_parameters() -> list[str]:
     """Return the names of the parameters of all kinds of wall."""
     return sorted({name for wall in WALLS.values() for name in wall.parameters})

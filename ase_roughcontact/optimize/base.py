@@ -19,7 +19,8 @@ from ase_roughcontact.atoms.calculator import (
     grid_of,
 )
 from ase_roughcontact.atoms.grid import displacement
-from ase_roughcontact.optimize.constraints import Indenter, soft_contact_of
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
 
 
@@ -46,7 +47,8 @@ class ContactOptimizer(Optimizer):
         ``solver(contact, *, height, external, start, tolerance)``, as `newton_krylov`,
         that yields a `Relaxation` for each step. It also gets `options`, if any.
     hard_walls : bool
-        Class attribute: whether the solver is for hard walls, or for all others.
+        Class attribute: whether the solver is for hard walls without attraction, or for
+        all others; see `supports`.
     springs : bool
         Class attribute: whether the solver supports a `Hookean` on a free indenter.
     state : Relaxation or None
@@ -129,6 +131,11 @@ class ContactOptimizer(Optimizer):
             self._move_atoms()
             yield converged
 
+    @classmethod
+    def supports(cls, wall: Interaction) -> bool:
+        """Return whether the solver is for a wall."""
+        return cls.hard_walls == (wall.hard and not wall.attractive)
+
     def step(self) -> None:
         """Do one step of the solver."""
         state = next(self._states, None)
@@ -199,11 +206,15 @@ class ContactOptimizer(Optimizer):
     def _connect(self) -> None:
         """Read contact, load and constraints off the atoms."""
         name = type(self).__name__
-        contact = contact_of if self.hard_walls else soft_contact_of
-        self.contact = contact(self.atoms)
+        self.contact = contact_of(self.atoms)
         wall = self.contact.interaction
-        if self.hard_walls and not wall.hard:
-            raise ValueError(f"{name} is for the hard wall, got {wall}")
+        if not self.supports(wall):
+            if self.hard_walls:
+                raise ValueError(
+                    f"{name} is for the hard wall, got {wall}: relax it with "
+                    "NewtonKrylov"
+                )
+            raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
         self.indenter = Indenter(self.atoms)
         if self.indenter.springs and not (self.springs or self.indenter.fixed):
             raise ValueError(
@@ -222,7 +233,7 @@ class ContactOptimizer(Optimizer):
         area = self.contact.halfspace.cell_area
         n, m = pressure.shape
         load_energy, load_force = self.indenter.external(height)
-        if self.hard_walls:
+        if self.contact.interaction.hard:
             # whether the atoms are relaxed is not known before the first step
             work = float(np.sum(values[:n, :m] * pressure))
             self._energy = load_energy - 0.5 * area * work

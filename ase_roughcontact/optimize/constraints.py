@@ -32,8 +32,10 @@ def soft_contact_of(atoms: Atoms) -> Contact:
         If the calculator is not a `RoughContact`, or the wall is hard.
     """
     contact = contact_of(atoms)
-    if contact.interaction.hard:
-        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
+    wall = contact.interaction
+    if wall.hard:
+        solver = "NewtonKrylov" if wall.attractive else "ActiveSet"
+        raise ValueError(f"a hard wall has no gradient: relax it with {solver}")
     return contact
 
 

@@ -13,25 +13,29 @@ from ase_roughcontact.solvers.newton import newton_krylov
 
 
 class NewtonKrylov(ContactOptimizer):
-    """Newton-Krylov solver for soft walls, with or without attraction.
+    """Newton-Krylov solver for soft walls, and for all walls with attraction.
 
     An inexact Newton method for the pressure on the window, whose linear systems are
     solved by a preconditioned Krylov method in Fourier space. The energy decreases in
     every step. A flat surface is first relaxed on coarser grids. The indenter may be
     fixed, under a load, or on a `Hookean` spring.
 
+    The constraint of a hard wall with attraction is satisfied by an augmented
+    Lagrangian. Overlaps, and gaps of atoms under a reaction, are then at most the
+    tolerance of the force divided by ``E* a0/1.122``, and at most 1e-6 spacings.
+
     Parameters
     ----------
     atoms : Atoms
-        With a `RoughContact` calculator and a soft wall.
+        With a `RoughContact` calculator and a soft or an attractive wall.
     **kwargs
         See `ContactOptimizer`, also for attributes.
 
     Raises
     ------
     ValueError
-        If the calculator is not a `RoughContact`, the wall is hard, or there is a
-        constraint that the solver does not support.
+        If the calculator is not a `RoughContact`, the wall is hard without attraction,
+        or there is a constraint that the solver does not support.
 
     Examples
     --------
@@ -49,7 +53,7 @@ class NewtonKrylov(ContactOptimizer):
 
 
 class ActiveSet(ContactOptimizer):
-    """Solver for the hard wall: ``g >= 0, p >= 0, g p = 0``.
+    """Solver for the hard wall without attraction: ``g >= 0, p >= 0, g p = 0``.
 
     Active-set iteration with preconditioned conjugate gradients for the pressure in
     the contact. The force that `fmax` bounds is the one that closes the gap of an atom:
@@ -119,6 +123,6 @@ def default_optimizer(wall: Interaction) -> type[ContactOptimizer]:
     Returns
     -------
     type
-        `ActiveSet` for a hard wall, else `NewtonKrylov`.
+        `ActiveSet` for a hard wall without attraction, else `NewtonKrylov`.
     """
-    return ActiveSet if wall.hard else NewtonKrylov
+    return ActiveSet if ActiveSet.supports(wall) else NewtonKrylov

@@ -36,7 +36,10 @@ def coarsen(contact: Contact) -> Contact:
     heights = np.ascontiguousarray(contact.heights[::2, ::2])
     halfspace = contact.halfspace
     coarse = halfspace.resized(heights.shape, 2.0 * halfspace.spacing)
-    return Contact(coarse, heights, contact.interaction)
+    adhesion = contact.adhesion
+    if adhesion is not None:
+        adhesion = np.ascontiguousarray(adhesion[::2, ::2])
+    return Contact(coarse, heights, contact.interaction, adhesion)
 
 
 def refine(values: np.ndarray, shape: tuple[int, int]) -> np.ndarray:

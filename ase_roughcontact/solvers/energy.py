@@ -23,7 +23,6 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ase_roughcontact._util.kernels import (
-    concatenate,
     dot,
     dots,
     inner,
@@ -33,7 +32,7 @@ from ase_roughcontact._util.kernels import (
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.solvers.local_wall import LocalWall
 from ase_roughcontact.solvers.relaxation import External
 
 # Rounding error of an energy, relative to the sum of the magnitudes of its terms.
@@ -120,7 +119,7 @@ class ContactEnergy:
 
     def __init__(self, contact: Contact, external: External | None) -> None:
         self.contact = contact
-        self.wall = contact.interaction
+        self.wall = LocalWall.of(contact)
         self.area = contact.halfspace.cell_area
         self.loaded = external is not None
         self.external = external or (lambda height: (0.0, 0.0))
@@ -154,15 +153,8 @@ class ContactEnergy:
             opening = self.opening(pressure)
         residual, stiffness = np.empty(opening.shape), np.empty(opening.shape)
         active = np.empty(opening.shape, bool)
-        stored, magnitude, pushed = _evaluate_wall(
-            residual,
-            stiffness,
-            active,
-            pressure,
-            opening,
-            self.contact.heights,
-            height,
-            self.wall,
+        stored, magnitude, pushed = self.wall.evaluate(
+            residual, stiffness, active, pressure, opening, height
         )
         if self.contact.halfspace.periodic and active.all():
             # the energy does not depend on the mean of q: set it to that of p
@@ -185,6 +177,30 @@ class ContactEnergy:
             energy=elastic + self.area * stored + outside,
             rounding=_ROUNDING * magnitudes,
         )
+
+    def set_reaction(self, state: EnergyState) -> EnergyState:
+        """Set the reaction of a hard wall from the pressure; return the state with it.
+
+        Nothing changes if the wall is not hard.
+        """
+        if not self.contact.interaction.hard:
+            return state
+        self.wall = self.wall.with_reaction(state.pressure, state.opening, state.height)
+        return self.state(state.pressure, state.height, state.opening)
+
+    def update_reaction(self, state: EnergyState) -> float:
+        """Update the reaction of a hard wall.
+
+        Returns
+        -------
+        float
+            Largest violation of the constraint: overlap, or gap of an atom under a
+            reaction; zero without reactions (length).
+        """
+        if self.wall.reaction is None:
+            return 0.0
+        self.wall, violation = self.wall.updated(state.opening, state.height)
+        return violation
 
     def recomputed(self, state: EnergyState) -> EnergyState:
         """Return the same state with its opening from a new convolution."""
@@ -242,9 +258,8 @@ class ContactEnergy:
         shape = self.contact.heights + opening
 
         def force(height: float) -> float:
-            gap = height + shape[shape < self.wall.cutoff - height]
-            repulsion = self.wall.evaluate(gap)[1]
-            return self.area * float(repulsion.sum()) + self.external(height)[1]
+            pushed = self.area * self.wall.force(shape, height)
+            return pushed + self.external(height)[1]
 
         high = low = min(float(self.wall.cutoff - shape.min()), highest)
         if force(high) >= 0.0:
@@ -299,17 +314,12 @@ class ContactEnergy:
         products += [(increment.pressure, increment.opening)]
         linear, square = (self.area * product for product in dots(products))
         outside = self.external(state.height)[0]
-        gap, change, start = _reached_atoms(
-            state.opening,
-            self.contact.heights,
-            state.height,
-            increment.opening,
-            increment.height,
-            self.wall,
+        wall_along = self.wall.along(
+            state.opening, state.height, increment.opening, increment.height
         )
 
         def energy_and_slope(t: float) -> tuple[float, float]:
-            rise, work = _along_wall(gap, change, start, t, self.wall)
+            rise, work = wall_along(t)
             now, force = self.external(state.height + t * increment.height)
             energy = t * linear + 0.5 * t * t * square + now - outside
             slope = linear + t * square - self.area * work - force * increment.height
@@ -326,34 +336,6 @@ class ContactEnergy:
 
 
 @rowwise(np.add)
-def _evaluate_wall(
-    residual: np.ndarray,
-    stiffness: np.ndarray,
-    active: np.ndarray,
-    pressure: np.ndarray,
-    opening: np.ndarray,
-    heights: np.ndarray,
-    height: float,
-    wall: Interaction,
-) -> tuple[float, float, float]:
-    """Set ``r = p - q`` and ``V''``; return the sums of ``V``, ``|V|`` and ``p``.
-
-    `active` is set where the wall is in range or the pressure is not zero.
-    """
-    gap = heights + opening
-    gap += height
-    np.less(gap, wall.cutoff, out=active)
-    active |= pressure != 0.0
-    residual[:] = stiffness[:] = 0.0
-    if not active.any():
-        return 0.0, 0.0, 0.0
-    energy, repulsion, stiffness[active] = wall.evaluate(gap[active])
-    residual[active] = repulsion
-    residual -= pressure
-    return float(energy.sum()), float(abs(energy).sum()), float(repulsion.sum())
-
-
-@rowwise(np.add)
 def _wall_hessian(
     stiffness: np.ndarray,
     openings: list[np.ndarray],
@@ -364,32 +346,3 @@ def _wall_hessian(
     gaps = [opening + z for opening, z in zip(openings, heights, strict=True)]
     stressed = [stiffness * gap for gap in gaps]
     return tuple(inner(stressed[i], gaps[j]) for i, j in pairs)
-
-
-@rowwise(concatenate)
-def _reached_atoms(
-    opening: np.ndarray,
-    heights: np.ndarray,
-    height: float,
-    change: np.ndarray,
-    height_change: float,
-    wall: Interaction,
-) -> tuple[np.ndarray, ...]:
-    """Return gap, change and ``V(g)`` of the atoms that are in range on the way."""
-    gap = heights + opening
-    gap += height
-    gap_change = change + height_change
-    reached = gap + np.minimum(gap_change, 0.0) < wall.cutoff
-    gap, gap_change = gap[reached], gap_change[reached]
-    return gap, gap_change, wall.evaluate(gap)[0] if gap.size else gap
-
-
-@rowwise(np.add)
-def _along_wall(
-    gap: np.ndarray, change: np.ndarray, start: np.ndarray, t: float, wall: Interaction
-) -> tuple[float, float]:
-    """Return ``sum V(g + t dg) - V(g)`` and ``sum p(g + t dg) dg``."""
-    if not gap.size:
-        return 0.0, 0.0
-    energy, repulsion, _ = wall.evaluate(gap + t * change)
-    return float((energy - start).sum()), inner(repulsion, change)

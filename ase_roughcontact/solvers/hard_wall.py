@@ -131,9 +131,9 @@ def active_set(
     Raises
     ------
     ValueError
-        If the wall is not hard, the start does not have the shape of the window, the
-        load is negative or depends on the height, or no load reaches the height of a
-        periodic surface.
+        If the wall is not hard or is attractive, the start does not have the shape of
+        the window, the load is negative or depends on the height, or no load reaches
+        the height of a periodic surface.
     """
     _check(contact, height, external, tolerance)
     options = options or ActiveSetOptions()
@@ -167,8 +167,9 @@ def _check(
     contact: Contact, height: float, external: External | None, tolerance: float
 ) -> None:
     """Raise `ValueError` if there is no solution that this solver can find."""
-    if not contact.interaction.hard:
-        raise ValueError(f"ActiveSet is for the hard wall, got {contact.interaction}")
+    wall = contact.interaction
+    if not wall.hard or wall.attractive:
+        raise ValueError(f"ActiveSet is for the hard wall, got {wall}")
     finite(height=height)
     positive(tolerance=tolerance)
     if external is not None:

@@ -89,6 +89,7 @@ def newton_krylov(
     options = options or NewtonKrylovOptions()
     energy = ContactEnergy(contact, external)
     state, pairs = _initial_state(energy, height, start, options)
+    state = energy.set_reaction(state)
     states = _relax(energy, state, tolerance, options)
     del state  # its arrays may be large
     for relaxation in states:
@@ -99,7 +100,7 @@ def newton_krylov(
 def _check(
     contact: Contact, height: float, start: np.ndarray | None, tolerance: float
 ) -> None:
-    if contact.interaction.hard:
+    if contact.interaction.hard and not contact.interaction.attractive:
         raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     finite(height=height)
     positive(tolerance=tolerance)
@@ -190,14 +191,20 @@ def _relax(
 
     progress = _Progress(state, options)
     exact, restarted = True, False  # whether G q comes from a convolution of q
+    reaction = _ReactionUpdates(energy, tolerance, options)
     while True:
-        if state.error <= tolerance and not exact:
+        target = reaction.target
+        if state.error <= target and reaction.is_last and not exact:
             state = energy.recomputed(state)
             state = balance_load(energy, state, tolerance, options.load_steps)
             progress.best, exact = state, True
-        if state.error <= tolerance:
-            yield report(converged=True)
-            return
+        if state.error <= target:
+            if reaction.finished(state):
+                yield report(converged=True)
+                return
+            state = energy.state(state.pressure, state.height, state.opening)
+            progress = _Progress(state, options)
+            continue
         yield report()
         new = newton.step(state, tolerance)
         if new is None:
@@ -219,6 +226,47 @@ def _relax(
     if not math.isfinite(state.error):
         obstacle = "energy or pressure of the wall are not finite"
     yield report(message=f"stalled at a force of {state.error:.2g}: {obstacle}")
+
+
+class _ReactionUpdates:
+    """Updates of the reaction of a hard wall between Newton steps; see `local_wall`.
+
+    Attributes
+    ----------
+    target : float
+        Largest force that may be left before the next update.
+    is_last : bool
+        Whether the target is the tolerance of the result, as always for a soft wall.
+    """
+
+    def __init__(
+        self, energy: ContactEnergy, tolerance: float, options: NewtonKrylovOptions
+    ) -> None:
+        halfspace = energy.contact.halfspace
+        self._energy, self._tolerance = energy, tolerance
+        force_per_gap = halfspace.cell_area / halfspace.self_compliance
+        self._gap = min(
+            tolerance / force_per_gap, options.largest_gap * halfspace.spacing
+        )
+        self._forcing = options.reaction_forcing * force_per_gap
+        self.is_last = energy.wall.reaction is None
+        self._aim(options.first_violation * halfspace.spacing)
+
+    def finished(self, state: EnergyState) -> bool:
+        """Update the reaction; return whether it and the state were the solution."""
+        violation = self._energy.update_reaction(state)
+        if self.is_last and violation <= self._gap:
+            return True
+        self.is_last = violation <= self._gap
+        self._aim(violation)
+        return False
+
+    def _aim(self, violation: float) -> None:
+        """Set the target for a violation of the constraint."""
+        self.target = self._tolerance
+        if not self.is_last:
+            self.target = max(self._tolerance, self._forcing * violation)
+            self.is_last = self.target == self._tolerance
 
 
 class _Progress:

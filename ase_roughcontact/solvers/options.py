@@ -51,6 +51,15 @@ class NewtonKrylovOptions:
         Slope at which the line search stops, relative to the initial one.
     load_steps : int
         Maximum number of steps of the indenter alone after each Newton step.
+    largest_gap : float
+        Largest overlap with a hard wall, or gap of an atom under its reaction, in
+        spacings, whatever the tolerance of the force.
+    first_violation : float
+        Under a hard wall, the first update of its reaction takes place when the largest
+        force is that of such a violation of the constraint, in spacings, times
+        `reaction_forcing`.
+    reaction_forcing : float
+        The same for the next updates, relative to the violation at the last one.
     patience : int
         Number of steps without progress after which the solver stops.
     stagnation_steps : int
@@ -77,6 +86,9 @@ class NewtonKrylovOptions:
     attractive_least_curvature: float = 0.003
     remaining_slope: float = 0.3
     load_steps: int = 3
+    largest_gap: float = 1e-6
+    first_violation: float = 0.03
+    reaction_forcing: float = 3.0
     patience: int = 5
     stagnation_steps: int = 50
     stagnation_fall: float = 1e8

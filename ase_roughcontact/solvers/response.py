@@ -30,6 +30,7 @@ from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import scaled_attraction
 from ase_roughcontact.solvers.gcr import gcr
 
 # Largest number of steps.
@@ -81,10 +82,14 @@ def height_response(
     halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
     hard = state.contact if contact.interaction.hard else np.zeros(shape, bool)
     d = np.zeros(shape)  # c V'', with the self-compliance c
-    near = (gap < contact.interaction.cutoff) & ~hard
-    compliance = halfspace.self_compliance
-    if not contact.interaction.hard and near.any():
-        d[near] = compliance * contact.interaction.evaluate(gap[near])[2]
+    wall = contact.interaction
+    if wall.hard:
+        gap = np.maximum(gap, 0.0)
+    near = (gap < wall.cutoff) & ~hard
+    if near.any():
+        adhesion = None if contact.adhesion is None else contact.adhesion[near]
+        stiffness = scaled_attraction(wall, gap[near], adhesion)[2]
+        d[near] = halfspace.self_compliance * stiffness
     active = hard | (d != 0.0)
     if not active.any():
         return HeightResponse(np.zeros(shape), np.ones(shape), 0.0)

@@ -1,0 +1,146 @@
+"""Hard walls with attraction, relaxed by the Newton-Krylov solver."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from ase_roughcontact import RoughSphere, SelfAffine
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import (
+    DugdaleWall,
+    ExponentialWall,
+    HardWall,
+    PowerLawWall,
+)
+from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.newton import newton_krylov
+
+WALLS = {
+    "exponential": ExponentialWall(0.02, 0.5),
+    "power-law": PowerLawWall(0.02, 0.5),
+    "dugdale": DugdaleWall(0.02, 0.5),
+}
+every_wall = pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS.keys())
+ROUGH = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=16.0, seed=2)
+
+
+def contact_of(wall, n=32, periodic=False, adhesion=None, radius=60.0):
+    sphere = RoughSphere(radius, ROUGH)
+    origin = (-(n - 1) / 2, -(n - 1) / 2)
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    heights = sphere.heights((n, n), 1.0, origin)
+    return Contact(kind((n, n), 1.0, 1.0), heights, wall, adhesion)
+
+
+def relax(contact, height=0.0, load=None, start=None, tolerance=1e-7):
+    external = None if load is None else lambda z: (load * z, -load)
+    options = {"height": height, "external": external, "start": start}
+    states = list(newton_krylov(contact, tolerance=tolerance, **options))
+    assert states[-1].converged, states[-1].message
+    return states[-1]
+
+
+def gap_and_reaction(contact, state):
+    gap = contact.heights + state.height
+    gap -= contact.halfspace.displacement(state.pressure)
+    return gap, state.pressure - contact.wall(np.maximum(gap, 0.0))[1]
+
+
+@every_wall
+@pytest.mark.parametrize("load", [None, -0.2, 3.0])
+def test_optimality_conditions_are_satisfied(wall, periodic, load):
+    contact = contact_of(wall, periodic=periodic)
+    state = relax(contact, height=-0.5, load=load)
+    gap, reaction = gap_and_reaction(contact, state)
+    touching = reaction > 1e-6
+    assert 10 < touching.sum() < touching.size
+    assert abs(gap[touching]).max() < 2e-7
+    assert gap.min() > -2e-7
+    assert abs(reaction[~touching]).max() < 1e-6
+    if load is not None:
+        assert state.pressure.sum() == pytest.approx(load, abs=1e-6)
+
+
+@every_wall
+def test_energy_is_the_constrained_minimum_that_scipy_finds(wall):
+    """In the displacements of a periodic surface, which bounds keep below the wall."""
+    contact = contact_of(wall, n=8, periodic=True)
+    half, heights = contact.halfspace, contact.heights
+
+    def energy_and_gradient(u):
+        state = contact.evaluate(u.reshape(heights.shape), 20.0)
+        gap = heights - u.reshape(heights.shape)
+        energy, pressure = contact.wall(gap)
+        elastic = state.energy - contact.wall(state.gap)[0].sum()
+        force = state.forces - state.forces.mean()
+        return elastic + energy.sum(), -(force - pressure).ravel()
+
+    state = relax(contact, height=0.0)
+    start = half.displacement(state.pressure) * 0.9
+    # a mean displacement is a change of height: the bound is that of the relaxed one
+    start -= start.mean()
+    bounds = [(None, float(h)) for h in heights.ravel()]
+    mean = {"type": "eq", "fun": lambda u: u.sum(), "jac": np.ones_like}
+    result = minimize(
+        energy_and_gradient,
+        np.minimum(start, heights).ravel(),
+        jac=True,
+        method="SLSQP",
+        bounds=bounds,
+        constraints=[mean],
+        options={"ftol": 1e-14, "maxiter": 2000},
+    )
+    assert state.energy == pytest.approx(result.fun, rel=1e-5)
+
+
+def test_weak_attraction_gives_the_hard_wall_of_the_active_set():
+    adhesive = contact_of(ExponentialWall(1e-9, 0.5))
+    options = {"height": -1.0, "external": None, "start": None, "tolerance": 1e-8}
+    *_, hard = active_set(contact_of(HardWall()), **options)
+    soft = relax(adhesive, height=-1.0, tolerance=1e-8)
+    np.testing.assert_allclose(soft.pressure, hard.pressure, atol=2e-7)
+
+
+@every_wall
+def test_start_from_a_neighbouring_state_gives_the_same_result(wall):
+    contact = contact_of(wall)
+    near = relax(contact, height=-0.9)
+    warm = relax(contact, height=-1.0, start=near.pressure)
+    assert warm.energy == pytest.approx(relax(contact, height=-1.0).energy, rel=1e-7)
+
+
+@every_wall
+def test_force_is_minus_the_derivative_of_the_relaxed_energy(wall):
+    contact, d = contact_of(wall), 1e-3
+    middle = relax(contact, height=-1.0, tolerance=1e-9)
+    start = {"start": middle.pressure, "tolerance": 1e-9}
+    low, high = (relax(contact, height=-1.0 + s * d, **start) for s in (-1, 1))
+    slope = (high.energy - low.energy) / (2 * d)
+    assert middle.pressure.sum() == pytest.approx(-slope, rel=1e-4)
+
+
+@every_wall
+def test_adhesion_of_patches_is_that_of_each_patch(wall):
+    """Where the local work of adhesion is zero, the wall is a hard one."""
+    n = 32
+    none, half = np.zeros((n, n)), np.ones((n, n))
+    half[:, : n // 2] = 0.0
+    hard = contact_of(HardWall())
+    options = {"height": -1.0, "external": None, "start": None, "tolerance": 1e-8}
+    *_, expected = active_set(hard, **options)
+    state = relax(contact_of(wall, adhesion=none), height=-1.0, tolerance=1e-8)
+    np.testing.assert_allclose(state.pressure, expected.pressure, atol=2e-7)
+    contact = contact_of(wall, adhesion=half)
+    gap, reaction = gap_and_reaction(contact, relax(contact, height=-1.0))
+    pressure = contact.wall(np.maximum(gap, 0.0))[1]
+    assert (pressure[:, : n // 2] == 0.0).all() and pressure.min() < -0.01
+    assert reaction.min() > -1e-6
+
+
+def test_hard_wall_without_attraction_is_refused():
+    with pytest.raises(ValueError, match="relax it with ActiveSet"):
+        relax(contact_of(HardWall()))
+    options = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-8}
+    with pytest.raises(ValueError, match="ActiveSet is for the hard wall, got Expo"):
+        next(active_set(contact_of(WALLS["exponential"]), **options))
