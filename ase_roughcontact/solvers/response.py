@@ -81,15 +81,15 @@ def height_response(
     """
     halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
     hard = state.contact if contact.interaction.hard else np.zeros(shape, bool)
+    wall, compliance = contact.interaction, halfspace.self_compliance
     d = np.zeros(shape)  # c V'', with the self-compliance c
-    wall = contact.interaction
     if wall.hard:
         gap = np.maximum(gap, 0.0)
     near = (gap < wall.cutoff) & ~hard
     if near.any():
         adhesion = None if contact.adhesion is None else contact.adhesion[near]
         stiffness = scaled_attraction(wall, gap[near], adhesion)[2]
-        d[near] = halfspace.self_compliance * stiffness
+        d[near] = compliance * stiffness
     active = hard | (d != 0.0)
     if not active.any():
         return HeightResponse(np.zeros(shape), np.ones(shape), 0.0)

@@ -15,6 +15,7 @@ from ase_roughcontact.interactions import (
 )
 from ase_roughcontact.solvers.hard_wall import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.response import height_response
 
 WALLS = {
     "exponential": ExponentialWall(0.02, 0.5),
@@ -118,6 +119,21 @@ def test_force_is_minus_the_derivative_of_the_relaxed_energy(wall):
     low, high = (relax(contact, height=-1.0 + s * d, **start) for s in (-1, 1))
     slope = (high.energy - low.energy) / (2 * d)
     assert middle.pressure.sum() == pytest.approx(-slope, rel=1e-4)
+
+
+def test_contact_stiffness_is_minus_the_derivative_of_the_force(periodic):
+    contact, d = contact_of(WALLS["exponential"], periodic=periodic), 2e-3
+    if periodic:
+        contact.adhesion = np.linspace(0.5, 1.5, 1024).reshape(32, 32)
+    middle = relax(contact, height=-1.0, tolerance=1e-9)
+    start = {"start": middle.pressure, "tolerance": 1e-9}
+    low, high = (relax(contact, height=-1.0 + s * d, **start) for s in (-1, 1))
+    slope = (high.pressure.sum() - low.pressure.sum()) / (2 * d)
+    half = contact.halfspace
+    displacement = half.padded_displacement(middle.pressure)
+    state = contact.evaluate(displacement, -1.0, middle.pressure, middle.pressure)
+    response = height_response(contact, state, tolerance=1e-6)
+    assert response.force == pytest.approx(slope, rel=0.02)
 
 
 @every_wall
