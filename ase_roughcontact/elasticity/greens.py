@@ -28,6 +28,8 @@ from ase_roughcontact._util.validation import positive
 _CLOSED_FORM_BELOW, _SERIES_FROM = 16, 50
 # Relative difference of directions up to which a response is taken to be even.
 _EVEN = 1e-6
+# Directions over which a modulus is averaged, in the middle of equal sectors.
+_DIRECTIONS = np.pi / 16.0 * np.arange(1, 8, 2)
 # Distances, in cells, below which Love's kernel is tabulated.
 _TABULATED = 160
 _QUADRATURE = [(x / 2, w / 2) for x, w in np.transpose(leggauss(4)).tolist()]
@@ -48,10 +50,16 @@ class ElasticSolid(ABC):
         Whether a pressure lifts the surface somewhere, as around the contact with a
         thin layer on a rigid base. Atoms can then touch also where the undeformed
         gap is open.
+    uniform_compliance : float
+        Depth per uniform pressure on all of the surface, zero for half spaces, whose
+        depth is not finite. Periodic half spaces leave it out: their heights are
+        measured from the mean plane of the surface, which a mean pressure p lowers by
+        ``uniform_compliance p`` (length/pressure).
     """
 
     contact_modulus: float
     bulges: bool = False
+    uniform_compliance: float = 0.0
 
     @abstractmethod
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
@@ -117,6 +125,25 @@ class ElasticSolid(ABC):
                     f"the response of {self!r} to {what} must be even in x and in y: "
                     "turn its axes to symmetry directions of the surface"
                 )
+
+    def wave_modulus(self, wave_number: np.ndarray | float) -> np.ndarray:
+        """Return ``E*(q)``, the inverse of the mean of ``1/E*`` over all directions.
+
+        Parameters
+        ----------
+        wave_number : ndarray or float
+            ``|q|``, on a lattice at most pi over the spacing (1/length).
+
+        Returns
+        -------
+        ndarray, shape of the wave numbers
+            Pressure.
+        """
+        q = np.asarray(wave_number)[..., None]
+        compliance = self.wave_compliance(
+            q * np.cos(_DIRECTIONS), q * np.sin(_DIRECTIONS)
+        )
+        return 2.0 / (q[..., 0] * compliance.mean(axis=-1))
 
     def self_compliance(self, spacing: float) -> float:
         """Return the depth of a cell under unit pressure on it alone."""

@@ -81,6 +81,10 @@ class Layer(ElasticSolid):
     contact_modulus : float
         The modulus of the base. On a rigid base, where there is no far field, the
         modulus of the layer.
+    uniform_compliance : float
+        On a rigid base ``h (1 - 2 nu_1)/[(1 - nu_1)^2 E_1*]``, that of uniaxial strain,
+        as a periodic cell keeps its size. Heights above a periodic layer are measured
+        from the mean plane of its surface, which the mean pressure lowers by this.
 
     Raises
     ------
@@ -117,6 +121,14 @@ class Layer(ElasticSolid):
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Contact modulus of the base; of the layer if the base is rigid."""
         return self.layer_modulus if self.base_modulus is None else self.base_modulus
+
+    @property
+    def uniform_compliance(self) -> float:  # type: ignore[override]
+        """Depth per uniform pressure on a rigid base (length/pressure)."""
+        if self.base_modulus is not None:
+            return 0.0
+        strain = (1.0 - 2.0 * self.poisson) / (1.0 - self.poisson) ** 2
+        return self.thickness * strain / self.layer_modulus
 
     @property
     def bulges(self) -> bool:  # type: ignore[override]

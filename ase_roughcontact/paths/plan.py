@@ -24,6 +24,7 @@ from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
 from ase_roughcontact.windows.options import WindowOptions
+from ase_roughcontact.windows.prediction import contact_radius_on
 
 Shapes = tuple[tuple[int, int], tuple[int, int]]
 
@@ -210,8 +211,7 @@ def plan_path(
             )
     expected = None
     if window == "auto" and isinstance(indenter, RoughSphere):
-        modulus = halfspace.contact_modulus
-        expected = ExpectedContact(indenter, wall, modulus, spacing)
+        expected = ExpectedContact(indenter, wall, halfspace.solid, spacing)
     steps: list[PlannedStep] = []
     beyond: list[BeyondSurfaceError] = []
     listed, counts = thinned(targets)
@@ -296,8 +296,12 @@ def _contact_width(atoms: Atoms, control: str, target: float) -> float:
     if not 0.0 < radius < math.inf:
         return 0.0
     if control == "loads":
-        load, modulus = max(target, 0.0), halfspace.contact_modulus
-        a = float(Hertz(radius, modulus).contact_radius(load))
+        load = max(target, 0.0)
+        a = contact_radius_on(
+            halfspace.solid,
+            halfspace.spacing,
+            lambda modulus: float(Hertz(radius, modulus).contact_radius(load)),
+        )
     else:
         height = target if control == "heights" else contact.first_contact - target
         # the depth of the mean sphere, not that of the lowest atom
@@ -313,7 +317,13 @@ def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]
         "half space with a Poisson ratio of 1/2)"
     ]
     if halfspace.periodic:
-        return [*reasons, "nothing of the cell: it repeats along x and y"]
+        reasons.append("nothing of the cell: it repeats along x and y")
+        if halfspace.solid.uniform_compliance:
+            reasons.append(
+                "the uniform compression of the layer by the mean pressure: heights "
+                "are measured from the mean plane of its surface"
+            )
+        return reasons
     reasons.append(
         "images of the contact: the half space is free, by exact convolution on a grid "
         "of twice the window"

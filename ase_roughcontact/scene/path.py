@@ -13,7 +13,7 @@ from ase_roughcontact._util.units import FORCES, QUANTITY, UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of
 from ase_roughcontact.atoms.substrate import substrate
-from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step
 from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
@@ -159,10 +159,10 @@ class ContactPath(Predictions):
     @property
     def expected_contact(self) -> ExpectedContact:
         """Bounds for the contact, which are known without the roughness."""
-        change, modulus = self.grid_change, self.contact_modulus
+        change = self.grid_change
         surface: Any = change.surface(self.surface, self.spacing)
         return ExpectedContact(
-            surface, self.wall, modulus, change.spacing(self.spacing)
+            surface, self.wall, self.solid, change.spacing(self.spacing)
         )
 
     def check_path(self) -> None:
@@ -230,5 +230,9 @@ class ContactPath(Predictions):
         atoms = substrate(
             self.symbol, _FIRST_SHAPE, surface, spacing=spacing, fixed=fixed
         )
-        atoms.calc = RoughContact(surface, self.contact_modulus, self.wall)
+        solid = self.solid  # a crystal has only the spacing of its own
+        modulus = solid.contact_modulus if isinstance(solid, Crystal) else None
+        atoms.calc = RoughContact(
+            surface, modulus, self.wall, solid=None if modulus else solid
+        )
         return atoms

@@ -18,15 +18,20 @@ from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import PeriodicHalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import JKR, flattening_energy
+from ase_roughcontact.theory.self_affine import band_of
 from ase_roughcontact.topography import RoughSphere, SelfAffine, Surface
 from ase_roughcontact.windows.memory import check_memory
+from ase_roughcontact.windows.prediction import contact_radius_on
 
 # Side, in spacings, of the piece of a roughness without a known spectrum of which the
 # energy is calculated.
 _PIECE = 1024
+# Waves over which the modulus of a solid is averaged.
+_WAVES = 200
 
 
 class AdhesionEstimate:
@@ -38,8 +43,9 @@ class AdhesionEstimate:
         The indenter.
     wall : Interaction
         An attractive wall.
-    modulus : float
-        Contact modulus (pressure).
+    solid : ElasticSolid
+        Each wave of the roughness sees its modulus of waves, and a contact that of
+        waves of its size.
     spacing : float
         Spacing of the atoms (length).
 
@@ -50,9 +56,13 @@ class AdhesionEstimate:
     """
 
     def __init__(
-        self, sphere: RoughSphere, wall: Interaction, modulus: float, spacing: float
+        self,
+        sphere: RoughSphere,
+        wall: Interaction,
+        solid: ElasticSolid,
+        spacing: float,
     ) -> None:
-        self.sphere, self.modulus, self.spacing = sphere, modulus, spacing
+        self.sphere, self.solid, self.spacing = sphere, solid, spacing
         self.work = wall.work_of_adhesion
 
     @cached_property
@@ -61,7 +71,7 @@ class AdhesionEstimate:
         rough = self.sphere.roughness
         if rough is None:
             return self.work
-        return self.work - _flattening_energy(rough, self.modulus, self.spacing)
+        return self.work - _flattening_energy(rough, self.solid, self.spacing)
 
     def radius(self, depth: float, load: float | None) -> float:
         """Return the radius of the contact; zero without one that adhesion extends.
@@ -85,13 +95,16 @@ class AdhesionEstimate:
         """
         if not self.effective_work > 0.0:
             return 0.0
-        jkr = JKR(self.sphere.radius, self.modulus, self.effective_work)
-        if load is not None:
-            radius = float(jkr.contact_radius(load))
-        elif depth < jkr.pull_off_penetration:
-            return 0.0
-        else:
-            radius = float(jkr.contact_radius_from_penetration(depth))
+
+        def jkr_radius(modulus: float) -> float:
+            jkr = JKR(self.sphere.radius, modulus, self.effective_work)
+            if load is not None:
+                return float(jkr.contact_radius(load))
+            if depth < jkr.pull_off_penetration:
+                return 0.0
+            return float(jkr.contact_radius_from_penetration(depth))
+
+        radius = contact_radius_on(self.solid, self.spacing, jkr_radius)
         side = 2 * math.ceil(radius / self.spacing)
         try:
             check_memory((side, side))
@@ -107,13 +120,23 @@ class AdhesionEstimate:
         return radius
 
 
-def _flattening_energy(rough: Surface, modulus: float, spacing: float) -> float:
+def _flattening_energy(rough: Surface, solid: ElasticSolid, spacing: float) -> float:
     """Return the elastic energy per area of a roughness in full contact."""
     if isinstance(rough, SelfAffine) and rough.long_wavelength > rough.short_wavelength:
-        return flattening_energy(modulus, rough)
+        return flattening_energy(_mean_modulus(rough, solid, spacing), rough)
     extent = 2.0 * getattr(rough, "extent", math.inf) / spacing
     side = math.floor(min(_PIECE, extent))
     corner = -spacing * (side // 2)
     heights = rough.heights((side, side), spacing, (corner, corner))
-    solid = PeriodicHalfSpace((side, side), spacing, modulus, measure=False)
-    return -0.5 * float(np.mean(solid.elastic_pressure(heights) * heights))
+    halfspace = PeriodicHalfSpace((side, side), spacing, solid, measure=False)
+    return -0.5 * float(np.mean(halfspace.elastic_pressure(heights) * heights))
+
+
+def _mean_modulus(rough: SelfAffine, solid: ElasticSolid, spacing: float) -> float:
+    """Return the modulus of waves, averaged over the energy of a roughness."""
+    short, long, longest = band_of(rough)
+    q = 2.0 * np.pi / np.geomspace(longest or long, short, _WAVES)
+    # q^2 C(q) for each dq, that is q^3 C(q) for each d ln q
+    energy = q**3 * np.maximum(q, 2.0 * np.pi / long) ** (-2.0 - 2.0 * rough.hurst)
+    modulus = solid.wave_modulus(np.minimum(q, np.pi / spacing))
+    return float(energy @ modulus / energy.sum())

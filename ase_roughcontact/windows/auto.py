@@ -24,7 +24,6 @@ from ase import Atoms
 from ase_roughcontact.atoms.calculator import contact_of, elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.atoms.indenter import indenter_fixed
-from ase_roughcontact.elasticity import Crystal, Cubic, Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
@@ -66,21 +65,20 @@ class AutoWindow:
         spacing = grid_of(atoms).spacing
         contact = contact_of(atoms)
         indenter = atoms.calc.parameters["indenter"]
-        modulus = contact.halfspace.contact_modulus
+        solid = contact.halfspace.solid
         self._wall = contact.interaction
         self.footprint = Footprint(indenter, spacing, grid_of(atoms).origin)
         self.first_contact = self._wall.contact_distance - self.footprint.lowest
         # whether the surface rises above its plane somewhere
-        self._rises = self._wall.attractive or contact.halfspace.solid.bulges
+        self._rises = self._wall.attractive or solid.bulges
         self._adhesion: AdhesionEstimate | None = None
         if self._wall.attractive and isinstance(indenter, RoughSphere):
-            self._adhesion = AdhesionEstimate(indenter, self._wall, modulus, spacing)
+            self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
         self._expected: ExpectedContact | None = None
-        homogeneous = isinstance(contact.halfspace.solid, (Isotropic, Cubic, Crystal))
-        if homogeneous and isinstance(indenter, RoughSphere):
-            self._expected = ExpectedContact(indenter, self._wall, modulus, spacing)
+        if isinstance(indenter, RoughSphere):
+            self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
         self._prediction = DepthPrediction(
-            self.footprint, self._wall, modulus, self._options.load_factor
+            self.footprint, self._wall, solid, self._options.load_factor
         )
         self._level = -np.inf  # for which the window was made
         # of the state relaxed last: atoms in the range of the wall, and in the overlap

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.self_affine import band_of, spectral_moment
@@ -26,6 +27,8 @@ _DEEPEST = 6.0
 LARGEST_DOMAIN = 2048
 # Points along a side up to which windows are planned on the lattice of the atoms.
 _LARGEST_SIDE = 2048
+# Wave numbers among which the stiffest is searched, from this part of the largest on.
+_LONGEST, _WAVES = 1e-5, 60
 
 
 @dataclass(frozen=True)
@@ -36,15 +39,15 @@ class ExpectedContact:
     ----------
     indenter : RoughSphere
     wall : Interaction
-    modulus : float
-        Contact modulus (pressure).
+    solid : ElasticSolid
+        A homogeneous solid as stiff as its stiffest waves is indented least.
     spacing : float
         Of the atoms (length).
     """
 
     indenter: RoughSphere
     wall: Interaction
-    modulus: float
+    solid: ElasticSolid
     spacing: float
 
     def check_surface(self, control: str, target: float) -> None:
@@ -60,7 +63,7 @@ class ExpectedContact:
         ------
         BeyondSurfaceError
         """
-        radius = self._reach(self._level(control, target))
+        radius = self._reach(self._level(control, target, self._stiffest))
         if radius > self.indenter.extent:
             raise BeyondSurfaceError(self.indenter, self.spacing, radius)
 
@@ -72,7 +75,8 @@ class ExpectedContact:
         control, target
             See `check_surface`.
         """
-        level = contact_level(self._level(control, target), 0.0, self.wall, 1.0)
+        level = self._level(control, target, self._stiffest)
+        level = contact_level(level, 0.0, self.wall, 1.0)
         side = math.ceil(2.0 * self._reach(level) / self.spacing)
         check_memory((side, side))
 
@@ -89,7 +93,8 @@ class ExpectedContact:
         int
             Power of two: one unless window or roughness have very many points.
         """
-        level = self._level(control, target) + 2.0 * self._depth_of_roughness
+        level = self._level(control, target, self.solid.contact_modulus)
+        level += 2.0 * self._depth_of_roughness
         side = 2.0 * self._reach(level) / self.spacing / _LARGEST_SIDE
         rough = self.indenter.roughness
         if isinstance(rough, SelfAffine):
@@ -104,7 +109,13 @@ class ExpectedContact:
         lowest = getattr(rough, "lowest", None)
         return -float(lowest(self.spacing)) if lowest else 0.0
 
-    def _level(self, control: str, target: float) -> float:
+    @property
+    def _stiffest(self) -> float:
+        """Modulus of the stiffest waves."""
+        waves = np.geomspace(_LONGEST, 1.0, _WAVES) * np.pi / self.spacing
+        return float(self.solid.wave_modulus(waves).max())
+
+    def _level(self, control: str, target: float, modulus: float) -> float:
         """Return a height below which the rigid sphere is in the range of the wall."""
         if control == "heights":
             return self.wall.cutoff - target
@@ -112,7 +123,7 @@ class ExpectedContact:
         level -= self._depth_of_roughness  # by which asperities hold the sphere up
         if control == "penetrations":
             return level + target
-        sphere = Hertz(self.indenter.radius, self.modulus)
+        sphere = Hertz(self.indenter.radius, modulus)
         radius = float(sphere.contact_radius(np.maximum(target, 0.0)))
         return level + radius**2 / self.indenter.radius
 

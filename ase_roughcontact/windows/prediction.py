@@ -14,13 +14,19 @@ K. L. Johnson, Contact Mechanics (Cambridge, 1985), Section 4.2: force and gap.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
+from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.windows.footprint import Footprint
 
 # Depths are searched from this part of the spacing on, by this factor.
 _FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
+# Wave number that represents a contact, times its radius.
+_WAVE_NUMBER = math.pi
+# Corrections of the modulus of a solid that is not homogeneous.
+_CORRECTIONS = 8
 # Gap at a radius a (1 + e) beside a Hertzian contact of radius a, for small e, in units
 # of e^(3/2) a^2/(pi R).
 _GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
@@ -36,17 +42,21 @@ class DepthPrediction:
     ----------
     footprint : Footprint
     wall : Interaction
-    modulus : float
-        Contact modulus (pressure).
+    solid : ElasticSolid
+        Its modulus is that of waves of the size of the overlap.
     factor : float
         Initial value of ``c``.
     """
 
     def __init__(
-        self, footprint: Footprint, wall: Interaction, modulus: float, factor: float
+        self,
+        footprint: Footprint,
+        wall: Interaction,
+        solid: ElasticSolid,
+        factor: float,
     ) -> None:
         self._footprint, self._wall = footprint, wall
-        self._modulus, self._factor = modulus, factor
+        self._solid, self._factor = solid, factor
 
     def depth(self, load: float) -> float:
         """Return a depth at which the indenter carries at least the load.
@@ -92,7 +102,52 @@ class DepthPrediction:
 
     def _load(self, depth: float, half_side: float) -> float:
         spacing = self._footprint.spacing
-        return self._factor * self._modulus * depth * half_side * spacing
+        modulus = modulus_under(half_side * spacing, self._solid, spacing)
+        return self._factor * modulus * depth * half_side * spacing
+
+
+def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:
+    """Return the modulus of waves of the size of a contact.
+
+    Parameters
+    ----------
+    radius : float
+        Of the contact (length).
+    solid : ElasticSolid
+    spacing : float
+        Of the atoms (length).
+
+    Returns
+    -------
+    float
+        Pressure.
+    """
+    return float(solid.wave_modulus(_WAVE_NUMBER / max(radius, spacing)))
+
+
+def contact_radius_on(
+    solid: ElasticSolid, spacing: float, radius: Callable[[float], float]
+) -> float:
+    """Return the radius of a contact from that on a homogeneous solid.
+
+    Parameters
+    ----------
+    solid : ElasticSolid
+        Its modulus depends on the length of waves.
+    spacing : float
+        Of the atoms (length).
+    radius : callable
+        Returns the radius on an isotropic solid from its modulus (length).
+
+    Returns
+    -------
+    float
+        That for the modulus of waves of its own size (length).
+    """
+    result = radius(solid.contact_modulus)
+    for _ in range(_CORRECTIONS):
+        result = radius(modulus_under(result, solid, spacing))
+    return result
 
 
 def contact_level(

@@ -47,6 +47,17 @@ def test_limits_of_thin_and_thick_layers(poisson, bonded):
     assert rigid == pytest.approx(expected, rel=1e-4)
 
 
+def test_uniform_compression_of_a_layer():
+    long_waves = Layer(2.0, 3.0, poisson=0.3).wave_compliance(1e-6, 0.0)
+    for bonded in (True, False):  # a periodic cell keeps its size
+        layer = Layer(2.0, 3.0, poisson=0.3, bonded=bonded)
+        assert layer.uniform_compliance == pytest.approx(long_waves, rel=1e-6)
+    assert Layer(2.0, 3.0).uniform_compliance == 0.0  # incompressible
+    assert Layer(2.0, 3.0, 1.0, poisson=0.3).uniform_compliance == 0.0
+    plane = PeriodicHalfSpace((8, 8), 1.0, layer).displacement(np.ones((8, 8)))
+    np.testing.assert_allclose(plane, 0.0, atol=1e-15)
+
+
 @pytest.mark.parametrize("bonded", [True, False], ids=["bonded", "sliding"])
 def test_a_layer_of_its_bases_material(bonded):
     layer = Layer(2.0, 3.0, 2.0, 0.3, 0.3, bonded)

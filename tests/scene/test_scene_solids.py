@@ -98,6 +98,29 @@ def test_a_crystal_is_found_beside_the_scene_and_copied_to_the_results(
     assert Scene.read(out / "scene.toml").solid.todict()["name"] == "Crystal"
 
 
+def test_the_soft_base_of_a_stiff_layer_does_not_refuse_a_load():
+    def check(lines):
+        text = SMALL.replace("shape = [32, 30]\ncontact_modulus = 100.0", lines)
+        text = text.replace(
+            '"penetration"\nfirst = 0.2\nlast = 0.6', '"load"\nlast = 40'
+        )
+        Scene.parse(text.replace("steps = 2", "first = 20\nsteps = 2")).check_path()
+
+    base = "contact_modulus = 0.1"
+    with pytest.raises(ValueError, match="load of 40 nN: "):
+        check(base)
+    check(f'{base}\nlayer_thickness = "1 µm"\nlayer_modulus = 100.0')
+
+
+def test_a_plan_tells_that_uniform_compression_is_left_out():
+    def left_out(lines, modulus):
+        return " ".join(scene(f"{lines}\nperiodic = true", modulus).plan().left_out)
+
+    rigid = f"{LAYER}\nrigid_base = true\nlayer_poisson = 0.3"
+    assert "uniform compression of the layer" in left_out(rigid, "")
+    assert "uniform" not in left_out("", "contact_modulus = 100.0")
+
+
 @pytest.mark.parametrize(
     "lines, message",
     [

@@ -13,9 +13,11 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.theory import JKR
+from ase_roughcontact.elasticity import Isotropic, Layer, PeriodicHalfSpace
+from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.theory import JKR, Hertz
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
+from ase_roughcontact.windows.prediction import contact_radius_on
 
 SHORT, LONG = 4.0, 64.0
 
@@ -30,7 +32,7 @@ def sphere(radius):
 
 
 def estimate(indenter, work):
-    return AdhesionEstimate(indenter, wall(work), 1.0, 1.0)
+    return AdhesionEstimate(indenter, wall(work), Isotropic(1.0), 1.0)
 
 
 def first_step(indenter, work, **path):
@@ -54,6 +56,44 @@ def energy_of_the_spectrum(slope=0.1, hurst=0.8, long=LONG):
 def test_effective_work_lacks_the_energy_of_the_spectrum():
     left = estimate(sphere(1e4), 0.05).effective_work
     assert 0.05 - left == pytest.approx(energy_of_the_spectrum(), rel=1e-12)
+
+
+def test_effective_work_on_other_solids():
+    def energy(solid, indenter):
+        return 0.05 - AdhesionEstimate(indenter, wall(0.05), solid, 1.0).effective_work
+
+    thick, thin = Layer(4.0, 1e3, 1.0, 0.3, 0.3), Layer(4.0, 1e-3, 1.0, 0.3, 0.3)
+    between, rough = Layer(4.0, 2.0, 1.0, 0.3, 0.3), sphere(1e4)
+    expected = energy_of_the_spectrum()
+    assert energy(thick, rough) == pytest.approx(4.0 * expected, rel=1e-6)
+    assert energy(thin, rough) == pytest.approx(expected, rel=1e-3)
+    # the same by the transform of the roughness itself, one period of it
+    heights = rough.roughness.heights((512, 512), 1.0)
+    halfspace = PeriodicHalfSpace((512, 512), 1.0, between)
+    pressed = -0.5 * np.mean(halfspace.elastic_pressure(heights) * heights)
+    assert energy(between, rough) == pytest.approx(pressed, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    "solid", [Layer(0.25, 8.0, 1.0, 0.3, 0.3), Layer(1.0, 5.0, poisson=0.3)]
+)
+@pytest.mark.parametrize("attractive", [True, False])
+def test_radius_of_a_contact_on_a_layer_before_it_is_calculated(solid, attractive):
+    smooth, load = RoughSphere(200.0), 10.0
+    form = wall(0.02) if attractive else HardWall()
+    atoms = substrate("Cu", (8, 8), smooth, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(smooth, solid=solid, interaction=form)
+    (step,) = load_path(atoms, loads=[load], window="auto", validity="ignore")
+    if attractive:
+        expected = AdhesionEstimate(smooth, form, solid, 1.0).radius(0.0, load)
+    else:
+        expected = contact_radius_on(
+            solid, 1.0, lambda e: float(Hertz(200.0, e).contact_radius(load))
+        )
+    measured = np.sqrt(step.contact_area / np.pi)
+    assert measured == pytest.approx(expected, rel=0.3 if attractive else 0.03)
+    homogeneous = Hertz(200.0, solid.contact_modulus).contact_radius(load)
+    assert abs(measured - homogeneous) > 0.15 * measured
 
 
 def test_long_wavelengths_are_counted_once():
