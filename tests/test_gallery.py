@@ -23,7 +23,7 @@ SMALL = {
     "ensemble_database": {"SEEDS": 2, "LOADS": (1.0, 3.0), "WORKERS": 1},
     "crystals": {
         "METALS": ("Cu",),
-        "SLAB": {"layers": 7, "size": 3, "tolerance": 1.0},
+        "SLAB": {"layers": 9, "size": 3, "tolerance": 1.0},
     },
     "own_wall": {},
     "mixed_calculator": {"SIZE": 6},
