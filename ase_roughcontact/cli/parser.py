@@ -66,6 +66,12 @@ step is below it. Each load gets as many as it needs, which a pilot of 8 predict
 
   ase-roughcontact ensemble my.toml --error 0.05
 
+With --scheduler, the workers of a Dask cluster calculate, on any number of machines:
+
+  dask scheduler --port 8786
+  dask worker tcp://HOST:8786 --nthreads 1
+  ase-roughcontact ensemble my.toml --scheduler tcp://HOST:8786
+
 Exit status: 0 all steps are stored, 1 some cases failed or the error is larger, 2 the
 scene or the database is invalid or damaged, 130 interrupted (Ctrl-C), 143 terminated
 (SIGTERM).

@@ -64,7 +64,9 @@ class EnsembleDatabase:
             If the database is damaged; it is not changed then.
         """
         with self._transaction() as db:
-            self._refuse_damage(db)
+            damage = self._damage(db)
+        if damage:  # not within the context, which PostgreSQL's can't leave by an error
+            raise damage
         for file in glob(f"{escape(self.address)}-*.lock"):
             with _file_lock(file):
                 pass
@@ -72,7 +74,9 @@ class EnsembleDatabase:
     def check(self) -> None:
         """Raise `ValueError` if the database is damaged, with what is."""
         with readable_errors(self.address), _connect(self.address) as db:
-            self._refuse_damage(db)
+            damage = self._damage(db)
+        if damage:
+            raise damage
 
     def select(self, selection: str | None = None, **query: Any) -> Iterator[Any]:
         """Return the rows of load steps that match a query; see `ase.db`."""
@@ -165,19 +169,22 @@ class EnsembleDatabase:
         with self.lock(name) as free:
             return not free
 
-    def _refuse_damage(self, db: Any) -> None:
+    def _damage(self, db: Any) -> ValueError | None:
+        """Return the error about a damaged database; None if it is intact."""
         try:
             row = damaged_row(db)
         except sqlite3.OperationalError:
             raise
         except Exception as error:  # what is damaged can be anything
-            raise damaged(self.address, error) from error
-        if row is not None:
-            raise ValueError(
-                f"row {row} of {self.address} is damaged, it is not what was written: "
-                "restore a copy of the database, or delete the row with 'ase db "
-                f"{self.address} id={row} --delete', and start again to calculate it"
-            )
+            return damaged(self.address, error)
+        if row is None:
+            return None
+        address = without_password(self.address)
+        return ValueError(
+            f"row {row} of {address} is damaged, it is not what was written: restore a "
+            f"copy of the database, or delete the row with 'ase db {address} id={row} "
+            "--delete', and start again to calculate it"
+        )
 
     @contextmanager
     def _transaction(self) -> Iterator[Any]:

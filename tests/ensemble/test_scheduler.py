@@ -152,6 +152,8 @@ def test_an_ensemble_continues_though_client_or_scheduler_are_killed(
     finally:
         for process in started:
             process.terminate()
+        for process in started:
+            process.wait(60)
     assert before <= {row.unique_id for row in rows("e.db", record="step")}
     columns = read_ensemble("e.db")
     assert len(columns["step"]) == 60
