@@ -10,6 +10,9 @@ from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFun
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.foundation.coupling import apply, on_cells
 
+# Stiffness against a displacement of all atoms, relative to that of the layers.
+_HELD = 1e3
+
 
 class FoundationPrecon(Precon):
     """Stiffness of the explicit layers at rest, on the half crystal below them.
@@ -57,10 +60,10 @@ class FoundationPrecon(Precon):
             sites.indices.shape[1:],
             surface.constants.spacing,
         )
-        # the centre of mass of the lowest layer is held, see crystal_slab
+        # all layers move relative to the lowest one, whose mean is (nearly) held
         mean, lowest = self._stiffness[0, 0], slice(-3, None)
         mean[lowest] = mean[:, lowest] = 0.0
-        mean[lowest, lowest] = np.eye(3) * mean.trace().real / len(mean)
+        mean[lowest, lowest] = np.eye(3) * mean.trace().real * _HELD
         self._compliance = np.linalg.inv(self._stiffness)
         diagonal = np.einsum("nmii->nmi", self._stiffness).real
         self._other = float(diagonal.mean())
