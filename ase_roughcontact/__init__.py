@@ -15,7 +15,12 @@ from ase_roughcontact.foundation import (
     add_indenter,
     crystal_slab,
 )
-from ase_roughcontact.interactions import HardWall, Interaction, LennardJones93
+from ase_roughcontact.interactions import (
+    HardWall,
+    Interaction,
+    LennardJones93,
+    PlasticWall,
+)
 from ase_roughcontact.optimize import (
     ActiveSet,
     FourierModes,
@@ -54,6 +59,7 @@ __all__ = [
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",
+    "PlasticWall",
     "RigidIndenter",
     "RoughContact",
     "RoughSphere",

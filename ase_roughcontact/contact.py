@@ -17,6 +17,7 @@ normal force on the indenter are
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,9 @@ from ase_roughcontact.interactions import Interaction, scaled_attraction
 # and carries load if its pressure is above this part of the largest one.
 _HARD_GAP = 1e-5
 _HARD_PRESSURE = 1e-9
+# An atom flows if its pressure is closer than this to the hardness, relative to it, and
+# may overlap if it is closer than this.
+_FLOW_PRESSURE, _OVERLAP_PRESSURE = 1e-9, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +58,10 @@ class ContactState:
     touching : ndarray, shape (n, m), optional
         Mask of the atoms that touch a hard wall with attraction, where the pressure may
         be a tension; by default atoms touch where the pressure is repulsive.
+    hardness : float
+        Largest pressure of the wall, by default infinity.
+    kept_depth : ndarray, shape (n, m), optional
+        Plastic depth that the surface has kept from earlier steps (length).
     """
 
     energy: float
@@ -64,6 +72,8 @@ class ContactState:
     normal_force: float
     cell_area: float
     touching: np.ndarray | None = None
+    hardness: float = math.inf
+    kept_depth: np.ndarray | None = None
 
     @property
     def contact(self) -> np.ndarray:
@@ -79,6 +89,22 @@ class ContactState:
     def attractive_atoms(self) -> int:
         """Number of other atoms under an attractive pressure."""
         return int(np.count_nonzero((self.pressure < 0.0) & ~self.contact))
+
+    @property
+    def plastic(self) -> np.ndarray:
+        """Mask of the atoms under the hardness, in plastic contact, shape (n, m)."""
+        return self.pressure >= self.hardness
+
+    @property
+    def plastic_atoms(self) -> int:
+        """Number of atoms in plastic contact, which count as atoms in contact, too."""
+        return int(np.count_nonzero(self.plastic))
+
+    @property
+    def plastic_depth(self) -> np.ndarray:
+        """Depth by which the surface has flowed, shape (n, m) (length)."""
+        depth = np.maximum(-self.gap, 0.0) * self.plastic
+        return depth if self.kept_depth is None else depth + self.kept_depth
 
     @property
     def contact_area(self) -> float:
@@ -101,6 +127,14 @@ class Contact:
     adhesion : ndarray, shape (n, m), optional
         Local work of adhesion relative to that of the wall; see `scaled_attraction`. By
         default it is one everywhere.
+    plastic_depth : ndarray, shape (n, m), optional
+        Depth by which the surface has flowed in earlier steps (length).
+
+    Attributes
+    ----------
+    heights : ndarray, shape (n, m)
+        Lower surface of the indenter above the undeformed surface: with the plastic
+        depth.
 
     Raises
     ------
@@ -115,10 +149,13 @@ class Contact:
         heights: np.ndarray,
         interaction: Interaction,
         adhesion: np.ndarray | None = None,
+        plastic_depth: np.ndarray | None = None,
     ) -> None:
         self.halfspace = halfspace
         self.heights = self._checked("heights", heights)
-        self.interaction = interaction
+        if plastic_depth is not None:
+            self.heights = self.heights + self._checked("plastic_depth", plastic_depth)
+        self.interaction, self.plastic_depth = interaction, plastic_depth
         self.adhesion = None
         if adhesion is not None:
             self.adhesion = self._checked("adhesion", adhesion)
@@ -130,7 +167,27 @@ class Contact:
     @property
     def first_contact(self) -> float:
         """Height of the indenter at which the wall begins to repel a flat surface."""
-        return float(self.interaction.contact_distance - self.heights.min())
+        heights = self.heights
+        if self.plastic_depth is not None:
+            heights = heights - self.plastic_depth
+        return float(self.interaction.contact_distance - heights.min())
+
+    @property
+    def plastic_work(self) -> float:
+        """Work of the plastic flow in earlier steps."""
+        if self.plastic_depth is None or self.interaction.hardness == math.inf:
+            return 0.0
+        depth = float(self.plastic_depth.sum())
+        return self.interaction.hardness * self.halfspace.cell_area * depth
+
+    def indented(self, plastic_depth: np.ndarray | None) -> Contact:
+        """Return the contact whose surface has another plastic depth."""
+        heights = self.heights
+        if self.plastic_depth is not None:
+            heights = heights - self.plastic_depth
+        return Contact(
+            self.halfspace, heights, self.interaction, self.adhesion, plastic_depth
+        )
 
     def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:
         """Return the gap ``Z + h - u`` at every atom of the window.
@@ -237,12 +294,13 @@ class Contact:
         else:
             wall_energy, pressure = self.wall(np.maximum(gap, 0.0))
             if reaction is None:
-                self._check_overlap(gap)
                 reaction = self._reaction(gap, elastic, pressure)
             elif self.interaction.attractive:
                 reaction = self._where_touching(gap, reaction, pressure)
             if self.interaction.attractive:
                 touching = reaction > pressure
+            if self.interaction.hardness < math.inf:
+                wall_energy += self._plastic_energy(gap, reaction)
             pressure = reaction
 
         area, (n, m) = self.halfspace.cell_area, gap.shape
@@ -263,6 +321,8 @@ class Contact:
             normal_force=float(area * pressure.sum()),
             cell_area=area,
             touching=touching,
+            hardness=self.interaction.hardness,
+            kept_depth=self.plastic_depth,
         )
 
     def _padded(self, pressure: np.ndarray) -> np.ndarray:
@@ -306,10 +366,40 @@ class Contact:
     ) -> np.ndarray:
         """Return the elastic pressure on the atoms that touch a hard wall."""
         window = elastic[: gap.shape[0], : gap.shape[1]]
+        if self.interaction.hardness < math.inf:
+            return self._plastic_reaction(gap, window)
+        self._check_overlap(gap)
         if self.halfspace.periodic:
             # the displacement determines the pressure up to its mean
             window = window - (window - attraction).min()
         return self._where_touching(gap, window, attraction)
+
+    def _plastic_reaction(self, gap: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+        """Return the elastic pressure on touching atoms, the hardness at overlaps."""
+        tolerance, hardness = (
+            _HARD_GAP * self.halfspace.spacing,
+            self.interaction.hardness,
+        )
+        overlaps = gap < -tolerance
+        if self.halfspace.periodic:
+            flows = elastic[overlaps]
+            elastic = elastic - (
+                flows.mean() - hardness if flows.size else elastic.min()
+            )
+        if (elastic[overlaps] < (1.0 - _OVERLAP_PRESSURE) * hardness).any():
+            self._check_overlap(gap)
+        least = _HARD_PRESSURE * hardness
+        reaction = np.where((gap <= tolerance) & (elastic > least), elastic, 0.0)
+        reaction[overlaps | (reaction >= (1.0 - _FLOW_PRESSURE) * hardness)] = hardness
+        return reaction
+
+    def _plastic_energy(self, gap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+        """Return the work of the plastic flow per area."""
+        hardness = self.interaction.hardness
+        depth = np.maximum(-gap, 0.0) * (pressure >= hardness)
+        if self.plastic_depth is not None:
+            depth += self.plastic_depth
+        return hardness * depth
 
     def _where_touching(
         self, gap: np.ndarray, pressure: np.ndarray, attraction: np.ndarray

@@ -9,8 +9,13 @@ from ase import Atoms
 
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
 from ase_roughcontact.atoms.calculator import grid_of
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, surface_above
-from ase_roughcontact.atoms.snapshot import contact_of_frame, pressure_of
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
+from ase_roughcontact.atoms.snapshot import (
+    contact_of_frame,
+    gap_of,
+    plastic_depth_of,
+    pressure_of,
+)
 from ase_roughcontact.topography import Surface
 
 
@@ -33,7 +38,9 @@ class ContactMap:
     gap : ndarray, shape (n, m), optional
         Distance to the indenter, nan at sites without an atom (Å).
     displacement : ndarray, shape (n, m), optional
-        Displacement of the surface, positive upward (Å).
+        Elastic displacement of the surface, positive upward (Å).
+    plastic_depth : ndarray, shape (n, m), optional
+        Depth by which the surface has flowed (Å).
 
     Raises
     ------
@@ -49,6 +56,7 @@ class ContactMap:
     periodic: bool
     gap: np.ndarray | None = None
     displacement: np.ndarray | None = None
+    plastic_depth: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -56,7 +64,7 @@ class ContactMap:
         window(self.pressure.shape, self.spacing, self.origin)
         if self.contact.dtype != bool:
             raise ValueError(f"contact must be bools, got {self.contact.dtype}")
-        for name in ("contact", "gap", "displacement"):
+        for name in ("contact", "gap", "displacement", "plastic_depth"):
             field = getattr(self, name)
             if field is not None and field.shape != self.pressure.shape:
                 raise ValueError(
@@ -85,11 +93,15 @@ class ContactMap:
         ValueError
             If the frame was not made by `snapshot`.
         """
-        grid, gap = SurfaceGrid.of(frame), None
-        if indenter is not None:
-            gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
-        pressure, contact = pressure_of(frame), contact_of_frame(frame)
-        return _map(grid, pressure, contact, gap, frame.positions[:-1, 2])
+        grid = SurfaceGrid.of(frame)
+        return _map(
+            grid,
+            pressure_of(frame),
+            contact_of_frame(frame),
+            None if indenter is None else gap_of(frame, grid, indenter),
+            frame.positions[:-1, 2],
+            plastic_depth_of(frame),
+        )
 
     @classmethod
     def from_atoms(cls, atoms: Atoms) -> ContactMap:
@@ -114,7 +126,9 @@ class ContactMap:
         state = atoms.calc.state(atoms)
         n, m = grid.window
         moved = displacement(atoms, grid)[:n, :m]
-        return _map(grid, state.pressure, state.contact, state.gap, moved)
+        return _map(
+            grid, state.pressure, state.contact, state.gap, moved, state.plastic_depth
+        )
 
     @property
     def x(self) -> np.ndarray:
@@ -156,6 +170,7 @@ def _map(
     contact: np.ndarray,
     gap: np.ndarray | None,
     displacement: np.ndarray,
+    plastic_depth: np.ndarray,
 ) -> ContactMap:
     """Return the map of values of the atoms of the window."""
     return ContactMap(
@@ -166,6 +181,7 @@ def _map(
         periodic=grid.periodic,
         gap=None if gap is None else gap.reshape(grid.window),
         displacement=displacement.reshape(grid.window),
+        plastic_depth=plastic_depth if plastic_depth.any() else None,
     )
 
 

@@ -26,6 +26,7 @@ _UNITS = {
     "pressure": "GPa",
     "gap": "nm",
     "displacement": "nm",
+    "plastic_depth": "nm",
     "contacting_points": "1",
     "x": "nm",
     "y": "nm",
@@ -38,7 +39,7 @@ def write_map(contact_map: ContactMap, file: str | Path) -> None:
     Parameters
     ----------
     contact_map : ContactMap
-        Gap and displacement are written if it has them.
+        Gap, displacement and plastic depth are written if it has them.
     file : path
         Ending in .npz (arrays of NumPy with their names), .nc (NetCDF 3) or .vti (image
         data of VTK, for ParaView). Positions x and y are relative to the axis of the
@@ -79,6 +80,8 @@ def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
         fields["gap"] = contact_map.gap / UNITS["nm"]
     if contact_map.displacement is not None:
         fields["displacement"] = -contact_map.displacement / UNITS["nm"]
+    if contact_map.plastic_depth is not None:
+        fields["plastic_depth"] = contact_map.plastic_depth / UNITS["nm"]
     return fields
 
 

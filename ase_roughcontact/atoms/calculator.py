@@ -18,6 +18,7 @@ from ase_roughcontact.atoms.indenter import (
     surface_id,
 )
 from ase_roughcontact.atoms.model import ContactModel, lattice_of
+from ase_roughcontact.atoms.plastic_shape import same_depth, set_kept_depth
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -252,6 +253,8 @@ class RoughContact(Calculator):
         if self.atoms is not None:
             if self._fixed != indenter_fixed(atoms):
                 return ["constraints"]
+            if not same_depth(self.atoms, atoms):
+                return ["plastic_depth"]
             old, new = (
                 (a.positions, a.cell.array, a.pbc, a.numbers)
                 for a in (self.atoms, atoms)
@@ -269,6 +272,7 @@ class RoughContact(Calculator):
             self._cached_model = ContactModel(
                 lattice, grid, self._contact(grid), identity
             )
+        self._cached_model.adopt_depth(atoms)
         check_surface(atoms, self._cached_model.surface_id)
         return self._cached_model
 
@@ -364,6 +368,22 @@ def apply_pressure(
     """
     _model_of(atoms).apply_pressure(atoms, pressure, height)
     atoms.calc.reset()
+
+
+def indent(atoms: Atoms) -> None:
+    """Lower the surface by its plastic depth, so that it keeps its plastic shape.
+
+    Gaps in plastic contact are zero afterwards; energy and forces do not change.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Relaxed, with a `RoughContact` calculator whose wall has a hardness; their array
+        ``plastic_depth`` is set (Å).
+    """
+    state = contact_state(atoms)
+    if state.plastic_atoms:
+        set_kept_depth(atoms, grid_of(atoms), state.plastic_depth)
 
 
 def _model_of(atoms: Atoms) -> ContactModel:

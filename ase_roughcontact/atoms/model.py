@@ -9,6 +9,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.contact import Contact, ContactState
 
 
@@ -45,6 +46,13 @@ class ContactModel:
     def fits(self, atoms: Atoms) -> bool:
         """Return whether the lattice of the atoms is still the same."""
         return all(map(array_equal, lattice_of(atoms), self.lattice))
+
+    def adopt_depth(self, atoms: Atoms) -> None:
+        """Give the contact the plastic depth of the atoms."""
+        old, new = self.contact.plastic_depth, kept_depth(atoms, self.grid)
+        if new is old or (old is not None and new is not None and (new == old).all()):
+            return
+        self.contact = self.contact.indented(new)
 
     def state(self, atoms: Atoms) -> ContactState:
         """Return energy, forces and fields of the atoms."""

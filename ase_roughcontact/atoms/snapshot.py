@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import binascii
+import math
 import zlib
 from typing import Any
 
@@ -18,16 +19,26 @@ from ase.constraints import FixAtoms
 from ase.units import GPa
 
 from ase_roughcontact.atoms.calculator import grid_of
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.grid import (
+    SurfaceGrid,
+    displacement,
+    set_displacement,
+    surface_above,
+)
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.atoms.plastic_shape import set_kept_depth
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
+from ase_roughcontact.topography import Surface
 
-#: Tags of the atoms of a snapshot.
+#: Tags of the atoms of a snapshot; 3 is that of the indenter in a view.
+TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC = 0, 1, 2, 4
+
 # Key of the mask of the atoms that touch a hard wall with attraction.
 _TOUCHING = "touching"
-TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED = 0, 1, 2
+# Key of whether the surface has kept the plastic depth.
+_INDENTED = "indented"
 
 
 def snapshot(atoms: Atoms, **info: Any) -> Atoms:
@@ -45,9 +56,10 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     Atoms
         Energy, energies and forces are in a `SinglePointCalculator`. Its `info` has the
         normal force (eV/Å), the contact area (Å^2), the compressed pressures, which
-        `pressure_of` reads, and `info`. For viewers, tags are 1 for atoms in contact, 2
-        for atoms under attraction and 0 for all others, and initial charges are the
-        pressures in GPa.
+        `pressure_of` reads, with a hardness the plastic depths, which
+        `plastic_depth_of` reads, and `info`. For viewers, tags are 1 for atoms in
+        contact, 4 for those in plastic contact, 2 for atoms under attraction and 0 for
+        all others, and initial charges are the pressures in GPa.
 
     Raises
     ------
@@ -67,8 +79,12 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     tags = np.full(state.pressure.shape, TAG_OPEN)
     tags[state.pressure < 0] = TAG_ATTRACTED
     tags[state.contact] = TAG_CONTACT
+    tags[state.plastic] = TAG_PLASTIC
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
+    if state.hardness < math.inf:
+        info["plastic_depth"] = _compressed(state.plastic_depth)
+        info[_INDENTED] = state.kept_depth is not None
     frame.info.update(
         normal_force=state.normal_force,
         contact_area=state.contact_area,
@@ -122,6 +138,36 @@ def contact_of_frame(frame: Atoms) -> np.ndarray:
     return pressure_of(frame) > 0.0
 
 
+def plastic_depth_of(frame: Atoms) -> np.ndarray:
+    """Return the plastic depth of a snapshot.
+
+    Parameters
+    ----------
+    frame : Atoms
+        From `snapshot`, also read back from a file.
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        Depth by which the surface has flowed (Å); zero if the wall has no hardness.
+    """
+    if "plastic_depth" not in _info(frame):
+        return np.zeros(SurfaceGrid.of(frame).window)
+    return _field(frame, "plastic_depth")
+
+
+def kept_depth_of(frame: Atoms) -> np.ndarray | None:
+    """Return the plastic depth of a snapshot if its surface has kept it, else None."""
+    return plastic_depth_of(frame) if _info(frame).get(_INDENTED) else None
+
+
+def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
+    """Return the gap between the surface of a snapshot and its indenter, flat (Å)."""
+    gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
+    depth = kept_depth_of(frame)
+    return gap if depth is None else gap + depth.ravel()
+
+
 def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     """Rebuild the atoms of a calculation, padding included, from a frame.
 
@@ -161,6 +207,7 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     atoms.cell, atoms.pbc = frame.cell, frame.pbc
     if INDENTER_KEY in frame.info:
         atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]
+    set_kept_depth(atoms, SurfaceGrid.of(atoms), kept_depth_of(frame))
     if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     return atoms

@@ -17,7 +17,14 @@ from ase.units import GPa
 from ase_roughcontact._util.validation import FloatArray, integer
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
-from ase_roughcontact.atoms.snapshot import contact_of_frame, pressure_of, snapshot
+from ase_roughcontact.atoms.plastic_shape import DEPTH_KEY
+from ase_roughcontact.atoms.snapshot import (
+    contact_of_frame,
+    gap_of,
+    plastic_depth_of,
+    pressure_of,
+    snapshot,
+)
 from ase_roughcontact.topography import Surface
 
 #: Tag of the atoms that show the indenter.
@@ -172,8 +179,9 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     Returns
     -------
     Atoms
-        With the arrays ``pressure`` (GPa), ``contact`` (1 or 0) and, if the indenter is
-        known, ``gap`` (Å), all of them zero for the indenter.
+        With the arrays ``pressure`` (GPa), ``contact`` (1 or 0), ``plastic_depth`` (Å)
+        of a wall with a hardness and, if the indenter is known, ``gap`` (Å), all of
+        them zero for the indenter.
     """
     indenter = _indenter_of(atoms) if indenter is None else indenter
     frame = _frame(atoms)
@@ -181,9 +189,12 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     columns = _with_energy_of(frame, frame.copy())
     columns.set_array("pressure", np.append(pressure / GPa, 0.0))
     columns.set_array("contact", np.append(contact_of_frame(frame), False).astype(int))
+    depth = plastic_depth_of(frame)
+    if depth.any():
+        columns.set_array(DEPTH_KEY, np.append(depth, 0.0))
     if indenter is not None:
-        above = surface_above(frame, SurfaceGrid.of(frame), indenter)
-        columns.set_array("gap", np.append(above - frame.positions[:-1, 2], 0.0))
+        gap = gap_of(frame, SurfaceGrid.of(frame), indenter)
+        columns.set_array("gap", np.append(gap, 0.0))
     return columns
 
 

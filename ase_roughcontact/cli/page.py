@@ -24,6 +24,7 @@ _COLUMNS = (
     "largest_pressure",
     "repulsive_atoms",
     "attractive_atoms",
+    "plastic_atoms",
 )
 # Figures in their order on the page, with captions.
 _FIGURES = {

@@ -17,7 +17,7 @@ from ase_roughcontact.interactions.base import (
     scaled_attraction,
     wall_parameters,
 )
-from ase_roughcontact.interactions.hard import HardWall
+from ase_roughcontact.interactions.hard import HardWall, PlasticWall
 from ase_roughcontact.interactions.hard_adhesive import (
     DugdaleWall,
     ExponentialWall,
@@ -41,6 +41,7 @@ __all__ = [
     "Interaction",
     "LennardJones93",
     "Parameter",
+    "PlasticWall",
     "PowerLawWall",
     "RepulsiveLennardJones93",
     "make_wall",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar
@@ -42,6 +43,12 @@ class Interaction(ABC):
     hard : bool
         Whether the wall is a constraint, ``g >= 0, p >= 0, g p = 0``, instead of a
         function of the gap; by default False.
+    hardness : float
+        Largest pressure of a hard wall, at which the solid flows and atoms overlap
+        with the indenter (pressure); by default infinity.
+    permanent : bool
+        Whether a path keeps the plastic shape of the surface from step to step; by
+        default False.
     kappa : float or None
         Ratio ``h'rms E*/p`` for nominally flat rough surfaces, with the mean pressure p
         in the contacts and without the attraction; None, the default, stands for
@@ -60,6 +67,8 @@ class Interaction(ABC):
     work_of_adhesion: float
     attraction_range: float
     hard: ClassVar[bool] = False
+    hardness: float = math.inf
+    permanent: bool = False
     kappa: float | None = None
     kind: ClassVar[str] = ""
     label: ClassVar[str] = ""
@@ -184,9 +193,11 @@ def scaled_attraction(
     return scale * energy + lost, scale * pressure, scale * stiffness
 
 
-def wall_parameters() -> list[str]:
-    """Return the names of the parameters of all kinds of wall."""
-    return sorted({name for wall in WALLS.values() for name in wall.parameters})
+def wall_parameters() -> dict[str, tuple[type, ...]]:
+    """Return the types of the parameters of all kinds of wall, by their names."""
+    walls = WALLS.values()
+    types = {k: each.types for wall in walls for k, each in wall.parameters.items()}
+    return dict(sorted(types.items()))
 
 
 def make_wall(

@@ -1,12 +1,15 @@
-"""The hard wall."""
+"""The hard wall, of an elastic and of an elastic-plastic solid."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.interactions.base import Interaction, Profile
+from ase_roughcontact.interactions.parameter import Parameter
 
 
 @dataclass(frozen=True)
@@ -38,3 +41,67 @@ class HardWall(Interaction):
         """
         wall = np.where(np.asarray(gap, dtype=float) < 0.0, np.inf, 0.0)
         return wall, wall.copy(), wall.copy()
+
+
+@dataclass(frozen=True)
+class PlasticWall(HardWall):
+    """Hard wall whose pressure is limited by the hardness of a perfectly plastic solid.
+
+    An atom is out of contact, ``g >= 0, p = 0``, in elastic contact, ``g = 0, 0 <= p <=
+    H``, or in plastic contact, ``g <= 0, p = H``. The overlap of the latter is their
+    plastic depth, by which the material has flowed; the energy of the wall is the work
+    of the flow, H times the depth. The load is at most H times the area.
+
+    Parameters
+    ----------
+    hardness : float
+        H (pressure).
+    permanent : bool
+        Whether a path keeps the plastic shape: after each step the surface is lowered
+        by its plastic depth (`indent`), so that it unloads elastically. By default each
+        state is that of a single loading.
+
+    Raises
+    ------
+    ValueError
+        If the hardness is not a positive number or infinity.
+
+    References
+    ----------
+    A. Almqvist, F. Sahlin, R. Larsson, S. Glavatskih, Tribol. Int. 40, 574 (2007).
+    """
+
+    kind = "plastic"
+    label = "hard wall with plastic flow"
+    parameters = {
+        "hardness": Parameter("GPa"),
+        "permanent": Parameter(default=False),
+    }
+
+    hardness: float
+    permanent: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the hardness."""
+        if self.hardness != math.inf:
+            positive(hardness=self.hardness)
+
+    def evaluate(self, gap: np.ndarray) -> Profile:
+        """Return the work of the plastic flow, the hardness and zero at overlaps.
+
+        Parameters
+        ----------
+        gap : ndarray, any shape
+            Local gaps (length).
+
+        Returns
+        -------
+        energy, pressure, stiffness : ndarray, shape of `gap`
+            Zero at positive gaps. At a gap of zero the pressure is the reaction of the
+            wall, and not defined by the gap.
+        """
+        if self.hardness == math.inf:
+            return super().evaluate(gap)
+        overlap = np.maximum(-np.asarray(gap, dtype=float), 0.0)
+        pressure = self.hardness * (overlap > 0.0)
+        return self.hardness * overlap, pressure, np.zeros(overlap.shape)

@@ -17,9 +17,9 @@ class Parameter:
     ----------
     unit : {"", "a0", "Å", "GPa", "J/m^2", ...}
         Unit in the file: none, the atomic spacing, or one of `UNITS`.
-    default : float, optional
+    default : float or bool, optional
         Value if the file gives none, in the unit of the file. Without a default the
-        file must give the parameter.
+        file must give the parameter; with a bool it is true or false.
     above, below : float
         Limits between which the value must lie, in the unit of the file.
 
@@ -39,6 +39,11 @@ class Parameter:
         if self.unit not in (*UNITS, "a0"):
             raise ValueError(f"unit must be one of {[*UNITS, 'a0']}, got {self.unit!r}")
 
+    @property
+    def types(self) -> tuple[type, ...]:
+        """Types of the value in a file."""
+        return (bool,) if isinstance(self.default, bool) else (float, str)
+
     def convert(self, name: str, value: float | str, spacing: float) -> float:
         """Return a value of a scene file in ASE's units.
 
@@ -46,7 +51,7 @@ class Parameter:
         ----------
         name : str
             Name of the parameter, for errors.
-        value : float or str
+        value : float, str or bool
             Value in the unit of the file, or with a unit: ``"50 mJ/m^2"``.
         spacing : float
             Atomic spacing a0 (Å).
@@ -58,8 +63,12 @@ class Parameter:
         Raises
         ------
         ValueError
-            If the value is not a finite number within the limits.
+            If the value is not a finite number within the limits, or true or false.
         """
+        if self.types == (bool,):
+            if not isinstance(value, bool):
+                raise ValueError(f"{name} must be true or false, got {value!r}")
+            return value
         scale = spacing if self.unit == "a0" else UNITS[self.unit]
         given = value
         if isinstance(value, str):

@@ -74,9 +74,9 @@ def text_of(shape: tuple[int, ...]) -> str:
 def _gap_error(step: RelaxedStep) -> float:
     if not step.contact.interaction.hard:
         return 0.0
-    contact, gap = step.state.contact, step.state.gap
-    closed = abs(gap[contact]).max(initial=0.0)
-    return float(max(closed, -gap[~contact].min(initial=0.0)))
+    state, gap = step.state, step.state.gap
+    closed = gap[state.contact].max(initial=0.0)
+    return float(max(closed, -gap[~state.plastic].min(initial=0.0)))
 
 
 def _largest_force(step: RelaxedStep) -> float:
@@ -167,6 +167,15 @@ class LoadStep:
     attractive_atoms: int = column(
         lambda s: s.state.attractive_atoms, "number of atoms that the wall attracts"
     )
+    plastic_atoms: int = column(
+        lambda s: s.state.plastic_atoms,
+        "number of atoms in plastic contact, at the hardness of the wall",
+    )
+    plastic_depth: float = column(
+        lambda s: float(s.state.plastic_depth.max()),
+        "largest depth by which the surface has flowed",
+        "Å",
+    )
     energy: float = column(
         lambda s: float(s.atoms.get_potential_energy()),
         "energy of solid, wall and load",
@@ -179,8 +188,8 @@ class LoadStep:
     )
     gap_error: float = column(
         _gap_error,
-        "for a hard wall, the largest gap of an atom in contact or overlap of another; "
-        "otherwise zero",
+        "for a hard wall, the largest gap of an atom in contact, or overlap of one out "
+        "of plastic contact; otherwise zero",
         "Å",
     )
     converged: bool = column(

@@ -9,10 +9,11 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact._util.validation import integer, positive, shown
-from ase_roughcontact.atoms.calculator import RoughContact, contact_of
+from ase_roughcontact.atoms.calculator import RoughContact, contact_of, indent
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
-from ase_roughcontact.atoms.snapshot import restore
+from ase_roughcontact.atoms.plastic_shape import set_kept_depth
+from ase_roughcontact.atoms.snapshot import kept_depth_of, restore
 from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.record import LoadStep
@@ -117,7 +118,10 @@ class Stepper:
         relaxed = RelaxedStep(
             self.atoms, number, first_contact, statistics, seconds, self._hardness
         )
-        return self._record.of(relaxed)
+        record = self._record.of(relaxed)
+        if relaxed.contact.interaction.permanent:
+            indent(self.atoms)
+        return record
 
     def restart_from(self, frame: Atoms) -> None:
         """Move the atoms to the state of a frame, as if a step had ended there.
@@ -134,6 +138,7 @@ class Stepper:
         else:
             restored = restore(frame, contact_of(atoms).halfspace.solid)
             atoms.positions = restored.positions
+        set_kept_depth(atoms, SurfaceGrid.of(atoms), kept_depth_of(frame))
         self.windows.accept(atoms)
 
     def describe_system(self) -> dict[str, Any]:

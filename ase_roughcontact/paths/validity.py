@@ -186,8 +186,14 @@ def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> f
 
 
 def hardness_of_atoms(atoms: Atoms, hardness: float | None = None) -> float:
-    """Return the hardness of atoms, see `hardness_of`; that of a layer is not known."""
-    halfspace = contact_of(atoms).halfspace
+    """Return the hardness of atoms, see `hardness_of`.
+
+    It is that of the wall, if it has one; that of a layer is not known.
+    """
+    contact = contact_of(atoms)
+    halfspace, wall = contact.halfspace, contact.interaction
+    if wall.hardness < math.inf:  # what is plastic is within the model
+        return wall.hardness
     if hardness is None and isinstance(halfspace.solid, Layer):
         return math.nan
     return hardness_of(atoms.symbols[0], halfspace.spacing, hardness)
@@ -200,7 +206,10 @@ def _largest_pressure(step: RelaxedStep) -> float:
 def _mean_pressure(step: RelaxedStep) -> float:
     atoms = step.state.repulsive_atoms
     total = step.state.pressure.sum(where=step.state.contact)
-    return float(total) / atoms / step.hardness if atoms else math.nan
+    if not atoms:
+        return math.nan
+    # rounding may make the mean of equal pressures larger than any of them
+    return min(float(total) / atoms, float(step.state.pressure.max())) / step.hardness
 
 
 def _contact_radius(step: RelaxedStep) -> float:

@@ -153,7 +153,7 @@ class InteractionConfig(Section):
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:
         """Return the types that each key accepts, parameters of all walls included."""
-        return {"kind": (str,), **dict.fromkeys(wall_parameters(), (float, str))}
+        return {"kind": (str,), **wall_parameters()}
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, of parameters only those that are given."""

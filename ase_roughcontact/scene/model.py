@@ -119,6 +119,8 @@ class Model(SceneFile):
     @property
     def hardness(self) -> float:
         """Hardness of the surface (eV/Å^3); NaN if it is not known."""
+        if "hardness" in self.interaction.parameters:
+            return self.wall.hardness
         is_named = self.substrate.name and self.substrate.layer_thickness is None
         if self.given_hardness is None and not is_named:
             return math.nan
@@ -207,12 +209,15 @@ class Model(SceneFile):
     def wall(self) -> Interaction:
         """Interaction between the indenter and the atoms."""
         kind, parameters = self.interaction.kind, self.interaction.parameters
+        missing = lookup(kind, WALLS, "kind of interaction").parameters.keys()
+        missing -= parameters.keys()
         materials = self.substrate.material, self.sphere.material
-        if "work_of_adhesion" not in parameters and all(materials):
-            wall = lookup(kind, WALLS, "kind of interaction")
-            if "work_of_adhesion" in wall.parameters:
-                work = work_of_adhesion(*materials)
-                parameters = {**parameters, "work_of_adhesion": work}
+        if "work_of_adhesion" in missing and all(materials):
+            work = work_of_adhesion(*materials)
+            parameters = {**parameters, "work_of_adhesion": work}
+        if "hardness" in missing and not math.isnan(self.hardness):
+            hardness = self.hardness / UNITS["GPa"]
+            parameters = {**parameters, "hardness": hardness}
         return make_wall(kind, self.contact_modulus, self.spacing, parameters)
 
     def _in_spacings(self, section: Any, keys: Iterable[str]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,9 @@ class Predictions(Model):
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
 
-        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive.
+        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive. With
+        a hardness of the wall the contact fraction is `plastic_contact_fraction`, and
+        the area of a smooth sphere at least N/H.
 
         Parameters
         ----------
@@ -61,17 +64,25 @@ class Predictions(Model):
         ----------
         L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
         """
-        rough = self.rough
+        rough, hardness = self.rough, self.wall.hardness
         if rough is None:
-            return self.hertz_area(normal_force)
+            area = self.hertz_area(normal_force)
+            if hardness < math.inf:
+                area = np.maximum(area, theory.plastic_area(normal_force, hardness))
+            return area
         if self.inverse_kappa <= 0.0:
             return np.full(np.shape(normal_force), np.nan)
         pressure = theory.mean_contact_pressure(
             rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
         )
-        return theory.predicted_area(
-            normal_force, self.radius, self.contact_modulus, pressure
-        )
+        sphere = self.radius, self.contact_modulus
+        if hardness == math.inf:
+            return theory.predicted_area(normal_force, *sphere, pressure)
+
+        def fraction(nominal: np.ndarray) -> np.ndarray:
+            return theory.plastic_contact_fraction(nominal, pressure, hardness)[0]
+
+        return theory.predicted_area(normal_force, *sphere, fraction)
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Return the contact area of a smooth sphere without adhesion.

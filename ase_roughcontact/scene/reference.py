@@ -83,13 +83,27 @@ def reference_for(scene: Scene) -> Reference:
     """
     if not scene.wall.attractive:
         smooth = theory.Hertz(scene.radius, scene.contact_modulus)
+        plastic = _plastic(scene)
         if scene.rough is None:
-            return Reference(scene, smooth)
+            return Reference(scene, smooth, explanation=plastic)
         if _system(scene).single_asperity:
             return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
-        return Reference(scene, smooth, rough_above=0.0)
+        return Reference(scene, smooth, explanation=plastic, rough_above=0.0)
     reference = _adhesive(scene, scene.wall.work_of_adhesion)
     return _rough(reference)
+
+
+def _plastic(scene: Scene) -> str:
+    """Return where contact becomes plastic; empty without a hardness of the wall."""
+    hardness = scene.wall.hardness
+    if hardness == math.inf:
+        return ""
+    sphere = scene.radius, scene.contact_modulus, hardness
+    load = float(theory.plastic_crossover_load(*sphere)) / UNITS["nN"]
+    return (
+        f"pressures up to the hardness of {hardness / UNITS['GPa']:.3g} GPa; a smooth "
+        f"sphere would be fully plastic, A = N/H, above about {load:.2g} nN"
+    )
 
 
 def _system(scene: Scene) -> theory.RoughSphereTheory:

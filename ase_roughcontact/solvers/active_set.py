@@ -98,15 +98,18 @@ class ComplementarityProblem:
             self._open_lowest_pressure()
             self._clip()
             self._close_gaps(target)
-            changed = _exchange(
-                self._contact,
-                self._pressure,
-                self._change,
-                self._gap,
-                -target - self._height_change,
-            )
-            if not changed or self._steps <= 0:
+            if not self._exchange(target) or self._steps <= 0:
                 return self._result()
+
+    def _exchange(self, target: float) -> bool:
+        """Update the set; return whether it has changed."""
+        return _exchange(
+            self._contact,
+            self._pressure,
+            self._change,
+            self._gap,
+            -target - self._height_change,
+        )
 
     def _on_box(self, values: np.ndarray, factor: float) -> np.ndarray:
         """Return values on the box of the model times a factor, in its precision."""
@@ -163,14 +166,17 @@ class ComplementarityProblem:
         if not count:
             return
         largest = self._update_residual(count)
-        overlap = -_least_open_gap(self._gap, self._contact) - self._height_change
-        target = max(target, self._options.forcing * max(largest, overlap))
+        target = max(target, self._options.forcing * max(largest, self._overlap()))
         self._direction[:] = 0.0
         last_work = math.inf
         while largest > target and self._steps > 0:
             last_work = self._advance(count, last_work)
             largest = self._update_residual(count)
             self._steps -= 1
+
+    def _overlap(self) -> float:
+        """Return the largest overlap out of contact."""
+        return -_least_open_gap(self._gap, self._contact) - self._height_change
 
     def _update_residual(self, count: int) -> float:
         """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""

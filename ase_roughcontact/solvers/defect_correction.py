@@ -15,6 +15,9 @@ pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \s
 4. If the violation had not decreased to 30 % in the step before, minimise the energy
    over the span of this correction and the two before it instead: they make up for the
    errors of the model in the longest waves.
+
+With a hardness :math:`H` the pressures are bounded by it, too, and atoms at this bound
+may overlap; see `bounded_set`.
 """
 
 from __future__ import annotations
@@ -30,6 +33,8 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.active_set import ComplementarityProblem
+from ase_roughcontact.solvers.bounded_set import BoundedProblem
+from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import precision_advice
 
@@ -44,8 +49,8 @@ class HardWallState:
         Nonnegative pressure on the window.
     height : float
         Height of the indenter (length).
-    elastic_energy : float
-        Energy of the half space.
+    energy : float
+        Energy of the half space, and work of the plastic flow.
     violation : float
         Largest gap in contact or overlap (length).
     converged : bool
@@ -58,7 +63,7 @@ class HardWallState:
 
     pressure: np.ndarray
     height: float
-    elastic_energy: float
+    energy: float
     violation: float
     converged: bool
     message: str
@@ -128,6 +133,7 @@ class _DefectCorrection:
         self._height, self._load, self._tolerance = height, load, tolerance
         self._options = options
         self._work = 0.0
+        self._hardness = contact.interaction.hardness
         self._pressure = _initial_pressure(contact, load, start)
         self._opening = self._opened(self._pressure)
         if load is None:
@@ -144,19 +150,23 @@ class _DefectCorrection:
         """Calculate the gap; return the present state."""
         gap = linear_combination([(1.0, self._contact.heights), (1.0, self._opening)])
         if self._load is not None:
-            highest, minus_lowest = _extremes_in_contact(gap, self._pressure)
+            highest, minus_lowest = _extremes_in_contact(
+                gap, self._pressure, self._hardness
+            )
             self._height = (minus_lowest - highest) / 2.0
         gap += self._height
         self._gap = gap
-        violation = _violation(gap, self._pressure)
+        violation = _violation(gap, self._pressure, self._hardness)
         self._violations.append(violation)
         converged = violation <= self._tolerance
         work, self._work = self._work, 0.0
-        energy = 0.5 * self._halfspace.cell_area * dot(self._pressure, self._opening)
+        energy = 0.5 * dot(self._pressure, self._opening)
+        if self._hardness < math.inf:
+            energy += self._hardness * _flow(gap, self._pressure, self._hardness)
         return HardWallState(
             pressure=self._pressure,
             height=self._height,
-            elastic_energy=energy,
+            energy=self._halfspace.cell_area * energy,
             violation=violation,
             converged=converged,
             message="" if converged else self._obstacle(),
@@ -169,14 +179,18 @@ class _DefectCorrection:
         trial = self._solve_model(violations[-1])
         trial_opening = self._opened(trial)
         correction = Correction(trial - self._pressure, trial_opening - self._opening)
-        self._corrections = [correction, *self._corrections[: options.history]]
+        elastic = self._hardness == math.inf
+        history = options.history if elastic else options.plastic_history
+        self._corrections = [correction, *self._corrections[:history]]
         self._length = 1.0
         slowest = options.slow_contraction
         if len(violations) > 1 and violations[-1] > slowest * violations[-2]:
             self._pressure = self._combined(trial)
             self._opening = self._opened(self._pressure)
             return
-        self._length = _step_length(self._pressure, trial, self._gap, correction)
+        self._length = _step_length(
+            self._pressure, trial, self._gap, correction, self._hardness
+        )
         if self._length == 1.0:
             self._pressure, self._opening = trial, trial_opening
             return
@@ -212,9 +226,10 @@ class _DefectCorrection:
             contraction = self._options.exact_contraction * rounding
         target = max(0.3 * self._tolerance / violation, contraction)
         loaded = self._load is not None
-        problem = ComplementarityProblem(
-            model, self._pressure, self._gap, violation, loaded, self._options
-        )
+        parameters = model, self._pressure, self._gap, violation, loaded, self._options
+        problem = ComplementarityProblem(*parameters)
+        if self._hardness < math.inf:
+            problem = BoundedProblem(*parameters, self._hardness)
         trial = problem.solve(target)
         self._work += model.work - before
         return trial
@@ -243,22 +258,33 @@ class _DefectCorrection:
         weights, *_ = np.linalg.lstsq(hessian, -np.array(slopes), rcond=1e-8)
         terms = [(w, x.pressure) for w, x in zip(weights, corrections, strict=True)]
         new = linear_combination([(1.0, self._pressure), *terms])
-        _clip(new, trial)
-        if self._load is not None:
-            new *= self._pressure.sum() / new.sum()
-        return new
+        _clip(new, trial, self._hardness)
+        if self._load is None:
+            return new
+        total = float(self._pressure.sum())
+        if self._hardness == math.inf:
+            return new * (total / new.sum())
+        push = self._gap / -self._halfspace.self_compliance
+        return with_sum(new, total, self._hardness, push)
 
 
 def _initial_pressure(
     contact: Contact, load: float | None, start: np.ndarray | None
 ) -> np.ndarray:
     """Return an initial pressure that carries the load."""
+    hardness = contact.interaction.hardness
+    if start is not None and hardness < math.inf:
+        start = np.minimum(start, hardness)
     if load is None:
         return np.zeros(contact.heights.shape) if start is None else start
     halfspace = contact.halfspace
-    total = load / halfspace.cell_area
+    total, stiffness = load / halfspace.cell_area, 1.0 / halfspace.self_compliance
+    if hardness < math.inf:
+        push = -stiffness * contact.heights
+        if start is None or not start.any():
+            return clip_to_sum(push, total, hardness)
+        return with_sum(start, total, hardness, push)
     if start is None or not start.any():
-        stiffness = 1.0 / halfspace.self_compliance
         start = _winkler_pressure(contact.heights, total, stiffness)
     return start * (total / start.sum())
 
@@ -293,7 +319,11 @@ def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:
 
 
 def _step_length(
-    old: np.ndarray, new: np.ndarray, gap: np.ndarray, correction: Correction
+    old: np.ndarray,
+    new: np.ndarray,
+    gap: np.ndarray,
+    correction: Correction,
+    hardness: float,
 ) -> float:
     """Return the length of a step along a correction.
 
@@ -307,36 +337,61 @@ def _step_length(
     if curvature <= 0.0:  # a shift of the mean of a periodic surface
         return 1.0
     length = -slope / curvature
-    if length < 0.5 or _same_contact(old, new, length, correction.pressure):
+    if length < 0.5 or _same_contact(old, new, length, correction.pressure, hardness):
         return length
     return 1.0
 
 
 @rowwise(np.maximum)
-def _extremes_in_contact(gap: np.ndarray, pressure: np.ndarray) -> tuple[float, float]:
-    """Return the largest gap in contact, and minus the smallest."""
+def _extremes_in_contact(
+    gap: np.ndarray, pressure: np.ndarray, hardness: float
+) -> tuple[float, float]:
+    """Return the largest gap in contact, and minus the smallest.
+
+    With a hardness: minus the smallest of all atoms that are not in plastic contact.
+    """
     gaps = gap[pressure > 0.0]
-    return float(gaps.max(initial=-math.inf)), -float(gaps.min(initial=math.inf))
+    highest = float(gaps.max(initial=-math.inf))
+    if hardness < math.inf:
+        gaps = gap[pressure < hardness]
+    return highest, -float(gaps.min(initial=math.inf))
 
 
 @rowwise(np.maximum)
-def _violation(gap: np.ndarray, pressure: np.ndarray) -> float:
-    """Return the largest gap in contact or overlap."""
+def _violation(gap: np.ndarray, pressure: np.ndarray, hardness: float) -> float:
+    """Return the largest gap in contact, or overlap below the hardness."""
     in_contact = gap.max(where=pressure > 0.0, initial=0.0)
+    if hardness < math.inf:
+        return float(max(in_contact, -gap.min(where=pressure < hardness, initial=0.0)))
     return float(np.maximum(in_contact, -gap.min()))
+
+
+@rowwise(np.add)
+def _flow(gap: np.ndarray, pressure: np.ndarray, hardness: float) -> float:
+    """Return the sum of the overlaps in plastic contact."""
+    return -float(np.minimum(gap, 0.0).sum(where=pressure >= hardness))
 
 
 @rowwise(np.logical_and)
 def _same_contact(
-    old: np.ndarray, new: np.ndarray, length: float, change: np.ndarray
+    old: np.ndarray, new: np.ndarray, length: float, change: np.ndarray, hardness: float
 ) -> bool:
-    """Return whether the same atoms carry pressure before, after and on the way."""
+    """Return whether the same atoms carry pressure before, after and on the way.
+
+    With a hardness: whether the same atoms are in plastic contact, too.
+    """
     if ((new > 0.0) != (old > 0.0)).any():
         return False
-    return bool((old + length * change).min() >= 0.0)
+    if hardness < math.inf and ((new < hardness) != (old < hardness)).any():
+        return False
+    on_the_way = old + length * change
+    return bool(on_the_way.min() >= 0.0 and on_the_way.max() <= hardness)
 
 
 @rowwise()
-def _clip(pressure: np.ndarray, trial: np.ndarray) -> None:
-    """Set negative pressures to zero, and those that are zero in the trial."""
+def _clip(pressure: np.ndarray, trial: np.ndarray, hardness: float) -> None:
+    """Clip pressures to their bounds, and set them to those that the trial is at."""
     pressure *= (pressure > 0.0) & (trial > 0.0)
+    if hardness < math.inf:
+        np.minimum(pressure, hardness, out=pressure)
+        pressure[trial == hardness] = hardness

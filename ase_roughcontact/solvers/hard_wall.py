@@ -4,8 +4,10 @@ Find the pressure :math:`p` on the window and the height :math:`Z` of the indent
 
 .. math:: g = Z + h + G p \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
-where :math:`Z` or the load :math:`a_0^2 \sum p` is given. This is the minimum of the
-convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over :math:`p \ge 0`.
+where :math:`Z` or the load :math:`a_0^2 \sum p` is given. With a hardness :math:`H` of
+the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution is the
+minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
+pressures.
 
 1. Without a start, solve the same contact on every other atom, and so on, to a loose
    tolerance, and interpolate its pressure.
@@ -45,11 +47,16 @@ class OptimalityResiduals:
     Attributes
     ----------
     gap_in_contact : float
-        Largest magnitude of the gap of an atom under pressure (length).
+        Largest magnitude of the gap of an atom under pressure, with a hardness of one
+        below it (length).
     penetration : float
         Largest overlap of an atom without pressure (length).
     tension : float
         Largest negative pressure (pressure).
+    opening_at_hardness : float
+        Largest gap of an atom under the hardness (length); zero without one.
+    excess : float
+        Largest pressure above the hardness (pressure).
     load_error : float
         Difference of normal force and load, zero without a load (force).
     """
@@ -57,6 +64,8 @@ class OptimalityResiduals:
     gap_in_contact: float
     penetration: float
     tension: float
+    opening_at_hardness: float
+    excess: float
     load_error: float
 
 
@@ -82,12 +91,15 @@ def optimality_residuals(
     """
     halfspace = contact.halfspace
     gap = height + contact.heights - halfspace.displacement(pressure)
-    in_contact = pressure > 0.0
+    hardness = contact.interaction.hardness
+    in_contact, plastic = pressure > 0.0, pressure >= hardness
     force = float(pressure.sum()) * halfspace.cell_area
     return OptimalityResiduals(
-        gap_in_contact=float(abs(gap[in_contact]).max(initial=0.0)),
+        gap_in_contact=float(abs(gap[in_contact & ~plastic]).max(initial=0.0)),
         penetration=abs(float(gap.min(where=~in_contact, initial=0.0))),
         tension=abs(float(pressure.min(initial=0.0))),
+        opening_at_hardness=float(gap.max(where=plastic, initial=0.0)),
+        excess=max(float(pressure.max()) - hardness, 0.0),
         load_error=0.0 if load is None else abs(force - load),
     )
 
@@ -132,8 +144,8 @@ def active_set(
     ------
     ValueError
         If the wall is not hard or is attractive, the start does not have the shape of
-        the window, the load is negative or depends on the height, or no load reaches
-        the height of a periodic surface.
+        the window, the load is negative, depends on the height or is larger than the
+        hardness times the area, or no load reaches the height of a periodic surface.
     """
     _check(contact, height, external, tolerance)
     options = options or ActiveSetOptions()
@@ -142,13 +154,15 @@ def active_set(
     load = None if external is None else -external(height)[1]
     force_per_gap = halfspace.cell_area / halfspace.self_compliance
     largest_gap = options.largest_gap * halfspace.spacing
+    if load is not None:
+        _check_capacity(contact, load)
     if load is not None and load <= force_per_gap * largest_gap:
         # carried by the lowest atom, which coarser grids may not contain
-        height, start = contact.first_contact, np.zeros(halfspace.shape)
+        height, start = -float(contact.heights.min()), np.zeros(halfspace.shape)
         load = load or None
     gap = min(tolerance / force_per_gap, largest_gap)
     for state in _solve(contact, height, load, start, gap, options):
-        energy = state.elastic_energy
+        energy = state.energy + contact.plastic_work
         if external is not None:
             _check_load(external, (height, state.height))
             energy += external(state.height)[0]
@@ -176,12 +190,19 @@ def _check(
         reach = float(np.ptp(contact.heights)) + contact.halfspace.spacing
         first = contact.first_contact
         _check_load(external, (height, first - reach, first + reach))
-    elif contact.halfspace.periodic and height <= -contact.heights.mean():
+    elif _carries_any_load(contact, height):
         raise ValueError(
             f"height must be above {-contact.heights.mean():g}, at which all of the "
             f"periodic surface is in contact whatever the load, got {height:g}: give a "
             "load instead"
         )
+
+
+def _carries_any_load(contact: Contact, height: float) -> bool:
+    """Return whether a periodic surface is in full contact whatever the load."""
+    elastic = contact.interaction.hardness == math.inf
+    periodic = contact.halfspace.periodic
+    return periodic and elastic and height <= -float(contact.heights.mean())
 
 
 def _check_load(external: External, heights: tuple[float, ...]) -> None:
@@ -200,6 +221,18 @@ def _check_load(external: External, heights: tuple[float, ...]) -> None:
         raise ValueError(
             "a hard wall carries no tension: load must be finite and >= 0, "
             f"got {loads[0]:g}"
+        )
+
+
+def _check_capacity(contact: Contact, load: float) -> None:
+    """Raise `ValueError` if a load is larger than the hardness times the area."""
+    hardness, halfspace = contact.interaction.hardness, contact.halfspace
+    area = halfspace.cell_area * math.prod(halfspace.shape)
+    if load > hardness * area:
+        raise ValueError(
+            f"the load {load:g} is larger than the hardness {hardness:g} times the "
+            f"area {area:g} of the window, {hardness * area:g}: give a smaller load or "
+            "a larger window"
         )
 
 
@@ -225,7 +258,7 @@ def _solve(
     options: ActiveSetOptions,
 ) -> Iterator[HardWallState]:
     """Solve on a window, cropped where possible; `height` is a guess under a load."""
-    work, shape = 0.0, contact.halfspace.shape
+    work, shape, area = 0.0, contact.halfspace.shape, contact.halfspace.cell_area
     if start is None and can_coarsen(contact, options.coarsest):
         coarse, work = _coarse_solution(contact, height, load, options)
         start = refine(coarse.pressure, shape)
@@ -234,7 +267,10 @@ def _solve(
     can_crop = not (contact.halfspace.periodic or contact.halfspace.solid.bulges)
     box = Box((0, 0), shape)
     if start is not None and can_crop:
-        box = _worthwhile(reachable(contact, height, start), shape, options)
+        box = reachable(contact, height, start)
+        if load is not None and load > contact.interaction.hardness * box.size * area:
+            box = Box((0, 0), shape)
+        box = _worthwhile(box, shape, options)
     while True:
         required = box
         pressure = None if start is None else start[box.slices]

@@ -118,17 +118,19 @@ class ActiveSetOptions:
         relative to the present one.
     exact_contraction : float
         The same of a model that is exact, in units of its rounding error.
-    forcing : float
+    forcing, plastic_forcing : float
         Violation that the conjugate gradients may leave before the set of atoms in
-        contact is updated, relative to the present one.
+        contact is updated, relative to the present one, for elastic and for plastic
+        contact.
     inner_steps : int
         Maximum number of steps of conjugate gradients and updates of the set for a
         correction.
     slow_contraction : float
         If the violation has decreased by less than this factor, the correction is
         combined with earlier ones.
-    history : int
-        Number of earlier corrections that are combined with the present one.
+    history, plastic_history : int
+        Number of earlier corrections that are combined with the present one, for
+        elastic and for plastic contact.
     patience : int
         Number of steps without progress after which the solver stops.
     """
@@ -140,9 +142,11 @@ class ActiveSetOptions:
     contraction: float = 0.1
     exact_contraction: float = 1000.0
     forcing: float = 0.1
+    plastic_forcing: float = 0.2
     inner_steps: int = 300
     slow_contraction: float = 0.3
     history: int = 2
+    plastic_history: int = 1
     patience: int = 10
 
     def __post_init__(self) -> None:

@@ -6,10 +6,11 @@ half space, the changes of pressure and gap of a relaxed contact by a unit of he
 
 .. math:: x + D \lambda = 0, \qquad \lambda = 1 + G x,
 
-and :math:`\lambda = 0` on the atoms in contact with a hard wall. Since :math:`G` is
-symmetric, :math:`\lambda` is also the solution of the adjoint equations: the
-derivative of the normal force to any parameter :math:`\theta`, on which the pressure
-:math:`P(g)` of the wall, the heights h and the compliance may depend, is
+and :math:`\lambda = 0` on the atoms in elastic contact with a hard wall; those in
+plastic contact keep their pressure. Since :math:`G` is symmetric, :math:`\lambda` is
+also the solution of the adjoint equations: the derivative of the normal force to any
+parameter :math:`\theta`, on which the pressure :math:`P(g)` of the wall, the heights h
+and the compliance may depend, is
 
 .. math:: \frac{dN}{d\theta} = a_0^2 \sum \left[ x
     \left( \frac{\partial h}{\partial\theta}
@@ -80,8 +81,10 @@ def height_response(
         NaN if the equations are not solved, as at an instability.
     """
     halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
-    hard = state.contact if contact.interaction.hard else np.zeros(shape, bool)
     wall, compliance = contact.interaction, halfspace.self_compliance
+    hard = np.zeros(shape, bool)
+    if wall.hard:
+        hard = state.contact & ~state.plastic  # the others stay at the hardness
     d = np.zeros(shape)  # c V'', with the self-compliance c
     if wall.hard:
         gap = np.maximum(gap, 0.0)

@@ -4,8 +4,8 @@ Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interfa
 `sphere_theory`, which chooses between them. Rough surfaces: `self_affine` (spectral
 moments), `rough_flats` (kappa, macroscopic adhesion), `flat_reference` (tabulated
 contact fraction), `first_asperity`, `rough_contact` (area of rough spheres),
-`rough_sphere` (all characteristic numbers of one) and `regime`, which determines the
-law.
+`rough_sphere` (all characteristic numbers of one), `plastic` (contact at the hardness)
+and `regime`, which determines the law.
 """
 
 from ase_roughcontact.theory.first_asperity import (
@@ -20,6 +20,12 @@ from ase_roughcontact.theory.flat_reference import FlatReference
 from ase_roughcontact.theory.hertz import DMT, Hertz
 from ase_roughcontact.theory.jkr import JKR
 from ase_roughcontact.theory.maugis import MaugisDugdale
+from ase_roughcontact.theory.plastic import (
+    plastic_area,
+    plastic_contact_fraction,
+    plastic_crossover_load,
+    yield_load,
+)
 from ase_roughcontact.theory.regime import Regime, regime
 from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
@@ -62,8 +68,12 @@ __all__ = [
     "inverse_kappa_attractive",
     "low_load_plateau",
     "mean_contact_pressure",
+    "plastic_area",
+    "plastic_contact_fraction",
+    "plastic_crossover_load",
     "predicted_area",
     "regime",
     "slope_to_curvature_ratio",
     "sphere_theory",
+    "yield_load",
 ]

@@ -24,6 +24,7 @@ from ase import Atoms
 from ase_roughcontact.atoms.calculator import contact_of, elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
@@ -74,6 +75,7 @@ class AutoWindow:
         self._adhesion: AdhesionEstimate | None = None
         if self._wall.attractive and isinstance(indenter, RoughSphere):
             self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
+        self._plastic = self._wall.hardness < math.inf
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
@@ -84,6 +86,7 @@ class AutoWindow:
         # of the state relaxed last: atoms in the range of the wall, and in the overlap
         self._in_range: Box | None = None
         self._overlap_size = math.inf
+        self._largest_load = 0.0
 
     def choose(self, atoms: Atoms, control: str) -> None:
         """Choose the window of a step.
@@ -122,7 +125,7 @@ class AutoWindow:
         ):
             self._flatten(atoms)
         needed = self._needed(self._level, self._box_in_range(atoms, window))
-        needed = needed.union(adhesive_contact)
+        needed = needed.union(adhesive_contact).union(self._indented(atoms, window))
         usual = self.footprint.standard_size(needed)
         excessive = window.size > self._options.largest_excess * usual.size
         if excessive or not window.contains(needed):
@@ -175,7 +178,10 @@ class AutoWindow:
         if self._rises:
             near = atoms.calc.state(atoms).gap < self._wall.cutoff
             self._in_range = Box.bounding(near, window_of(grid_of(atoms)).start)
-        if not self._wall.attractive and load > 0.0 and depth > 0.0:
+        # a surface that unloads is deeper than one that has not flowed yet
+        unloads = self._wall.permanent and load < self._largest_load
+        self._largest_load = max(load, self._largest_load)
+        if not (self._wall.attractive or unloads) and load > 0.0 and depth > 0.0:
             self._prediction.adjust(load, depth, overlap)
 
     def forecast(self, control: str, target: float) -> Box:
@@ -219,8 +225,8 @@ class AutoWindow:
     def _needed(self, level: float, also: Box | None) -> Box:
         """Return the box of atoms that a window for a level must contain."""
         box = self.footprint.clip(self.footprint.box_below(level)).union(also)
-        if box.size <= self._options.contact_window_size:
-            return box
+        if box.size <= self._options.contact_window_size or self._plastic:
+            return box  # plastic contact fills the overlap
         scale = self._options.contact_window_scale
         level = contact_level(level, self.footprint.lowest, self._wall, scale)
         return self.footprint.clip(self.footprint.box_below(level)).union(also)
@@ -230,6 +236,11 @@ class AutoWindow:
         if not self._rises:
             return None
         return self._in_range or (window if _displaced(atoms) else None)
+
+    def _indented(self, atoms: Atoms, window: Box) -> Box | None:
+        """Return the atoms whose plastic shape must not be lost."""
+        depth = kept_depth(atoms, grid_of(atoms))
+        return None if depth is None else Box.bounding(depth > 0.0, window.start)
 
     def _adhesive_contact(self, atoms: Atoms, load: float | None) -> Box | None:
         """Return the atoms that adhesion draws into contact with a flat surface.

@@ -36,7 +36,8 @@ class DepthPrediction:
     """Depth of the indenter under a load, by ``N = c E* d s``.
 
     The half side ``s`` is that of the box of the atoms that the rigid indenter
-    overlaps; the factor ``c`` is adjusted to every relaxed state.
+    overlaps; the factor ``c`` is adjusted to every relaxed state. With a hardness the
+    load is at most ``pi H s^2``.
 
     Parameters
     ----------
@@ -74,7 +75,8 @@ class DepthPrediction:
             is then evaluated only where the indenter overlaps.
         """
         depth = _FIRST_DEPTH * self._footprint.spacing
-        largest = load / self._load(1.0, 0.5)
+        elastic = self._wall.hardness == math.inf
+        largest = load / self._load(1.0, 0.5) if elastic else math.inf
         while depth < largest:
             box = self._overlap(depth)
             carried = self._load(depth, half_side(box))
@@ -93,7 +95,7 @@ class DepthPrediction:
         overlap : Box
             Of the atoms that the rigid indenter overlaps at this depth.
         """
-        self._factor *= load / self._load(depth, half_side(overlap))
+        self._factor *= load / self._elastic_load(depth, half_side(overlap))
 
     def _overlap(self, depth: float) -> Box:
         lowest, wall = self._footprint.lowest, self._wall
@@ -101,6 +103,10 @@ class DepthPrediction:
         return self._footprint.box_below(wall.cutoff - first_contact + depth)
 
     def _load(self, depth: float, half_side: float) -> float:
+        area = math.pi * (half_side * self._footprint.spacing) ** 2
+        return min(self._elastic_load(depth, half_side), self._wall.hardness * area)
+
+    def _elastic_load(self, depth: float, half_side: float) -> float:
         spacing = self._footprint.spacing
         modulus = modulus_under(half_side * spacing, self._solid, spacing)
         return self._factor * modulus * depth * half_side * spacing

@@ -9,6 +9,7 @@ from ase_roughcontact.scene import Scene, default_text
 
 LINES = default_text().splitlines()
 FULL = {'kind = "repulsive"': 'kind = "full"', "#work_of": "work_of"}
+PLASTIC = {'kind = "repulsive"': 'kind = "plastic"'}
 
 
 def key_lines(mark):
@@ -48,6 +49,7 @@ def test_values_are_the_defaults_or_the_comment_gives_the_default(key):
 def test_commented_keys_are_valid_and_the_comment_gives_the_default(key):
     number, comment = COMMENTED[key]
     changes = FULL if key.startswith("interaction") else {}
+    changes = PLASTIC if key == "interaction.permanent" else changes
     given = scene_with(number, LINES[number][1:], changes)
     given.check()
     stated = re.search(r"default (true|false|\d+(?! times)|\"\w+\")", comment)

@@ -1,0 +1,180 @@
+"""Plastic contact: pressures limited by the hardness H of the solid.
+
+In fully plastic contact the area is A = N/H. All functions broadcast over arrays and
+accept any consistent system of units.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    nonnegative_array,
+    positive_array,
+)
+
+# Ratio of the hardness to the width of the distribution of pressures below which
+# contact is fully plastic, and images of the source per inverse ratio.
+_FULLY_PLASTIC, _IMAGES = 0.05, 4.0
+
+
+def plastic_area(normal_force: ArrayLike, hardness: ArrayLike) -> FloatArray:
+    """Return the area of fully plastic contact, A = N/H.
+
+    Parameters
+    ----------
+    normal_force : array_like
+        N >= 0, force.
+    hardness : array_like
+        H, force per area.
+
+    Returns
+    -------
+    ndarray
+        A, area; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    F. P. Bowden, D. Tabor, The Friction and Lubrication of Solids (1950), Ch. 1.
+    """
+    force = nonnegative_array("normal_force", normal_force)
+    return force / positive_array("hardness", hardness)
+
+
+def yield_load(
+    radius: ArrayLike, contact_modulus: ArrayLike, hardness: ArrayLike
+) -> FloatArray:
+    """Return the load at which the largest pressure below a sphere is the hardness.
+
+    N = pi^3 R^2 H^3/(6 E*^2), from Hertz' p(0) = 2 E* a/(pi R) = H.
+
+    Parameters
+    ----------
+    radius : array_like
+        R of the sphere, length.
+    contact_modulus : array_like
+        E*, force per area.
+    hardness : array_like
+        H, force per area.
+
+    Returns
+    -------
+    ndarray
+        N, force; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), section 4.2.
+    """
+    radius = positive_array("radius", radius)
+    modulus = positive_array("contact_modulus", contact_modulus)
+    hardness = positive_array("hardness", hardness)
+    return np.pi**3 * radius**2 * hardness**3 / (6.0 * modulus**2)
+
+
+def plastic_crossover_load(
+    radius: ArrayLike, contact_modulus: ArrayLike, hardness: ArrayLike
+) -> FloatArray:
+    """Return the load at which Hertz' mean pressure is the hardness.
+
+    N = 9 pi^3 R^2 H^3/(16 E*^2): the crossover from A_Hertz to A = N/H.
+
+    Parameters
+    ----------
+    radius, contact_modulus, hardness : array_like
+        See `yield_load`, whose 27/8 this load is.
+
+    Returns
+    -------
+    ndarray
+        N, force; shape as the arguments broadcast.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite and positive.
+    """
+    return 27.0 / 8.0 * yield_load(radius, contact_modulus, hardness)
+
+
+def plastic_contact_fraction(
+    pressure: ArrayLike, rough_pressure: ArrayLike, hardness: ArrayLike
+) -> tuple[FloatArray, FloatArray]:
+    r"""Return the fractions of the area in contact and in plastic contact.
+
+    In Persson's theory the distribution of the pressures broadens by diffusion from the
+    nominal pressure p as roughness is added, and is absorbed at zero, where the
+    surfaces separate, and at H, where they flow. With the width V that gives
+    `contact_fraction` without a hardness, ``V = 2 p_rough^2/pi``, what is not absorbed
+    is
+
+    .. math:: P(\sigma) = \sum_k \left[ G(\sigma - p - 2kH)
+              - G(\sigma + p - 2kH) \right], \qquad
+              G(x) = \frac{e^{-x^2/2V}}{\sqrt{2\pi V}},
+
+    the elastic part of the contact is :math:`\int_0^H P\,d\sigma`, and the plastic part
+    carries the rest of the load, :math:`(p - \int_0^H \sigma P\,d\sigma)/H`.
+
+    Parameters
+    ----------
+    pressure : array_like
+        Nominal pressure p = N/A0 >= 0, force per area.
+    rough_pressure : array_like
+        p_rough of `mean_contact_pressure`, force per area.
+    hardness : array_like
+        H, force per area.
+
+    Returns
+    -------
+    contact, plastic : ndarray
+        Dimensionless; shape as the arguments broadcast. Both are p/H beyond H, where
+        the plastic contact is larger than the nominal area.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or of the wrong sign.
+
+    References
+    ----------
+    B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001); the width is that of L. Pastewka,
+    M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (2).
+    """
+    p, scale, limit = np.broadcast_arrays(
+        nonnegative_array("pressure", pressure),
+        positive_array("rough_pressure", rough_pressure),
+        positive_array("hardness", hardness),
+    )
+    ratio = p / limit  # all pressures in units of the hardness from here on
+    width = np.sqrt(2.0 / np.pi) * np.minimum(scale / limit, 1.0 / _FULLY_PLASTIC)
+    count = int(np.ceil(_IMAGES * width.max(initial=0.0))) + 1
+    elastic = carried = np.zeros(p.shape)
+    for k in range(-count, count + 1):
+        for sign, source in ((1.0, ratio + 2 * k), (-1.0, 2 * k - ratio)):
+            part, moment = _between_bounds(source, width)
+            elastic, carried = elastic + sign * part, carried + sign * moment
+    plastic = np.where(ratio < 1.0, ratio - carried, ratio)
+    return np.where(ratio < 1.0, elastic + plastic, ratio), plastic
+
+
+def _between_bounds(
+    mean: FloatArray, width: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return integral and first moment of a normal distribution from 0 to 1."""
+    low, high = -mean / (np.sqrt(2.0) * width), (1.0 - mean) / (np.sqrt(2.0) * width)
+    part = 0.5 * (erf(high) - erf(low))
+    slope = width / np.sqrt(2.0 * np.pi) * (np.exp(-(low**2)) - np.exp(-(high**2)))
+    return part, mean * part + slope

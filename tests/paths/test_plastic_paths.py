@@ -1,0 +1,252 @@
+"""Paths with a plastic wall: flow, kept shape, windows, files and validity."""
+
+import math
+
+import numpy as np
+import pytest
+from ase.io import read, write
+from numpy.testing import assert_allclose, assert_array_equal
+
+from ase_roughcontact import (
+    ActiveSet,
+    HardWall,
+    PlasticWall,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    adhesion_loop,
+    load_path,
+    restore,
+    snapshot,
+    substrate,
+)
+from ase_roughcontact.analysis import ContactMap
+from ase_roughcontact.analysis.map_files import fields_of
+from ase_roughcontact.atoms.calculator import indent
+from ase_roughcontact.atoms.snapshot import plastic_depth_of
+from ase_roughcontact.atoms.view import with_columns
+
+HARDNESS = 0.05
+SPHERE = RoughSphere(200.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+UP_AND_DOWN = [0.5, 1.0, 0.7, 0.3, 1.0, 1.2]
+
+
+def atoms_of(wall, shape=(48, 48), *, fixed=True, sphere=SPHERE, load=0.0):
+    atoms = substrate("Cu", shape, sphere, spacing=1.0, fixed=fixed)
+    atoms.calc = RoughContact(sphere, 1.0, wall, load=load)
+    return atoms
+
+
+def steps_of(wall, path=UP_AND_DOWN, control="penetrations", **options):
+    atoms = atoms_of(wall, fixed=control != "loads")
+    return atoms, list(load_path(atoms, **{control: path}, accuracy="high", **options))
+
+
+@pytest.fixture(scope="module")
+def unloading():
+    return steps_of(PlasticWall(HARDNESS, permanent=True))
+
+
+# One step
+
+
+def test_atoms_in_plastic_contact_are_counted_apart():
+    atoms, (step,) = steps_of(PlasticWall(HARDNESS), [1.0])
+    state = atoms.calc.state(atoms)
+    assert 0 < step.plastic_atoms < step.repulsive_atoms
+    assert step.plastic_atoms == state.plastic.sum() == (state.pressure == 0.05).sum()
+    assert_allclose(state.plastic_depth[state.plastic], -state.gap[state.plastic])
+    assert (state.plastic_depth[~state.plastic] == 0.0).all()
+    assert step.plastic_depth == state.plastic_depth.max() > 0.0
+    assert step.largest_pressure == HARDNESS and step.converged
+    assert step.gap_error < 1e-6
+
+
+def test_elastic_walls_have_no_plastic_contact():
+    for wall in (None, HardWall(), PlasticWall(math.inf)):
+        _, (step,) = steps_of(wall, [1.0])
+        assert step.plastic_atoms == step.plastic_depth == 0
+
+
+def test_reaction_follows_from_the_positions():
+    for periodic in (False, True):
+        atoms = substrate("Cu", (32, 32), SPHERE, spacing=1.0, periodic=periodic)
+        atoms.positions[-1, 2] -= 2.0
+        atoms.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS))
+        assert ActiveSet(atoms, logfile=None).run(fmax=1e-9)
+        expected = atoms.calc.state(atoms)
+        copy = atoms.copy()
+        copy.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS))
+        state = copy.calc.state(copy)
+        assert state.plastic_atoms == expected.plastic_atoms > 0
+        assert_allclose(state.pressure, expected.pressure, atol=1e-8)
+        assert_allclose(copy.get_potential_energy(), atoms.get_potential_energy())
+        if not periodic:
+            copy.positions[:-1, 2] = 0.0
+            with pytest.raises(ValueError, match="atoms overlap with the hard wall"):
+                copy.get_potential_energy()
+
+
+def test_pressures_at_the_hardness_are_within_the_validity():
+    _, (step,) = steps_of(PlasticWall(HARDNESS), [1.0], hardness=0.01)
+    assert not step.validity
+    _, (step,) = steps_of(HardWall(), [1.0], hardness=0.01, validity="ignore")
+    assert "largest pressure/hardness" in step.validity
+
+
+def test_stiffness_is_that_of_further_loading():
+    _, (low, middle, high) = steps_of(PlasticWall(HARDNESS), [0.999, 1.0, 1.001])
+    slope = (high.normal_force - low.normal_force) / 0.002
+    assert_allclose(middle.contact_stiffness, slope, rtol=2e-3)
+
+
+def test_load_above_the_hardness_times_the_area():
+    with pytest.raises(ValueError, match=r"load 200 .* hardness 0\.05 times .* 115\.2"):
+        steps_of(PlasticWall(HARDNESS), [200.0], "loads")
+
+
+# The kept shape
+
+
+def test_unloading_is_elastic(unloading):
+    _, steps = unloading
+    loading, deepest, *lifted, again, deeper = steps
+    assert all(step.plastic_atoms == 0 for step in lifted)
+    assert all(step.plastic_depth == deepest.plastic_depth for step in lifted)
+    assert lifted[1].normal_force < loading.normal_force / 2
+    assert_allclose(again.normal_force, deepest.normal_force, rtol=1e-6)
+    assert_allclose(again.energy, deepest.energy, rtol=1e-6)
+    assert deeper.plastic_depth > again.plastic_depth
+
+
+def test_work_is_stored_or_spent_on_flow():
+    """Up and down in small steps: dE = -N dZ, and the rest is H times the depth."""
+    down = np.linspace(0.0, 1.0, 17)
+    path = [*down, *down[-2::-1]]
+    atoms, steps = steps_of(PlasticWall(HARDNESS, permanent=True), path)
+    z, force, energy = (
+        np.array([getattr(s, name) for s in steps])
+        for name in ("height", "normal_force", "energy")
+    )
+    work = -np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(z))
+    assert_allclose(energy[1:] - energy[0], work, atol=0.01 * work.max())
+    assert steps[-1].repulsive_atoms == 0
+    flow = HARDNESS * atoms.calc.state(atoms).plastic_depth.sum()
+    assert_allclose(energy[-1], flow, rtol=1e-6)
+
+
+def test_flow_does_not_change_energy_and_forces():
+    atoms, _ = steps_of(PlasticWall(HARDNESS), [1.0])
+    energy, forces = atoms.get_potential_energy(), atoms.get_forces()
+    depth = atoms.calc.state(atoms).plastic_depth
+    indent(atoms)
+    state = atoms.calc.state(atoms)
+    assert_allclose(atoms.get_potential_energy(), energy, rtol=1e-12)
+    assert_allclose(atoms.get_forces(), forces, atol=1e-12)
+    assert_allclose(state.plastic_depth, depth, atol=1e-12)
+    assert_allclose(state.gap[depth > 0], 0.0, atol=1e-12)
+
+
+def test_a_single_loading_does_not_depend_on_the_steps():
+    """In small steps nothing but rounding differs from one large step."""
+    _, many = steps_of(PlasticWall(HARDNESS, permanent=True), [0.2, 0.4, 0.6, 0.8, 1.0])
+    _, (one,) = steps_of(PlasticWall(HARDNESS), [1.0])
+    assert_allclose(many[-1].normal_force, one.normal_force, rtol=1e-4)
+    assert_allclose(many[-1].contact_area, one.contact_area, rtol=5e-3)
+
+
+@pytest.mark.parametrize("control", ["penetrations", "loads"])
+def test_automatic_windows_keep_the_shape(control):
+    path = UP_AND_DOWN if control == "penetrations" else [5.0, 20.0, 8.0, 0.0, 20.0]
+    wall = PlasticWall(HARDNESS, permanent=True)
+    _, fixed = steps_of(wall, path, control)
+    _, auto = steps_of(wall, path, control, window="auto")
+    assert len({step.window for step in auto}) > 1
+    for a, b in zip(fixed, auto, strict=True):
+        assert_allclose(b.normal_force, a.normal_force, rtol=1e-4, atol=1e-9)
+        assert_allclose(b.height, a.height, atol=1e-4)
+        assert b.contact_area == pytest.approx(a.contact_area, rel=0.01, abs=2.0)
+
+
+def test_window_of_a_load_carries_it():
+    """The plastic contact is larger than the elastic one that a window is made for."""
+    sphere = RoughSphere(50.0)
+    atoms = atoms_of(PlasticWall(1e-3), (8, 8), fixed=False, sphere=sphere)
+    (step,) = load_path(atoms, loads=[1.0], window="auto", validity="ignore")
+    assert step.converged
+    assert_allclose(step.contact_area, 1.0 / 1e-3, rtol=0.05)
+
+
+def test_loop_dissipates_the_work_of_the_flow():
+    sphere, hardness = RoughSphere(100.0), 0.02
+    atoms = atoms_of(PlasticWall(hardness, permanent=True), (24, 24), sphere=sphere)
+    loop = adhesion_loop(atoms, 0.5, 0.1, validity="ignore")
+    flow = hardness * atoms.calc.state(atoms).plastic_depth.sum()
+    assert_allclose(loop.dissipated_energy, flow, rtol=0.02)
+    assert not loop.approach_jumps and not loop.retraction_jumps
+
+
+# Files
+
+
+@pytest.mark.parametrize("window", ["fixed", "auto"])
+def test_path_is_resumed_in_its_plastic_shape(tmp_path, unloading, window):
+    file, wall = tmp_path / "path.traj", PlasticWall(HARDNESS, permanent=True)
+    options = {"trajectory": file, "window": window}
+    steps_of(wall, UP_AND_DOWN[:3], **options)
+    _, steps = steps_of(wall, UP_AND_DOWN, resume=True, **options)
+    for a, b in zip(unloading[1], steps, strict=True):
+        assert_allclose(b.normal_force, a.normal_force, rtol=1e-5)
+    with pytest.raises(ValueError, match=r"interaction.hardness was 0.05, is 0.06"):
+        steps_of(PlasticWall(0.06, permanent=True), resume=True, **options)
+
+
+@pytest.mark.parametrize("suffix", ["traj", "extxyz"])
+def test_frames_keep_the_plastic_depth(tmp_path, unloading, suffix):
+    atoms, _ = unloading
+    file = tmp_path / f"frame.{suffix}"
+    write(file, snapshot(atoms))
+    frame, state = read(file), atoms.calc.state(atoms)
+    assert_array_equal(plastic_depth_of(frame), state.plastic_depth)
+    restored = restore(frame, 1.0)
+    restored.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS, permanent=True))
+    again = restored.calc.state(restored)
+    assert_allclose(again.plastic_depth, state.plastic_depth, atol=1e-7)
+    assert_allclose(again.normal_force, state.normal_force, rtol=1e-4)
+
+
+def test_frames_without_hardness_have_no_plastic_depth():
+    atoms, _ = steps_of(HardWall(), [0.5])
+    assert not plastic_depth_of(snapshot(atoms)).any()
+
+
+def test_maps_and_views_show_the_plastic_depth(unloading):
+    atoms, _ = unloading
+    state, frame = atoms.calc.state(atoms), snapshot(atoms)
+    depth = state.plastic_depth
+    for each in (ContactMap.from_atoms(atoms), ContactMap.from_frame(frame, SPHERE)):
+        assert_allclose(each.plastic_depth, depth)
+        assert_allclose(each.gap, state.gap, atol=1e-12)
+    assert_allclose(fields_of(each)["plastic_depth"], depth / 10.0)
+    view = with_columns(frame, SPHERE)
+    assert_allclose(view.arrays["plastic_depth"][:-1], depth.ravel())
+    assert_allclose(view.arrays["gap"][:-1], state.gap.ravel(), atol=1e-12)
+    tags = frame.get_tags()[:-1].reshape(depth.shape)
+    assert_array_equal(tags == 4, state.plastic)
+
+
+def test_a_changed_depth_changes_the_results(unloading):
+    atoms, _ = unloading
+    changed = atoms.copy()
+    changed.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS))
+    gap = changed.calc.state(changed).gap.copy()
+    changed.arrays["plastic_depth"] += 0.5
+    assert_allclose(changed.calc.state(changed).gap, gap + 0.5)
+    del changed.arrays["plastic_depth"]
+    changed.positions[-1, 2] += 5.0
+    changed.positions[:-1, 2] = 0.0
+    flat = changed.calc.state(changed)
+    assert_allclose(flat.gap.min(), changed.positions[-1, 2] + SPHERE_LOWEST)
+
+
+SPHERE_LOWEST = float(SPHERE.heights((48, 48), 1.0, (-24.0, -24.0)).min())

@@ -1,0 +1,113 @@
+"""Scenes with a plastic wall: hardness, errors, theory, runs and plans."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.elasticity.material import HARDNESS
+from ase_roughcontact.interactions import PlasticWall
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
+from ase_roughcontact.theory import plastic_area
+
+TEXT = """
+[substrate]
+{substrate}
+[sphere]
+radius = 200.0
+{roughness}
+[interaction]
+kind = "plastic"
+{interaction}
+[path]
+{path}
+"""
+
+
+def scene_of(
+    substrate='symbol = "Cu"',
+    interaction="",
+    path='control = "penetration"\nvalues = [0.5, 1.0, 0.5]',
+    roughness="[roughness]\nrms_slope = 0.02\nlong_wavelength = 16.0",
+):
+    text = TEXT.format(**locals())
+    scene = Scene.parse(text, "plastic.toml")
+    scene.check()
+    return scene
+
+
+def test_hardness_is_that_of_the_table():
+    scene = scene_of()
+    assert scene.wall == PlasticWall(HARDNESS["Cu"] * UNITS["GPa"])
+    assert scene.hardness == scene.wall.hardness
+
+
+def test_hardness_is_given_once_in_either_section():
+    harder = 0.9 * UNITS["GPa"]
+    assert scene_of('symbol = "Cu"\nhardness = 0.9').wall.hardness == harder
+    scene = scene_of(interaction="hardness = 0.9")
+    assert scene.wall.hardness == scene.hardness == harder
+
+
+def test_shape_is_kept_if_asked_for():
+    assert scene_of(interaction="permanent = true").wall.permanent
+    assert not scene_of().wall.permanent
+    with pytest.raises(ValueError, match="permanent must be true or false, got 1"):
+        scene_of(interaction="permanent = 1")
+
+
+def test_unknown_hardness_is_an_error():
+    with pytest.raises(ValueError, match=r"\[interaction\] .*needs hardness \(GPa\)"):
+        scene_of("contact_modulus = 100.0\nspacing = 2.5")
+
+
+def test_run_counts_atoms_in_plastic_contact(tmp_path):
+    scene = scene_of(interaction="permanent = true")
+    steps = list(scene.run(tmp_path, validity="raise"))
+    assert steps[1].plastic_atoms > 0 == steps[2].plastic_atoms
+    assert steps[2].normal_force < 0.2 * steps[0].normal_force
+    with (tmp_path / "curve.csv").open() as file:
+        rows = list(csv.DictReader(line for line in file if line[0] != "#"))
+    assert [int(row["plastic_atoms"]) for row in rows] == [
+        step.plastic_atoms for step in steps
+    ]
+    assert [step.normal_force for step in scene.run(tmp_path)] == [
+        step.normal_force for step in steps
+    ]
+
+
+def test_loads_beyond_the_elastic_range_are_planned():
+    scene = scene_of(path='control = "load"\nvalues = [1.0, 20.0]')
+    plan, steps = scene.plan(), list(scene.relax(validity="raise"))
+    assert all(step.converged for step in steps)
+    windows = steps[-1].window, plan.steps[-1].window
+    sides = [int(window.split("x")[0]) for window in windows]
+    assert 0.5 < sides[0] / sides[1] < 2.0
+
+
+def test_theory_is_plastic_where_the_contact_is():
+    rough, smooth = scene_of(), scene_of(roughness="")
+    loads = np.array([1e-3, 1.0, 1e3]) * UNITS["nN"]
+    plastic = plastic_area(loads, rough.wall.hardness)
+    for scene in (rough, smooth):
+        assert_allclose(scene.predicted_area(loads)[-1], plastic[-1], rtol=1e-6)
+        assert "hardness of 0.369 GPa" in reference_for(scene).explanation
+    elastic = smooth.predicted_area(loads)[0]
+    assert_allclose(elastic, smooth.hertz_area(loads[0]))
+    softer = rough.predicted_area(loads[1])
+    harder = scene_of(interaction="hardness = 100.0").predicted_area(loads[1])
+    assert harder < softer <= plastic[1] * (1 + 1e-9) or math.isclose(
+        softer, plastic[1]
+    )
+
+
+def test_loop_dissipates_energy():
+    path = 'kind = "loop"\ndeepest = 1.0\nstep = 0.3\ntolerance = 1e-2'
+    loop = scene_of(interaction="permanent = true", path=path, roughness="").loop(
+        validity="ignore"
+    )
+    assert loop.dissipated_energy > 0.5 * loop.approach[-1].energy

@@ -1,0 +1,271 @@
+"""Plastic contact against dense solutions, closed forms and optimality conditions."""
+
+import math
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose, assert_array_equal
+from scipy.optimize import lsq_linear
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.interactions import HardWall, PlasticWall
+from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
+from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
+from ase_roughcontact.topography import RoughSphere, SelfAffine
+
+PARTS_OF_THE_HARDNESS = (0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
+
+
+def contact_of(heights, wall, *, periodic=False, spacing=1.0, solid=1.0):
+    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
+    return Contact(kind(heights.shape, spacing, solid), heights, wall)
+
+
+def rough(n, *, periodic=False, slope=0.1, seed=3):
+    """A rough flat of a periodic surface, or a rough sphere."""
+    if periodic:
+        return SelfAffine(slope, 0.8, 4.0, n, seed=seed).heights((n, n), 1.0)
+    roughness = SelfAffine(slope, 0.8, 4.0, min(n, 64), seed=seed)
+    corner = (-(n // 2), -(n // 2))
+    return RoughSphere(8.0 * n, roughness).heights((n, n), 1.0, corner)
+
+
+def solve(contact, load=None, height=0.0, start=None, tolerance=1e-7):
+    external = None if load is None else lambda z: (load * z, -load)
+    states = list(
+        active_set(
+            contact, height=height, external=external, start=start, tolerance=tolerance
+        )
+    )
+    assert states[-1].converged, states[-1].message
+    return states[-1], sum(state.pairs for state in states)
+
+
+def assert_optimal(contact, state, load=None, gap=1e-6, missing=1e-12):
+    errors = optimality_residuals(contact, state.pressure, state.height, load)
+    assert errors.tension == errors.excess == 0.0
+    for error in (errors.gap_in_contact, errors.penetration):
+        assert error <= gap * contact.halfspace.spacing
+    assert errors.opening_at_hardness <= gap * contact.halfspace.spacing
+    assert errors.load_error <= missing * (load or 1.0)
+
+
+# Independent solutions
+
+
+@pytest.mark.parametrize("hardness", [0.02, 0.1, 0.3])
+@pytest.mark.parametrize("part", [0.05, 0.5, 0.95])
+def test_pressure_is_that_of_bounded_least_squares(hardness, part):
+    heights = rough(14, slope=0.3)
+    contact = contact_of(heights, PlasticWall(hardness))
+    load = part * hardness * heights.size
+    state, _ = solve(contact, load, tolerance=1e-10)
+    units = np.eye(heights.size).reshape(-1, *heights.shape)
+    columns = [contact.halfspace.displacement(unit).ravel() for unit in units]
+    factor = np.linalg.cholesky(-np.array(columns))
+    target = np.linalg.solve(factor, -(heights + state.height).ravel())
+    dense = lsq_linear(factor.T, target, (0.0, hardness), method="bvls", tol=1e-14)
+    assert_allclose(state.pressure.ravel(), dense.x, atol=1e-8 * hardness)
+    assert 0 < (state.pressure == hardness).sum() < heights.size or part < 0.5
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("part", PARTS_OF_THE_HARDNESS)
+def test_height_and_load_control_agree(periodic, part):
+    contact = contact_of(
+        rough(32, periodic=periodic), PlasticWall(0.05), periodic=periodic
+    )
+    load = part * 0.05 * contact.heights.size
+    loaded, _ = solve(contact, load, tolerance=1e-9)
+    held, _ = solve(contact, height=loaded.height, tolerance=1e-9)
+    assert_optimal(contact, loaded, load)
+    assert_optimal(contact, held)
+    assert_allclose(held.pressure, loaded.pressure, atol=1e-6 * 0.05)
+    assert_allclose(held.energy, loaded.energy - load * loaded.height, rtol=1e-6)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_without_a_limit_it_is_the_hard_wall(periodic):
+    heights = rough(48, periodic=periodic)
+    load = 0.01 * heights.size
+    hard, _ = solve(contact_of(heights, HardWall(), periodic=periodic), load)
+    same, _ = solve(contact_of(heights, PlasticWall(math.inf), periodic=periodic), load)
+    harder, _ = solve(contact_of(heights, PlasticWall(10.0), periodic=periodic), load)
+    assert_array_equal(same.pressure, hard.pressure)
+    assert same.height == hard.height
+    assert_allclose(harder.pressure, hard.pressure, atol=1e-6)
+
+
+def test_fully_plastic_contact_is_the_overlap_of_rigid_bodies():
+    """Of a solid that is much stiffer than hard: A = N/H, below the height."""
+    hardness = 1e-7
+    contact = contact_of(rough(64), PlasticWall(hardness))
+    load = 0.3 * hardness * contact.heights.size
+    state, _ = solve(contact, load, tolerance=1e-13)
+    assert_allclose((state.pressure > 0.0).sum() * hardness, load, rtol=1e-3)
+    flows = state.pressure == hardness
+    overlaps = contact.heights + state.height < 0.0
+    assert np.count_nonzero(flows != overlaps) < 0.005 * flows.size
+
+
+def test_load_of_the_hardness_everywhere():
+    heights = rough(16, periodic=True)
+    contact = contact_of(heights, PlasticWall(0.1), periodic=True)
+    state, _ = solve(contact, 0.1 * heights.size)
+    assert_allclose(state.pressure, 0.1, rtol=1e-12)
+    assert state.height <= -heights.max() + 1e-6
+
+
+def test_sphere_flows_first_below_its_centre():
+    """Hertz: the largest pressure is the hardness at N = pi^3 R^2 H^3/(6 E*^2)."""
+    n, radius, hardness = 128, 2000.0, 0.01
+    corner = (-(n // 2), -(n // 2))
+    heights = RoughSphere(radius).heights((n, n), 1.0, corner)
+    load = math.pi**3 * radius**2 * hardness**3 / 6.0
+    contact = contact_of(heights, PlasticWall(hardness))
+    for factor, flows in ((0.98, False), (1.02, True)):
+        state, _ = solve(contact, factor * load)
+        assert bool((state.pressure == hardness).any()) is flows
+    assert (state.pressure == hardness)[n // 2, n // 2]
+
+
+# The energy
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_work_on_the_indenter_is_stored_or_spent_on_flow(periodic):
+    contact = contact_of(
+        rough(32, periodic=periodic), PlasticWall(0.03), periodic=periodic
+    )
+    load = 0.4 * 0.03 * contact.heights.size
+    z = solve(contact, load, tolerance=1e-11)[0].height
+    low, middle, high = (
+        solve(contact, height=z + d, tolerance=1e-11)[0] for d in (-1e-5, 0.0, 1e-5)
+    )
+    force = (low.energy - high.energy) / 2e-5
+    assert_allclose(force, middle.pressure.sum(), rtol=1e-7)
+
+
+def test_wall_is_consistent():
+    gap = np.linspace(-1.0, 1.0, 41)
+    wall, d = PlasticWall(0.3), 1e-6
+    energy, pressure, stiffness = wall.evaluate(gap)
+    slope = (wall.evaluate(gap + d)[0] - wall.evaluate(gap - d)[0]) / (2 * d)
+    away = abs(gap) > d
+    assert_allclose(pressure[away], -slope[away], rtol=1e-7)
+    assert (stiffness == 0.0).all() and (energy >= 0.0).all()
+
+
+# Cost
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("hardness", [0.01, 0.1])
+@pytest.mark.parametrize("part", PARTS_OF_THE_HARDNESS)
+@pytest.mark.slow
+def test_at_most_100_pairs(periodic, hardness, part):
+    contact = contact_of(
+        rough(256, periodic=periodic), PlasticWall(hardness), periodic=periodic
+    )
+    load = part * hardness * contact.heights.size
+    state, pairs = solve(contact, load, tolerance=1e-5 * hardness)
+    assert_optimal(contact, state, load)
+    assert pairs <= 100
+    held, pairs = solve(contact, height=state.height, tolerance=1e-5 * hardness)
+    assert_optimal(contact, held)
+    assert pairs <= 100
+
+
+@pytest.mark.parametrize("part", [0.01, 0.5, 0.99])
+def test_at_most_60_pairs_on_small_grids(part):
+    contact = contact_of(rough(64, periodic=True), PlasticWall(0.05), periodic=True)
+    load = part * 0.05 * contact.heights.size
+    state, pairs = solve(contact, load, tolerance=1e-6)
+    assert_optimal(contact, state, load)
+    assert pairs <= 60
+
+
+# Starts and extremes
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_any_start_leads_to_the_same_contact(periodic):
+    heights = rough(24, periodic=periodic)
+    contact = contact_of(heights, PlasticWall(0.05), periodic=periodic)
+    load = 0.3 * 0.05 * heights.size
+    expected, _ = solve(contact, load, tolerance=1e-9)
+    random = np.random.default_rng(1).random(heights.shape)
+    for start in (1e-6 * random, random, 1e6 * random, np.full_like(random, 0.05)):
+        state, _ = solve(contact, load, start=start, tolerance=1e-9)
+        assert_allclose(state.pressure, expected.pressure, atol=1e-6 * 0.05)
+        held, _ = solve(contact, height=state.height, start=start, tolerance=1e-9)
+        assert_allclose(held.pressure, expected.pressure, atol=1e-5 * 0.05)
+
+
+@pytest.mark.parametrize("unit", [1e-20, 1e20])
+def test_units_do_not_matter(unit):
+    heights, load = rough(24), 0.3 * 0.05 * 24**2
+    expected, _ = solve(contact_of(heights, PlasticWall(0.05)), load)
+    wall = PlasticWall(0.05 / unit)
+    contact = contact_of(unit * heights, wall, spacing=unit, solid=1.0 / unit)
+    state, _ = solve(contact, unit * load, tolerance=1e-7 * unit)
+    assert_allclose(unit * state.pressure, expected.pressure, atol=1e-9)
+    assert_allclose(state.height, unit * expected.height, rtol=1e-9)
+
+
+@pytest.mark.parametrize("hardness", [1e-12, 1e-6, 1e-3, 1.0, 1e6])
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("part", [1e-9, 1e-3, 0.5, 1.0 - 1e-9])
+def test_hardness_of_any_size(hardness, periodic, part):
+    heights = rough(16, periodic=periodic, slope=0.5)
+    contact = contact_of(heights, PlasticWall(hardness), periodic=periodic)
+    load = part * hardness * heights.size
+    state, _ = solve(contact, load, tolerance=1e-6 * min(hardness, 1.0))
+    assert_optimal(contact, state, load, missing=1e-8)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 9), (7, 1)])
+def test_narrow_windows(shape):
+    heights = np.linspace(0.0, 0.3, math.prod(shape)).reshape(shape)
+    contact = contact_of(heights, PlasticWall(0.1))
+    load = 0.7 * 0.1 * heights.size
+    state, _ = solve(contact, load)
+    assert_optimal(contact, state, load)
+
+
+# Errors
+
+
+def test_load_above_the_hardness_times_the_area():
+    contact = contact_of(rough(8), PlasticWall(0.1))
+    with pytest.raises(ValueError, match=r"load 6\.5 .* hardness 0\.1 times .* 6\.4"):
+        solve(contact, 6.5)
+
+
+@pytest.mark.parametrize("hardness", [0.0, -1.0, math.nan])
+def test_hardness_is_positive(hardness):
+    with pytest.raises(ValueError, match="hardness"):
+        PlasticWall(hardness)
+
+
+# Bounded sums
+
+
+@pytest.mark.parametrize("part", [0.0, 1e-6, 0.3, 0.999, 1.0])
+def test_clipped_values_have_the_given_sum(part):
+    values = np.random.default_rng(2).normal(size=(20, 30))
+    clipped = clip_to_sum(values, part * 600 * 0.7, 0.7)
+    assert clipped.min() >= 0.0 and clipped.max() <= 0.7
+    assert_allclose(clipped.sum(), part * 600 * 0.7, rtol=1e-12)
+
+
+@pytest.mark.parametrize("total", [0.1, 1.0, 1.5, 2.5, 3.9])
+def test_sum_is_changed_between_the_bounds_first(total):
+    pressure = np.array([[0.0, 0.3, 0.6, 1.0]])
+    push = np.array([[-1.0, 0.0, 0.0, 1.0]])
+    changed = with_sum(pressure, total, 1.0, push)
+    assert_allclose(changed.sum(), total)
+    assert changed.min() >= 0.0 and changed.max() <= 1.0
+    if 1.0 <= total <= 3.0:
+        assert changed[0, 0] == 0.0 and changed[0, -1] == 1.0
