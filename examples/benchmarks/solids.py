@@ -171,7 +171,7 @@ def draw(table, picture):
         found = [r for r in rows if r["study"] == "sphere" and r["solid"] == name]
         area = np.array([float(row["area"]) for row in found]).reshape(-1, LOADS.size)
         relative = area / Hertz(RADIUS, 1.0).contact_area(LOADS * unit)
-        mean, spread = relative.mean(axis=0), relative.std(axis=0)
+        mean, spread = relative.mean(axis=0), relative.std(axis=0, ddof=1)
         areas.errorbar(LOADS, mean, spread, fmt="os"[number], mfc="none", label=name)
     areas.plot(LOADS, fraction(LOADS * unit), "k-", label="Eq. (4), κ = 2")
     areas.set(xscale="log", yscale="log", xlabel=r"$N/N_c$", ylabel=r"$A/A_{Hertz}$")
@@ -184,7 +184,7 @@ def draw(table, picture):
                 for row in rows
                 if (row["study"], row["solid"], row["wall"]) == ("flats", name, wall)
             ]
-            mean, spread = np.mean(values), np.std(values)
+            mean, spread = np.mean(values), np.std(values, ddof=1)
             print(f"{name:15} {wall:10} kappa {mean:.3f} +- {spread:.3f}")
             label = f"{wall} wall" if place == 0 else None
             color = {"hard": "C0", "repulsive": "C1"}[wall]

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from ase.build import fcc100
 from ase.optimize import LBFGS
+from matscipy.calculators.eam import EAM
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from matscipy.elasticity import coalesce_elastic_constants, rotate_elastic_constants
+from scipy.interpolate import InterpolatedUnivariateSpline
 from spring_crystal import Springs, fcc_springs
 
 from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
@@ -16,6 +18,7 @@ from ase_roughcontact.elasticity.crystals.force_constants import (
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
 A = 3.6
+CUTOFF = 1.2 * A
 
 
 def greens_function(calculator, surface="fcc100", layers=7, size=5, displacement=1e-3):
@@ -49,11 +52,27 @@ def test_long_waves_are_those_of_the_continuum(surface, axes, cell_area, angle):
     assert 2 * at_800 - at_400 == pytest.approx(expected, rel=2e-5)
 
 
-def test_hessian_and_differences_agree():
-    pair = PairPotential({(29, 29): LennardJonesCut(0.4, A / 2**0.5 / 1.1, 1.2 * A)})
+def pair_potential():
+    return PairPotential({(29, 29): LennardJonesCut(0.4, A / 2**0.5 / 1.1, CUTOFF)})
+
+
+def embedded_atoms():
+    """Return a potential of Sutton and Chen to second neighbours, without stress."""
+    r, rho = np.linspace(1.5, CUTOFF, 400), np.linspace(0.1, 60.0, 400)
+    smooth = (1 - (r / CUTOFF) ** 2) ** 3
+    density = InterpolatedUnivariateSpline(r, (A / r) ** 6 * smooth)
+    embedding = InterpolatedUnivariateSpline(rho, -0.1927 * np.sqrt(rho))
+    pair = InterpolatedUnivariateSpline(r, 0.01 * r * (A / r) ** 9 * smooth)
+    return EAM(None, np.array([29]), [embedding], [density], [[pair]], CUTOFF)
+
+
+@pytest.mark.parametrize("potential", [pair_potential, embedded_atoms])
+def test_hessian_and_differences_agree(potential):
     q = np.array([[0.3, 0.1], [0.9, 0.9], [1.2, 0.0]])
-    analytic = greens_function(pair, layers=9, displacement=0.0)(q)
-    differences = greens_function(pair, layers=9, displacement=1e-3)(q)
+    analytic, differences = (
+        greens_function(potential(), layers=9, size=7, displacement=displacement)(q)
+        for displacement in (0.0, 1e-3)
+    )
     np.testing.assert_allclose(differences, analytic, atol=1e-5 * abs(analytic).max())
 
 

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from ase.optimize import FIRE, LBFGS
+from ase.optimize.precon import PreconLBFGS
 from scipy.optimize import nnls
 from solids import CONTINUA
 
 from ase_roughcontact import (
     ActiveSet,
     FourierModes,
+    HalfSpacePrecon,
     HardWall,
     LennardJones93,
     NewtonKrylov,
@@ -65,10 +67,18 @@ def test_newton_leaves_no_forces(solid, wall, periodic):
     assert largest_force(atoms) < 1.1e-8
 
 
-@pytest.mark.parametrize("method", [LBFGS, FIRE])
+@pytest.mark.parametrize(
+    "method",
+    [
+        lambda atoms: LBFGS(FourierModes(atoms), logfile=None),
+        lambda atoms: FIRE(FourierModes(atoms), logfile=None),
+        lambda a: PreconLBFGS(a, precon=HalfSpacePrecon(a), logfile=None),
+    ],
+    ids=["LBFGS", "FIRE", "PreconLBFGS"],
+)
 def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
     forces = []
-    for optimizer in (NewtonKrylov, lambda a: method(FourierModes(a), logfile=None)):
+    for optimizer in (NewtonKrylov, method):
         atoms = make(solid, WALLS["repulsive"], periodic=periodic)
         assert optimizer(atoms).run(fmax=1e-6, steps=800)
         forces.append(atoms.calc.state(atoms).normal_force)
