@@ -153,8 +153,10 @@ class CirculantModel:
 _last_models: WeakKeyDictionary[HalfSpace, CirculantModel] = WeakKeyDictionary()
 
 
-def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:
-    """Return a model that covers a box, which depends on nothing else.
+def covering_model(
+    halfspace: HalfSpace, box: Box, *, larger: bool = False
+) -> CirculantModel:
+    """Return a model that covers a box.
 
     The last model of the half space is kept: steps of a path often need the same one.
 
@@ -164,12 +166,18 @@ def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:
         The elastic solid.
     box : Box
         Atoms of the window.
+    larger : bool
+        Whether the last model is returned if its box is larger, too; by default the
+        result does not depend on it.
 
     Returns
     -------
     CirculantModel
     """
     model = _last_models.get(halfspace)
-    if model is None or not (model.exact or model.box == box):
+    fits = model and (
+        model.exact or model.box == box or (larger and model.box.contains(box))
+    )
+    if model is None or not fits:
         model = _last_models[halfspace] = CirculantModel(halfspace, box)
     return model

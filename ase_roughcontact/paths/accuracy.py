@@ -19,8 +19,9 @@ _ERROR_PER_TOLERANCE = 4.0
 _TYPICAL_FORCE = 0.05
 # Smallest tolerance in units of E* a0^2: rounding errors of the forces.
 _ROUNDING = 1e-13
-# A tolerance is this part of what the mean force requires of the last state, which that
-# of the next one may be below; after a reduction it is less, to need no other one.
+# A tolerance is this part of the one that the mean force in the last state requires,
+# since that of the next state may be smaller. A reduced tolerance is this part of the
+# required one, so that the next state does not need another reduction.
 _MARGIN = 0.8
 _REDUCTION = 0.5
 

@@ -208,6 +208,8 @@ class Stepper:
         """Mark a step whose load is lost in the rounding of forces."""
         if self.control != "loads" or self._fmax or not statistics.converged:
             return
+        if statistics.tolerance <= _UNCARRIED_PART * abs(load):
+            return
         missing = abs(float(self.atoms.get_forces()[-1, 2]))
         if 0.0 < _UNCARRIED_PART * abs(load) < missing:
             statistics.converged = False

@@ -9,7 +9,8 @@ the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution
 minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
 pressures.
 
-1. Without a start, solve the same contact on every other atom, and so on, to a loose
+1. Without a start, take the pressure of a full contact if nearly all of it is positive.
+   Otherwise solve the same contact on every other atom, and so on, to a loose
    tolerance, and interpolate its pressure.
 2. On a free half space, crop the window to the atoms that the rigid indenter overlaps:
    no other atom can touch.
@@ -27,6 +28,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.coarsening import (
     can_coarsen,
@@ -259,8 +261,11 @@ def _solve(
 ) -> Iterator[HardWallState]:
     """Solve on a window, cropped where possible; `height` is a guess under a load."""
     work, shape, area = 0.0, contact.halfspace.shape, contact.halfspace.cell_area
+    if start is None and load is not None:
+        start, work = _nearly_full_contact(contact, load, options)
     if start is None and can_coarsen(contact, options.coarsest):
-        coarse, work = _coarse_solution(contact, height, load, options)
+        coarse, coarse_work = _coarse_solution(contact, height, load, options)
+        work += coarse_work
         start = refine(coarse.pressure, shape)
         if load is not None:
             height = coarse.height - coarse.violation
@@ -291,6 +296,26 @@ def _solve(
             return
         start, height = state.pressure, state.height
         box = _worthwhile(required, shape, options)
+
+
+def _nearly_full_contact(
+    contact: Contact, load: float, options: ActiveSetOptions
+) -> tuple[np.ndarray | None, float]:
+    """Return the pressure of a full contact if nearly all of it is positive, and work.
+
+    By the circulant model; it is not tried if the load is too small to close all gaps.
+    """
+    halfspace, heights = contact.halfspace, contact.heights
+    mean = load / (halfspace.cell_area * heights.size)
+    depth = mean * halfspace.self_compliance * max(heights.shape)
+    if depth < np.ptp(heights):
+        return None, 0.0
+    model = covering_model(halfspace, Box((0, 0), heights.shape))
+    before = model.work
+    uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
+    pressure = (mean - uneven).astype(float)
+    full = np.count_nonzero(pressure > 0.0) >= options.full_contact * pressure.size
+    return (pressure.clip(0.0) if full else None), model.work - before
 
 
 def _worthwhile(box: Box, shape: tuple[int, int], options: ActiveSetOptions) -> Box:

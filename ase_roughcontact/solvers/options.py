@@ -111,6 +111,9 @@ class ActiveSetOptions:
         tolerance of the force.
     coarse_gap : float
         The same on coarse grids.
+    full_contact : float
+        Part of the atoms whose pressure in a full contact is positive from which on
+        this pressure is the start.
     largest_crop : float
         Largest part of the window for which a half space of its own is made.
     contraction : float
@@ -138,6 +141,7 @@ class ActiveSetOptions:
     coarsest: int = 32
     largest_gap: float = 1e-6
     coarse_gap: float = 0.03
+    full_contact: float = 0.97
     largest_crop: float = 0.5
     contraction: float = 0.1
     exact_contraction: float = 1000.0

@@ -28,7 +28,7 @@ import numpy as np
 
 from ase_roughcontact._util.kernels import norm
 from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
+from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import scaled_attraction
@@ -186,20 +186,21 @@ class _Equations:
         active: np.ndarray,
         tolerance: float,
     ) -> None:
-        if tolerance >= _SINGLE_PRECISION and d.size >= _LARGE:
-            halfspace = halfspace.in_single_precision()
-        self._halfspace, self._tolerance = halfspace, tolerance
-        dtype = np.dtype(halfspace.fft.get("dtype", float))
+        single = tolerance >= _SINGLE_PRECISION and d.size >= _LARGE
+        self._halfspace = halfspace.in_single_precision() if single else halfspace
+        self._tolerance = tolerance
+        dtype = np.dtype(self._halfspace.fft.get("dtype", float))
         t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
         self._t = t.astype(dtype)
         self._s = np.where(hard, 1.0, d * t).astype(dtype)
         self.size = norm(self._s)
-        self._stiff = (self._s > 0.0).astype(CirculantModel.dtype)
+        stiff = self._s > 0.0
         self._inverse = None
-        if self._stiff.any():
-            model = covering_model(halfspace, Box((0, 0), d.shape))
-            softness = float(self._t.mean(where=self._s > 0.0))
-            self._inverse = model.preconditioner(softness)
+        if box := Box.bounding(stiff):
+            model = covering_model(halfspace, box, larger=True)
+            self._box = model.box.slices
+            self._stiff = stiff[self._box].astype(model.dtype)
+            self._inverse = model.preconditioner(float(self._t.mean(where=stiff)))
 
     def rows(self, x: np.ndarray, response: np.ndarray) -> np.ndarray:
         """Return what is left of the equations, for ``response = 1 + G x``."""
@@ -219,11 +220,11 @@ class _Equations:
         return rows
 
     def _precondition(self, residual: np.ndarray) -> np.ndarray:
-        if self._inverse is None:
-            return residual.copy()
-        out = self._stiff * residual.astype(self._stiff.dtype, copy=False)
-        self._inverse(out, out)
-        out -= residual
-        out *= self._stiff
-        out += residual  # atoms without stiffness keep their right-hand side
-        return out.astype(residual.dtype, copy=False)
+        out = residual.copy()  # for atoms without stiffness
+        if self._inverse:
+            right = out[self._box]
+            change = np.multiply(right, self._stiff, dtype=self._stiff.dtype)
+            self._inverse(change, change)
+            change -= right
+            right += self._stiff * change
+        return out

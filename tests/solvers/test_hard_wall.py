@@ -577,3 +577,27 @@ def test_cutting_an_iteration_short_leaves_a_valid_state(rough):
     state = steps(contact, load)[1]
     assert_array_equal(state.pressure >= 0, True)
     assert_allclose(force(contact, state), load, rtol=1e-12)
+
+
+def test_a_nearly_full_contact_starts_from_the_full_one(rng):
+    heights = 0.02 * rng.standard_normal((128, 128))
+    contact = Contact(PeriodicHalfSpace((128, 128), 1.0, 1.0), heights, HardWall())
+    load = 0.06 * heights.size
+    results = []
+    for part in (0.97, 2.0):  # no contact has twice the atoms: from coarser grids
+        *_, last = done = list(
+            active_set(
+                contact,
+                height=0.0,
+                external=lambda z: (load * z, -load),
+                start=None,
+                tolerance=1e-8,
+                options=ActiveSetOptions(full_contact=part),
+            )
+        )
+        assert last.converged
+        results.append((last.pressure, sum(state.pairs for state in done)))
+    (near, few), (far, many) = results
+    assert 0.9 < np.count_nonzero(near) / near.size < 1.0
+    np.testing.assert_allclose(near, far, atol=1e-6)
+    assert few.is_integer() and not many.is_integer()  # transforms of coarser grids
