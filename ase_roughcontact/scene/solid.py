@@ -116,7 +116,10 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
         bond = "bonded to" if solid.bonded else "sliding on"
         base = "a rigid base" if solid.base_modulus is None else f"{name}, {modulus}"
         thickness = solid.thickness / UNITS["nm"]
-        return f"layer of {thickness:.4g} nm, {layer}, {bond} {base}"
+        label = f"layer of {thickness:.4g} nm, {layer}, {bond} {base}"
+        if substrate.periodic and solid.uniform_compliance:
+            label += ", heights from the mean plane of its surface"
+        return label
     if isinstance(solid, Cubic):
         name += ", anisotropic continuum"
     if isinstance(solid, Crystal):

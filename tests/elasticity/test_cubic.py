@@ -56,6 +56,7 @@ def test_contact_modulus_is_the_mean_inverse():
     cubic = Cubic(*COPPER)
     mean = np.mean(1 / cubic.surface_modulus(angles))
     assert 1 / cubic.contact_modulus == pytest.approx(mean, rel=1e-12)
+    np.testing.assert_allclose(1 / cubic.wave_modulus([0.1, 2.0]), mean, rtol=1e-3)
 
 
 @pytest.mark.parametrize("i, j", [(0, 0), (1, 0), (2, 1), (31, 30), (33, 5), (200, 90)])

@@ -80,6 +80,11 @@ def first_line(made):
             f"{LAYER}\nrigid_base = true\nsliding = true",
             "layer of 2 nm, E* = 5 GPa, sliding on a rigid base, spacing",
         ),
+        (
+            f"{LAYER}\nrigid_base = true\nlayer_poisson = 0.3\nperiodic = true",
+            "layer of 2 nm, E* = 5 GPa, bonded to a rigid base, heights from the mean "
+            "plane of its surface, spacing",
+        ),
     ],
 )
 def test_the_first_line_of_a_run_names_the_solid(lines, label):

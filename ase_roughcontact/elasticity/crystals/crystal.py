@@ -131,7 +131,7 @@ class Crystal(ElasticSolid):
 
         A slab is relaxed, and its force constants are calculated down to its middle:
         about ``3 layers`` calculations of forces for ``size^2 layers`` atoms, repeated
-        with four layers less.
+        with four layers less. Energies of some 200 strained bulk cells check them.
 
         Parameters
         ----------
