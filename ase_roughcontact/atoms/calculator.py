@@ -321,6 +321,12 @@ def grid_of(atoms: Atoms) -> SurfaceGrid:
     return _model_of(atoms).grid
 
 
+def wall_of(atoms: Atoms) -> Interaction:
+    """Return the wall of the atoms, without sampling the indenter if it is given."""
+    wall = atoms.calc.parameters["interaction"]
+    return contact_of(atoms).interaction if wall is None else wall
+
+
 def contact_state(atoms: Atoms) -> ContactState:
     """Return forces, gaps and pressures of the atoms, which the calculator forgets."""
     return _model_of(atoms).state(atoms)

@@ -25,6 +25,7 @@ from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene, default_text
 from ase_roughcontact.scene.fit import fit_curve, smooth_fit
+from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.tradeoff import tradeoff
 
@@ -51,6 +52,9 @@ def _plan(options: argparse.Namespace) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scene, steps = checked_scene(options), list[LoadStep]()
+    if options.preview:
+        scene = preview(scene)
+        options.out = options.out.with_name(f"{options.out.name}-preview")
     if scene.path.is_loop:
         return _run_loop(options, scene)
     scene.check_path()  # before theory needs the statistics of the roughness
@@ -64,6 +68,11 @@ def _run(options: argparse.Namespace) -> int:
         raise
     _write_results(options, reference, steps)
     return 0 if all(step.converged for step in steps) else 1
+
+
+def _kept_text(options: argparse.Namespace) -> str | None:
+    """Return the text of the scene that a run keeps; None for that of a preview."""
+    return None if options.preview else scene_text(options)[0]
 
 
 def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
@@ -81,7 +90,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
     if prints_text(options):
         print(report.description(reference_for(scene)) + loops.header())
     validity = "raise" if options.strict else "ignore"  # the table has them
-    loop = scene.loop(folder, show, validity, scene_text(options)[0])
+    loop = scene.loop(folder, show, validity, _kept_text(options))
     pictures, values, failure = _loop_results(folder, scene, loop)
     if prints_text(options):
         print("\n".join([values, *report.exceeded_limits(states)]))
@@ -121,7 +130,7 @@ def _relax(
     steps: list[LoadStep],
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
-    folder, (text, _) = options.out, scene_text(options)
+    folder, text = options.out, _kept_text(options)
     # more steps than the scene has are those of another one, which `run` refuses
     restored = min(count_steps(folder / "sweep.traj"), len(reference.scene.steps))
     meter = ProgressMeter({"path": expected_costs(reference.scene)})
@@ -212,7 +221,7 @@ def _fit(options: argparse.Namespace) -> int:
 
 def _maps(options: argparse.Namespace) -> int:
     folder = options.folder
-    surface = Scene.read(folder / "scene.toml").surface
+    surface = Scene.read(folder / "scene.toml").sampled_surface
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
     for number, frame in enumerate(read_frames(folder / "sweep.traj")):

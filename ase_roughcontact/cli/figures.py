@@ -44,7 +44,7 @@ def write_view(scene: Scene, folder: Path) -> None:
     folder : path
         Contains the ``sweep.traj`` of the run.
     """
-    surface = scene.surface
+    surface = scene.sampled_surface
     frames = read_frames(folder / "sweep.traj")
     with replaced(folder / "view.traj") as name:
         write(name, [with_indenter(frame, surface) for frame in frames], format="traj")
@@ -173,7 +173,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         },
         [step.converged for step in shown],
         "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else ""),
-        _column(shown, scene.area_error_column) if scene.area_error_column else None,
+        _column(shown, "area_error"),
     )
     if len(shown) < len(steps):
         axes.set_title("steps under compression", fontsize="medium")

@@ -21,6 +21,11 @@ from ase_roughcontact.windows.regrid import lost_text
 
 # Time of a run before which nothing is said about the time left (s).
 _START = 2.0
+# Headings of estimated errors, and the width of their columns.
+_FORCE_ERROR, _AREA_ERROR = "   load error (%)", "   area error (%)"
+_WIDTH = len(_AREA_ERROR)
+# Error of an area from which a line below the table says so.
+_SHOWN_ERROR = 0.001
 
 
 def print_error(message: object) -> None:
@@ -72,13 +77,13 @@ def table_header(reference: Reference) -> str:
     equation = "   Eq. (4)" if reference.rough_above is not None else ""
     control = scene.path.control
     depth = "" if control == "load" else f"{heading(control):>13}"
-    error = "   error (%)" if scene.area_error_column else ""
+    force_error = "" if control == "load" else _FORCE_ERROR
     lines = [
         description(reference),
         f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
         "",
-        f"   step{depth}   {heading('normal_force')}   "
-        f"{heading(scene.area_column)}{error}   {ratio:>9}{equation}   "
+        f"   step{depth}   {heading('normal_force')}{force_error}   "
+        f"{heading(scene.area_column)}{_AREA_ERROR}   {ratio:>9}{equation}   "
         f"{heading('seconds')}",
     ]
     return "\n".join(lines)
@@ -115,9 +120,10 @@ def table_row(
     if scene.path.control != "load":
         row += cell(_printed(step, scene.path.control), 13, ".4f")
     row += cell(_printed(step, "normal_force"), 11, ".4g")
+    if scene.path.control != "load":
+        row += _percent(step, "force_error", "normal_force", _WIDTH)
     row += cell(_printed(step, scene.area_column), 13, ".4g")
-    if scene.area_error_column:
-        row += _percent(step, scene.area_error_column, scene.area_column, 12)
+    row += _percent(step, "area_error", scene.area_column, _WIDTH)
     row += _ratio(getattr(step, scene.area_column), smooth, 12)
     if reference.rough_above is not None:
         row += _ratio(float(reference.rough_area(force)), smooth, 10)
@@ -153,7 +159,8 @@ def solver_line(step: LoadStep) -> str:
     return (
         f"          {step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
         f"{step.window}, grid {step.grid}, {_printed(step, 'memory'):.2g} GB; largest "
-        f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å"
+        f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; error "
+        f"of the height {step.height_error:.2g} Å"
     )
 
 
@@ -178,7 +185,11 @@ def summary(
     -------
     str
     """
-    values = _first_contact(reference.scene, steps), _largest_tension(reference, steps)
+    values = (
+        _first_contact(reference.scene, steps),
+        _largest_tension(reference, steps),
+        _errors(reference.scene, steps),
+    )
     lines = ["", *filter(None, values), *exceeded_limits(steps)]
     return "\n".join([*lines, file_list(folder, pictures)])
 
@@ -233,6 +244,22 @@ def _first_contact(scene: Scene, steps: Sequence[LoadStep]) -> str:
     return f"The sphere touches the flat surface at a height of {height:.4g} Å."
 
 
+def _errors(scene: Scene, steps: Sequence[LoadStep]) -> str:
+    """Return a line on the estimated errors of the areas of a coarse grid."""
+    parts = [
+        step.area_error / getattr(step, scene.area_column)
+        for step in steps
+        if getattr(step, scene.area_column)
+    ]
+    if not parts or max(parts) < _SHOWN_ERROR:
+        return ""
+    low, high = (f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
+    return (
+        f"Estimated errors of the areas: {low} to {high} %; nine of ten are below "
+        "twice that."
+    )
+
+
 def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
     """Return a line on the largest tension of the converged steps, if there is one."""
     force = min((s.normal_force for s in steps if s.converged), default=0.0)
@@ -274,12 +301,11 @@ def _pull_off_force(reference: Reference) -> str:
 
 def _grid(scene: Scene) -> str:
     """Return the grid of the continuum, and what it can't resolve."""
-    change = scene.grid_change
-    ratio = f" / {change.refine}" if change.refine > 1 else ""
-    factor = f"{change.coarsen} " if change.coarsen > 1 else ""
-    lost = scene.lost_slope
-    loss = f"; {lost_text(change, lost)}" if lost else ""
-    return f"Continuum on a grid of spacing {factor}a0{ratio}{loss}"
+    grids, lost = scene.grids, scene.lost_slope
+    line = f"Continuum on a grid of spacing {grids.change.label}"
+    if grids.extrapolated:
+        line += f", extrapolated with one of {grids.coarser.label}"
+    return line + (f"; {lost_text(grids.change, lost)}" if lost else "")
 
 
 def heading(column: str) -> str:
@@ -309,7 +335,8 @@ def _percent(step: LoadStep, error: str, value: str, width: int) -> str:
     """Return an error relative to a value in percent, a dash without contact."""
     if not getattr(step, value):
         return cell("-", width)
-    return cell(100.0 * getattr(step, error) / getattr(step, value), width, ".2g")
+    part = getattr(step, error) / abs(getattr(step, value))
+    return cell(100.0 * part, width, ".2g")
 
 
 def _ratio(area: float, reference: float, width: int) -> str:

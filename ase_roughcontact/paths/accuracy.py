@@ -1,7 +1,8 @@
 """Accuracy of a path: an allowed relative error, and the force tolerance it requires.
 
-The error is that of the numerical solution; it does not cover the model: the wall, its
-cutoff, and the spacing.
+The error is that of the answer to the question asked: for the model of atoms that of
+the solver, for the continuum also that of the grid, see `grids_for`. It does not cover
+the wall and its cutoff.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ class Accuracy:
     error : float
         Largest error of the normal force, relative to the total repulsive force, and of
         the contact area, relative to it, beyond one atom. States at an instability are
-        excepted.
+        excepted, and for the continuum contacts of few grid points.
     tolerance : float
         Largest remaining force on any atom, relative to the mean force on the atoms in
         contact.
@@ -49,25 +50,26 @@ class Accuracy:
         check_options(self)
 
 
-def _within(error: float) -> Accuracy:
-    return Accuracy(error, error / _ERROR_PER_TOLERANCE)
+#: Relative errors of the area of the continuum by name, at contact radii above 32 times
+#: the shortest wavelength.
+LEVELS = {"fast": 0.05, "normal": 0.01, "high": 0.002}
+#: Relative error of force and area for the model of atoms, where nothing but the
+#: tolerance is numerical.
+OF_ATOMS = 1e-4
+# Part of the error of the continuum that the solver may contribute.
+_SOLVER_PART = 0.1
 
 
-#: Accuracies by name.
-LEVELS = {
-    "fast": _within(1e-2),
-    "normal": _within(1e-4),
-    "high": _within(1e-8),
-}
-
-
-def accuracy_of(wanted: str | float) -> Accuracy:
+def accuracy_of(wanted: str | float, continuum: bool = False) -> Accuracy:
     """Return the accuracy of a name, or for a relative error in force and area.
 
     Parameters
     ----------
     wanted : {"fast", "normal", "high"} or float
         A number is a relative error, from 1e-12 to below 1.
+    continuum : bool
+        Whether the continuum is asked for. For the model of atoms all names mean the
+        same.
 
     Returns
     -------
@@ -81,13 +83,16 @@ def accuracy_of(wanted: str | float) -> Accuracy:
     if isinstance(wanted, str):
         if wanted not in LEVELS:
             raise ValueError(unknown(wanted, list(LEVELS), "accuracy"))
-        return LEVELS[wanted]
-    positive(accuracy=wanted)
-    if not 1e-12 <= wanted < 1.0:
-        raise ValueError(
-            f"accuracy must be a relative error from 1e-12 to 1, got {wanted:g}"
-        )
-    return _within(float(wanted))
+        error = LEVELS[wanted] if continuum else OF_ATOMS
+    else:
+        positive(accuracy=wanted)
+        if not 1e-12 <= wanted < 1.0:
+            raise ValueError(
+                f"accuracy must be a relative error from 1e-12 to 1, got {wanted:g}"
+            )
+        error = float(wanted)
+    part = _SOLVER_PART if continuum else 1.0
+    return Accuracy(error, part * error / _ERROR_PER_TOLERANCE)
 
 
 class ForceTolerance:

@@ -13,7 +13,12 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.validation import lookup
+from ase_roughcontact.atoms.calculator import RoughContact, wall_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.snapshot import snapshot
+from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.paths.grids import Grids, grids_for
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
@@ -42,8 +47,10 @@ def load_path(
     record: type[LoadStep] = LoadStep,
     hardness: float | None = None,
     validity: str = "warn",
-    refine: int = 1,
-    coarsen: int = 1,
+    model: str | None = None,
+    refine: int | None = None,
+    coarsen: int | None = None,
+    spacing: str | None = None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the atoms at one load after another.
 
@@ -67,8 +74,10 @@ def load_path(
         CSV file of the results, one line per step. When a path is resumed, lines of
         steps before those in the trajectory are kept.
     accuracy : {"fast", "normal", "high"} or float
-        Allowed relative error of force and area, see `Accuracy`. It sets a tolerance
-        relative to the mean force on the atoms in contact, suitable for any load.
+        Allowed relative error of force and area. For the model of atoms it sets a
+        tolerance relative to the mean force on the atoms in contact, 1e-4 for each of
+        the names. For the continuum the names mean errors of the area of 5, 1 and
+        0.2 %, and set grid and extrapolation, too; see `grids_for`.
     max_steps : int
         Maximum number of steps for each run of the optimizer. A step takes several
         runs if its window is enlarged or its tolerance reduced.
@@ -97,11 +106,16 @@ def load_path(
         What to do if a step exceeds a limit of the model: a `ValidityWarning`, once for
         each limit, an error after the step is written, or nothing. In any case the
         column `validity` lists the limits.
-    refine, coarsen : int
-        Exchange the grid of the atoms first, in place, for one of the spacing divided
-        by `refine` or multiplied by `coarsen`. All else stays, but for the waves of the
-        indenter that a coarser grid can't resolve: they are left out, with a warning.
-        This changes the question from the model of atoms to that of the continuum.
+    model : {"atoms", "continuum"}, optional
+        The question: each grid point is an atom, or the grid is numerical. By default
+        the model of atoms, unless a grid is given.
+    refine, coarsen : int, optional
+        Grid for the continuum, in place of that chosen for the accuracy: exchange the
+        grid of the atoms first, in place, for one of the spacing divided by `refine` or
+        multiplied by `coarsen`. All else stays, but for the waves of the indenter that
+        a coarser grid can't resolve: they are left out, with a warning.
+    spacing : str, optional
+        The same as a text: ``"a0/2"`` or ``"2 a0"``.
 
     Yields
     ------
@@ -133,24 +147,20 @@ def load_path(
     control, targets = _single_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
-    change = GridChange(refine, coarsen)
-    if change:
-        # before the spacing is no more that of the crystal
-        hardness = hardness_of_atoms(atoms, hardness)
-        if lost := regrid(atoms, change):
-            warnings.warn(lost_text(change, lost), stacklevel=2)
-    stepper = Stepper(
-        atoms,
-        control,
-        optimizer,
-        fmax=fmax,
-        accuracy=accuracy,
-        max_steps=max_steps,
-        window=window,
-        edge=edge,
-        hardness=hardness,
-        record=record,
-    )
+    options: dict[str, Any] = {
+        "optimizer": optimizer,
+        "fmax": fmax,
+        "accuracy": accuracy,
+        "max_steps": max_steps,
+        "window": window,
+        "edge": edge,
+        "hardness": hardness,
+    }
+    given = GridChange.of(refine, coarsen, spacing)
+    if _asks_for_continuum(model, given):
+        grids = _grids(atoms, accuracy, window) if given is None else Grids(given)
+        options |= _on_grids(atoms, grids, control, options, validity)
+    stepper = Stepper(atoms, control, record=record, **options)
     report = ValidityReport(validity)
     system = {} if trajectory is None else stepper.describe_system()
     path = PathDescription(system, control, targets)
@@ -159,6 +169,49 @@ def load_path(
         finished = path.finished_steps(trajectory, keep, record)
     files = open_output(trajectory, csv, record, keep=keep, finished=finished)
     return _relax(stepper, path, files, finished, report)
+
+
+def _asks_for_continuum(model: str | None, given: GridChange | None) -> bool:
+    if model is None:
+        return given is not None
+    continuum = lookup(model, {"atoms": False, "continuum": True}, "model")
+    if given and not continuum:
+        raise ValueError(
+            'another grid needs model = "continuum": that of the model of atoms is '
+            "their lattice"
+        )
+    return continuum
+
+
+def _grids(atoms: Atoms, accuracy: str | float, window: str | WindowOptions) -> Grids:
+    """Return the grids that the accuracy needs."""
+    grid = SurfaceGrid.of(atoms)
+    return grids_for(
+        accuracy_of(accuracy, continuum=True).error,
+        atoms.calc.parameters["indenter"],
+        wall_of(atoms),
+        grid.spacing,
+        grid.window if window == "fixed" else None,
+    )
+
+
+def _on_grids(
+    atoms: Atoms, grids: Grids, control: str, options: dict[str, Any], validity: str
+) -> dict[str, Any]:
+    """Exchange the grid of atoms; return what a `Stepper` needs to know of it."""
+    # before the spacing is no more that of the crystal
+    hardness = hardness_of_atoms(atoms, options["hardness"])
+    changes: dict[str, Any] = {"hardness": hardness, "continuum": True}
+    if grids.extrapolated:
+        coarse = atoms.copy()
+        coarse.calc = RoughContact(**atoms.calc.parameters)
+        regrid(coarse, grids.coarser)
+        by_load = "loads" if control == "loads" else "heights"
+        changes["coarser"] = Stepper(coarse, by_load, **(options | changes))
+    lost = regrid(atoms, grids.change) if grids.change else 0.0
+    if lost and validity != "ignore":
+        warnings.warn(lost_text(grids.change, lost), stacklevel=3)
+    return changes | {"lost_slope": lost}
 
 
 def _relax(

@@ -23,9 +23,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ase_roughcontact.paths.errors import estimated_errors
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.validity import violations
-from ase_roughcontact.theory.counted_area import continuum_area, grid_error
+from ase_roughcontact.theory.counted_area import continuum_area
 from ase_roughcontact.windows.memory import memory_of, points_of
 
 
@@ -86,6 +87,8 @@ def _largest_force(step: RelaxedStep) -> float:
 
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
+    if step.coarse_area is not None:
+        return 2.0 * area - step.coarse_area
     if not step.contact.interaction.hard:
         return area
     return continuum_area(area, step.perimeter, step.halfspace.spacing)
@@ -136,16 +139,26 @@ class LoadStep:
     )
     continuum_area: float = column(
         _continuum_area,
-        "area of the continuum that the grid discretises: for a hard wall corrected by "
-        "the perimeter",
+        "area of the continuum that the grid discretises: extrapolated from two grids, "
+        "or on one grid corrected by the perimeter under a hard wall",
         "Å^2",
         "area",
     )
-    continuum_area_error: float = column(
-        lambda s: grid_error(s.perimeter, s.state.cell_area) if s.touches else 0.0,
-        "error of the area of the continuum by the grid, estimated: the true one is "
-        "below twice the estimate in nine of ten cases",
+    area_error: float = column(
+        lambda s: estimated_errors(s).area,
+        "estimated error of the area, that of atoms or of the continuum, whichever is "
+        "asked for; the true error is below twice the estimate in nine of ten cases",
         "Å^2",
+    )
+    force_error: float = column(
+        lambda s: estimated_errors(s).force,
+        "estimated error of the force; under a load what its balance lacks",
+        "eV/Å",
+    )
+    height_error: float = column(
+        lambda s: estimated_errors(s).height,
+        "estimated error of the height; zero at a given height or penetration",
+        "Å",
     )
     contact_stiffness: float = column(
         lambda s: 0.0 - s.response.force,
@@ -154,7 +167,7 @@ class LoadStep:
         "eV/Å^2",
     )
     mean_pressure: float = column(
-        lambda s: float(s.state.pressure[s.state.contact].mean()) if s.touches else 0.0,
+        lambda s: s.mean_pressure,
         "mean pressure on the repelled atoms",
         "eV/Å^3",
     )

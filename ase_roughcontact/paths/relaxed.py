@@ -56,6 +56,14 @@ class RelaxedStep:
         Wall-clock time of the relaxation.
     hardness : float
         Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
+    control : {"penetrations", "heights", "loads"}
+        What the path prescribes.
+    continuum : bool
+        Whether the continuum is asked for, and not the model of atoms.
+    lost_slope : float
+        Part of the rms slope that a coarse grid can't resolve, and that is lost.
+    coarse_area : float or None
+        Contact area on a grid of twice the spacing, if it was calculated (Å^2).
     """
 
     atoms: Atoms
@@ -64,6 +72,10 @@ class RelaxedStep:
     statistics: SolverStatistics
     seconds: float
     hardness: float = np.nan
+    control: str = "heights"
+    continuum: bool = False
+    lost_slope: float = 0.0
+    coarse_area: float | None = None
 
     @property
     def height(self) -> float:
@@ -97,6 +109,12 @@ class RelaxedStep:
         return float(sides.sum()) * self.halfspace.spacing
 
     @property
+    def mean_pressure(self) -> float:
+        """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
+        pressures = self.state.pressure[self.state.contact]
+        return float(pressures.mean()) if pressures.size else 0.0
+
+    @cached_property
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
         return height_response(self.contact, self.state, _RESIDUAL)

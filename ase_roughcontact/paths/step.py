@@ -41,6 +41,13 @@ class Stepper:
         Meaning of the targets; see `load_path`.
     optimizer, fmax, accuracy, max_steps, window, edge, hardness, record
         See `load_path`.
+    continuum : bool
+        Whether the continuum is asked for, and not the model of atoms.
+    lost_slope : float
+        Part of the rms slope that the grid can't resolve, and that is lost.
+    coarser : Stepper, optional
+        Of the same contact on a grid of twice the spacing, from whose area that of the
+        continuum is extrapolated. Its targets are heights or loads.
 
     Raises
     ------
@@ -62,6 +69,9 @@ class Stepper:
         edge: str = "raise",
         hardness: float | None = None,
         record: type[LoadStep] = LoadStep,
+        continuum: bool = False,
+        lost_slope: float = 0.0,
+        coarser: Stepper | None = None,
     ) -> None:
         _check(atoms, control, window, edge)
         if not (optimizer is None or callable(optimizer)):
@@ -74,9 +84,11 @@ class Stepper:
         self.atoms = atoms
         self.control = control
         self._fmax = fmax
-        self._accuracy = accuracy_of(accuracy)
+        self._accuracy = accuracy_of(accuracy, continuum)
         self._max_steps = integer("max_steps", max_steps, 1)
         self._record = record
+        self._continuum, self._lost_slope = continuum, lost_slope
+        self._coarser = coarser
         contact = contact_of(atoms)
         self._hardness = hardness_of_atoms(atoms, hardness)
         self._optimizer = optimizer or default_optimizer(contact.interaction)
@@ -105,6 +117,17 @@ class Stepper:
         -------
         LoadStep
         """
+        relaxed = self._relaxed(number, target)
+        record = self._record.of(relaxed)
+        self._indent(relaxed)
+        return record
+
+    def _indent(self, relaxed: RelaxedStep) -> None:
+        """Leave the plastic shape of a step in the surface, if the wall does."""
+        if relaxed.contact.interaction.permanent:
+            indent(self.atoms)
+
+    def _relaxed(self, number: int, target: float) -> RelaxedStep:
         start = time.perf_counter()
         statistics = SolverStatistics()
         self._set_target(target)
@@ -113,15 +136,28 @@ class Stepper:
         while self.windows.enlarge_if_needed(self.atoms):
             self._relax(statistics)
         self._check_load(target, statistics)
-        seconds = time.perf_counter() - start
-        first_contact = self.windows.first_contact
-        relaxed = RelaxedStep(
-            self.atoms, number, first_contact, statistics, seconds, self._hardness
+        coarse_area = None
+        if self._coarser:
+            of_load = self.control == "loads"
+            height = float(self.atoms.positions[-1, 2])
+            coarse = self._coarser._relaxed(number, target if of_load else height)
+            coarse_area = coarse.state.contact_area
+            self._coarser._indent(coarse)
+            if not coarse.statistics.converged:
+                statistics.converged = False
+                statistics.message = f"coarser grid: {coarse.statistics.message}"
+        return RelaxedStep(
+            self.atoms,
+            number,
+            self.windows.first_contact,
+            statistics,
+            time.perf_counter() - start,
+            self._hardness,
+            self.control,
+            self._continuum,
+            self._lost_slope,
+            coarse_area,
         )
-        record = self._record.of(relaxed)
-        if relaxed.contact.interaction.permanent:
-            indent(self.atoms)
-        return record
 
     def restart_from(self, frame: Atoms) -> None:
         """Move the atoms to the state of a frame, as if a step had ended there.
@@ -157,8 +193,11 @@ class Stepper:
         tolerance = {"accuracy": self._accuracy.error}
         if self._fmax is not None:
             tolerance = {"fmax": self._fmax}
+        question: dict[str, Any] = {}
+        if self._continuum:
+            question = {"model": "continuum", "extrapolated": bool(self._coarser)}
         lattice = self.windows.describe_lattice()
-        return describe_system(self.atoms, lattice=lattice, **tolerance)
+        return describe_system(self.atoms, lattice=lattice, **tolerance, **question)
 
     def _set_target(self, target: float) -> None:
         atoms, first_contact = self.atoms, self.windows.first_contact

@@ -17,7 +17,8 @@ from ase import Atoms
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.calculator import grid_of, wall_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import Layer
@@ -190,13 +191,12 @@ def hardness_of_atoms(atoms: Atoms, hardness: float | None = None) -> float:
 
     It is that of the wall, if it has one; that of a layer is not known.
     """
-    contact = contact_of(atoms)
-    halfspace, wall = contact.halfspace, contact.interaction
+    wall = wall_of(atoms)
     if wall.hardness < math.inf:  # what is plastic is within the model
         return wall.hardness
-    if hardness is None and isinstance(halfspace.solid, Layer):
+    if hardness is None and isinstance(atoms.calc.parameters["solid"], Layer):
         return math.nan
-    return hardness_of(atoms.symbols[0], halfspace.spacing, hardness)
+    return hardness_of(atoms.symbols[0], SurfaceGrid.of(atoms).spacing, hardness)
 
 
 def _largest_pressure(step: RelaxedStep) -> float:
@@ -204,12 +204,8 @@ def _largest_pressure(step: RelaxedStep) -> float:
 
 
 def _mean_pressure(step: RelaxedStep) -> float:
-    atoms = step.state.repulsive_atoms
-    total = step.state.pressure.sum(where=step.state.contact)
-    if not atoms:
-        return math.nan
     # rounding may make the mean of equal pressures larger than any of them
-    return min(float(total) / atoms, float(step.state.pressure.max())) / step.hardness
+    return min(step.mean_pressure, float(step.state.pressure.max())) / step.hardness
 
 
 def _contact_radius(step: RelaxedStep) -> float:

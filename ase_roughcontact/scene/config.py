@@ -62,8 +62,8 @@ class SubstrateConfig(Section):
     rigid_base: bool = False
     sliding: bool = False
     model: str = "atoms"
-    refine: int = 1
-    coarsen: int = 1
+    refine: int | None = None
+    coarsen: int | None = None
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
 

@@ -10,7 +10,7 @@ from typing import Any
 from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.units import LENGTHS, UNITS
-from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact._util.validation import grid_shape, lookup, positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.greens import Isotropic
@@ -20,12 +20,14 @@ from ase_roughcontact.elasticity.named_materials import (
     work_of_adhesion,
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
+from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.paths.grids import Grids, grids_for
 from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.scene.solid import solid_of
-from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine, Surface
 from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 # Hardness (GPa) above that of any solid: a larger value is in another unit.
@@ -75,6 +77,8 @@ class Model(SceneFile):
     def named_substrate(self) -> SubstrateConfig:
         """The section of the substrate, with its symbol and values of its material."""
         given, name = self.substrate, self.substrate.material
+        if GridChange.of(spacing=given.spacing) is not None:
+            given = replace(given, spacing=None)
         if not name:
             return replace(given, symbol=given.symbol or SYMBOL)
         if given.symbol:
@@ -133,22 +137,21 @@ class Model(SceneFile):
         return lookup(self.substrate.model, columns, "model")
 
     @property
-    def area_error_column(self) -> str:
-        """Column of the grid's error of that area; empty if the count is exact."""
-        continuum = self.area_column == "continuum_area"
-        return "continuum_area_error" if continuum else ""
+    def is_continuum(self) -> bool:
+        """Whether the scene asks for the continuum, and not for the model of atoms."""
+        return self.area_column == "continuum_area"
 
     @property
-    def grid_change(self) -> GridChange:
-        """The grid relative to that of the atoms."""
-        change = GridChange(self.substrate.refine, self.substrate.coarsen)
-        atomic = self.area_column == "contact_area"
-        if change and atomic:
+    def given_grid(self) -> GridChange | None:
+        """The grid that the scene gives; None if it is chosen for the accuracy."""
+        given, continuum = self.substrate, self.is_continuum
+        change = GridChange.of(given.refine, given.coarsen, given.spacing)
+        if change and not continuum:
             raise ValueError(
-                'refine and coarsen need model = "continuum": the grid of the model of '
-                "atoms is their lattice"
+                'refine, coarsen and a spacing of a0/2 need model = "continuum": the '
+                "grid of the model of atoms is their lattice"
             )
-        if self.substrate.of_atoms and not atomic:
+        if self.substrate.of_atoms and continuum:
             raise ValueError(
                 'model = "continuum" needs moduli: a solid that follows from the '
                 "forces between atoms is a lattice"
@@ -156,10 +159,29 @@ class Model(SceneFile):
         return change
 
     @property
+    def grids(self) -> Grids:
+        """The grid relative to that of the atoms, given or chosen for the accuracy."""
+        given = self.given_grid
+        if given is not None or not self.is_continuum:
+            return Grids(given or GridChange())
+        shape = self.substrate.shape
+        return grids_for(
+            accuracy_of(self.solver.accuracy, continuum=True).error,
+            self.surface,
+            self.wall,
+            self.spacing,
+            None if isinstance(shape, str) else grid_shape(shape),
+        )
+
+    @property
     def lost_slope(self) -> float:
         """Part of the rms slope that a coarse grid can't resolve, and that is lost."""
-        smooth = self.grid_change.surface(self.surface, self.spacing)
-        return lost_slope(self.surface, smooth)
+        return lost_slope(self.surface, self.sampled_surface)
+
+    @property
+    def sampled_surface(self) -> Surface:
+        """Surface of the indenter without waves that a coarse grid can't resolve."""
+        return self.grids.change.surface(self.surface, self.spacing)
 
     @property
     def radius(self) -> float:

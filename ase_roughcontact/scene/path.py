@@ -30,6 +30,8 @@ from ase_roughcontact.windows.regrid import regrid
 
 # Shape of the atoms before a window is chosen.
 _FIRST_SHAPE = (8, 8)
+# Height of the indenter before a step, in units of the spacing.
+_FAR_ABOVE = 1e6
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,7 @@ class ContactPath(Predictions):
     @property
     def accuracy(self) -> Accuracy:
         """Accuracy of force and area."""
-        return accuracy_of(self.solver.accuracy)
+        return accuracy_of(self.solver.accuracy, self.is_continuum)
 
     @property
     def max_steps(self) -> int:
@@ -99,9 +101,20 @@ class ContactPath(Predictions):
 
     def atoms(self) -> Atoms:
         """Return the substrate and the indenter above it, with a calculator."""
-        periodic, change = self.substrate.periodic, self.grid_change
+        atoms, change = self.lattice(), self.grids.change
+        if change:
+            regrid(atoms, change)
+        atoms.positions[-1, 2] = contact_of(atoms).first_contact
+        return atoms
+
+    def lattice(self) -> Atoms:
+        """Return the atoms before their grid is exchanged for that of the continuum.
+
+        The indenter is far above them, so that its heights are not needed.
+        """
+        periodic = self.substrate.periodic
         if self.shape:
-            check_memory(change.shape(self.shape), margin=not periodic)
+            check_memory(self.grids.change.shape(self.shape), margin=not periodic)
         atoms = substrate(
             self.symbol,
             self.shape or _FIRST_SHAPE,
@@ -109,15 +122,13 @@ class ContactPath(Predictions):
             spacing=self.spacing,
             periodic=periodic,
             fixed=self.path.control != "load" or self.path.is_loop,
+            height=_FAR_ABOVE * self.spacing,
         )
         solid = self.solid
         material: dict[str, Any] = {"solid": solid}
         if isinstance(solid, Isotropic):
             material = {"contact_modulus": solid.contact_modulus}
         atoms.calc = RoughContact(self.surface, interaction=self.wall, **material)
-        if change:
-            regrid(atoms, change)
-        atoms.positions[-1, 2] = contact_of(atoms).first_contact
         return atoms
 
     @property
@@ -159,7 +170,7 @@ class ContactPath(Predictions):
     @property
     def expected_contact(self) -> ExpectedContact:
         """Bounds for the contact, which are known without the roughness."""
-        change = self.grid_change
+        change = self.grids.change
         surface: Any = change.surface(self.surface, self.spacing)
         return ExpectedContact(
             surface, self.wall, self.solid, change.spacing(self.spacing)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Generator, Iterator
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.path import ContactPath
 from ase_roughcontact.windows.memory import check_roughness, points_of
+from ase_roughcontact.windows.regrid import GridChange
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
@@ -87,6 +88,15 @@ class Scene(ContactPath):
         """Return the built-in scene."""
         return cls.parse(default_text(), "default.toml")
 
+    def with_grid(self, change: GridChange) -> Scene:
+        """Return the scene with a given grid, in place of that for its accuracy."""
+        values: dict[str, Any] = {
+            f"substrate.{key}": value for key, value in asdict(change).items()
+        }
+        if GridChange.of(spacing=self.substrate.spacing) is not None:
+            values["substrate.spacing"] = None
+        return self.with_values(values)
+
     def check(self, name: str = "scene") -> None:
         """Raise an error if a value is out of range or inconsistent with others.
 
@@ -104,7 +114,7 @@ class Scene(ContactPath):
         """
         parts = {
             "substrate": [
-                "grid_change",
+                "given_grid",
                 "spacing",
                 "contact_modulus",
                 "hardness",
@@ -122,7 +132,7 @@ class Scene(ContactPath):
             if problems:
                 raise ValueError(f"{name}: [{title}] {'; '.join(problems)}")
         try:  # before heights of the roughness are allocated
-            spacing = self.grid_change.spacing(self.spacing)
+            spacing = self.grids.change.spacing(self.spacing)
             check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
@@ -195,6 +205,8 @@ class Scene(ContactPath):
             hardness=self.hardness,
             validity=validity,
             callback=report,
+            continuum=self.is_continuum,
+            lost_slope=self.lost_slope,
             **files,
         )
 
@@ -216,8 +228,11 @@ class Scene(ContactPath):
         """
         targets = self.steps if steps is None else steps
         path: dict[str, Any] = {self.control: targets}
+        given = self.given_grid
+        grid: dict[str, Any] = {} if given is None else asdict(given)
         return load_path(
-            self.atoms(),
+            self.lattice() if self.is_continuum else self.atoms(),
+            model=self.substrate.model,
             optimizer=self.optimizer,
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
@@ -225,6 +240,7 @@ class Scene(ContactPath):
             window=self.window,
             hardness=self.hardness,
             **path,
+            **grid,
             **options,
         )
 

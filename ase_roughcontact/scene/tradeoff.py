@@ -240,6 +240,7 @@ def tradeoff(
     """
     positive(error=error, seconds=seconds)
     integer("steps", steps, 1)
+    scene = scene.with_grid(scene.grids.change) if scene.is_continuum else scene
     default = scene.with_values({"solver.optimizer": None, "solver.fmax": None})
     reference: dict[str, Any] = {"solver.accuracy": _REFERENCE}
     cutoffs: list[dict[str, Any]] = []
@@ -284,7 +285,7 @@ def tradeoff(
         omitted=omitted,
         trials=tuple(trials),
         reference_error=max(reached, check.response_error, check.area_error),
-        grids=grid_trials(default, targets, seconds) if scene.area_error_column else (),
+        grids=grid_trials(default, targets, seconds) if scene.is_continuum else (),
     )
 
 

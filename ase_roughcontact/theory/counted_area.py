@@ -9,6 +9,8 @@ _GRID_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0
 # Error of an area on one grid, in units of that correction: measured on rough spheres
 # and flats, hard and repulsive walls, by examples/benchmarks/grid_error.py.
 _ERROR_PER_CORRECTION = 0.25
+# The same of an area extrapolated from two grids, on the finer one.
+_ERROR_OF_LIMIT = 0.1
 
 
 def open_sides(contact: np.ndarray, periodic: bool) -> np.ndarray:
@@ -61,11 +63,12 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
     return area - _GRID_CORRECTION * perimeter * spacing
 
 
-def grid_error(perimeter: float, cell_area: float) -> float:
-    """Return the estimated error of the contact area of the continuum on one grid.
+def grid_error(perimeter: float, cell_area: float, extrapolated: bool = False) -> float:
+    """Return the estimated error of the contact area of the continuum.
 
     It is a quarter of the correction of `continuum_area`, under any wall, and half a
-    grid point.
+    grid point. That of an area extrapolated from two grids is a tenth of the
+    correction, and half a point.
 
     Parameters
     ----------
@@ -73,6 +76,8 @@ def grid_error(perimeter: float, cell_area: float) -> float:
         See `continuum_area` (length).
     cell_area : float
         Area per grid point (length^2).
+    extrapolated : bool
+        Whether the area is the limit of this grid and one of twice the spacing.
 
     Returns
     -------
@@ -80,4 +85,5 @@ def grid_error(perimeter: float, cell_area: float) -> float:
         Length^2.
     """
     correction = _GRID_CORRECTION * perimeter * math.sqrt(cell_area)
-    return _ERROR_PER_CORRECTION * correction + 0.5 * cell_area
+    factor = _ERROR_OF_LIMIT if extrapolated else _ERROR_PER_CORRECTION
+    return factor * correction + 0.5 * cell_area

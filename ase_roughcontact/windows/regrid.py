@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.validation import integer
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.calculator import wall_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import INDENTER_KEY, surface_id
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.topography import Surface
@@ -18,6 +20,8 @@ from ase_roughcontact.windows.exchange import moved
 # Spacings on the shortest wave of a surface that is sampled on a coarser grid. Two are
 # the least; smoother surfaces lose more slope than the grid gains.
 _PER_WAVE = 2
+# A spacing relative to that of the atoms.
+_RELATIVE = re.compile(r"\s*((?P<coarsen>\d+)\s*)?a0\s*(/\s*(?P<refine>\d+))?\s*")
 
 
 @dataclass(frozen=True)
@@ -42,8 +46,42 @@ class GridChange:
                 f"give refine or coarsen, got {self.refine} and {self.coarsen}"
             )
 
+    @classmethod
+    def of(
+        cls,
+        refine: int | None = None,
+        coarsen: int | None = None,
+        spacing: str | float | None = None,
+    ) -> GridChange | None:
+        """Return a grid given by a ratio or a text, such as ``"a0/2"`` or ``"2 a0"``.
+
+        Returns
+        -------
+        GridChange or None
+            None if nothing is given, or a spacing that is not relative to a0.
+
+        Raises
+        ------
+        ValueError
+            If more than one is given, or a ratio is not a whole number.
+        """
+        found = _RELATIVE.fullmatch(spacing) if isinstance(spacing, str) else None
+        if refine is None and coarsen is None and not found:
+            return None
+        if found and (refine, coarsen) != (None, None):
+            raise ValueError(f"give refine, coarsen or spacing = {spacing!r}, not two")
+        if found:
+            return cls(int(found["refine"] or 1), int(found["coarsen"] or 1))
+        return cls(1 if refine is None else refine, 1 if coarsen is None else coarsen)
+
     def __bool__(self) -> bool:
         return self.refine != self.coarsen
+
+    @property
+    def label(self) -> str:
+        """The spacing in units of that of the atoms, ``"a0/2"`` or ``"2 a0"``."""
+        factor = f"{self.coarsen} " if self.coarsen > 1 else ""
+        return f"{factor}a0" + (f"/{self.refine}" if self.refine > 1 else "")
 
     def spacing(self, spacing: float) -> float:
         """Return the spacing of the grid for that of the atoms."""
@@ -112,7 +150,7 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
         If a coarser grid does not fit the window or the period of the indenter, or the
         indenter can't be smoothed.
     """
-    contact, grid = contact_of(atoms), grid_of(atoms)
+    wall, grid = wall_of(atoms), SurfaceGrid.of(atoms)
     shape, spacing = change.shape(grid.window), change.spacing(grid.spacing)
     indenter = atoms.calc.parameters["indenter"]
     smooth = change.surface(indenter, grid.spacing)
@@ -131,7 +169,7 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
     atoms.set_constraint(constraints)
     if smooth is not indenter:
         atoms.info[INDENTER_KEY] = surface_id(smooth)
-    atoms.calc.set(indenter=smooth, interaction=contact.interaction)
+    atoms.calc.set(indenter=smooth, interaction=wall)
     return lost_slope(indenter, smooth)
 
 

@@ -117,7 +117,7 @@ def numbers_of(texts):
 
 def unit_of(name):
     """Return the word and the unit of a heading."""
-    found = re.fullmatch(r"(\w+) \((\D+)\)", name)
+    found = re.fullmatch(r"(\w+) \(([^\d%]+)\)", name)
     return found.groups() if found else (name, None)
 
 
@@ -161,6 +161,10 @@ def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
             numbers_of(texts), expected, rtol=6e-4, atol=0.006, err_msg=name
         )
         seen.add(COLUMNS[word])
+    parts = column(records, "area_error") / column(records, "contact_area")
+    printed_parts = numbers_of(table_of(text)["area error (%)"])
+    np.testing.assert_allclose(printed_parts, 100.0 * parts, rtol=0.05)
+    assert ("load error (%)" in table_of(text)) == (control != "load")
     assert {"normal_force", "contact_area", "seconds"} <= seen
     assert (control in seen) == (control != "load")
 

@@ -159,11 +159,20 @@ def test_the_relative_tolerance_is_a_quarter_of_the_relative_error(wall, error, 
 
 
 @pytest.mark.parametrize(
-    "error, allowed", [("fast", 1e-2), ("normal", 1e-4), ("high", 1e-8), (1e-3, 1e-3)]
+    "error, of_atoms, of_continuum",
+    [
+        ("fast", 1e-4, 0.05),
+        ("normal", 1e-4, 0.01),
+        ("high", 1e-4, 2e-3),
+        (0.1, 0.1, 0.1),
+    ],
 )
-def test_errors_of_the_levels_of_accuracy(error, allowed):
-    assert accuracy_of(error).error == allowed
-    assert accuracy_of(error).tolerance == pytest.approx(allowed / 4.0)
+def test_errors_of_the_levels_of_accuracy(error, of_atoms, of_continuum):
+    assert accuracy_of(error).error == of_atoms
+    assert accuracy_of(error).tolerance == pytest.approx(of_atoms / 4.0)
+    assert accuracy_of(error, continuum=True).error == of_continuum
+    tolerance = accuracy_of(error, continuum=True).tolerance
+    assert tolerance == pytest.approx(of_continuum / 40.0)
 
 
 def test_the_default_accuracy_is_normal():

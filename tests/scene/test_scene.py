@@ -11,7 +11,7 @@ from ase_roughcontact.interactions import (
     LennardJones93,
     wall_parameters,
 )
-from ase_roughcontact.paths.accuracy import LEVELS
+from ase_roughcontact.paths.accuracy import OF_ATOMS
 from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene, default_text
 from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
 from ase_roughcontact.topography import RoughSphere, SelfAffine
@@ -406,7 +406,7 @@ def test_automatic_windows_need_a_free_half_space():
 
 def test_accuracy_is_a_name_or_a_number_and_fmax_replaces_it():
     text = SMALL.replace("fmax = 1e-4", 'accuracy = "high"')
-    assert Scene.parse(text).accuracy == LEVELS["high"]
+    assert Scene.parse(text).accuracy.error == OF_ATOMS
     assert Scene.parse(text).fmax is None
     scene = Scene.parse(SMALL.replace("fmax", "accuracy = 1e-3\nfmax"))
     assert scene.accuracy.error == 1e-3

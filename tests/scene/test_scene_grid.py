@@ -9,10 +9,9 @@ from ase_roughcontact.scene.reference import reference_for
 
 TEXT = """
 [substrate]
-spacing = 2.0
+{keys}
 contact_modulus = 100.0
 hardness = inf
-{keys}
 [sphere]
 radius = 100.0
 [roughness]
@@ -25,7 +24,27 @@ values = [10.0]
 
 
 def scene(keys=""):
+    if "spacing" not in keys:
+        keys = f"spacing = 2.0\n{keys}"
     return Scene.parse(TEXT.format(keys=keys))
+
+
+@pytest.mark.parametrize(
+    "text, keys",
+    [("a0/2", "refine = 2"), ("2 a0", "coarsen = 2"), ("a0", "refine = 1")],
+)
+def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
+    crystal = 'symbol = "Cu"\nmodel = "continuum"\n'
+    written, meant = (
+        Scene.parse(TEXT.format(keys=crystal + line))
+        for line in (f'spacing = "{text}"', keys)
+    )
+    written.check()
+    assert written.spacing == meant.spacing
+    assert written.grids == meant.grids
+    both = written.with_values({"substrate.refine": 2})
+    with pytest.raises(ValueError, match="give refine, coarsen or spacing"):
+        both.check()
 
 
 def test_question_decides_on_the_area_that_is_printed():
@@ -37,16 +56,17 @@ def test_question_decides_on_the_area_that_is_printed():
         area = getattr(step, column) / 100.0
         assert f" {area:.4g} " in table_row(reference, step)
         words = table_row(reference, step).split()
-        error = f"{100.0 * step.continuum_area_error / step.continuum_area:.2g}"
-        assert (words[3] == error) == (model == "continuum")
+        part = step.area_error / getattr(step, column)
+        assert words[3] == f"{100.0 * part:.2g}"
+        assert (part > 1e-3) == (model == "continuum")
         heading = table_header(reference).splitlines()[-1]
-        assert ("area (nm²)   error (%)   A/A" in heading) == (model == "continuum")
+        assert "area (nm²)   area error (%)   A/A" in heading
         assert ("Continuum" in table_header(reference)) == (model == "continuum")
     assert scene().area_column == "contact_area"
 
 
 def test_refined_scene_has_another_grid_and_all_else_the_same():
-    coarse = scene('model = "continuum"')
+    coarse = scene('model = "continuum"\nrefine = 1')
     fine = scene('model = "continuum"\nrefine = 2')
     fine.check()
     assert (fine.spacing, fine.radius, fine.rough) == (2.0, 200.0, coarse.rough)
@@ -59,7 +79,9 @@ def test_refined_scene_has_another_grid_and_all_else_the_same():
 
 def test_header_says_grid_and_loss():
     line = table_header(reference_for(scene('model = "continuum"\nrefine = 2')))
-    assert "grid of spacing a0 / 2\n" in line
+    assert "grid of spacing a0/2\n" in line
+    line = table_header(reference_for(scene('model = "continuum"')))
+    assert "grid of spacing a0/2, extrapolated with one of a0\n" in line
     coarse = scene('model = "continuum"\ncoarsen = 4')
     text = table_header(reference_for(coarse))
     assert "spacing 4 a0; a grid 4 times as coarse" in text
@@ -73,7 +95,8 @@ def test_header_says_grid_and_loss():
 @pytest.mark.parametrize(
     "keys, message",
     [
-        ("refine = 2", r'\[substrate\] refine and coarsen need model = "continuum"'),
+        ("refine = 2", r'\[substrate\] refine, .* need model = "continuum"'),
+        ('spacing = "a0/2"', 'a spacing of a0/2 need model = "continuum"'),
         ('model = "atom"', r"\[substrate\] unknown model 'atom'; did you"),
         ('model = "continuum"\nrefine = 0', "refine must be an integer >= 1"),
     ],

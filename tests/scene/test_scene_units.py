@@ -27,6 +27,7 @@ SCENE = {
         "shape": [32, 48],
         "periodic": True,
         "model": "continuum",
+        "refine": 1,
     },
     "sphere": {"radius": 60.0, "profile": "sphere"},
     "roughness": {
@@ -276,8 +277,9 @@ def test_a_given_window_is_kept_and_an_automatic_one_follows_the_contact(
 
 def relaxed_with(**solver):
     """Return the result of a step with the given keys of [solver]."""
+    changes = {"shape": [40, 40], "periodic": False, "model": "atoms"}
     (record,) = scene_with(
-        {"substrate.shape": [40, 40], "substrate.periodic": False},
+        {f"substrate.{key}": value for key, value in changes.items()},
         roughness=None,
         interaction={},
         path={"control": "penetration", "values": [2.0]},

@@ -87,8 +87,8 @@ def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
     built = substrate("Cu", (48, 64), SPHERE, spacing=0.5)
     wall = LennardJones93.repulsive(1.0, 1.0)
     built.calc = RoughContact(SPHERE, 1.0, wall)
-    (expected,) = load_path(built, heights=[1.0])
-    (step,) = load_path(make_atoms(shape=(24, 32)), heights=[1.0], refine=2)
+    (expected,) = load_path(built, heights=[1.0], fmax=1e-10)
+    (step,) = load_path(make_atoms(shape=(24, 32)), heights=[1.0], refine=2, fmax=1e-10)
     assert not recwarn.list
     assert step.normal_force == pytest.approx(expected.normal_force, rel=1e-9)
     assert step.contact_area == expected.contact_area > 0.0

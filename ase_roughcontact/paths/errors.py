@@ -1,0 +1,164 @@
+r"""Estimated errors of area, force and height of a relaxed step.
+
+They add up from three sources:
+
+- *Tolerance.* With the changes :math:`\lambda = dg/dZ` and :math:`x = dp/dZ` of a
+  relaxed contact by a unit of height, the forces :math:`f_i` and gaps :math:`g_i` that
+  the relaxation leaves change the normal force to first order by
+
+  .. math:: \delta N = \sum_i f_i\,(1 - \lambda_i), \qquad
+            \delta N = a_0^2 \sum_{p > 0} x_i\, g_i
+
+  under soft and hard walls.
+- *Grid*, if the continuum is asked for. Errors of the area are those of
+  `counted_area`. On a grid of spacing :math:`\Delta x` the height under a load N is
+  wrong by about :math:`c\, N S_d \Delta x^2/(A^2 E^*)`, with the area A and its
+  perimeter :math:`S_d`. Under a given penetration its zero, the lowest point of the
+  indenter, is found to a quarter of the second differences there.
+- *Cell.* Images of the contact in a square cell of side L shift the height, and press
+  the surroundings down, by
+
+  .. math:: \frac{3.9003\, N}{\pi E^* L}, \qquad
+            \frac{\delta A}{A} = \frac{2}{3}\, \frac{9.0336\, R N}{2 \pi E^* L^3}.
+
+  The numbers are the sums of 1/r and 1/r^3 over a square lattice, the first of them
+  with a uniform background. Waves of a few spacings are stiffer or softer than those of
+  a free half space, which adds the error of a grid.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.theory.counted_area import grid_error
+
+# Factor of the error of the height by the grid: measured on rough spheres and flats by
+# examples/benchmarks/grid_error.py.
+_HEIGHT_FACTOR = {False: 0.035, True: 0.006}  # free and periodic half space
+# Part of the sum of second differences by which the lowest point of a grid is too high
+# on average.
+_LOWEST_POINT = 1.0 / 24.0
+# Sums over a square lattice, of 1/r with a uniform background and of 1/r^3.
+_SUM_OF_INVERSES, _SUM_OF_CUBES = 3.900265, 9.033622
+# Relative rounding error of the sum of the forces.
+_ROUNDING = 1e-13
+
+
+class Errors(NamedTuple):
+    """Estimated errors of the answer; NaN at an instability.
+
+    Attributes
+    ----------
+    area : float
+        Of the contact area (Å^2).
+    force : float
+        Of the normal force (eV/Å).
+    height : float
+        Of the height (Å).
+    """
+
+    area: float
+    force: float
+    height: float
+
+
+def estimated_errors(step: RelaxedStep) -> Errors:
+    """Return the errors of area, force and height that a relaxed step has.
+
+    Parameters
+    ----------
+    step : RelaxedStep
+
+    Returns
+    -------
+    Errors
+        Under a given load the error of the force is what the indenter's balance lacks;
+        at a given height that of the height is zero.
+    """
+    unbalanced = abs(float(step.atoms.get_forces()[-1, 2]))
+    if not step.touches:
+        return Errors(0.0, unbalanced, 0.0)
+    stiffness, pressure = abs(step.response.force), step.mean_pressure
+    relaxation = _relaxation(step)
+    shift = (_grid_height(step) if step.continuum else 0.0) + _cell_height(step)
+    area = _cell_area(step) + relaxation / pressure
+    if step.continuum:
+        area += continuum_area_error(step)
+    if step.control == "loads":
+        return Errors(area, unbalanced, shift + (relaxation + unbalanced) / stiffness)
+    force = stiffness * shift
+    return Errors(area + force / pressure, relaxation + force, 0.0)
+
+
+def continuum_area_error(step: RelaxedStep) -> float:
+    """Return the error of the area of the continuum that the grid makes (Å^2)."""
+    of_grid = grid_error(
+        step.perimeter, step.state.cell_area, step.coarse_area is not None
+    )
+    return of_grid + step.lost_slope * step.state.contact_area
+
+
+def _relaxation(step: RelaxedStep) -> float:
+    """Return the error of the force at a fixed height, by the tolerance (eV/Å)."""
+    state, response = step.state, step.response
+    if step.contact.interaction.hard:
+        change = state.cell_area * np.sum(
+            response.pressure * state.gap, where=state.contact
+        )
+    else:
+        n, m = state.gap.shape
+        forces = state.forces[:n, :m]
+        change = np.sum(forces * (1.0 - response.gap))
+    rounding = _ROUNDING * state.cell_area * abs(state.pressure).sum()
+    return abs(float(change)) + float(rounding)
+
+
+def _grid_height(step: RelaxedStep) -> float:
+    """Return the error of the height under a load, or at a penetration (Å)."""
+    halfspace, state = step.halfspace, step.state
+    force = abs(state.normal_force) * step.perimeter * halfspace.spacing**2
+    error = force / (state.contact_area**2 * halfspace.contact_modulus)
+    error *= _HEIGHT_FACTOR[halfspace.periodic]
+    if step.control == "penetrations":
+        error += _LOWEST_POINT * _second_differences(step.contact.heights)
+    return error
+
+
+def _second_differences(heights: np.ndarray) -> float:
+    """Return the sum of second differences at the lowest point, zero at an edge."""
+    i, j = divmod(int(heights.argmin()), heights.shape[1])
+    around = heights[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
+    if around.shape != (3, 3):
+        return 0.0
+    sides = around[[0, 2, 1, 1], [1, 1, 0, 2]]
+    return float(sides.sum() - 4.0 * around[1, 1])
+
+
+def _single_contact(step: RelaxedStep) -> tuple[float, float]:
+    """Return radius, and side of the cell (Å), infinite if images are meant or none."""
+    radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
+    if not step.halfspace.periodic or radius == math.inf:
+        return 0.0, math.inf
+    return radius, min(step.halfspace.shape) * step.halfspace.spacing
+
+
+def _cell_height(step: RelaxedStep) -> float:
+    """Return the shift of the height by the images of a periodic cell (Å)."""
+    _, side = _single_contact(step)
+    compliance = 1.0 / (math.pi * step.halfspace.contact_modulus * side)
+    return _SUM_OF_INVERSES * compliance * abs(step.state.normal_force)
+
+
+def _cell_area(step: RelaxedStep) -> float:
+    """Return the area that the images of a periodic cell take (Å^2)."""
+    radius, side = _single_contact(step)
+    curvature = _SUM_OF_CUBES * abs(step.state.normal_force) / (2.0 * math.pi * side**3)
+    part = 2.0 / 3.0 * radius * curvature / step.halfspace.contact_modulus
+    error = part * step.state.contact_area
+    if radius:
+        error += grid_error(step.perimeter, step.state.cell_area, extrapolated=True)
+    return error

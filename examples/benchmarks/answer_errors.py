@@ -1,0 +1,212 @@
+"""True errors of area, force and height, beside their estimates.
+
+    python answer_errors.py                    # all that answer_errors.csv lacks
+    python answer_errors.py --study cell       # one study
+    python answer_errors.py --report           # errors and estimates, from the table
+
+*tolerance*: the model of atoms with loose tolerances, against a tight one.
+*cell*: periodic cells of 2 to 4 diameters of the contact, against a free boundary.
+*grid*: the continuum on grids of a0 and a0/2, against the limit of a0/4 and a0/8.
+*levels*: larger contacts at the levels of accuracy, against the same.
+
+Spheres have a radius of 200 a0 and roughness from 4 to 32 a0, for the levels 1000 and
+4000 a0 and 4 to 128 a0. They are relaxed at a load and at a height. Lengths are in a0,
+and the contact modulus is 1.
+"""
+
+import argparse
+import csv
+import time
+from collections import defaultdict
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact._util.threads import threads
+from ase_roughcontact.theory import Hertz
+
+TABLE = Path(__file__).with_name("answer_errors.csv")
+CASE = ("study", "wall", "radius", "slope", "hurst", "seed", "contact", "setting")
+# area and height at a load, area and force at a height
+ANSWERS = ("area", "height", "area_at_height", "force")
+FIELDS = (*CASE, *(n + part for n in ANSWERS for part in ("", "_error")), "cpu")
+WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+SLOPES = (0.05, 0.1)
+# not those from which the estimates follow (grid_error.py): Hurst exponent and seed
+UNSEEN = ((0.6, 11), (0.6, 12), (0.7, 13))
+SETTINGS = {
+    "tolerance": {
+        "0.1": {"accuracy": 0.1},
+        "0.01": {"accuracy": 0.01},
+        "exact": {"accuracy": 1e-10},
+    },
+    "cell": {"2": {}, "3": {}, "4": {}, "exact": {}},
+    "grid": {
+        "a0": {"refine": 1},
+        "a0/2": {"refine": 2},
+        "a0/4": {"refine": 4},
+        "a0/8": {"refine": 8},
+    },
+    "levels": {
+        **{name: {"accuracy": name} for name in ("fast", "normal", "high")},
+        "a0/4": {"refine": 4, "accuracy": 1e-6},
+        "a0/8": {"refine": 8, "accuracy": 1e-6},
+    },
+}
+# Settings with which the others are compared.
+REFERENCES = ("exact", "a0/4", "a0/8")
+
+
+def cases(study):
+    """Return wall, radius, slope, Hurst exponent, seed, contact radius of each case."""
+    if study == "levels":
+        for seed, hurst, radius, wall in product(
+            (2, 3), (0.8, 0.5), (1000.0, 4000.0), WALLS
+        ):
+            yield wall, radius, 0.1, hurst, seed, 128.0
+        return
+    for wall, slope, (hurst, seed), contact in product(
+        WALLS, SLOPES, UNSEEN, (8.0, 14.0)
+    ):
+        yield wall, 200.0, slope, hurst, seed, contact
+
+
+def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
+    """Return the row of a case."""
+    longest, domain = (128.0, 512.0) if study == "levels" else (32.0, 128.0)
+    rough = SelfAffine(slope, hurst, 4.0, longest, seed=seed, domain=domain)
+    sphere = RoughSphere(radius, rough)
+    cell = int(setting) if study == "cell" and setting != "exact" else 0
+    options = dict(SETTINGS[study][setting], window="fixed" if cell else "auto")
+    column = "contact_area"
+    if study in ("grid", "levels"):
+        options["model"] = "continuum"
+        if setting not in REFERENCES:  # their counts are extrapolated
+            column = "continuum_area"
+    side = int(2 * contact * cell) if cell else 8
+
+    def relaxed(**target):
+        fixed, periodic = "heights" in target, cell > 0
+        atoms = substrate(
+            "Cu", (side, side), sphere, spacing=1.0, periodic=periodic, fixed=fixed
+        )
+        atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+        (step,) = load_path(atoms, **target, **options, validity="ignore")
+        return step
+
+    start = time.process_time()
+    step = relaxed(loads=[Hertz(radius, 1.0).force(contact)])
+    cpu = time.process_time() - start
+    row = [getattr(step, column), step.area_error, step.height, step.height_error]
+    if study == "levels":
+        row += [np.nan] * 4
+    else:
+        step = relaxed(heights=[usual_height(wall, sphere, contact)])
+        row += [getattr(step, column), step.area_error]
+        row += [step.normal_force, step.force_error]
+    case = (study, wall, radius, slope, hurst, seed, contact, setting)
+    return [*case, *(f"{value:.9g}" for value in row), f"{cpu:.3g}"]
+
+
+@cache
+def usual_height(wall, sphere, contact):
+    """Return the height of the model of atoms at the load."""
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+    load = Hertz(sphere.radius, 1.0).force(contact)
+    (step,) = load_path(atoms, loads=[load], window="auto", validity="ignore")
+    return round(step.height, 6)
+
+
+def read():
+    """Return the rows of the table."""
+    if not TABLE.exists():
+        return []
+    with TABLE.open(newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def run(studies):
+    """Calculate what the table lacks."""
+    done = {tuple(row[name] for name in CASE) for row in read()}
+    if not done:
+        TABLE.write_text(",".join(FIELDS) + "\n")
+    for study in studies:
+        for case, setting in product(cases(study), SETTINGS[study]):
+            if tuple(map(str, (study, *case, setting))) in done:
+                continue
+            with threads(1):
+                row = calculate(study, *case, setting)
+            with TABLE.open("a", newline="") as file:
+                csv.writer(file, lineterminator="\n").writerow(row)
+
+
+def compared(rows):
+    """Return true errors and their estimates by study, setting, answer and wall."""
+    of_case = defaultdict(dict)
+    for row in rows:
+        of_case[tuple(row[name] for name in CASE[:-1])][row["setting"]] = row
+    found = defaultdict(list)
+    for case, settings in of_case.items():
+        for name, setting in product(ANSWERS, settings):
+            row, exact = settings[setting], reference(settings, name)
+            if setting in REFERENCES or not np.isfinite(exact):
+                continue
+            scale = 1.0 if name == "height" else exact
+            error = abs(float(row[name]) - exact) / scale
+            estimate = float(row[f"{name}_error"]) / scale
+            found[(case[0], setting, name, case[1])].append((error, estimate))
+    return found
+
+
+def reference(settings, name):
+    """Return the exact answer, extrapolated for grids; NaN if it is not known."""
+    if "exact" in settings:
+        return float(settings["exact"][name])
+    if not {"a0/4", "a0/8"} <= set(settings):
+        return np.nan
+    coarse, fine = (float(settings[key][name]) for key in ("a0/4", "a0/8"))
+    # areas are wrong in proportion to the spacing, the others to about its square
+    order = 1.0 if "area" in name else 2.0
+    return fine + (fine - coarse) / (2.0**order - 1.0)
+
+
+def report():
+    """Print the share of errors within twice the estimate, and their sizes."""
+    print(
+        "study, setting, answer, wall: cases, errors within twice the estimate, sizes"
+    )
+    for key, errors in compared(read()).items():
+        true, estimate = np.transpose(errors)
+        print(
+            f"{' '.join(key):44}{len(true):3d}{np.mean(true <= 2.0 * estimate):6.2f}"
+            f"   median {np.median(true):.1e}, largest {true.max():.1e}, "
+            f"estimate {np.median(estimate):.1e}"
+        )
+    seconds = defaultdict(list)
+    for row in read():
+        if row["study"] == "levels":
+            seconds[(row["wall"], row["setting"])].append(float(row["cpu"]))
+    for key, values in seconds.items():
+        print(*key, f"CPU time {np.mean(values):.2f} s")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--study", nargs="*", choices=SETTINGS, default=list(SETTINGS))
+    parser.add_argument("--report", action="store_true", help="print the errors")
+    options = parser.parse_args()
+    if not options.report:
+        run(options.study)
+    report()

@@ -1,0 +1,157 @@
+"""Estimated errors of area, force and height, against much more accurate results."""
+
+import csv
+from collections import defaultdict
+from itertools import product
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    HardWall,
+    LennardJones93,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.theory import Hertz
+
+TABLE = "examples/benchmarks/answer_errors.csv"
+WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+RADIUS = 100.0
+
+
+def relaxed(wall, seed=5, cell=0, fixed=False, smooth=False, **options):
+    """Result of one step on a sphere with, by default, a contact of about 10 a0."""
+    rough = None if smooth else SelfAffine(0.1, 0.65, 4.0, 16.0, seed=seed, domain=64.0)
+    sphere, side = RoughSphere(RADIUS, rough), cell or 8
+    atoms = substrate(
+        "Cu", (side, side), sphere, spacing=1.0, periodic=cell > 0, fixed=fixed
+    )
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+    target = {} if fixed else {"loads": [Hertz(RADIUS, 1.0).force(10.0)]}
+    window = "fixed" if cell else "auto"
+    (step,) = load_path(atoms, **target, **options, window=window, validity="ignore")
+    return step
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_error_of_a_loose_tolerance_is_found_to_first_order(wall):
+    exact = relaxed(wall, fixed=True, heights=[-0.5], accuracy=1e-11)
+    loose = relaxed(wall, fixed=True, heights=[-0.5], accuracy=0.3)
+    error = abs(loose.normal_force - exact.normal_force)
+    assert 1e-9 < error / exact.normal_force < 0.1
+    assert loose.force_error == pytest.approx(error, rel=0.3)
+    assert loose.height_error == exact.height_error == 0.0
+    assert exact.force_error < 1e-6 * loose.force_error
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_error_under_a_load_is_one_of_the_height(wall):
+    exact, loose = (relaxed(wall, accuracy=error) for error in (1e-11, 0.3))
+    error = abs(loose.height - exact.height)
+    assert error <= 2.0 * loose.height_error < 1e-2
+    assert loose.force_error < 0.3 * loose.normal_force
+
+
+@pytest.mark.parametrize("wall", WALLS)
+def test_grid_is_an_error_of_the_continuum_only(wall):
+    atoms, coarse = relaxed(wall), relaxed(wall, refine=1)
+    fine = relaxed(wall, refine=4)
+    assert coarse.height == pytest.approx(atoms.height, abs=1e-6)
+    assert coarse.contact_area == atoms.contact_area
+    assert atoms.height_error < 1e-3 * coarse.height_error
+    assert atoms.area_error < 1e-3 * coarse.area_error
+    error = abs(coarse.height - fine.height)
+    assert 0.5 * error < coarse.height_error < 3.0 * error
+    assert abs(coarse.continuum_area - fine.continuum_area) < 2.0 * coarse.area_error
+
+
+@pytest.mark.parametrize("cell", [48, 96])
+def test_images_of_a_periodic_cell_shift_the_height_and_take_area(cell):
+    free, periodic = (relaxed("repulsive", smooth=True, cell=c) for c in (0, cell))
+    assert periodic.height - free.height == pytest.approx(
+        periodic.height_error, rel=0.05
+    )
+    assert abs(periodic.contact_area - free.contact_area) < 2.0 * periodic.area_error
+    assert periodic.area_error < 0.06 * free.contact_area
+
+
+def test_cell_of_a_flat_surface_is_no_error():
+    rough = SelfAffine(0.1, 0.65, 4.0, 16.0, seed=1, domain=32.0)
+    flat = RoughSphere(np.inf, rough)
+    atoms = substrate("Cu", (32, 32), flat, spacing=1.0, periodic=True, fixed=False)
+    atoms.calc = RoughContact(flat, 1.0)
+    (step,) = load_path(atoms, loads=[10.0])
+    assert step.height_error < 1e-4 and step.area_error < 1e-3 * step.contact_area
+
+
+def test_waves_that_a_coarse_grid_loses_are_an_error_of_the_area():
+    fine, coarse = (relaxed("hard", coarsen=n) for n in (2, 4))
+    lost = 0.3 * coarse.contact_area
+    assert coarse.area_error > fine.area_error + 0.8 * lost
+
+
+def test_errors_out_of_contact_are_zero():
+    step = relaxed("repulsive", fixed=True, heights=[20.0], refine=1)
+    assert (step.area_error, step.force_error, step.height_error) == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("refine", [1, 2])
+def test_error_at_a_penetration_counts_the_lowest_point_of_the_grid(refine):
+    at_depth, exact = (
+        relaxed("hard", fixed=True, penetrations=[1.0], refine=n) for n in (refine, 8)
+    )
+    error = abs(at_depth.normal_force - exact.normal_force)
+    assert error < 2.0 * at_depth.force_error < 0.1 * exact.normal_force
+    at_height = relaxed("hard", fixed=True, heights=[at_depth.height], refine=refine)
+    assert at_height.force_error < at_depth.force_error
+
+
+# Coverage
+
+
+def share_within_twice(errors):
+    true, estimate = np.transpose(errors)
+    return np.mean(true <= 2.0 * estimate)
+
+
+def test_nine_of_ten_measured_errors_are_within_twice_the_estimate():
+    """Seeds and Hurst exponents from which no estimate follows."""
+    with open(TABLE, newline="") as file:
+        rows = list(csv.DictReader(file))
+    exact = {tuple(row.values())[:7]: row for row in rows if row["setting"] == "exact"}
+    found = defaultdict(list)
+    for row in rows:
+        truth = exact.get(tuple(row.values())[:7])
+        if truth is None or truth is row:
+            continue
+        for name in ("area", "height", "area_at_height", "force"):
+            error = abs(float(row[name]) - float(truth[name]))
+            found[row["study"], name].append((error, float(row[f"{name}_error"])))
+    assert len(found) == 8
+    for errors in found.values():
+        assert len(errors) >= 48
+        assert share_within_twice(errors) >= 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("control", ["loads", "heights"])
+def test_nine_of_ten_errors_of_the_grid_are_within_twice_the_estimate(control):
+    errors = defaultdict(list)
+    for wall, seed in product(WALLS, range(40, 66)):
+        target = {"fixed": True, "heights": [-0.3]} if control == "heights" else {}
+        one, fine, finest = (relaxed(wall, seed, refine=n, **target) for n in (1, 4, 8))
+        area = 2.0 * finest.contact_area - fine.contact_area
+        errors["area"].append((abs(one.continuum_area - area), one.area_error))
+        if control == "loads":
+            height = finest.height + (finest.height - fine.height) / 3.0
+            errors["height"].append((abs(one.height - height), one.height_error))
+        else:
+            force = finest.normal_force + (finest.normal_force - fine.normal_force) / 3
+            errors["force"].append((abs(one.normal_force - force), one.force_error))
+    for values in errors.values():
+        assert len(values) == 52
+        assert share_within_twice(values) >= 0.9

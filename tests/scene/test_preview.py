@@ -1,0 +1,78 @@
+"""Preview of a scene on a coarser grid, with its error."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.preview import preview
+
+TEXT = """
+[substrate]
+spacing = 2.0
+contact_modulus = 100.0
+hardness = inf
+{substrate}
+[sphere]
+radius = 300.0
+[roughness]
+long_wavelength = 32.0
+[path]
+{path}
+"""
+
+
+def scene(substrate="", path="first = 10.0\nlast = 200.0\nsteps = 12"):
+    return Scene.parse(TEXT.format(substrate=substrate, path=path))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_preview_has_the_first_and_last_area_within_twice_its_error(seed):
+    full = scene().with_values({"roughness.seed": seed})
+    coarse = preview(full)
+    assert coarse.grids.change.label == "4 a0"
+    np.testing.assert_allclose(coarse.steps, full.steps[[0, -1]])
+    exact = list(full.relax(full.steps[[0, -1]]))
+    for step, truth in zip(coarse.relax(validity="ignore"), exact, strict=True):
+        error = abs(step.continuum_area - truth.contact_area)
+        assert error < 2.0 * step.area_error
+
+
+@pytest.mark.parametrize(
+    "substrate, path, spacing, steps",
+    [
+        ('model = "continuum"', "values = [10.0, 20.0]", "2 a0", [10.0, 20.0]),
+        ("shape = [62, 62]", "values = [1.0, 2.0, 3.0]", "2 a0", [1.0, 3.0]),
+        ("shape = [61, 61]", "values = [1.0, 2.0, 3.0]", "a0", [1.0, 3.0]),
+        ("", "values = [5.0]", "4 a0", [5.0]),
+    ],
+)
+def test_grid_and_steps_fit_the_scene(substrate, path, spacing, steps):
+    coarse = preview(scene(substrate, path))
+    coarse.check()
+    assert coarse.grids.change.label == spacing
+    assert list(coarse.path.values) == steps
+
+
+def test_crystal_becomes_an_isotropic_solid_of_its_modulus():
+    crystal = Scene.parse(
+        '[substrate]\ncalculator = "emt"\nsymbol = "Cu"\n[path]\nvalues = [1.0]'
+    )
+    coarse = preview(crystal)
+    coarse.check()
+    assert coarse.is_continuum and not coarse.substrate.of_atoms
+    assert coarse.contact_modulus == pytest.approx(crystal.contact_modulus)
+    assert coarse.spacing == crystal.spacing
+
+
+def test_command_writes_a_preview_beside_the_run(tmp_path, capsys):
+    file, out = tmp_path / "my.toml", tmp_path / "out"
+    file.write_text(scene().toml)
+    assert main(["run", str(file), "--out", str(out), "--preview"]) == 0
+    text = capsys.readouterr().out
+    assert "grid of spacing 4 a0" in text and "% of the rms slope" in text
+    assert "Estimated errors of the areas: " in text
+    folder = tmp_path / "out-preview"
+    assert Scene.read(folder / "scene.toml") == preview(scene())
+    assert len((folder / "curve.csv").read_text().splitlines()) == 3
+    assert not out.exists()
