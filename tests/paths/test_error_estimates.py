@@ -45,7 +45,7 @@ def test_error_of_a_loose_tolerance_is_found_to_first_order(wall):
     assert 1e-9 < error / exact.normal_force < 0.1
     assert loose.force_error == pytest.approx(error, rel=0.3)
     assert loose.height_error == exact.height_error == 0.0
-    assert exact.force_error < 1e-6 * loose.force_error
+    assert exact.force_error < 1e-3 * loose.force_error
 
 
 @pytest.mark.parametrize("wall", WALLS)
