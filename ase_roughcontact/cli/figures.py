@@ -153,9 +153,12 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     shown = [step for step in steps if _is_compressive(step)]
     forces = np.array([step.normal_force for step in shown])
     areas = _column(shown, scene.area_column)
-    predicted = reference.rough_area(forces)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
     adhesive = [c for c in _smooth(reference) if c.pull_off_force < 0.0]
+    theory = {c.label: c.contact_area(along) for c in adhesive}
+    rough = reference.rough_area(along)
+    if np.isfinite(rough).any():
+        theory = {"Eq. (4): theory, rough sphere": rough, **theory}
     figure = Figure(figsize=(5, 5 if adhesive else 4), layout="constrained")
     axes = figure.subplots()
     plot.plot_curve(
@@ -163,13 +166,9 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         forces / NN,
         areas,
         scene.hertz_area(forces),
-        None if np.isnan(predicted).all() else predicted,
         {
-            c.label: (
-                along / NN,
-                c.contact_area(along) / scene.hertz_area(along),
-            )
-            for c in adhesive
+            name: (along / NN, area / scene.hertz_area(along))
+            for name, area in theory.items()
         },
         [step.converged for step in shown],
         "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else ""),
@@ -215,9 +214,12 @@ def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) ->
     touching = [step for step in steps if step.repulsive_atoms]
     chosen = np.unique(np.linspace(0, len(touching) - 1, _MAPS).round().astype(int))
     shown = [touching[i] for i in chosen]
-    titles = [_title(reference.scene, steps, step) for step in shown]
-    height = 4.1 + 0.3 * max(title.count("\n") for title in titles)
-    figure = Figure(figsize=(3.2 * len(shown) + 0.8, height), layout="constrained")
+    titles = [
+        f"({letter}) {_title(reference.scene, steps, step)}"
+        for letter, step in zip("abcd", shown, strict=False)
+    ]
+    height = 3.3 + 0.3 * max(title.count("\n") for title in titles)
+    figure = Figure(figsize=(2.6 * len(shown) + 0.8, height), layout="constrained")
     (panels,) = figure.subplots(1, len(shown), squeeze=False)
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]
@@ -227,9 +229,9 @@ def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) ->
         radius = math.sqrt(area / np.pi) if area > 0.0 else None
         image = plot.plot_contact(panel, frame, radius, largest, circle_label=label)
         panel.set_title(title)
-    for panel in panels[1:]:
-        panel.set_ylabel("")
     _share_range(panels)
+    for panel in panels:
+        plot.scale_bar(panel, "nm")
     figure.colorbar(image, ax=panels, label="pressure (GPa)", shrink=0.8)
     _legend_below(figure, panels)
     _save(figure, folder / "contact.png", dpi=110)

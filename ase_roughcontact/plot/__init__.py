@@ -23,6 +23,7 @@ from ase_roughcontact.plot.surfaces import (
     plot_contact,
     plot_pressure,
     plot_spectrum,
+    scale_bar,
 )
 
 __all__ = [
@@ -38,5 +39,6 @@ __all__ = [
     "plot_loop",
     "plot_pressure",
     "plot_spectrum",
+    "scale_bar",
     "style",
 ]

@@ -23,13 +23,13 @@ def plot_curve(
     load: np.ndarray,
     area: np.ndarray,
     hertz_area: np.ndarray,
-    predicted_area: np.ndarray | None = None,
     theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
     converged: ArrayLike | None = None,
     hertz_label: str = "smooth sphere (Hertz)",
     area_error: ArrayLike | None = None,
+    label: str = "simulation",
 ) -> Any:
-    """Plot contact area relative to Hertz against load, with the prediction.
+    """Plot contact area relative to Hertz against load, beside theory.
 
     Parameters
     ----------
@@ -38,30 +38,26 @@ def plot_curve(
         Positive normal forces (nN).
     area, hertz_area : ndarray, shape (k,)
         Simulated areas and those of the smooth sphere, in the same unit.
-    predicted_area : ndarray, shape (k,), optional
-        Area predicted by Eq. (4), in the same unit.
     theory : mapping of str to (array_like, array_like), optional
-        Loads (nN) and areas relative to Hertz of other theories, by label.
+        Loads (nN) and areas relative to Hertz of theories, by label.
     converged : array_like of bool, shape (k,), optional
         Whether steps are converged; the others are drawn as crosses. Default: all.
     hertz_label : str
         Label of the line at a relative area of one.
     area_error : array_like, shape (k,), optional
         Estimated errors of the areas; twice of them are drawn as error bars.
+    label : str
+        Label of the areas.
 
     Returns
     -------
     matplotlib Axes
     """
     axes.axhline(1.0, color=GREY, lw=1, label=hertz_label)
-    if predicted_area is not None:
-        order = np.argsort(load)
-        ratio = (predicted_area / hertz_area)[order]
-        axes.plot(np.asarray(load)[order], ratio, "k-", lw=1, label="Eq. (4)")
     for i, (name, (loads, ratios)) in enumerate((theory or {}).items()):
-        axes.plot(loads, ratios, LINES[i % 4], color=BLUE, lw=1, label=name)
+        axes.plot(loads, ratios, LINES[i % 4], color="k", lw=1, label=name)
     ratio, ok = area / hertz_area, _mask(converged, len(load))
-    axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label="simulation")
+    axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label=label)
     if area_error is not None:
         bars = 2.0 * np.asarray(area_error) / hertz_area
         axes.errorbar(load, ratio, bars, fmt="none", ecolor=ORANGE, lw=1)

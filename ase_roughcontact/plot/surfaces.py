@@ -86,6 +86,29 @@ def plot_contact(
     return image
 
 
+def scale_bar(axes: Any, unit: str) -> None:
+    """Draw a bar of a round length in place of the axes of a map.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+        With equal scales.
+    unit : str
+        Unit of its coordinates.
+    """
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    width = right - left
+    decade = 10.0 ** np.floor(np.log10(0.4 * width))
+    length = max(n * decade for n in (1, 2, 5) if n * decade <= 0.4 * width)
+    x, y = right - 0.05 * width, bottom + 0.05 * (top - bottom)
+    axes.plot([x - length, x], [y, y], "k-", lw=2.5, solid_capstyle="butt")
+    text = f"{length:g} {unit}"
+    axes.annotate(
+        text, (x - 0.5 * length, y), (0, 3), textcoords="offset points", ha="center"
+    )
+    axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
+
+
 def plot_pressure(
     axes: Any,
     contact_map: ContactMap,

@@ -44,6 +44,11 @@ COLOURS = {
     "PreconFIRE": "#CC79A7",
     "BFGSLineSearch": "#E69F00",
 }
+TITLES = {
+    "smooth": "smooth sphere",
+    "rough": "rough sphere",
+    "adhesive": "rough sphere, adhesion",
+}
 DENSE = 8, 16  # BFGSLineSearch keeps a matrix: largest sides of atoms and modes
 
 
@@ -148,7 +153,7 @@ def compare(cases, sizes, fmax, steps):
 
 
 def draw(runs, file):
-    """Plot the least residual so far against evaluations and time, one row a case.
+    """Plot the least residual so far against the FFT pairs, one panel a case.
 
     Of the largest size. A colour is an optimizer; dashed, it has the half space's help.
     """
@@ -157,27 +162,21 @@ def draw(runs, file):
     size = max(run.size for run in runs)
     cases = list(dict.fromkeys(run.case for run in runs))
     figure, axes = pyplot.subplots(
-        len(cases), 2, figsize=(9, 2.6 * len(cases)), layout="constrained",
-        squeeze=False, sharex="col", sharey="row",
+        1, len(cases), figsize=(3.2 * len(cases), 3.9), layout="constrained",
+        squeeze=False, sharex=True, sharey=True,
     )  # fmt: skip
-    for case, row in zip(cases, axes, strict=True):
+    for letter, case, axis in zip("abc", cases, axes[0], strict=False):
         for run in (run for run in runs if (run.case, run.size) == (case, size)):
             name, _, helped = run.optimizer.partition(",")
             style = {"color": COLOURS[name], "ls": "--" if helped else "-"}
             least = np.minimum.accumulate([point[2] for point in run.history])
-            for column, axis in enumerate(row):
-                x = np.array([point[column] for point in run.history])
-                x = x if column else np.maximum(x, 1.0)  # before the first, too
-                axis.loglog(x, least, **style, lw=1.5, label=run.optimizer)
-        row[0].set_ylabel(f"{case}\nlargest force / $E^* a_0^2$")
-    axes[-1, 0].set_xlabel("padded transform pairs")
-    axes[-1, 1].set_xlabel("time (s)")
-    figure.suptitle(
-        f"{size} x {size} atoms; the least force reached so far", fontsize=10
-    )
+            pairs = np.maximum([point[0] for point in run.history], 1.0)
+            axis.loglog(pairs, least, **style, lw=1.5, label=run.optimizer)
+        axis.set(title=f"({letter}) {TITLES[case]}", xlabel="FFT pairs")
+    axes[0, 0].set_ylabel("largest force on an atom / $E^* a_0^2$")
     handles, labels = axes[0, 0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize=8)
-    figure.savefig(file, dpi=120)
+    figure.savefig(file, dpi=110)
 
 
 def main(arguments=None):

@@ -164,10 +164,11 @@ def draw(rows, file):
         mine[-1, 3] * growth / growth[-1],
         "k--",
         lw=1,
-        label=r"$n^2 \log n$ of the window",
+        label=r"$\propto n^2 \log n$, window of $n \times n$ atoms",
     )
     axes.set_xlabel("contact radius $a_\\mathrm{Hertz}/a_0$")
     axes.set_ylabel("time from a cold start (s)")
+    axes.set_ylim(bottom=0.3 * min(row[4] for row in rows))
     axes.set_title(f"windows up to {side.max():.0f} atoms along a side", fontsize=10)
     axes.legend(frameon=False)
     figure.savefig(file, dpi=150)

@@ -59,11 +59,14 @@ with style():
         force, expected = loop.pull_off_force / unit, -theory.pull_off_force / unit
         lost = loop.dissipated_energy / energy
         print(f"{parameter:16.3f}  {force:23.4f}  {expected:14.4f}  {lost:17.3f}")
-        steps = (*loop.approach, *loop.retraction)
-        points = np.array([(step.height, step.normal_force / unit) for step in steps])
-        axes.plot(*points.T, label=f"parameter {parameter:.2f}")
-    axes.axhline(-1.5, color="k", ls="--", label="JKR")
-    axes.axhline(-2.0, color="k", ls=":", label="DMT")
-    axes.set(xlabel="height / $a_0$", ylabel=r"force / $\pi w R$", ylim=(-2.2, 2))
+        colour = f"C{STIFFNESSES.index(stiffness)}"
+        for steps, line in ((loop.approach, "--"), (loop.retraction, "-")):
+            points = [(step.height, step.normal_force / unit) for step in steps]
+            label = rf"Maugis $\lambda$ = {parameter:.2f}" if line == "-" else ""
+            axes.plot(*np.transpose(points), line, color=colour, label=label)
+    axes.axhline(-1.5, color="k", ls="-.", label="pull-off, JKR")
+    axes.axhline(-2.0, color="k", ls=":", label="pull-off, DMT")
+    axes.set(xlabel="height of the sphere / $a_0$", ylabel=r"force / $\pi w R$")
+    axes.set(xlim=(-0.8, 6), ylim=(-2.2, 2), title="approach (dashed) and retraction")
     axes.legend()
     figure.savefig("adhesion_loop.png", dpi=200)

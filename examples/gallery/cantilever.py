@@ -20,7 +20,7 @@ from ase_roughcontact import (
 from ase_roughcontact.plot import style
 from ase_roughcontact.theory import MaugisDugdale
 
-STEPS = 80  # on the way down
+STEPS = 140  # each way
 
 # %%
 # Lengths are in units of the lattice spacing, pressures in units of E*. The spring
@@ -38,7 +38,7 @@ atoms.calc = RoughContact(tip, 1.0, wall)
 # package. Each step starts from the state before, so that the path decides between the
 # metastable states.
 
-ends = np.append(np.linspace(3.0, -1.0, STEPS), np.linspace(-1.0, 6.0, 2 * STEPS))
+ends = np.append(np.linspace(6.0, -1.0, STEPS), np.linspace(-1.0, 6.0, STEPS))
 heights, forces = [], []
 for z in ends:
     point = (*atoms.positions[-1, :2], z)
@@ -68,9 +68,10 @@ print(f"pull-off force {-min(forces):.3f} E* a0^2, relative error {100 * error:.
 
 with style():
     figure, axes = plt.subplots()
-    axes.plot(ends[:STEPS], forces[:STEPS], "o-", ms=2, label="approach")
+    axes.plot(ends[:STEPS], forces[:STEPS], "-", lw=2, label="approach")
     axes.plot(ends[STEPS:], forces[STEPS:], "-", label="retraction")
-    axes.axhline(theory, color="k", ls="--", label="Maugis-Dugdale")
-    axes.set(xlabel="end of the cantilever / $a_0$", ylabel="force / $E^* a_0^2$")
+    axes.axhline(theory, color="k", ls="--", label="pull-off, Maugis-Dugdale")
+    axes.set(xlabel="height of the base / $a_0$", ylabel="force / $E^* a_0^2$")
+    axes.set_ylim(top=3.5)
     axes.legend()
     figure.savefig("cantilever.png", dpi=200)

@@ -54,6 +54,7 @@ with style():
             relative = modulus / crystal.contact_modulus
             lines.plot(half / np.pi, relative, line, color=f"C{number}", label=label)
     lines.set(xlabel=r"$q_x a_0/\pi$", ylabel=r"$E^*(q)/E^*$")
+    lines.set_title("(a) along two directions")
     lines.legend(fontsize="small")
     a0 = crystals[0].spacing
     modulus = (
@@ -63,4 +64,5 @@ with style():
     image = zone.imshow(relative, origin="lower", extent=(-1, 1, -1, 1))
     figure.colorbar(image, ax=zone, label=rf"$E^*(q)/E^*$, {METALS[0]}")
     zone.set(xlabel=r"$q_x a_0/\pi$", ylabel=r"$q_y a_0/\pi$")
+    zone.set_title(f"(b) all waves on {METALS[0]}")
     figure.savefig("crystals.png", dpi=110)

@@ -52,10 +52,14 @@ def evaluate():
     order = np.lexsort([steps["target"], steps["seed"]])
     areas = steps["contact_area"][order].reshape(SEEDS, len(loads))
     hertz, predicted = scene.hertz_area(loads), scene.predicted_area(loads)
+    smooth = np.geomspace(loads[0], loads[-1], 50)
+    eq4 = smooth / NANONEWTON, scene.predicted_area(smooth) / scene.hertz_area(smooth)
+    options = {"theory": {"Eq. (4)": eq4}, "label": f"mean of {SEEDS} spheres"}
     with style():
         figure, axes = plt.subplots()
-        axes.plot(LOADS, (areas / hertz).T, color="0.8", zorder=0)
-        plot_curve(axes, np.array(LOADS), areas.mean(axis=0), hertz, predicted)
+        lines = axes.plot(LOADS, (areas / hertz).T, color="0.8", zorder=0)
+        lines[0].set_label("each sphere")
+        plot_curve(axes, np.array(LOADS), areas.mean(axis=0), hertz, **options)
         figure.savefig("ensemble_database.png", dpi=200)
     light = connect(DATABASE).count("record=step,repulsive_atoms<100")
     print(f"{light} of {areas.size} steps have fewer than 100 atoms in contact")

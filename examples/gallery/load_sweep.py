@@ -62,16 +62,22 @@ write("sweep.extxyz", [with_columns(frame, sphere) for frame in frames])
 # within which the first asperity is expected to touch, Eq. (3).
 
 pressure = theory.mean_contact_pressure(slope, modulus, theory.KAPPA_REPULSIVE)
-predicted = theory.predicted_area(loads, sphere.radius, modulus, pressure)
-hertz = theory.Hertz(sphere.radius, modulus).contact_area(loads)
+along = np.geomspace(loads[0], loads[-1], 50)
+predicted = theory.predicted_area(along, sphere.radius, modulus, pressure)
+hertz = theory.Hertz(sphere.radius, modulus).contact_area
 ratio = float(area[-1] / predicted[-1])
 print(f"area at {loads[-1] / nanonewton:g} nN: {ratio:.3f} of Eq. (4)")
 
 with style():
-    figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 2.8))
-    plot_curve(left, loads / nanonewton, area, hertz, predicted)
-    hertz_radius = float(np.sqrt(hertz[-1] / np.pi))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.3))
+    eq4 = along / nanonewton, predicted / hertz(along)
+    load = loads / nanonewton
+    plot_curve(left, load, area, hertz(loads), {"Eq. (4), rough sphere": eq4})
+    left.set_title("(a) contact area")
+    hertz_radius = float(np.sqrt(hertz(loads[-1]) / np.pi))
     first = float(theory.first_contact_radius(sphere.radius, rough))
-    image = plot_contact(right, frames[-1], hertz_radius, None, "", first)
+    title = f"(b) contact at {load[-1]:g} nN"
+    image = plot_contact(right, frames[-1], hertz_radius, None, title, first)
     figure.colorbar(image, ax=right, label="pressure (GPa)")
+    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     figure.savefig("load_sweep.png", dpi=200)

@@ -41,7 +41,11 @@ def relaxed(kind, stiffness=1.0):  # eV/Å^2
     return atoms
 
 
-lines = {"indenter only": ":", "calculator": "-", "constraints": "--"}
+lines = {
+    "indenter only": (":", "no springs on the surface"),
+    "calculator": ("-", "springs by a second calculator"),
+    "constraints": ("--", "springs by constraints"),
+}
 atoms = {kind: relaxed(kind) for kind in lines}
 error = abs(atoms["calculator"].positions - atoms["constraints"].positions).max()
 print(f"calculator and constraints differ by {error:.1e} Å")
@@ -55,7 +59,10 @@ with style():
     for kind, relaxed_atoms in atoms.items():
         shape = 2 * SIZE, 2 * SIZE, 3
         row = relaxed_atoms.positions[:-1].reshape(shape)[:SIZE, SIZE // 2]
-        axes.plot(row[:, 0], row[:, 2], lines[kind], label=kind)
-    axes.set(xlabel="$x$ (Å)", ylabel="displacement (Å)")
+        line, label = lines[kind]
+        axes.plot(row[:, 0], row[:, 2], line, label=label)
+    axes.set(
+        xlabel="$x$ (Å)", ylabel="displacement of the surface (Å)", ylim=(-0.6, 0.2)
+    )
     axes.legend()
     figure.savefig("mixed_calculator.png", dpi=200)

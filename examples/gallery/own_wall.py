@@ -65,8 +65,8 @@ print(f"relative difference from Derjaguin at {heights[0]:g} rho: {100 * error:.
 
 with style():
     figure, axes = plt.subplots()
-    axes.semilogy(heights, forces, "o", label="simulation")
-    axes.semilogy(heights, derjaguin, "k-", label="Derjaguin, rigid")
-    axes.set(xlabel=r"height / $\rho$", ylabel=r"force / $E^* \rho^2$")
+    axes.semilogy(heights, forces, "o", label="simulation, elastic solid")
+    axes.semilogy(heights, derjaguin, "k-", label="Derjaguin, rigid solid")
+    axes.set(xlabel=r"height of the sphere / $\rho$", ylabel=r"force / $E^* \rho^2$")
     axes.legend()
     figure.savefig("own_wall.png", dpi=200)

@@ -167,7 +167,7 @@ def test_maps_have_titles_and_share_a_range(run, monkeypatch):
     monkeypatch.setattr(plot, "plot_contact", collect)
     draw(*run)
     titles = [panel.get_title() for panel in panels]
-    assert titles[1].startswith("penetration 2 Å, ")
+    assert titles[1].startswith("(b) penetration 2 Å, ")
     directions = [title.splitlines()[1] for title in titles]
     assert directions == ["approach", "approach", "retraction"]
     assert len({panel.get_xlim() for panel in panels}) == 1

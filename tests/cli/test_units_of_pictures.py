@@ -145,7 +145,9 @@ def test_maps_show_the_pressure_in_gigapascal_at_the_positions_of_the_atoms(run)
         frame, image = frames[i], panel.get_images()[0]
         left, right, bottom, top = image.get_extent()
         shown = image.get_array()
-        assert panel.get_xlabel() == "$x$ (nm)"
+        length, unit = panel.texts[-1].get_text().split()
+        assert unit == "nm"
+        assert np.ptp(panel.lines[-1].get_xdata()) == pytest.approx(float(length))
         cells = np.array([right - left, top - bottom]) * NM / 2.5
         np.testing.assert_allclose(cells, shown.shape[::-1])
         area = np.count_nonzero(~np.ma.getmaskarray(shown)) * 2.5**2

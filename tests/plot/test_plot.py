@@ -66,7 +66,7 @@ def everything(figure, sphere_contact, loop):
     """All kinds of axes, drawn."""
     axes = iter(figure.add_subplot(2, 4, i) for i in range(1, 8))
     load = np.geomspace(1, 10, 4)
-    plot.plot_curve(next(axes), load, load, 2 * load, 1.1 * load)
+    plot.plot_curve(next(axes), load, load, 2 * load)
     plot.plot_contact(next(axes), snapshot(sphere_contact), 20.0)
     plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
     plot.plot_loop(next(axes), loop, {"JKR": 1.0})
@@ -89,18 +89,16 @@ def test_all_axes_tell_quantity_and_unit(sphere_contact, loop):
 
 def test_curve_is_the_area_relative_to_hertz(axes):
     load, area = np.array([1.0, 10.0]), np.array([2.0, 6.0])
-    assert plot.plot_curve(axes, load, area, 2 * area, area) is axes
-    x, y = line(axes, "simulation")
+    assert plot.plot_curve(axes, load, area, 2 * area, label="mean") is axes
+    x, y = line(axes, "mean")
     np.testing.assert_array_equal(x, load)
     np.testing.assert_array_equal(y, 0.5)
 
 
-def test_curve_shows_other_laws_and_leaves_out_a_prediction_that_is_none(axes):
+def test_curve_shows_theory(axes):
     load = np.array([1.0, 10.0])
     plot.plot_curve(axes, load, load, load, theory={"JKR": (load, [3.0, 2.0])})
     np.testing.assert_array_equal(line(axes, "JKR")[1], [3.0, 2.0])
-    labels = [each.get_label() for each in axes.lines]
-    assert "Eq. (4)" not in labels
 
 
 def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
@@ -275,6 +273,17 @@ DICHROMACY = {
     "protanopia": [[0.112, 0.888, 0], [0.112, 0.888, 0], [0.004, -0.004, 1]],
     "deuteranopia": [[0.293, 0.707, 0], [0.293, 0.707, 0], [-0.022, 0.022, 1]],
 }
+
+
+@pytest.mark.parametrize("width, length", [(30.0, 10.0), (12.4, 2.0), (0.026, 0.01)])
+def test_scale_bar_is_a_round_length_in_place_of_the_axes(axes, width, length):
+    axes.set(xlim=(-width / 2, width / 2), ylim=(-width / 2, width / 2))
+    plot.scale_bar(axes, "nm")
+    (bar,) = axes.lines
+    np.testing.assert_allclose(np.ptp(bar.get_xdata()), length)
+    assert [text.get_text() for text in axes.texts] == [f"{length:g} nm"]
+    assert not len(axes.get_xticks()) and not axes.get_xlabel()
+    assert np.ptp(axes.get_xlim()) == pytest.approx(width)
 
 
 @pytest.mark.parametrize("kind", DICHROMACY)
