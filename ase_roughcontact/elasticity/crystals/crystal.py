@@ -165,7 +165,8 @@ class Crystal(ElasticSolid):
         ValueError
             If the surface is not a square grid, the calculator gives no forces for a
             slab or returns others when asked again, its forces have a resultant or
-            reach beyond the slab, the surface is not stable, or the slab is too thin.
+            reach beyond the slab, the slab is another crystal than the bulk or too
+            thin, or the surface is not stable.
 
         Examples
         --------

@@ -70,14 +70,12 @@ def nominal_moduli(calculator: Any, crystal: Atoms) -> np.ndarray:
         ``A_iJkL`` (eV/Å^3).
     """
     steps = _LARGE_STRAIN * np.eye(9).reshape(9, 3, 3)
-    moduli = np.empty((9, 9))
+    moduli = np.zeros((9, 9))
     for m, n in combinations_with_replacement(range(9), 2):
-        moduli[m, n] = moduli[n, m] = sum(
-            s
-            * t
-            * _energy(calculator, crystal, np.eye(3) + s * steps[m] + t * steps[n])
-            for s, t in product((1, -1), repeat=2)
-        )
+        for s, t in product((1, -1), repeat=2):
+            gradient = np.eye(3) + s * steps[m] + t * steps[n]
+            moduli[m, n] += s * t * _energy(calculator, crystal, gradient)
+        moduli[n, m] = moduli[m, n]
     moduli /= (2.0 * _LARGE_STRAIN) ** 2 * crystal.cell.volume
     return moduli.reshape(3, 3, 3, 3)
 
