@@ -52,8 +52,8 @@ def test_long_waves_are_those_of_the_continuum(surface, axes, cell_area, angle):
     assert 2 * at_800 - at_400 == pytest.approx(expected, rel=2e-5)
 
 
-def pair_potential():
-    return PairPotential({(29, 29): LennardJonesCut(0.4, A / 2**0.5 / 1.1, CUTOFF)})
+def pair_potential(kind=PairPotential):
+    return kind({(29, 29): LennardJonesCut(0.4, A / 2**0.5 / 1.1, CUTOFF)})
 
 
 def embedded_atoms():
@@ -74,6 +74,28 @@ def test_hessian_and_differences_agree(potential):
         for displacement in (0.0, 1e-3)
     )
     np.testing.assert_allclose(differences, analytic, atol=1e-5 * abs(analytic).max())
+
+
+class Drifting(PairPotential):
+    """Forces along x on all atoms of large slabs, which their Hessian does not show."""
+
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        if len(self.atoms) > 50:
+            self.results["forces"][:, 0] += 0.01
+
+
+@pytest.mark.parametrize("displacement", [0.0, 1e-3])
+def test_forces_of_the_slab_at_rest_are_an_error(displacement):
+    figures = []
+    for potential in map(pair_potential, (PairPotential, Drifting)):
+        slab = relaxed_slab(potential, "Cu", "fcc100", A, 7)
+        constants = force_constants(potential, slab, 5, displacement)
+        figures.append(constants.figures["rest"])
+    largest = abs(constants.matrix).max()
+    assert figures[0] < 1e-5
+    expected = 10.0 * 0.01 / (largest * constants.spacing)
+    assert figures[1] == pytest.approx(expected, rel=1e-3)
 
 
 def test_reciprocity_and_symmetry_of_the_surface():
