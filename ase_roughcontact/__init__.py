@@ -16,10 +16,13 @@ from ase_roughcontact.foundation import (
     crystal_slab,
 )
 from ase_roughcontact.interactions import (
+    DugdaleWall,
+    ExponentialWall,
     HardWall,
     Interaction,
     LennardJones93,
     PlasticWall,
+    PowerLawWall,
 )
 from ase_roughcontact.optimize import (
     ActiveSet,
@@ -32,7 +35,12 @@ from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityWarning
-from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.topography import (
+    HeightMap,
+    Heterogeneity,
+    RoughSphere,
+    SelfAffine,
+)
 from ase_roughcontact.windows.options import WindowOptions
 
 
@@ -49,17 +57,21 @@ __all__ = [
     "ActiveSet",
     "AdhesionLoop",
     "CrystalSurface",
+    "DugdaleWall",
     "ElasticFoundation",
+    "ExponentialWall",
     "FoundationPrecon",
     "FourierModes",
     "HalfSpacePrecon",
     "HardWall",
     "HeightMap",
+    "Heterogeneity",
     "Interaction",
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",
     "PlasticWall",
+    "PowerLawWall",
     "RigidIndenter",
     "RoughContact",
     "RoughSphere",

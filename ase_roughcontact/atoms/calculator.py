@@ -23,7 +23,7 @@ from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction, LennardJones93
-from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography import Heterogeneity, Surface
 
 #: Names in `Calculator.results` beside those of ASE.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
@@ -67,6 +67,9 @@ class RoughContact(Calculator):
         `ase.units.GPa`).
     interaction : Interaction, optional
         The wall; by default `LennardJones93.repulsive` as stiff as the substrate.
+    heterogeneity : Heterogeneity, optional
+        Local work of adhesion relative to that of an attractive wall; by default it is
+        the same everywhere. See `Heterogeneity`.
     solid : ElasticSolid, optional
         Substrate that is not isotropic, in place of `contact_modulus`.
     load : float
@@ -127,6 +130,7 @@ class RoughContact(Calculator):
         "contact_modulus": None,
         "solid": None,
         "interaction": None,
+        "heterogeneity": None,
         "load": 0.0,
         "fft": {},
     }
@@ -291,7 +295,9 @@ class RoughContact(Calculator):
         if interaction is None:
             modulus = halfspace.contact_modulus
             interaction = LennardJones93.repulsive(modulus, grid.spacing)
-        return Contact(halfspace, grid.heights(indenter), interaction)
+        heterogeneity = parameters["heterogeneity"]
+        adhesion = grid.adhesion(heterogeneity) if heterogeneity else None
+        return Contact(halfspace, grid.heights(indenter), interaction, adhesion)
 
 
 def contact_of(atoms: Atoms) -> Contact:
@@ -414,6 +420,8 @@ def _checked(name: str, value: Any) -> Any:
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):
         raise ValueError(f"interaction must be an Interaction, got {value!r}")
+    if name == "heterogeneity" and not isinstance(value, Heterogeneity):
+        raise ValueError(f"heterogeneity must be a Heterogeneity, got {value!r}")
     if name == "indenter":
         surface(indenter=value)
     return value

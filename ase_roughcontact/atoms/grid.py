@@ -17,7 +17,7 @@ from ase_roughcontact.elasticity.halfspace import (
     PeriodicHalfSpace,
 )
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
-from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography import Heterogeneity, Surface
 
 # Largest distance of an atom from its lattice site, in spacings: text formats round
 # positions.
@@ -71,6 +71,10 @@ class SurfaceGrid:
     def heights(self, indenter: Surface) -> np.ndarray:
         """Return the heights of an indenter above the window, shape (n, m) (length)."""
         return indenter.heights(self.window, self.spacing, self.origin)
+
+    def adhesion(self, heterogeneity: Heterogeneity) -> np.ndarray:
+        """Return the relative work of adhesion on the window, shape (n, m)."""
+        return heterogeneity.factors(self.window, self.spacing, self.origin)
 
     @staticmethod
     def padded_shape(window: tuple[int, int], periodic: bool) -> tuple[int, int]:

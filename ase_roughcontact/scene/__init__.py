@@ -4,6 +4,7 @@ The built-in scene file, `default_text`, explains every key.
 """
 
 from ase_roughcontact.scene.config import (
+    HeterogeneityConfig,
     InteractionConfig,
     PathConfig,
     RoughnessConfig,
@@ -18,6 +19,7 @@ from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
 __all__ = [
     "NANONEWTON",
     "OPTIMIZERS",
+    "HeterogeneityConfig",
     "InteractionConfig",
     "PathConfig",
     "RoughnessConfig",

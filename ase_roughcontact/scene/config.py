@@ -126,6 +126,38 @@ class RoughnessConfig(Section):
 
 
 @dataclass(frozen=True)
+class HeterogeneityConfig(Section):
+    """``[heterogeneity]``: lengths in units of the spacing if no unit is given.
+
+    A random field with root mean square `rms`, or the map of a file.
+    """
+
+    title = "heterogeneity"
+
+    rms: float | None = None
+    hurst: float = 0.8
+    short_wavelength: float | str = 4.0
+    long_wavelength: float | str = 32.0
+    longest_wavelength: float | str | None = None
+    unit: str = "a0"
+    seed: int = 0
+    random_amplitudes: bool = False
+    domain: float | str | None = None
+    file: str = ""
+    spacing: float | str = 1.0
+    periodic: bool = True
+
+    def located(self, folder: Path) -> HeterogeneityConfig:
+        """Return the section with the whole path of its file; see `find_file`."""
+        return replace(self, file=find_file(self.file, folder))
+
+    @property
+    def files(self) -> list[str]:
+        """Files that the section names."""
+        return [self.file] if self.file else []
+
+
+@dataclass(frozen=True)
 class InteractionConfig(Section):
     """``[interaction]``: kind of wall, and its parameters.
 
@@ -276,6 +308,7 @@ SECTIONS: dict[str, type[Section]] = {
         SphereConfig,
         RoughnessConfig,
         TopographyConfig,
+        HeterogeneityConfig,
         InteractionConfig,
         PathConfig,
         SolverConfig,

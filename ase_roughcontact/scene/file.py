@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene.config import (
     SECTIONS,
+    HeterogeneityConfig,
     InteractionConfig,
     PathConfig,
     RoughnessConfig,
@@ -43,6 +44,7 @@ class SceneFile:
     sphere: SphereConfig = field(default_factory=SphereConfig)
     roughness: RoughnessConfig | None = None
     topography: TopographyConfig | None = None
+    heterogeneity: HeterogeneityConfig | None = None
     interaction: InteractionConfig = field(default_factory=InteractionConfig)
     path: PathConfig = field(default_factory=PathConfig)
     solver: SolverConfig = field(default_factory=SolverConfig)
@@ -84,7 +86,7 @@ class SceneFile:
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
                 sections[title] = section.of(entries)
-            for title in {"substrate", "topography"} & set(sections):
+            for title in {"substrate", "topography", "heterogeneity"} & set(sections):
                 sections[title] = sections[title].located(Path(name).parent)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
@@ -93,8 +95,8 @@ class SceneFile:
     @property
     def files(self) -> list[str]:
         """Other files that the scene needs."""
-        scan = self.topography.files if self.topography else []
-        return [*self.substrate.files, *scan]
+        sections = self.substrate, self.topography, self.heterogeneity
+        return [file for section in sections if section for file in section.files]
 
     def entries(self) -> dict[str, dict[str, Any] | None]:
         """Return the values by section and key; None for a section that is missing."""

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from scipy.fft import next_fast_len
-
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import grid_shape, lookup, positive
 from ase_roughcontact.atoms.substrate import fcc_spacing
@@ -24,18 +22,21 @@ from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import Grids, grids_for
 from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
+from ase_roughcontact.scene.fields import local_adhesion, random_field
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.quantities import lengths, plain
 from ase_roughcontact.scene.solid import solid_of
-from ase_roughcontact.topography import HeightMap, RoughSphere, SelfAffine, Surface
+from ase_roughcontact.topography import (
+    HeightMap,
+    Heterogeneity,
+    RoughSphere,
+    SelfAffine,
+    Surface,
+)
 from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 # Hardness (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_HARDNESS = 1e3
-# Tolerance within which a domain is a whole number of spacings.
-_ROUNDING = 1e-6
-# Keys of [roughness] in units of the spacing.
-_LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
 
 @dataclass(frozen=True)
@@ -204,15 +205,7 @@ class Model(SceneFile):
             return None
         if self.topography is not None:
             raise ValueError("give [roughness] or [topography], not both")
-        # lengths are converted last: errors show them in the unit of the section
-        unit, units = self.roughness.unit, lengths(self.spacing)
-        scale = lookup(unit, units, "unit")
-        entries = plain(self.roughness, _LENGTHS, units, unit).entries()
-        entries.pop("unit")
-        rough = SelfAffine(**entries)
-        rough = replace(rough, domain=_domain(rough, self.spacing / scale, unit))
-        given = {name: getattr(rough, name) for name in _LENGTHS}
-        return replace(rough, **{k: v * scale for k, v in given.items() if v})
+        return random_field(self.roughness, self.spacing)
 
     @property
     def rough(self) -> SelfAffine | HeightMap | None:
@@ -242,34 +235,21 @@ class Model(SceneFile):
             parameters = {**parameters, "hardness": hardness}
         return make_wall(kind, self.contact_modulus, self.spacing, parameters)
 
+    @property
+    def local_adhesion(self) -> Heterogeneity | None:
+        """Work of adhesion relative to that of the wall; None if it is uniform."""
+        if self.heterogeneity is None:
+            return None
+        if not self.wall.attractive:
+            raise ValueError(
+                "needs a wall with a work of adhesion, got kind = "
+                f"{self.interaction.kind!r}"
+            )
+        return local_adhesion(self.heterogeneity, self.spacing)
+
     def _in_spacings(self, section: Any, keys: Iterable[str]) -> Any:
         """Return a section whose lengths are in units of the spacing."""
         return plain(section, keys, lengths(self.spacing), "a0", section.unit)
-
-
-def _domain(rough: SelfAffine, spacing: float, unit: str) -> float | None:
-    """Return the domain: the given one, or a whole number of spacings."""
-    if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
-        raise ValueError(
-            f"short_wavelength must be at least 2 a0{_in(2 * spacing, unit)} to be "
-            f"resolved by atoms at a spacing of a0, got {rough.short_wavelength:g} "
-            f"{unit}"
-        )
-    side = rough.side / spacing
-    if abs(side - round(side)) <= _ROUNDING:
-        return rough.domain
-    points = math.ceil(side)
-    if rough.domain is not None:
-        raise ValueError(
-            f"domain must be a whole number of a0{_in(spacing, unit)}, got "
-            f'{rough.domain:g} {unit}: give "{points} a0"'
-        )
-    return next_fast_len(points) * spacing
-
-
-def _in(value: float, unit: str) -> str:
-    """Return a length in the unit of a section, nothing if that is a0."""
-    return "" if unit == "a0" else f" = {value:.4g} {unit}"
 
 
 def _of_crystal(calculate: Callable[[str], float], symbol: str, instead: str) -> float:

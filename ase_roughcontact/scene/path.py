@@ -128,7 +128,12 @@ class ContactPath(Predictions):
         material: dict[str, Any] = {"solid": solid}
         if isinstance(solid, Isotropic):
             material = {"contact_modulus": solid.contact_modulus}
-        atoms.calc = RoughContact(self.surface, interaction=self.wall, **material)
+        atoms.calc = RoughContact(
+            self.surface,
+            interaction=self.wall,
+            heterogeneity=self.local_adhesion,
+            **material,
+        )
         return atoms
 
     @property

@@ -125,6 +125,7 @@ class Scene(ContactPath):
             "sphere": ["surface"],
             "solver": ["fmax", "accuracy", "optimizer", "max_steps"],
             "interaction": ["wall"],
+            "heterogeneity": ["local_adhesion"],
             "path": ["_checked_path"],
         }
         for title, properties in parts.items():

@@ -1,0 +1,117 @@
+"""Fields over the surface that scene files describe: roughness and local adhesion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from scipy.fft import next_fast_len
+
+from ase_roughcontact._util.validation import lookup, nonnegative_array
+from ase_roughcontact.scene.config import HeterogeneityConfig
+from ase_roughcontact.scene.quantities import lengths, plain
+from ase_roughcontact.scene.section import Section
+from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
+
+# Tolerance within which a domain is a whole number of spacings.
+_ROUNDING = 1e-6
+# Keys of lengths of a random field.
+_LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
+
+
+def random_field(section: Section, spacing: float, **more: Any) -> SelfAffine:
+    """Return a random field in Å.
+
+    Parameters
+    ----------
+    section : Section
+        With `unit` and keys of `SelfAffine`.
+    spacing : float
+        Atomic spacing a0 (Å).
+    **more
+        Parameters that are not in the section.
+
+    Raises
+    ------
+    ValueError
+        If a value is out of range, or the spacing does not resolve the field.
+    """
+    # lengths are converted last: errors show them in the unit of the section
+    entries, units = section.entries(), lengths(spacing)
+    unit = entries["unit"]
+    scale = lookup(unit, units, "unit")
+    entries = plain(section, _LENGTHS, units, unit).entries()
+    known = {each.name for each in fields(SelfAffine)}
+    rough = SelfAffine(**{k: v for k, v in entries.items() if k in known}, **more)
+    rough = replace(rough, domain=_domain(rough, spacing / scale, unit))
+    given = {name: getattr(rough, name) for name in _LENGTHS}
+    return replace(rough, **{k: v * scale for k, v in given.items() if v})
+
+
+def local_adhesion(section: HeterogeneityConfig, spacing: float) -> Heterogeneity:
+    """Return the relative work of adhesion that a section describes.
+
+    Parameters
+    ----------
+    section : HeterogeneityConfig
+    spacing : float
+        Atomic spacing a0 (Å).
+
+    Raises
+    ------
+    ValueError
+        If neither or both of a random field and a file are given, or a value is not
+        valid.
+    """
+    if (section.rms is None) == (not section.file):
+        raise ValueError(
+            "give rms, of a random field, or file, a map of the work of adhesion"
+        )
+    if section.rms is not None:
+        return Heterogeneity(random_field(section, spacing, rms_slope=1.0), section.rms)
+    values = _matrix(section.file)
+    step: Any = plain(section, ["spacing"], lengths(spacing), "Å", section.unit)
+    deviation = values / values.mean() - 1.0
+    return Heterogeneity(HeightMap(deviation, step.spacing, section.periodic))
+
+
+def _matrix(file: str) -> np.ndarray:
+    """Return the works of adhesion of a text file, or of NumPy's .npy."""
+    try:
+        values = np.load(file) if file.endswith(".npy") else np.loadtxt(file, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"cannot read a matrix from {file!r}: {error}") from error
+    values = nonnegative_array("work of adhesion", values)
+    if values.ndim != 2 or not values.any():
+        raise ValueError(
+            f"{file!r} must have a matrix of works of adhesion, not all of them zero, "
+            f"got the shape {values.shape}"
+        )
+    return values
+
+
+def _domain(rough: SelfAffine, spacing: float, unit: str) -> float | None:
+    """Return the domain: the given one, or a whole number of spacings."""
+    if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
+        raise ValueError(
+            f"short_wavelength must be at least 2 a0{_in(2 * spacing, unit)} to be "
+            f"resolved by atoms at a spacing of a0, got {rough.short_wavelength:g} "
+            f"{unit}"
+        )
+    side = rough.side / spacing
+    if abs(side - round(side)) <= _ROUNDING:
+        return rough.domain
+    points = math.ceil(side)
+    if rough.domain is not None:
+        raise ValueError(
+            f"domain must be a whole number of a0{_in(spacing, unit)}, got "
+            f'{rough.domain:g} {unit}: give "{points} a0"'
+        )
+    return next_fast_len(points) * spacing
+
+
+def _in(value: float, unit: str) -> str:
+    """Return a length in the unit of a section, nothing if that is a0."""
+    return "" if unit == "a0" else f" = {value:.4g} {unit}"

@@ -1,0 +1,125 @@
+"""A work of adhesion that varies over the surface."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.validation import FloatArray, finite_array, positive, window
+from ase_roughcontact.topography.selfaffine import SelfAffine
+
+
+@dataclass(frozen=True)
+class Heterogeneity:
+    r"""Local work of adhesion, relative to that of the wall.
+
+    .. math:: w(x, y)/w = \max(1 + f(x, y), 0)
+
+    The pattern f is a map, a function, or a random field. It is fixed to the substrate,
+    with its origin on the axis of the indenter, and part of an infinite surface: a
+    window cuts it out.
+
+    Parameters
+    ----------
+    pattern : Surface or callable
+        The relative deviation f: `HeightMap` of an array; a function of the positions x
+        and y from the axis, arrays which broadcast (length); or `SelfAffine` for a
+        random field with a spectrum and a seed.
+    rms : float, optional
+        Root mean square of f, to which a map or a random field is scaled; required for
+        a random field. By default the pattern is f itself.
+
+    Raises
+    ------
+    ValueError
+        If `rms` is not positive, or missing or given where it must not be.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ase_roughcontact import Heterogeneity, SelfAffine
+    >>> stripes = Heterogeneity(lambda x, y: 0.3 * np.sign(np.sin(x / 5.0)) + 0.0 * y)
+    >>> field = SelfAffine(1.0, 0.5, short_wavelength=8.0, long_wavelength=32.0, seed=1)
+    >>> patches = Heterogeneity(field, rms=0.3)
+    >>> values = patches.factors((128, 128), 1.0)
+    >>> round(float(values.mean()), 3), round(float(values.std()), 3)
+    (1.0, 0.3)
+    """
+
+    pattern: Any
+    rms: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        if not (self._is_surface or callable(self.pattern)):
+            raise ValueError(
+                "pattern must be a HeightMap, a SelfAffine or a function of x and y, "
+                f"got {self.pattern!r}"
+            )
+        if self.rms is not None:
+            positive(rms=self.rms)
+            if not hasattr(self.pattern, "statistics"):
+                raise ValueError("rms is for maps and random fields: omit it")
+        elif isinstance(self.pattern, SelfAffine):
+            raise ValueError("a random field needs rms, its root mean square")
+
+    def factors(
+        self,
+        shape: tuple[int, int],
+        spacing: float,
+        origin: tuple[float, float] = (0.0, 0.0),
+    ) -> FloatArray:
+        """Sample the relative work of adhesion on a grid.
+
+        Parameters
+        ----------
+        shape : tuple of int
+            Grid points (n, m) along x and y.
+        spacing : float
+            Distance between grid points (length).
+        origin : tuple of float
+            Position (x, y) of grid point (0, 0) relative to the axis (length).
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            ``w(x, y)/w``, at least zero.
+
+        Raises
+        ------
+        ValueError
+            If a map is smaller than the window, or a function does not return finite
+            numbers.
+        """
+        shape, spacing, origin = window(shape, spacing, origin)
+        if self._is_surface:
+            values = self.pattern.heights(shape, spacing, origin)
+            if self.rms is not None:
+                values = values * (self.rms / self.pattern.statistics().rms_height)
+        else:
+            x, y = (
+                start + spacing * np.arange(n)
+                for start, n in zip(origin, shape, strict=True)
+            )
+            values = finite_array("pattern", self.pattern(x[:, None], y[None, :]))
+            values = np.broadcast_to(values, shape)
+        return np.maximum(1.0 + values, 0.0)
+
+    def todict(self) -> dict[str, Any]:
+        """Return the parameters of pattern and field, for files.
+
+        Returns
+        -------
+        dict
+            A function is known by its name only.
+        """
+        pattern = self.pattern
+        if self._is_surface:
+            return {"pattern": pattern.todict(), "rms": self.rms}
+        return {"pattern": getattr(pattern, "__qualname__", type(pattern).__name__)}
+
+    @property
+    def _is_surface(self) -> bool:
+        return hasattr(self.pattern, "heights")
