@@ -5,11 +5,10 @@ from itertools import takewhile
 
 import pytest
 
+from ase_roughcontact.interactions import WALLS
 from ase_roughcontact.scene import Scene, default_text
 
 LINES = default_text().splitlines()
-FULL = {'kind = "repulsive"': 'kind = "full"', "#work_of": "work_of"}
-PLASTIC = {'kind = "repulsive"': 'kind = "plastic"'}
 
 
 def key_lines(mark):
@@ -36,6 +35,16 @@ def scene_with(number, line, changes=()):
     return Scene.parse(text)
 
 
+def wall_with(key):
+    """Return the changes that make a wall with a parameter."""
+    name = key.partition(".")[2]
+    kind = next(kind for kind, wall in WALLS.items() if name in wall.parameters)
+    changes = {'kind = "repulsive"': f'kind = "{kind}"'}
+    if "work_of_adhesion" in WALLS[kind].parameters:
+        changes["#work_of"] = "work_of"
+    return changes
+
+
 @pytest.mark.parametrize("key", GIVEN)
 def test_values_are_the_defaults_or_the_comment_gives_the_default(key):
     number, comment = GIVEN[key]
@@ -48,8 +57,7 @@ def test_values_are_the_defaults_or_the_comment_gives_the_default(key):
 @pytest.mark.parametrize("key", COMMENTED)
 def test_commented_keys_are_valid_and_the_comment_gives_the_default(key):
     number, comment = COMMENTED[key]
-    changes = FULL if key.startswith("interaction") else {}
-    changes = PLASTIC if key == "interaction.permanent" else changes
+    changes = wall_with(key) if key.startswith("interaction") else {}
     given = scene_with(number, LINES[number][1:], changes)
     given.check()
     stated = re.search(r"default (true|false|\d+(?! times)|\"\w+\")", comment)
