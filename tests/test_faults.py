@@ -214,7 +214,7 @@ def test_terminated_ensemble_says_that_it_can_be_continued(
         os.kill(os.getpid(), signal.SIGTERM)
         yield
 
-    monkeypatch.setattr("ase_roughcontact.cli.commands.run_ensemble", terminated)
+    monkeypatch.setattr("ase_roughcontact.cli.ensembles.run_ensemble", terminated)
     before = signal.getsignal(signal.SIGTERM)
     database = str(tmp_path / "e.db")
     assert main(["ensemble", "--database", database]) == 143

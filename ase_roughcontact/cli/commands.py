@@ -4,33 +4,21 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import asdict
-from pathlib import Path
+from dataclasses import asdict, replace
 
-from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.units import UNITS, printed_unit
-from ase_roughcontact.analysis import ContactMap, write_map
-from ase_roughcontact.cli import loops, report
+from ase_roughcontact.cli import report, runs
 from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.ensembles import ensemble
 from ase_roughcontact.cli.jsonlines import json_line
-from ase_roughcontact.cli.options import checked_scene, prints_text, scene_text
-from ase_roughcontact.cli.page import page
+from ase_roughcontact.cli.options import checked_scene
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
-from ase_roughcontact.paths.cantilever import cantilever_curve
-from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.record import LoadStep, units_of
-from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
-from ase_roughcontact.scene import Scene, default_text
-from ase_roughcontact.scene.fit import fit_curve, smooth_fit
-from ase_roughcontact.scene.preview import preview
-from ase_roughcontact.scene.reference import Reference, reference_for
+from ase_roughcontact.cli.places import places
+from ase_roughcontact.paths.record import units_of
+from ase_roughcontact.scene import default_text
+from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.smooth_fit import smooth_fit
 from ase_roughcontact.scene.tradeoff import tradeoff
-
-#: Errors that are printed as a line.
-ERRORS = ValueError, RuntimeError, OSError, MemoryError, ImportError
 
 
 def _print_scene(options: argparse.Namespace) -> int:
@@ -50,185 +38,21 @@ def _plan(options: argparse.Namespace) -> int:
     return 0 if plan.runs else 1
 
 
-def _run(options: argparse.Namespace) -> int:
-    scene, steps = checked_scene(options), list[LoadStep]()
-    if options.preview:
-        scene = preview(scene)
-        options.out = options.out.with_name(f"{options.out.name}-preview")
-    if scene.path.is_loop:
-        return _run_loop(options, scene)
-    scene.check_path()  # before theory needs the statistics of the roughness
-    reference = reference_for(scene)
-    try:
-        _relax(options, reference, steps)
-    except ERRORS:
-        if steps:
-            with suppress(OSError, MemoryError):  # in favour of the first error
-                _write_results(options, reference, steps)
-        raise
-    _write_results(options, reference, steps)
-    return 0 if all(step.converged for step in steps) else 1
-
-
-def _kept_text(options: argparse.Namespace) -> str | None:
-    """Return the text of the scene that a run keeps; None for that of a preview."""
-    return None if options.preview else scene_text(options)[0]
-
-
-def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
-    """Approach and retract, print each state, and draw the force curves."""
-    folder, states = options.out, list[LoadStep]()
-    options.again = "start anew"
-
-    def show(state: LoadStep) -> None:
-        states.append(state)
-        if prints_text(options):
-            print(loops.row(state) + report.limits(state), flush=True)
-        if options.json:
-            print(json_line(asdict(state), units_of()), flush=True)
-
-    if prints_text(options):
-        print(report.description(reference_for(scene)) + loops.header())
-    validity = "raise" if options.strict else "ignore"  # the table has them
-    loop = scene.loop(folder, show, validity, _kept_text(options))
-    pictures, values, failure = _loop_results(folder, scene, loop)
-    if prints_text(options):
-        print("\n".join([values, *report.exceeded_limits(states)]))
-        print(report.file_list(folder, pictures), flush=True)
-    if failure:
-        report.print_error(failure)
-    return 0 if all(state.converged for state in states) and not failure else 1
-
-
-def _loop_results(
-    folder: Path, scene: Scene, loop: AdhesionLoop
-) -> tuple[list[str], str, str]:
-    """Draw the figures of a loop; return them, its values, and what failed."""
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
-    curve, failure = None, ""
-    states = (*loop.approach, *loop.retraction[1:])
-    pictures = figures.draw(reference_for(scene), states, folder)
-    figures.draw_loop(loop, folder / "loop.png")
-    pictures.append("loop.png")
-    if scene.cantilever is not None:
-        try:
-            curve = cantilever_curve(loop, scene.cantilever)
-        except ValueError as error:  # the loop itself is valid
-            failure = str(error)
-    if curve is not None:
-        loops.write_curve(curve, folder / "cantilever.csv")
-        figures.draw_cantilever(curve, folder / "cantilever.png")
-        pictures.append("cantilever.png")
-    figures.write_view(scene, folder)
-    return pictures, loops.summary(loop, curve), failure
-
-
-def _relax(
-    options: argparse.Namespace,
-    reference: Reference,
-    steps: list[LoadStep],
-) -> None:
-    """Relax all steps, print each, and append it to a list."""
-    folder, text = options.out, _kept_text(options)
-    # more steps than the scene has are those of another one, which `run` refuses
-    restored = min(count_steps(folder / "sweep.traj"), len(reference.scene.steps))
-    meter = ProgressMeter({"path": expected_costs(reference.scene)})
-    meter.add(["path"] * restored)
-    meter.progress()
-    validity = "raise" if options.strict else "ignore"  # the table has them
-    for step in reference.scene.run(folder, validity, text):
-        if not steps and prints_text(options):
-            print(report.table_header(reference))
-        steps.append(step)
-        if len(steps) > restored:
-            meter.add(["path"])
-        if prints_text(options):
-            progress, old = meter.progress(), len(steps) <= restored
-            row = report.table_row(reference, step, progress, old)
-            print(row, flush=True)
-        if options.verbose:
-            print(report.solver_line(step), flush=True)
-        if options.json:
-            print(json_line(asdict(step), units_of()), flush=True)
-
-
-def _write_results(
-    options: argparse.Namespace,
-    reference: Reference,
-    steps: list[LoadStep],
-) -> None:
-    """Draw figures, write the trajectory for viewing, and print where they are."""
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
-    pictures = figures.draw(reference, steps, options.out)
-    figures.write_view(reference.scene, options.out)
-    if prints_text(options):
-        print(report.summary(reference, steps, options.out, pictures), flush=True)
-
-
-def _figure(options: argparse.Namespace) -> int:
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
-    folder = options.folder
-    scene = Scene.read(folder / "scene.toml")
-    steps = list(read_steps(folder / "sweep.traj"))
-    if scene.path.is_loop:
-        pictures, _, _ = _loop_results(folder, scene, _loop_of(scene, steps))
-    else:
-        pictures = figures.draw(reference_for(scene), steps, folder)
-    if not pictures:
-        raise RuntimeError("no figures: the sphere touches in no step")
-    figures.write_view(scene, folder)
-    print("\n".join(str(folder / name) for name in pictures))
-    return 0
-
-
-def _loop_of(scene: Scene, steps: list[LoadStep]) -> AdhesionLoop:
-    return AdhesionLoop.of(steps, scene.loop_options["smallest_step"])
-
-
-def _report(options: argparse.Namespace) -> int:
-    folder = options.folder
-    scene = Scene.read(folder / "scene.toml")
-    steps = list(read_steps(folder / "sweep.traj"))
-    reference, values = reference_for(scene), ""
-    if scene.path.is_loop:
-        _, values, _ = _loop_results(folder, scene, _loop_of(scene, steps))
-    file = folder / "report.html"
-    with replaced(file) as name:
-        text = page(reference, steps, folder, values)
-        Path(name).write_text(text, encoding="utf-8")
-    print(file)
-    return 0
-
-
 def _fit(options: argparse.Namespace) -> int:
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene = checked_scene(options)
-    depth, force = read_curve(options.curve, options.branch)
-    fit = fit_curve(scene, depth, force, [n.strip() for n in options.free.split(",")])
+    curve = read_curve(options.curve, options.branch)
+    if scene.cantilever is not None:
+        curve = replace(curve, stiffness=scene.cantilever)
+    fit = fit_curve(scene, curve, [name.strip() for name in options.free.split(",")])
     print(fit)
-    smooth = None
-    if scene.wall.attractive:
-        smooth = smooth_fit(scene, depth, force)
-        print(f"smooth sphere: work_of_adhesion {smooth.work_of_adhesion:.5g} J/m²")
+    smooth = smooth_fit(scene, curve) if scene.wall.attractive else None
+    if smooth is not None:
+        print(smooth)
     figures.draw_fit(fit, smooth, options.picture)
     print(options.picture)
     return 0 if fit.converged else 1
-
-
-def _maps(options: argparse.Namespace) -> int:
-    folder = options.folder
-    surface = Scene.read(folder / "scene.toml").sampled_surface
-    refuse_link(folder / "maps")
-    (folder / "maps").mkdir(exist_ok=True)
-    for number, frame in enumerate(read_frames(folder / "sweep.traj")):
-        name = folder / "maps" / f"step-{number:04d}.{options.format}"
-        write_map(ContactMap.from_frame(frame, surface), name)
-        print(name)
-    return 0
 
 
 def _tradeoff(options: argparse.Namespace) -> int:
@@ -262,14 +86,15 @@ def _completion(options: argparse.Namespace) -> int:
 
 
 COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
-    "run": _run,
+    "run": runs.run,
     "plan": _plan,
     "ensemble": ensemble,
+    "places": places,
     "tradeoff": _tradeoff,
-    "figure": _figure,
-    "maps": _maps,
+    "figure": runs.draw_figures,
+    "maps": runs.write_maps,
     "fit": _fit,
-    "report": _report,
+    "report": runs.write_report,
     "scene": _print_scene,
     "completion": _completion,
 }

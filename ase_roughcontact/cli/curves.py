@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import math
 import re
 from pathlib import Path
 
@@ -10,12 +11,13 @@ import numpy as np
 
 from ase_roughcontact._util.units import FORCES, LENGTHS
 from ase_roughcontact._util.validation import FloatArray, lookup
+from ase_roughcontact.scene.force_curve import ForceCurve
 
 _HEAD = re.compile(r"\s*([^(]*?)\s*(?:\((.*)\))?\s*")
 
 
-def read_curve(file: Path, branch: str | None = None) -> tuple[FloatArray, FloatArray]:
-    """Read depths and forces of a force curve.
+def read_curve(file: Path, branch: str | None = None) -> ForceCurve:
+    """Read a force curve.
 
     Parameters
     ----------
@@ -28,8 +30,9 @@ def read_curve(file: Path, branch: str | None = None) -> tuple[FloatArray, Float
 
     Returns
     -------
-    depth, force : ndarray, shape (k,)
-        Å, positive into the sample, and eV/Å.
+    ForceCurve
+        The stiffness of the cantilever is that of forces and deflections, infinite if
+        they are not given.
 
     Raises
     ------
@@ -54,14 +57,18 @@ def read_curve(file: Path, branch: str | None = None) -> tuple[FloatArray, Float
             columns[name] = factor * _numbers(file, head, rows)
     force = columns.get("force", columns.get("normal_force"))
     depth = columns.get("depth", columns.get("penetration"))
+    stiffness = math.inf
     if depth is None and {"distance", "deflection"} <= columns.keys():
-        depth = -(columns["distance"] + columns["deflection"])
+        bend = columns["deflection"]
+        depth = -(columns["distance"] + bend)
+        if force is not None and bend.any():
+            stiffness = float((force @ bend) / (bend @ bend))
     if force is None or depth is None:
         raise ValueError(
             f"{file} needs the columns force (nN) and depth (nm), or distance (nm) and "
             f"deflection (nm), got {', '.join(map(str, rows[0]))}"
         )
-    return depth, force
+    return ForceCurve(depth, force, stiffness)
 
 
 # Columns with their default unit, that of curve.csv, and the known ones.

@@ -12,7 +12,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ase_roughcontact.cli.commands import COMMANDS, ERRORS
+from ase_roughcontact.cli.commands import COMMANDS
+from ase_roughcontact.cli.options import ERRORS
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.cli.report import print_error
 from ase_roughcontact.ensemble.database import without_password

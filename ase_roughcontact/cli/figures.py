@@ -22,8 +22,9 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import read_frames
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.fit import Fit, SmoothFit
+from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.smooth_fit import SmoothFit
 from ase_roughcontact.theory import SphereTheory
 
 NN = UNITS["nN"]

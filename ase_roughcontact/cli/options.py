@@ -6,6 +6,9 @@ import argparse
 
 from ase_roughcontact.scene import Scene, default_text
 
+#: Errors that are printed as a line.
+ERRORS = ValueError, RuntimeError, OSError, MemoryError, ImportError
+
 
 def scene_text(options: argparse.Namespace) -> tuple[str, str]:
     """Return text and name of the scene file, by default of the built-in one."""

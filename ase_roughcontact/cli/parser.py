@@ -81,6 +81,16 @@ scene or the database is invalid or damaged, 130 interrupted (Ctrl-C), 143 termi
 (SIGTERM).
 """
 
+PLACES = """\
+Run a scene with the tip at a grid of places on its scan, in parallel, and draw maps of
+the contact area and of the pull-off force: DIR/places.csv and DIR/places.png. The
+margin of [topography] keeps the places away from the edges. An interrupted run is
+resumed by running it again.
+
+Exit status: 0 all places have a result, 1 some have none, 2 the scene or the folder is
+invalid.
+"""
+
 TRADEOFF = """\
 Measure the cost of accuracy on a few steps of a scene, and recommend settings for a
 relative error of force and area. For the continuum, grids are compared, too.
@@ -205,6 +215,27 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_output(ensemble)
 
+    places = command("places", "map area and adhesion over a scan", PLACES)
+    places_scene = places.add_argument("scene", help="scene file (TOML)")
+    places.add_argument(
+        "--grid",
+        type=_grid,
+        default=(8, 8),
+        metavar="NxM",
+        help="number of places along x and y (default: 8x8)",
+    )
+    places_folder = places.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=Path("roughcontact-places"),
+        help="output folder, created if necessary (default: %(default)s)",
+    )
+    places.add_argument(
+        "--workers", type=int, help="number of processes (default: one per processor)"
+    )
+    places.add_argument("--quiet", action="store_true", help="print errors only")
+
     trade = command("tradeoff", "measure the cost of accuracy in a scene", TRADEOFF)
     _add_scene(trade)
     trade.add_argument(
@@ -262,12 +293,18 @@ def make_parser() -> argparse.ArgumentParser:
         default="bash",
         help="default: %(default)s",
     )
-    for each in (curve, fit_scene):
+    for each in (curve, fit_scene, places_scene):
         each.complete = FILE  # type: ignore[attr-defined]
-    for each in (folder, run_folder, map_folder, page_folder):
+    for each in (folder, run_folder, map_folder, page_folder, places_folder):
         each.complete = DIRECTORY  # type: ignore[attr-defined]
     table.complete = FILE  # type: ignore[attr-defined]
     return parser
+
+
+def _grid(text: str) -> tuple[int, int]:
+    """Return the numbers of a grid ``NxM``."""
+    n, m = (int(number) for number in text.split("x"))
+    return n, m
 
 
 def _add_scene(parser: argparse.ArgumentParser) -> None:

@@ -9,12 +9,14 @@ from ase_roughcontact.ensemble.export import (
     read_ensemble,
     write_csv,
 )
+from ase_roughcontact.ensemble.places import Place, read_places, run_places
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 
 __all__ = [
     "COLUMNS",
     "MeanArea",
+    "Place",
     "Progress",
     "Sampling",
     "case_of",
@@ -22,7 +24,9 @@ __all__ = [
     "product",
     "read_csv",
     "read_ensemble",
+    "read_places",
     "run_ensemble",
+    "run_places",
     "sample_ensemble",
     "write_csv",
 ]

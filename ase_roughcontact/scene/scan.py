@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
+from ase_roughcontact._util.units import LENGTHS
 from ase_roughcontact.scene.section import Quantities, Section, find_file
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.scan import ROLES
+from ase_roughcontact.topography.scan import ROLES, in_angstrom
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,14 @@ class TopographyConfig(Section):
     def files(self) -> list[str]:
         """Files that the section names."""
         return [self.file] if self.file else []
+
+    @property
+    def edge(self) -> float:
+        """The margin (Å)."""
+        unit = LENGTHS.get(self.unit or "", 0.0)
+        if not unit and not isinstance(self.margin, str) and self.margin:
+            raise ValueError(f'give the unit of margin: margin = "{self.margin:g} nm"')
+        return float(in_angstrom("margin", self.margin, unit))
 
     @property
     def surface(self) -> HeightMap:

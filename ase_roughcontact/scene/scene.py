@@ -191,7 +191,7 @@ class Scene(ContactPath):
 
         def report(state: LoadStep) -> None:
             if folder is not None and state.step == 0:
-                self._write_inputs(Path(folder) / "scene.toml", text or self.toml)
+                self.write_inputs(Path(folder) / "scene.toml", text)
             if callback is not None:
                 callback(state)
 
@@ -297,14 +297,21 @@ class Scene(ContactPath):
         with closing(path):
             for number, step in enumerate(path):
                 if number == 0:  # from here on, no other run writes into the folder
-                    self._write_inputs(file, text or self.toml)
+                    self.write_inputs(file, text)
                 report(number, step.validity)
                 yield step
 
-    def _write_inputs(self, file: Path, text: str) -> None:
-        """Write the scene, and copy its files beside it, where they are found again."""
+    def write_inputs(self, file: Path, text: str | None = None) -> None:
+        """Write the scene, and copy its files beside it, where they are found again.
+
+        Parameters
+        ----------
+        file : path
+        text : str, optional
+            Text of the scene's file, with its comments; by default `toml`.
+        """
         with replaced(file) as name:
-            Path(name).write_text(text, encoding="utf-8")
+            Path(name).write_text(text or self.toml, encoding="utf-8")
         for other in map(Path, self.files):
             if other.parent.resolve() != file.parent.resolve():
                 with replaced(file.parent / other.name) as name:

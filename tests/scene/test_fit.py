@@ -1,4 +1,4 @@
-"""Fits of force curves: derivatives, recovered parameters, errors."""
+"""Fits of force curves: derivatives, recovered parameters, errors, jumps."""
 
 import re
 
@@ -9,117 +9,185 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.curves import read_curve
+from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.fit import (
-    FREE,
-    fit_curve,
-    forces_and_derivatives,
-    smooth_fit,
-)
-from ase_roughcontact.theory import MaugisDugdale
+from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.force_curve import ForceCurve
+from ase_roughcontact.scene.parameters import FREE, forces_and_derivatives
+from ase_roughcontact.scene.residuals import Residuals
+from ase_roughcontact.scene.smooth_fit import smooth_fit
+from ase_roughcontact.theory import sphere_theory
 
 SCENE = """
 [substrate]
 spacing = 3.0
-shape = [40, 40]
+shape = [20, 20]
 contact_modulus = 30.0
 hardness = inf
 [sphere]
-radius = "15 nm"
+radius = "4 nm"
 [roughness]
-rms_slope = 0.05
+rms_slope = 0.1
 long_wavelength = 16.0
-seed = {seed}
+seed = 1
 [interaction]
 kind = "adhesive"
 work_of_adhesion = {work}
 [path]
-control = "height"
-values = [0.0]
+kind = "loop"
+deepest = "0.2 nm"
+tolerance = 0.01
+cantilever = {stiffness}
 """
-DEPTHS = np.linspace(2.5, -0.2, 8)
-NOISE = 0.02 * UNITS["nN"]
+NN = UNITS["nN"]
+NOISE = 0.02 * NN
+ZERO = 37.0  # height at which the depth of the curves is zero
 
 
-def scene(work=0.1, seed=1):
-    return Scene.parse(SCENE.format(work=work, seed=seed))
+def scene(work=0.1, stiffness=2.0):
+    return Scene.parse(SCENE.format(work=work, stiffness=stiffness))
 
 
-def heights_of(made):
-    return contact_of(made.atoms()).first_contact - DEPTHS
+def curve_of(scene, noise=NOISE, points=100):
+    """Approach and retraction at equal steps of the base, with noise."""
+    exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
+    base = np.linspace(exact.approach.distance[-1], 25.0, points)
+    down, up = (
+        np.interp(base, *(values[order] for values in (each.distance, each.force)))
+        for each in (exact.approach, exact.retraction)
+        for order in [np.argsort(each.distance, kind="stable")]
+    )
+    force = np.append(down[::-1], up[1:])
+    force += noise * np.random.default_rng(1).normal(size=force.size)
+    tip = np.append(base[::-1], base[1:]) + force / scene.cantilever
+    return ForceCurve(ZERO - tip, force, scene.cantilever)
+
+
+@pytest.fixture(scope="module")
+def measured():
+    return curve_of(scene())
+
+
+@pytest.fixture(scope="module")
+def fitted(measured):
+    return fit_curve(scene(work=0.085), measured)
 
 
 def test_derivatives_are_those_of_differences():
-    heights = heights_of(scene())
-    _, derivatives = forces_and_derivatives(scene(), heights, list(FREE))
-    for i, (name, value) in enumerate(
-        {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 15.0}.items()
-    ):
+    touch = contact_of(scene().atoms()).first_contact
+    heights = touch - np.array([2.0, 0.5])
+    _, derivatives = forces_and_derivatives(scene(), heights, list(FREE), 1e-10)
+    values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 4.0}
+    for i, (name, value) in enumerate(values.items()):
         key, unit = FREE[name]
-        step = 2e-5 * value
-        ends = (
-            scene().with_values({key: f"{v:.17g} nm" if unit == "nm" else v})
-            for v in (value - step, value + step)
-        )
-        low, high = (forces_and_derivatives(end, heights, [])[0] for end in ends)
-        expected = (high - low) / (2 * step)
-        size = abs(expected).max()
-        np.testing.assert_allclose(derivatives[:, i], expected, atol=2e-4 * size)
+        step = 1e-4 * value
+
+        def force(x, key=key, unit=unit):
+            unit = unit.replace("²", "^2")
+            changed = scene().with_values({key: f"{x:.17g} {unit}"})
+            return forces_and_derivatives(changed, heights, [], 1e-10)[0]
+
+        near = force(value + step) - force(value - step)
+        far = force(value + 2 * step) - force(value - 2 * step)
+        expected = (8 * near - far) / (12 * step)
+        np.testing.assert_allclose(derivatives[:, i], expected, rtol=1e-6)
 
 
-@pytest.mark.parametrize("seed", [1])
-def test_the_work_of_adhesion_of_a_rough_tip_is_recovered(seed):
-    true = scene(work=0.1, seed=seed)
-    forces, _ = forces_and_derivatives(true, heights_of(true), [])
-    forces += NOISE * np.random.default_rng(seed).normal(size=forces.size)
-    shifted = DEPTHS + 0.3  # the zero of the depth is not known
-    fit = fit_curve(scene(work=0.07, seed=seed), shifted, forces)
-    assert fit.converged
-    assert fit.names == ("work_of_adhesion", "height z0")
-    assert abs(fit.values[0] - 0.1) < 3 * fit.errors[0] < 0.02
-    z0 = contact_of(true.atoms()).first_contact + 0.3
-    assert abs(fit.values[1] - z0) < 3 * fit.errors[1] < 0.1
-    assert fit.noise == pytest.approx(NOISE, rel=0.6)
-    assert abs(fit.correlation[0, 1]) < 1.0 == pytest.approx(fit.correlation[0, 0])
-    assert "work_of_adhesion" in str(fit) and "J/m²" in str(fit)
+def test_a_curve_has_branches_jumps_and_noise(measured):
+    down, up = measured.branches
+    assert (down.direction, up.direction) == (-1.0, 1.0)
+    assert (down.points.stop, up.points.stop) == (100, 199)
+    assert measured.noise == pytest.approx(NOISE, rel=0.2)
+    assert measured.deepest == pytest.approx(measured.depth.max(), abs=0.2)
+    for branch in (down, up):
+        force = measured.force[branch.points]
+        jump = branch.direction * (force[branch.jump + 1] - force[branch.jump])
+        assert jump > 0.2 * NN
+    assert ForceCurve(measured.depth, measured.force).branches[0].jump is not None
 
 
-def test_the_fit_of_a_smooth_sphere_is_wrong_for_a_rough_tip():
-    true = scene(seed=5).with_values({"roughness.rms_slope": 0.1})
-    forces, _ = forces_and_derivatives(true, heights_of(true), [])
-    smooth = smooth_fit(true, DEPTHS, forces)
-    assert smooth.work_of_adhesion < 0.06
-    assert np.abs(smooth.fitted - forces).max() > 10 * NOISE
+def test_the_work_of_adhesion_is_recovered_from_a_curve_with_jumps(fitted, measured):
+    assert fitted.converged
+    assert fitted.names == ("work_of_adhesion", "height z0")
+    assert abs(fitted.values[0] - 0.1) < 2 * fitted.errors[0] < 0.005
+    assert abs(fitted.values[1] - ZERO) < 3 * fitted.errors[1] < 0.1
+    assert fitted.noise == pytest.approx(NOISE, rel=0.2)
+    assert -1.0 < fitted.correlation[0, 1] < 0.0
+    np.testing.assert_allclose(np.diag(fitted.correlation), 1.0)
+    assert "work_of_adhesion" in str(fitted) and "J/m²" in str(fitted)
+    # all forces are those of the fit, but at the jumps, which are not compared
+    assert np.count_nonzero(~fitted.compared) < 10
+    residual = (fitted.fitted - measured.force)[fitted.compared]
+    assert np.abs(residual).max() < 5 * NOISE
 
 
-def test_the_fit_of_a_smooth_sphere_is_that_of_theory():
-    made = scene()
-    sphere = MaugisDugdale(
-        made.radius,
-        made.contact_modulus,
-        made.wall.work_of_adhesion,
-        attraction_range=made.wall.attraction_range,
+def test_derivatives_of_residuals_are_those_of_differences(measured):
+    problem = Residuals(scene(), measured, ["work_of_adhesion"])
+    x = np.array([1.0, ZERO - problem.values(np.array([1.0, 0.0]))[1]])
+    change = np.array([0.02, 0.05])
+    low, high = (problem.of(each)[0] for each in (x - change, x + change))
+    rows = problem.of(x)[1]
+    expected = 0.5 * (high - low)
+    # within the kinks of the force, where atoms come into contact
+    np.testing.assert_allclose(rows[-2:] @ change, expected[-2:], rtol=0.25)
+    agree = abs(rows @ change - expected) < 0.05 * abs(expected).max()
+    assert np.count_nonzero(~agree) < 6  # points that come to a jump or leave it
+
+
+@pytest.mark.parametrize(
+    "radius, modulus, name",
+    [(1e6, 30.0, "JKR"), (4.0, 30.0, "MD"), (0.4, 3000.0, "DMT")],
+)
+@pytest.mark.parametrize("stiffness", [1.0, np.inf])
+def test_the_fit_of_a_smooth_sphere_is_that_of_theory(radius, modulus, name, stiffness):
+    made = scene().with_values(
+        {"sphere.radius": f"{radius} nm", "substrate.contact_modulus": modulus}
     )
-    depth, force = sphere.curve(40.0)
-    stable = slice(int(np.argmin(force)), None, 20)
-    order = np.argsort(depth[stable])
-    smooth = smooth_fit(made, depth[stable][order] + 0.7, force[stable][order])
-    assert smooth.work_of_adhesion == pytest.approx(0.1, rel=1e-2)
+    wall = made.wall
+    sphere = made.radius, made.contact_modulus, wall.work_of_adhesion
+    theory = sphere_theory(*sphere, wall.attraction_range)
+    assert theory.symbol == name
+    depth, force = theory.curve(2.0 * float(theory.contact_radius(0.0)))
+    stable = slice(int(np.argmin(force)), None)
+    order = np.argsort(-depth[stable])
+    depth, force = depth[stable][order] + 0.7, force[stable][order]
+    curve = ForceCurve(depth, force, stiffness * radius * UNITS["N/m"])
+    start = made.with_values({"interaction.work_of_adhesion": 0.06})
+    smooth = smooth_fit(start, curve)
+    assert smooth.theory == theory.name
+    assert smooth.work_of_adhesion == pytest.approx(0.1, rel=0.02)
 
 
-def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys):
-    true = scene()
-    forces, _ = forces_and_derivatives(true, heights_of(true), [])
-    rows = zip(DEPTHS / 10, forces / UNITS["nN"], strict=True)
-    lines = ["depth (nm),force (nN)", *(f"{d},{f}" for d, f in rows)]
+def test_a_smooth_sphere_snaps_in_and_is_pulled_off(measured):
+    smooth = smooth_fit(scene(), measured)
+    assert smooth.theory == "Maugis-Dugdale"
+    assert 0.05 < smooth.work_of_adhesion < 0.15
+    for branch in measured.branches:
+        base = measured.base[branch.points]
+        force = smooth.fitted[branch.points]
+        assert force[np.argmax(base)] == 0.0
+        assert force[np.argmin(base)] == pytest.approx(
+            measured.force[branch.points][np.argmin(base)], rel=0.2
+        )
+
+
+def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
+    base = -measured.depth - measured.force / measured.stiffness
+    bend = measured.force / measured.stiffness
+    lines = ["distance (nm),deflection (nm),force (nN)"]
+    lines += [
+        f"{d / 10},{b / 10},{f / NN}"
+        for d, b, f in zip(base, bend, measured.force, strict=True)
+    ]
     (tmp_path / "curve.csv").write_text("\n".join(lines))
-    (tmp_path / "scene.toml").write_text(SCENE.format(work=0.08, seed=1))
+    text = SCENE.format(work=0.1, stiffness=1.0).replace("cantilever = 1.0", "")
+    (tmp_path / "scene.toml").write_text(text)
     picture = tmp_path / "fit.png"
     files = [str(tmp_path / name) for name in ("curve.csv", "scene.toml")]
     assert main(["fit", *files, "--picture", str(picture)]) == 0
     text = capsys.readouterr().out
-    assert re.search(r"work_of_adhesion +0\.1 ± \S+ J/m²", text)
-    assert "smooth sphere: work_of_adhesion 0.0" in text
+    assert re.search(r"work_of_adhesion +0\.\d+ ± \S+ J/m²", text)
+    assert "smooth sphere (Maugis-Dugdale): work_of_adhesion 0." in text
     assert picture.stat().st_size > 10_000
 
 
@@ -129,9 +197,11 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
         "branch,distance (nm),deflection (Å),Force (pN)\n"
         "approach,5,1,300\nretraction,4,-2,-500\nretraction,6,0,0\n"
     )
-    depth, force = read_curve(file, "retraction")
-    np.testing.assert_allclose(depth, [-38.0, -60.0])
-    np.testing.assert_allclose(force, [-0.5 * UNITS["nN"], 0.0])
+    curve = read_curve(file, "retraction")
+    np.testing.assert_allclose(curve.depth, [-38.0, -60.0])
+    np.testing.assert_allclose(curve.force, [-0.5 * NN, 0.0])
+    assert curve.stiffness == pytest.approx(0.25 * NN)
+    np.testing.assert_allclose(curve.base, [40.0, 60.0])
     file.write_text("depth (nm)\n1.0\n")
     with pytest.raises(ValueError, match=r"needs the columns force \(nN\) and depth"):
         read_curve(file)
@@ -140,10 +210,15 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
 @pytest.mark.parametrize(
     "depth, free, message",
     [
-        ([1.0, 2.0], ["radius"], "needs .* at least 3 points"),
-        (DEPTHS, ["hurst"], "unknown free parameter 'hurst'"),
+        ([1.0, 2.0], ["radius"], "needs at least 3 points, got 2"),
+        ([1.0, 2.0, 3.0], ["hurst"], "unknown free parameter 'hurst'"),
     ],
 )
 def test_wrong_fits_are_refused(depth, free, message):
     with pytest.raises(ValueError, match=message):
-        fit_curve(scene(), depth, np.zeros(len(depth)), free)
+        fit_curve(scene(), ForceCurve(depth, np.zeros(len(depth))), free)
+
+
+def test_depths_and_forces_must_match():
+    with pytest.raises(ValueError, match=r"of one length, got shapes \(2,\) and"):
+        ForceCurve([1.0, 2.0], [1.0])

@@ -1,0 +1,205 @@
+"""A scene at a grid of places on its scan: maps of area and adhesion."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, as_completed
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.files import replaced
+from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.scene import Scene
+
+
+@dataclass(frozen=True)
+class Place:
+    """Result at a place of the tip on a scan.
+
+    Attributes
+    ----------
+    x, y : float
+        Position from the first point of the scan (Å).
+    normal_force, contact_area : float
+        At the last step of the path, or at the deepest state of a loop (eV/Å, Å^2).
+    pull_off_force : float
+        Largest tension of the path or of the retraction (eV/Å).
+    converged : bool
+    message : str
+        Why there is no result, such as a place too close to an edge; else empty.
+    """
+
+    x: float
+    y: float
+    normal_force: float = math.nan
+    contact_area: float = math.nan
+    pull_off_force: float = math.nan
+    converged: bool = False
+    message: str = ""
+
+
+def run_places(
+    scene: Scene,
+    shape: tuple[int, int],
+    folder: str | Path,
+    executor: Executor | None = None,
+    workers: int | None = None,
+) -> Iterator[Place]:
+    """Run a scene with the tip at a grid of places on the scan.
+
+    The places are `HeightMap.places`, with the `margin` of ``[topography]``. A run that
+    was interrupted goes on where it ended.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a scan; its path is one of steps, or a loop.
+    shape : (int, int)
+        Number of places along x and y.
+    folder : path
+        For ``places.csv``, with a line for each `Place`, and ``scene.toml``.
+    executor : Executor, optional
+        See `run_ensemble`.
+    workers : int, optional
+        Number of processes of the default pool.
+
+    Yields
+    ------
+    Place
+        Also those of an earlier run.
+
+    Raises
+    ------
+    ValueError
+        If the scene has no scan or is invalid, or the folder contains another one.
+    """
+    folder = Path(folder)
+    places = _grid(scene, shape)
+    found = _earlier(scene, folder)
+    yield from (found[place] for place in places if place in found)
+    missing = [place for place in places if place not in found]
+    pool: AbstractContextManager[Executor]
+    pool = process_pool(workers) if executor is None else nullcontext(executor)
+    with pool as running:
+        tasks = [running.submit(_calculate, scene, *place) for place in missing]
+        try:
+            for task in as_completed(tasks):
+                place = task.result()
+                found[place.x, place.y] = place
+                _write(found, folder / "places.csv")
+                yield place
+        finally:
+            for task in tasks:
+                task.cancel()
+
+
+def read_places(file: str | Path) -> list[Place]:
+    """Return the places of a file ``places.csv``.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    list of Place
+
+    Raises
+    ------
+    ValueError
+        If the file is damaged.
+    """
+    kinds: dict[str, Callable[[str], Any]]
+    kinds = {"converged": lambda text: text == "True", "message": str}
+    try:
+        with open(file, newline="", encoding="utf-8") as table:
+            return [
+                Place(**{k: kinds.get(k, float)(v) for k, v in row.items()})
+                for row in csv.DictReader(table)
+            ]
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{file} is damaged ({error}): delete it") from error
+
+
+def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
+    """Return the positions of the places, rounded as in the file."""
+    if scene.topography is None:
+        raise ValueError("places are on a scan: the scene needs [topography]")
+    scene.check()
+    x, y = scene.topography.surface.places(*shape, margin=scene.topography.edge)
+    return [(round(i, 6), round(j, 6)) for i in x.tolist() for j in y.tolist()]
+
+
+def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
+    """Return the places of an earlier run of the scene in a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    inputs, results = folder / "scene.toml", folder / "places.csv"
+    if results.exists():
+        changes = scene.changes_from(Scene.read(inputs))
+        if changes:
+            raise ValueError(
+                f"{folder} contains places of another scene: {'; '.join(changes)}. "
+                "Give another folder, or delete this one"
+            )
+        return {(each.x, each.y): each for each in read_places(results)}
+    scene.write_inputs(inputs)
+    return {}
+
+
+def _calculate(scene: Scene, x: float, y: float) -> Place:
+    """Return the result at a place; errors become its message."""
+    center = (f"{x!r} Å", f"{y!r} Å")
+    try:
+        here = scene.with_values({"topography.center": center})
+        if here.path.is_loop:
+            loop = here.loop(validity="ignore")
+            states, last = (*loop.approach, *loop.retraction), loop.approach[-1]
+            tension = loop.pull_off_force
+        else:
+            states = tuple(here.relax(validity="ignore"))
+            last = states[-1]
+            tension = max(0.0, -min(state.normal_force for state in states))
+    except (ValueError, RuntimeError, MemoryError) as error:
+        return Place(x, y, message=str(error))
+    failed = next((state for state in states if not state.converged), None)
+    area = getattr(last, scene.area_column)
+    message = "" if failed is None else f"not converged: {failed.message}"
+    return Place(x, y, last.normal_force, area, tension, failed is None, message)
+
+
+def _write(found: dict[tuple[float, float], Place], file: Path) -> None:
+    """Write the places, in the order of their positions."""
+    with replaced(file) as name, open(name, "w", newline="", encoding="utf-8") as table:
+        rows = csv.DictWriter(table, [each.name for each in fields(Place)])
+        rows.writeheader()
+        rows.writerows(asdict(found[place]) for place in sorted(found))
+
+
+def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return an attribute of places as a map.
+
+    Parameters
+    ----------
+    places : list of Place
+    name : str
+
+    Returns
+    -------
+    x, y : ndarray, shapes (n,) and (m,)
+        Å.
+    values : ndarray, shape (n, m)
+        NaN where there is no result.
+    """
+    x, y = (np.unique([getattr(each, axis) for each in places]) for axis in "xy")
+    values = np.full((len(x), len(y)), np.nan)
+    for each in places:
+        values[np.searchsorted(x, each.x), np.searchsorted(y, each.y)] = getattr(
+            each, name
+        )
+    return x, y, values

@@ -1,0 +1,232 @@
+r"""Branches of a relaxed force curve as a cantilever follows them, with derivatives.
+
+A base at height D, to which the tip is connected by the stiffness k, is in equilibrium
+with the tip at Z if :math:`D = Z - N(Z)/k`. On a stable branch the derivatives at fixed
+D are
+
+.. math:: \frac{dN}{d\theta} = \frac{\partial_\theta N}{1 - \partial_Z N/k}, \qquad
+          \frac{dN}{dD} = \frac{\partial_Z N}{1 - \partial_Z N/k}.
+
+The tip jumps where :math:`\partial_Z N = k`. There :math:`dD/dZ = 0`, so that the
+height of the base at the jump changes by :math:`-\partial_\theta N/\partial_Z N`, which
+also holds where the surface jumps, :math:`\partial_Z N \to \infty`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.paths.instabilities import Jump
+from ase_roughcontact.paths.record import LoadStep
+
+# Points of a curve between two states.
+_POINTS = 32
+# Largest ratio of derivatives at a fixed base and a fixed tip, infinite at a jump.
+_LARGEST_GAIN = 20.0
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedJump:
+    """Jump of the tip on a branch.
+
+    Attributes
+    ----------
+    base : float
+        Height of the base (Å).
+    change : float
+        Of the normal force (eV/Å).
+    derivatives : ndarray, shape (p,)
+        Of the height of the base to the parameters (Å per unit).
+    """
+
+    base: float
+    change: float
+    derivatives: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedBranch:
+    """Branch of a force curve that a base follows in one direction.
+
+    Attributes
+    ----------
+    direction : float
+        -1 for an approach, 1 for a retraction.
+    along : ndarray, shape (n,)
+        Height of the base times the direction, which increases (Å).
+    columns : ndarray, shape (n, 2 + p)
+        Force, and its derivatives at a fixed base to the height of the base and to the
+        parameters.
+    jump : FollowedJump or None
+        Largest jump towards a contact on approach, or out of it on retraction.
+    """
+
+    direction: float
+    along: FloatArray
+    columns: FloatArray
+    jump: FollowedJump | None
+
+    @classmethod
+    def of(
+        cls,
+        states: Sequence[LoadStep],
+        jumps: Sequence[Jump],
+        derivatives: Mapping[int, FloatArray],
+        stiffness: float,
+        direction: float,
+    ) -> FollowedBranch:
+        """Return the branch of the relaxed states of an approach or a retraction.
+
+        Parameters
+        ----------
+        states : sequence of LoadStep
+            In order.
+        jumps : sequence of Jump
+            Instabilities of the surface, across which nothing is interpolated.
+        derivatives : mapping of int to ndarray, shape (p,)
+            Of the force of each state to the parameters, by the number of the state.
+        stiffness : float
+            Of the cantilever (eV/Å^2), may be infinite.
+        direction : float
+
+        Returns
+        -------
+        FollowedBranch
+        """
+        parts = [
+            _interpolated(part, derivatives) for part in _stable_parts(states, jumps)
+        ]
+        if direction > 0.0:  # the tip may be free where the base is further away
+            parts[-1] = np.concatenate([parts[-1], _free(parts, stiffness)])
+        ends = np.cumsum([len(part) for part in parts])[:-1]
+        height, force, slope, *rows = np.concatenate(parts).T
+        gain = 1.0 / np.maximum(1.0 - slope / stiffness, 1.0 / _LARGEST_GAIN)
+        columns = np.column_stack([force, slope * gain, *(row * gain for row in rows)])
+        along = direction * (height - force / stiffness)
+        reached = np.flatnonzero(along >= np.maximum.accumulate(along))
+        (at,) = np.nonzero((np.diff(reached) > 1) | np.isin(reached[1:], ends))
+        last, next_ = reached[at], reached[at + 1]
+        # the tip lands at the same height of the base, before the next point
+        length = np.where(np.isin(next_, ends), 0.0, along[next_] - along[next_ - 1])
+        share = np.divide(
+            along[last] - along[next_ - 1],
+            length,
+            out=np.ones(len(at)),
+            where=length > 0.0,
+        )[:, None]
+        landed = columns[next_ - 1] * (1.0 - share) + columns[next_] * share
+        change = landed[:, 0] - force[last]
+        jump = None
+        if (direction * change).max(initial=0.0) > 0.0:
+            largest = int(np.argmax(direction * change))
+            i = last[largest]
+            steep = slope[i] if np.isinf(stiffness) else max(slope[i], stiffness)
+            to_parameters = -np.array([row[i] for row in rows]) / steep
+            jump = FollowedJump(
+                direction * float(along[i]),
+                float(change[largest]),
+                to_parameters if steep > 0.0 else np.zeros(len(rows)),
+            )
+        return cls(
+            direction,
+            np.insert(along[reached], at + 1, along[last]),
+            np.insert(columns[reached], at + 1, landed, axis=0),
+            jump,
+        )
+
+    def at(self, base: FloatArray) -> FloatArray:
+        """Return force and derivatives at heights of the base.
+
+        Parameters
+        ----------
+        base : ndarray, shape (k,)
+            Å.
+
+        Returns
+        -------
+        ndarray, shape (k, 2 + p)
+            See `columns`. Beyond the deepest state the force is a straight line.
+        """
+        along = self.direction * base
+        columns = (np.interp(along, self.along, column) for column in self.columns.T)
+        values = np.column_stack(list(columns))
+        deepest = -1 if self.direction < 0.0 else 0
+        force, slope = self.columns[deepest, :2]
+        beyond = base - self.direction * self.along[deepest]
+        values[beyond < 0.0, 0] = force + slope * beyond[beyond < 0.0]
+        return values
+
+
+def _free(parts: Sequence[FloatArray], stiffness: float) -> FloatArray:
+    """Return a row of a free tip as far away as a cantilever can pull it off."""
+    force = min(float(part[:, 1].min()) for part in parts)
+    row = np.zeros((1, parts[-1].shape[1]))
+    row[0, 0] = parts[-1][-1, 0] - 1.1 * min(force, 0.0) / stiffness
+    return row
+
+
+def _stable_parts(
+    states: Sequence[LoadStep], jumps: Sequence[Jump]
+) -> list[list[LoadStep]]:
+    """Return the states between the instabilities of the surface."""
+    unstable = {jump.after.step for jump in jumps}
+    parts: list[list[LoadStep]] = [[]]
+    for state in states:
+        if state.step in unstable:
+            parts.append([])
+        parts[-1].append(state)
+    return parts
+
+
+def _interpolated(
+    states: Sequence[LoadStep], derivatives: Mapping[int, FloatArray]
+) -> FloatArray:
+    """Return height, force, slope and derivatives on a stable part of a branch."""
+    height = np.array([state.height for state in states])
+    force = np.array([state.normal_force for state in states])
+    slope = -np.array([state.contact_stiffness for state in states])
+    rows = np.array([derivatives[state.step] for state in states])
+    if len(states) == 1:
+        known = np.nan_to_num(np.append(slope, rows[0]))
+        return np.concatenate([height, force, known])[None]
+    upward = np.argsort(height)
+    z = height[upward]
+    slope = np.where(np.isfinite(slope), slope, np.gradient(force, height))
+    curve = CubicHermiteSpline(z, force[upward], slope[upward])
+    share = np.arange(_POINTS * (len(z) - 1) + 1) / _POINTS
+    places = np.interp(share, np.arange(len(z)), height)
+    return np.column_stack(
+        [places, curve(places), curve(places, 1)]
+        + [_along(share, places, height, curve, row) for row in rows.T]
+    )
+
+
+def _along(
+    share: FloatArray,
+    places: FloatArray,
+    height: FloatArray,
+    curve: CubicHermiteSpline,
+    derivative: FloatArray,
+) -> FloatArray:
+    """Return the derivative to a parameter between the states.
+
+    Towards an instability it diverges with the slope of the force, so that their ratio
+    is interpolated between two similar positive slopes; elsewhere the derivative is.
+    """
+    numbers, known = np.arange(len(height)), np.isfinite(derivative)
+    derivative = np.interp(numbers, numbers[known], derivative[known])
+    slope = curve(height, 1)
+    similar = np.minimum(slope[1:], slope[:-1]) > np.maximum(slope[1:], slope[:-1]) / 4
+    interval = np.minimum(share.astype(int), len(similar) - 1)
+    steep = (similar & (slope[1:] > 0.0))[interval]
+    ratio = np.divide(derivative, slope, out=np.zeros(len(slope)), where=slope > 0.0)
+    return np.where(
+        steep,
+        np.interp(share, numbers, ratio) * curve(places, 1),
+        np.interp(share, numbers, derivative),
+    )

@@ -1,0 +1,128 @@
+"""Measured force curves: branches, position of the base, noise, and jumps."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ase_roughcontact._util.validation import FloatArray, finite_array
+
+# Standard deviation of a second difference of noise of standard deviation one, and
+# median of its absolute value.
+_SECOND_DIFFERENCE = math.sqrt(6.0)
+_MEDIAN = 0.6745
+# Number of points over which the force at the turn is averaged.
+_NEAR = 10
+# A change of the force between two points is a jump from this many times the noise.
+_JUMP = 8.0
+# Noise of data without any, relative to the range of the forces.
+_SMALLEST_NOISE = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredBranch:
+    """Approach or retraction of a measured curve.
+
+    Attributes
+    ----------
+    points : slice
+        Its points in the curve.
+    direction : float
+        -1 for an approach, 1 for a retraction: that of the base.
+    jump : int or None
+        Last point before the snap-in or the pull-off, counted in the branch; None
+        without a jump.
+    """
+
+    points: slice
+    direction: float
+    jump: int | None
+
+
+@dataclass(frozen=True, eq=False)
+class ForceCurve:
+    """Measured force curve.
+
+    Parameters
+    ----------
+    depth : array_like, shape (k,)
+        Depths of the tip, positive into the sample, in the order of the measurement
+        (Å). Their zero is arbitrary.
+    force : array_like, shape (k,)
+        Normal forces, negative in tension (eV/Å).
+    stiffness : float
+        Of the cantilever (eV/Å^2); infinite if the depth is prescribed.
+
+    Raises
+    ------
+    ValueError
+        If depths and forces are not finite, or not of one shape.
+    """
+
+    depth: FloatArray
+    force: FloatArray
+    stiffness: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and convert the points."""
+        depth = finite_array("depth", self.depth)
+        force = finite_array("force", self.force)
+        if depth.shape != force.shape or depth.ndim != 1:
+            raise ValueError(
+                "a force curve needs one-dimensional depths and forces of one length, "
+                f"got shapes {depth.shape} and {force.shape}"
+            )
+        object.__setattr__(self, "depth", depth)
+        object.__setattr__(self, "force", force)
+
+    @property
+    def base(self) -> FloatArray:
+        """Height of the base above that of the tip at zero depth, shape (k,) (Å)."""
+        return -self.depth - self.force / self.stiffness
+
+    @cached_property
+    def deepest(self) -> float:
+        """Depth of the tip where the base is lowest (Å), without most of the noise."""
+        turn = int(np.argmin(self.base))
+        near = slice(max(turn - _NEAR, 0), turn + 1)
+        if turn < _NEAR:
+            near = slice(turn, turn + _NEAR + 1)
+        base = self.base[near] - self.base[turn]
+        line = np.polynomial.Polynomial.fit(base, self.force[near], 1)
+        return float(-self.base[turn] - line(0.0) / self.stiffness)
+
+    @cached_property
+    def noise(self) -> float:
+        """Standard deviation of the noise of the force, from second differences."""
+        force = self.force
+        median = np.median(abs(np.diff(force, 2))) if force.size > 2 else 0.0
+        noise = median / _MEDIAN / _SECOND_DIFFERENCE
+        return float(max(noise, _SMALLEST_NOISE * np.ptp(force)))
+
+    @cached_property
+    def branches(self) -> list[MeasuredBranch]:
+        """Approach and retraction, which are separated by the lowest point of the base.
+
+        A branch of fewer than two points is none.
+        """
+        turn = int(np.argmin(self.base))
+        first = turn + 1 if turn else 0  # of the retraction
+        ends = (slice(0, first), -1.0), (slice(first, len(self.base)), 1.0)
+        return [
+            MeasuredBranch(points, direction, self._jump(points, direction))
+            for points, direction in ends
+            if points.stop - points.start > 1
+        ]
+
+    def _jump(self, points: slice, direction: float) -> int | None:
+        """Return the point before the largest change towards the free tip or from it.
+
+        The force falls in a snap-in, and rises in a pull-off; both against its change
+        along a branch in contact.
+        """
+        change = direction * np.diff(self.force[points])
+        largest = int(np.argmax(change))
+        return largest if change[largest] > _JUMP * self.noise else None

@@ -1,0 +1,172 @@
+"""Parameters of a scene that a fit can change, and derivatives of forces to them.
+
+The derivatives come from the adjoint equations of a relaxed state, see
+`ase_roughcontact.solvers.response`; those of heights, wall and compliance, which are
+explicit functions of the parameters, are differences.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+from numpy.typing import ArrayLike
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.solvers.response import force_derivative, height_response
+
+#: Keys of the parameters that can be free, and their units.
+FREE = {
+    "work_of_adhesion": ("interaction.work_of_adhesion", "J/m²"),
+    "contact_modulus": ("substrate.contact_modulus", "GPa"),
+    "radius": ("sphere.radius", "nm"),
+}
+# Relative change of a parameter for differences of explicit functions.
+_CHANGE = 1e-6
+# Relative residual of the adjoint equations.
+_RESIDUAL = 1e-8
+
+
+def value_of(scene: Scene, name: str) -> float:
+    """Return a parameter of `FREE` in its unit.
+
+    Parameters
+    ----------
+    scene : Scene
+    name : str
+
+    Returns
+    -------
+    float
+    """
+    values = {
+        "work_of_adhesion": lambda: scene.wall.work_of_adhesion / UNITS["J/m²"],
+        "contact_modulus": lambda: scene.contact_modulus / UNITS["GPa"],
+        "radius": lambda: scene.radius / UNITS["nm"],
+    }
+    return float(values[name]())
+
+
+def changed(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """Return a scene with other values of parameters.
+
+    Parameters
+    ----------
+    scene : Scene
+    values : mapping of str to float
+        In the units of `FREE`.
+
+    Returns
+    -------
+    Scene
+    """
+    units = {name: FREE[name][1].replace("²", "^2") for name in values}
+    return scene.with_values(
+        {FREE[name][0]: f"{value:.17g} {units[name]}" for name, value in values.items()}
+    )
+
+
+class ForceDerivatives:
+    """Derivatives of the normal force of relaxed states to parameters of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    free : sequence of str
+        Parameters among `FREE`.
+    """
+
+    def __init__(self, scene: Scene, free: Sequence[str]) -> None:
+        self._changes = [_Change(scene, name) for name in free]
+
+    def of(self, atoms: Atoms) -> tuple[FloatArray, float]:
+        """Return the derivatives at a relaxed state.
+
+        Parameters
+        ----------
+        atoms : Atoms
+            Relaxed, with the indenter at a fixed height.
+
+        Returns
+        -------
+        derivatives : ndarray, shape (p,)
+            To the parameters in the units of `FREE`, at fixed height (eV/Å per unit).
+        to_height : float
+            To the height (eV/Å^2). All are NaN at an instability.
+        """
+        contact, state = contact_of(atoms), atoms.calc.state(atoms)
+        response = height_response(contact, state, _RESIDUAL)
+        row = [
+            force_derivative(contact, state, response, **change.of(atoms, state.gap))
+            for change in self._changes
+        ]
+        return np.array(row), response.force
+
+
+def forces_and_derivatives(
+    scene: Scene, heights: ArrayLike, free: Sequence[str], accuracy: float = 1e-6
+) -> tuple[FloatArray, FloatArray]:
+    """Return the forces at heights, and their derivatives.
+
+    Parameters
+    ----------
+    scene : Scene
+    heights : array_like, shape (k,)
+        Heights of the indenter, relaxed one after the other (Å).
+    free : sequence of str
+        Parameters among `FREE`.
+    accuracy : float
+        Relative error of the forces.
+
+    Returns
+    -------
+    forces : ndarray, shape (k,)
+        eV/Å.
+    derivatives : ndarray, shape (k, p + 1)
+        To the parameters in the units of `FREE`, and to the height (eV/Å per unit).
+    """
+    held = scene.with_values({"path.control": "height", "path.kind": "steps"})
+    atoms = held.atoms()
+    stepper = Stepper(atoms, "heights", accuracy=accuracy, window=scene.window)
+    derivatives = ForceDerivatives(scene, free)
+    forces, rows = [], []
+    for number, height in enumerate(np.asarray(heights, dtype=float)):
+        forces.append(stepper.step(number, float(height)).normal_force)
+        row, to_height = derivatives.of(atoms)
+        rows.append([*row, to_height])
+    return np.array(forces), np.array(rows)
+
+
+class _Change:
+    """Derivatives of heights, wall and compliance to a parameter, by differences."""
+
+    def __init__(self, scene: Scene, name: str) -> None:
+        value = value_of(scene, name)
+        self._step = 2.0 * _CHANGE * value
+        self._low, self._high = (
+            changed(scene, {name: value * factor})
+            for factor in (1.0 - _CHANGE, 1.0 + _CHANGE)
+        )
+        low, high = self._low.contact_modulus, self._high.contact_modulus
+        self._compliance = -2.0 * (high - low) / (high + low) / self._step
+        self._walls = self._low.wall, self._high.wall
+        self._same_wall = self._walls[0] == self._walls[1]
+        self._same_surface = self._low.surface == self._high.surface
+
+    def of(self, atoms: Atoms, gap: np.ndarray) -> dict[str, Any]:
+        """Return the arguments of `force_derivative`."""
+        changes: dict[str, Any] = {"compliance": self._compliance}
+        if not self._same_surface:
+            grid = grid_of(atoms)
+            low, high = (grid.heights(s.surface) for s in (self._low, self._high))
+            changes["heights"] = (high - low) / self._step
+        if not self._same_wall:
+            low, high = (wall.evaluate(gap)[1] for wall in self._walls)
+            changes["wall_pressure"] = (high - low) / self._step
+        return changes

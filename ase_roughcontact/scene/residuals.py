@@ -1,0 +1,190 @@
+r"""Residuals of a measured force curve to that of a scene, and their derivatives.
+
+For each trial of the parameters the scene is pressed in and pulled off again, in an
+`adhesion_loop`. The curve that a cantilever follows through its states, with its
+snap-in and pull-off, is compared with the measured forces :math:`F_i` at the heights
+:math:`z_0 - d_i - F_i/k` of the base. The height :math:`z_0`, at which the depth is
+zero, is always free: a microscope does not know where the surface is.
+
+Forces are compared only where both curves are on the same side of a jump. The heights
+of the base at the largest jump of each branch, which depend smoothly on the parameters,
+are compared as two further points, with the distance of the measured points over
+:math:`\sqrt{12}` as their standard error.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.paths.hysteresis import adhesion_loop
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.scene.config import PathConfig
+from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
+from ase_roughcontact.scene.force_curve import ForceCurve, MeasuredBranch
+from ase_roughcontact.scene.parameters import ForceDerivatives, changed, value_of
+from ase_roughcontact.scene.scene import Scene
+
+# Part of a measured jump from which a calculated one is its counterpart.
+_COUNTERPART = 0.3
+# Residual of a point between a measured jump and its counterpart, relative to the
+# noise: it must not pay to have points there.
+_BETWEEN = 3.0
+
+
+class Residuals:
+    """Residuals of a force curve relative to its noise, and their derivatives.
+
+    The unknowns are the parameters relative to their first values, and z0 less its
+    first value (Å).
+
+    Parameters
+    ----------
+    scene : Scene
+        First values of the parameters, and all others.
+    curve : ForceCurve
+    free : sequence of str
+        Parameters among `FREE`.
+    """
+
+    def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
+        self._scene, self._curve, self._free = scene, curve, tuple(free)
+        self._start = np.array([value_of(scene, name) for name in free])
+        self.scale = np.append(self._start, 1.0)
+        self._touch = _first_height(scene, curve)
+        self._kept: tuple[bytes, list[FollowedBranch]] = b"", []
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """Return the parameters in the units of `FREE`, and z0."""
+        return x * self.scale + np.append(np.zeros(len(self._free)), self._touch)
+
+    def forces(self, x: FloatArray) -> FloatArray:
+        """Return the forces at the measured points."""
+        forces = np.zeros(len(self._curve.force))
+        base = self._curve.base + self.values(x)[-1]
+        for measured, followed in self._pairs(x):
+            forces[measured.points] = followed.at(base[measured.points])[:, 0]
+        return forces
+
+    def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
+        """Return residuals of the forces and of the jumps, and their derivatives.
+
+        Parameters
+        ----------
+        x : ndarray, shape (p,)
+
+        Returns
+        -------
+        residuals : ndarray, shape (k + 2,)
+        derivatives : ndarray, shape (k + 2, p)
+        compared : ndarray of bool, shape (k + 2,)
+            Points and jumps that are compared.
+        """
+        curve, count = self._curve, len(self._curve.force)
+        residuals, jacobian = np.zeros(count + 2), np.zeros((count + 2, len(x)))
+        compared = np.zeros(count + 2, bool)
+        z0 = self.values(x)[-1]
+        for number, (measured, followed) in enumerate(self._pairs(x), start=count):
+            points, jump = measured.points, followed.jump
+            base, force = curve.base[points] + z0, curve.force[points]
+            columns = followed.at(base)
+            kept, between = np.ones(len(base), bool), np.zeros(len(base), bool)
+            if jump and _are_counterparts(measured, jump, force):
+                kept, between = _compared(base, measured, jump.base)
+                residuals[number], jacobian[number] = _of_jump(base, measured, jump)
+                compared[number] = True
+            misfit = (columns[:, 0] - force) / curve.noise
+            residuals[points] = np.where(between, _BETWEEN, np.where(kept, misfit, 0.0))
+            rows = columns[:, [*range(2, columns.shape[1]), 1]] / curve.noise
+            jacobian[points] = np.where(kept[:, None], rows, 0.0)
+            compared[points] = kept
+        return residuals, jacobian * self.scale, compared
+
+    def _pairs(self, x: FloatArray) -> list[tuple[MeasuredBranch, FollowedBranch]]:
+        """Return the branches of the curve beside those of the scene."""
+        if self._kept[0] != x.tobytes():
+            self._kept = x.tobytes(), self._followed(x)
+        by_direction = {each.direction: each for each in self._kept[1]}
+        return [(each, by_direction[each.direction]) for each in self._curve.branches]
+
+    def _followed(self, x: FloatArray) -> list[FollowedBranch]:
+        """Press the scene in and pull it off again."""
+        *values, z0 = self.values(x)
+        scene = changed(self._scene, dict(zip(self._free, values, strict=True)))
+        lowest = z0 - self._curve.deepest
+        atoms = _loop_scene(scene, contact_of(scene.atoms()).first_contact - lowest)
+        model, derivatives = atoms.atoms(), ForceDerivatives(scene, self._free)
+        rows: dict[int, FloatArray] = {}
+
+        def differentiate(state: LoadStep) -> None:
+            rows[state.step] = derivatives.of(model)[0]
+
+        loop = adhesion_loop(
+            model,
+            **atoms.loop_options,
+            accuracy=scene.solver.accuracy,
+            window=scene.window,
+            validity="ignore",
+            callback=differentiate,
+        )
+        stiffness = self._curve.stiffness
+        down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
+        up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0
+        return [FollowedBranch.of(*down), FollowedBranch.of(*up)]
+
+
+def _are_counterparts(
+    measured: MeasuredBranch, jump: FollowedJump, force: FloatArray
+) -> bool:
+    """Return whether a calculated jump is the counterpart of the measured one."""
+    if measured.jump is None:
+        return False
+    before, after = force[measured.jump : measured.jump + 2]
+    return bool(abs(jump.change) > _COUNTERPART * abs(after - before))
+
+
+def _compared(
+    base: FloatArray, measured: MeasuredBranch, jump: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points whose forces are compared, and those between the jumps."""
+    last = measured.jump or 0
+    numbers = np.arange(len(base))
+    passed = measured.direction * (base - jump)
+    step = abs(base[last + 1] - base[last])
+    at_jump = (numbers == last) | (numbers == last + 1) | (abs(passed) < step)
+    between = ((numbers > last) != (passed > 0.0)) & ~at_jump
+    return ~between & ~at_jump, between
+
+
+def _of_jump(
+    base: FloatArray, measured: MeasuredBranch, jump: FollowedJump
+) -> tuple[float, FloatArray]:
+    """Return the residual of the height of the base at a jump, and its derivatives."""
+    last = measured.jump or 0
+    unit = abs(base[last + 1] - base[last]) / math.sqrt(12.0)
+    place = 0.5 * (base[last] + base[last + 1])
+    return (jump.base - place) / unit, np.append(jump.derivatives, -1.0) / unit
+
+
+def _loop_scene(scene: Scene, deepest: float) -> Scene:
+    """Return a scene whose path is a loop to a penetration (Å)."""
+    wall = scene.wall
+    least = -0.5 * (wall.cutoff - wall.contact_distance)
+    deepest = max(float(deepest), least)
+    path = PathConfig(kind="loop", deepest=deepest, tolerance=scene.path.tolerance)
+    return scene.with_values({"path": path})
+
+
+def _first_height(scene: Scene, curve: ForceCurve) -> float:
+    """Return z0 at which the scene has the largest measured force where it was."""
+    force, depth = curve.force, curve.depth
+    largest = int(np.argmax(force))
+    if force[largest] <= 0.0:
+        return contact_of(scene.atoms()).first_contact + depth[np.argmin(abs(force))]
+    loaded = scene.with_values({"path": PathConfig()})
+    (step,) = loaded.relax(force[[largest]], validity="ignore")
+    return step.height + depth[largest]

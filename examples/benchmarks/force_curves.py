@@ -1,0 +1,84 @@
+"""Fits of synthetic force curves of rough tips, beside those of a smooth sphere.
+
+    python examples/benchmarks/force_curves.py
+
+For each seed a tip (radius 15 nm, rms slope 0.1, E* = 30 GPa, w = 0.1 J/m²) on a
+cantilever of 2 N/m approaches and is pulled off; 150 points of each branch get a noise
+of 0.1 nN. The fit begins at 0.06 J/m². ``--slope`` changes the roughness, ``--free``
+the parameters, ``--picture`` draws the last fit.
+"""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.cli.figures import draw_fit
+from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.force_curve import ForceCurve
+from ase_roughcontact.scene.smooth_fit import smooth_fit
+
+WORK, FIRST, NOISE, POINTS, ZERO = 0.1, 0.06, 0.1 * UNITS["nN"], 150, 37.0
+SCENE = """
+[substrate]
+spacing = 3.0
+shape = [40, 40]
+contact_modulus = 30.0
+hardness = inf
+[sphere]
+radius = "15 nm"
+[roughness]
+rms_slope = {slope}
+long_wavelength = 16.0
+seed = {seed}
+[interaction]
+kind = "adhesive"
+work_of_adhesion = {work}
+[path]
+kind = "loop"
+deepest = "0.4 nm"
+cantilever = 2.0
+tolerance = {tolerance}
+"""
+
+
+def measured(scene, rng):
+    """Return approach and retraction at equal steps of the base, with noise."""
+    exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
+    ends = exact.retraction.distance[[0, -1]]
+    base = np.linspace(*ends, POINTS)
+    down, up = (
+        np.interp(base, each.distance[order], each.force[order])
+        for each in (exact.approach, exact.retraction)
+        for order in [np.argsort(each.distance, kind="stable")]
+    )
+    force = np.append(down[::-1], up[1:])
+    force += NOISE * rng.normal(size=force.size)
+    tip = np.append(base[::-1], base[1:]) + force / scene.cantilever
+    return ForceCurve(ZERO - tip, force, scene.cantilever)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--slope", type=float, default=0.1)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--free", default="work_of_adhesion")
+    parser.add_argument("--picture", type=Path)
+    options = parser.parse_args()
+    for seed in range(1, options.seeds + 1):
+        values = {"slope": options.slope, "seed": seed}
+        true = Scene.parse(SCENE.format(work=WORK, tolerance=1e-3, **values))
+        curve = measured(true, np.random.default_rng(seed))
+        start = Scene.parse(SCENE.format(work=FIRST, tolerance=1e-2, **values))
+        fit = fit_curve(start, curve, options.free.split(","))
+        smooth = smooth_fit(start, curve)
+        print(f"seed {seed}\n{fit}\n{smooth}\n", flush=True)
+        if options.picture:
+            draw_fit(fit, smooth, options.picture)
+
+
+if __name__ == "__main__":
+    main()

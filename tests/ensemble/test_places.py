@@ -1,0 +1,120 @@
+"""A scene at a grid of places on its scan."""
+
+from concurrent.futures import Executor, Future
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.ensemble import read_places, run_places
+from ase_roughcontact.scene import Scene
+
+SCENE = """
+[substrate]
+spacing = 2.5
+shape = [16, 16]
+contact_modulus = 30.0
+hardness = inf
+[sphere]
+radius = "3 nm"
+[topography]
+file = "scan.txt"
+role = "{role}"
+detrend = "none"
+margin = "2 nm"
+[interaction]
+kind = "adhesive"
+work_of_adhesion = 0.05
+[path]
+"""
+STEPS = 'control = "height"\nvalues = [-1.0, 3.0]\n'
+LOOP = 'kind = "loop"\ndeepest = 0.5\ntolerance = 0.1\n'
+
+
+class Here(Executor):
+    """Runs tasks in this process, and counts them."""
+
+    def __init__(self):
+        self.count = 0
+
+    def submit(self, function, /, *arguments):
+        self.count += 1
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+@pytest.fixture
+def scene_of(tmp_path):
+    x, y = 0.25 * np.arange(41)[:, None], 0.25 * np.arange(33)
+    scan = 0.2 * np.exp(-((x - 2) ** 2) / 2 - (y - 2) ** 2 / 2) * np.ones((41, 33))
+    header = "Width: 10.25 nm\nHeight: 8.25 nm\nValue units: nm"
+    np.savetxt(tmp_path / "scan.txt", scan.T, header=header)
+
+    def write(path, role="substrate"):
+        (tmp_path / "scene.toml").write_text(SCENE.format(role=role) + path)
+        return Scene.read(tmp_path / "scene.toml")
+
+    return write
+
+
+@pytest.mark.parametrize("role", ["substrate", "indenter"])
+def test_a_place_has_the_forces_of_a_scene_with_that_center(scene_of, tmp_path, role):
+    scene = scene_of(STEPS, role)
+    run = run_places(scene, (2, 1), tmp_path / "out", Here())
+    found = sorted(run, key=lambda place: place.x)
+    assert [(each.x, each.y) for each in found] == [(20.0, 20.0), (80.0, 20.0)]
+    there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
+    first, last = there.relax()
+    assert found[0].normal_force == pytest.approx(last.normal_force)
+    assert found[0].contact_area == last.contact_area
+    lowest = min(first.normal_force, last.normal_force)
+    assert found[0].pull_off_force == pytest.approx(max(0.0, -lowest))
+    assert found[0].normal_force != pytest.approx(found[1].normal_force, rel=0.1)
+    assert read_places(tmp_path / "out" / "places.csv") == found
+
+
+def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
+    scene = scene_of(LOOP)
+    (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
+    there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
+    loop = there.loop(validity="ignore")
+    assert place.pull_off_force == pytest.approx(loop.pull_off_force)
+    assert place.contact_area == loop.approach[-1].contact_area
+
+
+def test_places_are_not_calculated_again(scene_of, tmp_path):
+    executor, scene = Here(), scene_of(STEPS)
+    run = run_places(scene, (2, 1), tmp_path / "out", executor)
+    next(run)
+    run.close()
+    assert len(read_places(tmp_path / "out" / "places.csv")) == 1
+    again = Here()
+    assert len(list(run_places(scene, (2, 1), tmp_path / "out", again))) == 2
+    assert again.count == 1
+    with pytest.raises(ValueError, match=r"another scene: \[path\] control was"):
+        list(run_places(scene_of(LOOP), (2, 1), tmp_path / "out", again))
+
+
+def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
+    scene = scene_of(STEPS).with_values({"topography.margin": 0.0})
+    (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
+    assert not place.converged and np.isnan(place.contact_area)
+    assert "choose a smaller window, or a center further inside" in place.message
+
+
+def test_places_need_a_scan(tmp_path):
+    with pytest.raises(ValueError, match=r"the scene needs \[topography\]"):
+        next(run_places(Scene.default(), (1, 1), tmp_path))
+
+
+def test_the_command_draws_maps(scene_of, tmp_path, capsys, monkeypatch):
+    pool = "ase_roughcontact.ensemble.places.process_pool"
+    monkeypatch.setattr(pool, lambda workers: Here())
+    scene_of(STEPS)
+    scene, out = str(tmp_path / "scene.toml"), str(tmp_path / "out")
+    options = ["--grid", "2x1", "--workers", "1", "--out", out]
+    assert main(["places", scene, *options]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "contact" not in lines[1] and len(lines) == 5
+    assert (tmp_path / "out" / "places.png").stat().st_size > 5_000
