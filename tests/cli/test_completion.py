@@ -16,6 +16,7 @@ COMMANDS = [
     "figure",
     "fit",
     "maps",
+    "places",
     "plan",
     "report",
     "run",
@@ -36,7 +37,7 @@ def script(tmp_path_factory):
 @pytest.mark.parametrize(
     "line, expected",
     [
-        (["p"], ["plan"]),
+        (["p"], ["places", "plan"]),
         (["--v"], ["--version"]),
         (
             ["run", "--"],
