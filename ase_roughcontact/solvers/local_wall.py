@@ -31,6 +31,9 @@ from ase_roughcontact.interactions.base import Profile
 
 # Stiffness D of the augmented Lagrangian times the self-compliance of an atom.
 _STIFFNESS = 5.0
+# The same at least in units of the negative stiffness of the attraction at contact,
+# without which the constrained minimum would not be one of the augmented Lagrangian.
+_CURVATURES = 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +63,12 @@ class LocalWall:
     def of(cls, contact: Contact) -> LocalWall:
         """Return the wall of a contact."""
         wall = contact.interaction
-        compliance = contact.halfspace.self_compliance
-        stiffness = _STIFFNESS / compliance if wall.hard else 0.0
+        stiffness = 0.0
+        if wall.hard:
+            factor = 1.0 if contact.adhesion is None else float(contact.adhesion.max())
+            curvature = -factor * float(wall.evaluate(np.zeros(1))[2][0])
+            stiffness = _STIFFNESS / contact.halfspace.self_compliance
+            stiffness = max(stiffness, _CURVATURES * curvature)
         return cls(wall, contact.heights, contact.adhesion, stiffness)
 
     @property

@@ -40,6 +40,9 @@ from ase_roughcontact.solvers.relaxation import (
 )
 
 _ROUNDING = "rounding errors hide any further decrease of the energy"
+_VIOLATED = "updates of the reaction do not decrease overlaps with the hard wall"
+# Number of updates of the reaction that must have decreased the violation.
+_UPDATES = 30
 _TOO_SLOW = "the energy decreases too slowly to matter"
 
 
@@ -202,6 +205,9 @@ def _relax(
             if reaction.finished(state):
                 yield report(converged=True)
                 return
+            if reaction.stuck:
+                yield report(message=f"stalled: {_VIOLATED}")
+                return
             state = energy.state(state.pressure, state.height, state.opening)
             progress = _Progress(state, options)
             continue
@@ -250,16 +256,24 @@ class _ReactionUpdates:
         )
         self._forcing = options.reaction_forcing * force_per_gap
         self.is_last = energy.wall.reaction is None
+        self._violations: list[float] = []
         self._aim(options.first_violation * halfspace.spacing)
 
     def finished(self, state: EnergyState) -> bool:
         """Update the reaction; return whether it and the state were the solution."""
         violation = self._energy.update_reaction(state)
+        self._violations.append(violation)
         if self.is_last and violation <= self._gap:
             return True
         self.is_last = violation <= self._gap
         self._aim(violation)
         return False
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the last updates have not decreased the violation."""
+        late, early = self._violations[-_UPDATES:], self._violations[:-_UPDATES]
+        return bool(early) and min(late) >= min(early)
 
     def _aim(self, violation: float) -> None:
         """Set the target for a violation of the constraint."""

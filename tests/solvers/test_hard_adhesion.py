@@ -160,3 +160,52 @@ def test_hard_wall_without_attraction_is_refused():
     options = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-8}
     with pytest.raises(ValueError, match="ActiveSet is for the hard wall, got Expo"):
         next(active_set(contact_of(WALLS["exponential"]), **options))
+
+
+# Extremes
+
+
+def check_conditions(contact, state, tolerance=1e-6):
+    gap, reaction = gap_and_reaction(contact, state)
+    assert gap.min() > -2e-6
+    assert reaction.min() > -tolerance
+    touching = reaction > 10 * tolerance
+    assert abs(gap[touching]).max(initial=0.0) < 2e-6
+
+
+@pytest.mark.parametrize("kind", [ExponentialWall, PowerLawWall, DugdaleWall])
+@pytest.mark.parametrize("work", [1e-8, 0.3])
+@pytest.mark.parametrize("reach", [0.2, 30.0])
+def test_any_work_and_range_relax(kind, work, reach):
+    contact = contact_of(kind(work, reach), n=24)
+    check_conditions(contact, relax(contact, height=-0.5))
+
+
+@pytest.mark.parametrize("radius", [5.0, 1e8])
+@pytest.mark.parametrize("load", [1e-9, 1e3])
+def test_any_radius_carries_any_load(radius, load):
+    contact = contact_of(WALLS["exponential"], n=24, radius=radius)
+    state = relax(contact, load=load, tolerance=1e-6)
+    check_conditions(contact, state, 1e-5)
+    assert state.pressure.sum() == pytest.approx(load, abs=2e-6)
+
+
+@every_wall
+def test_full_contact_of_a_periodic_surface_relaxes(wall):
+    contact = contact_of(wall, n=24, periodic=True, radius=1e6)
+    state = relax(contact, load=500.0)
+    gap, _ = gap_and_reaction(contact, state)
+    assert abs(gap).max() < 2e-7
+
+
+@every_wall
+def test_out_of_range_the_surface_stays_flat(wall):
+    state = relax(contact_of(wall), height=100.0)
+    assert not state.pressure.any()
+    assert state.energy == 0.0
+
+
+@every_wall
+def test_deep_overlap_is_removed(wall):
+    contact = contact_of(wall)
+    check_conditions(contact, relax(contact, height=-30.0, tolerance=1e-6), 1e-4)
