@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
+from ase_roughcontact.cli.description import description
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.scene.reference import Reference
 
@@ -31,7 +32,7 @@ _COLUMNS = (
 )
 # Figures in their order on the page, with captions.
 _FIGURES = {
-    "curve.png": "Contact area relative to theory against the load.",
+    "curve.png": "Contact area relative to that of a smooth sphere without adhesion.",
     "force.png": "Normal force along the path.",
     "loop.png": "Normal force of the tip held at each height; arrows: instabilities.",
     "cantilever.png": "Force curve of the cantilever; arrows: snap-in and pull-off.",
@@ -41,8 +42,11 @@ _STYLE = """
 body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; font-size: 85%; }
 th, td { padding: 0.2em 0.6em; text-align: right; border-bottom: 1px solid #ddd; }
+td { white-space: nowrap; } .wide { overflow-x: auto; }
+p { white-space: pre-line; }
 pre { background: #f4f4f4; padding: 1em; overflow-x: auto; }
-figure { margin: 1em 0; } img { max-width: 100%; }
+figure { display: inline-block; margin: 1em 1%; width: 47%; vertical-align: top; }
+figure.maps { width: 98%; } img { max-width: 100%; } figcaption { font-size: 85%; }
 .warning { border-left: 4px solid #d55e00; padding-left: 1em; white-space: pre-line; }
 .failed { color: #d55e00; }
 """
@@ -71,7 +75,7 @@ def page(
     scene_text = (folder / "scene.toml").read_text(encoding="utf-8")
     parts = [
         f"<h1>{html.escape(folder.resolve().name)}</h1>",
-        _paragraphs(report.description(reference)),
+        _paragraphs(description(reference)),
         _paragraphs(values.strip()),
         _warnings(steps),
         *(_figure(folder / name, text) for name, text in _FIGURES.items()),
@@ -90,7 +94,7 @@ def page(
 
 
 def _paragraphs(text: str) -> str:
-    return "\n".join(f"<p>{html.escape(line)}</p>" for line in text.splitlines())
+    return f"<p>{html.escape(text)}</p>" if text else ""
 
 
 def _warnings(steps: Sequence[LoadStep]) -> str:
@@ -110,11 +114,11 @@ def _figure(file: Path, caption: str) -> str:
     """Return a figure with its data; empty if there is no such file."""
     if not file.is_file():
         return ""
+    kind = "maps" if file.name == "contact.png" else "curve"
     data = base64.b64encode(file.read_bytes()).decode("ascii")
-    return (
-        f'<figure><img alt="{caption}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )
+    image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
+    text = f"<figcaption>{caption}</figcaption>"
+    return f'<figure class="{kind}">{image}{text}</figure>'
 
 
 def _table(steps: Sequence[LoadStep]) -> str:
@@ -137,10 +141,11 @@ def _table(steps: Sequence[LoadStep]) -> str:
         + "</tr>"
         for step in steps
     ]
-    return f"<table><tr>{heads}</tr>\n" + "\n".join(rows) + "</table>"
+    body = "\n".join(rows)
+    return f'<div class="wide"><table><tr>{heads}</tr>\n{body}</table></div>'
 
 
 def _cell(value: float, unit: float) -> str:
     if isinstance(value, int):
         return str(value)
-    return f"{value / unit:.4g}" if math.isfinite(value) else "–"
+    return f"{value / unit:.4g}".replace("e-0", "e-") if math.isfinite(value) else "–"

@@ -10,14 +10,13 @@ from pathlib import Path
 
 from ase_roughcontact._util.text import cell, duration
 from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact.cli.description import description, pull_off_text
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.scene.solid import label_of
-from ase_roughcontact.windows.regrid import lost_text
 
 # Time of a run before which nothing is said about the time left (s).
 _START = 2.0
@@ -31,33 +30,6 @@ _SHOWN_ERROR = 0.001
 def print_error(message: object) -> None:
     """Print an error or a warning as a line on the error output."""
     print(f"ase-roughcontact: {message}", file=sys.stderr)
-
-
-def description(reference: Reference) -> str:
-    """Return a description of the scene and of the theory for it.
-
-    Parameters
-    ----------
-    reference : Reference
-        Theory for the scene.
-
-    Returns
-    -------
-    str
-    """
-    scene, smooth = reference.scene, reference.smooth
-    lines = [
-        f"{label_of(scene.substrate, scene.solid)}, spacing {scene.spacing:.3f} Å, "
-        f"{_hardness(scene)}; "
-        f"sphere of radius {scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
-    ]
-    if reference.explanation:
-        lines.append(f"Theory: {reference.explanation}")
-    if scene.area_column == "continuum_area":
-        lines.append(_grid(scene))
-    if smooth.pull_off_force < 0.0:
-        lines.append(f"Pull-off force: {_pull_off_force(reference)}")
-    return "\n".join(lines)
 
 
 def table_header(reference: Reference) -> str:
@@ -221,13 +193,6 @@ def file_list(folder: Path, pictures: Sequence[str]) -> str:
     return "\n".join(lines)
 
 
-def _hardness(scene: Scene) -> str:
-    hardness = scene.hardness / UNITS["GPa"]
-    if math.isnan(hardness):
-        return "hardness unknown"
-    return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
-
-
 def _bare(scene: Scene) -> str:
     """Return on what half space theory is, for a layer."""
     if not isinstance(scene.solid, Layer):
@@ -267,7 +232,7 @@ def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
         return ""
     line = f"Largest tension of the path: {force / UNITS['nN']:.4g} nN"
     if reference.smooth.pull_off_force < 0.0:
-        line += f"; pull-off force: {_pull_off_force(reference)}"
+        line += f"; pull-off force: {pull_off_text(reference)}"
     return f"{line}."
 
 
@@ -292,20 +257,6 @@ def exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
         for check, count in counts.items()
     ]
     return ["Outside of the validity of the model:", *lines] if lines else []
-
-
-def _pull_off_force(reference: Reference) -> str:
-    force = reference.smooth.pull_off_force / UNITS["nN"]
-    return f"{force:.4g} nN ({reference.smooth.label})"
-
-
-def _grid(scene: Scene) -> str:
-    """Return the grid of the continuum, and what it can't resolve."""
-    grids, lost = scene.grids, scene.lost_slope
-    line = f"Continuum on a grid of spacing {grids.change.label}"
-    if grids.extrapolated:
-        line += f", extrapolated with one of {grids.coarser.label}"
-    return line + (f"; {lost_text(grids.change, lost)}" if lost else "")
 
 
 def heading(column: str) -> str:

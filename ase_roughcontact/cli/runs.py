@@ -10,6 +10,7 @@ from pathlib import Path
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
+from ase_roughcontact.cli.description import description
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.options import (
     ERRORS,
@@ -67,7 +68,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
             print(json_line(asdict(state), units_of()), flush=True)
 
     if prints_text(options):
-        print(report.description(reference_for(scene)) + loops.header())
+        print(description(reference_for(scene)) + loops.header())
     validity = "raise" if options.strict else "ignore"  # the table has them
     loop = scene.loop(folder, show, validity, _kept_text(options))
     pictures, values, failure = _loop_results(folder, scene, loop)

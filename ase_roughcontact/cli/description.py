@@ -1,0 +1,60 @@
+"""Description of a scene, and of the theory for it."""
+
+from __future__ import annotations
+
+import math
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.solid import label_of
+from ase_roughcontact.windows.regrid import lost_text
+
+
+def description(reference: Reference) -> str:
+    """Return a description of the scene and of the theory for it.
+
+    Parameters
+    ----------
+    reference : Reference
+        Theory for the scene.
+
+    Returns
+    -------
+    str
+    """
+    scene, smooth = reference.scene, reference.smooth
+    lines = [
+        f"{label_of(scene.substrate, scene.solid)}, spacing {scene.spacing:.3f} Å, "
+        f"{_hardness(scene)}; "
+        f"sphere of radius {scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
+    ]
+    if reference.explanation:
+        lines.append(f"Theory: {reference.explanation}")
+    if scene.area_column == "continuum_area":
+        lines.append(_grid(scene))
+    if smooth.pull_off_force < 0.0:
+        lines.append(f"Pull-off force: {pull_off_text(reference)}")
+    return "\n".join(lines)
+
+
+def _hardness(scene: Scene) -> str:
+    hardness = scene.hardness / UNITS["GPa"]
+    if math.isnan(hardness):
+        return "hardness unknown"
+    return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
+
+
+def _grid(scene: Scene) -> str:
+    """Return the grid of the continuum, and what it can't resolve."""
+    grids, lost = scene.grids, scene.lost_slope
+    line = f"Continuum on a grid of spacing {grids.change.label}"
+    if grids.extrapolated:
+        line += f", extrapolated with one of {grids.coarser.label}"
+    return line + (f"; {lost_text(grids.change, lost)}" if lost else "")
+
+
+def pull_off_text(reference: Reference) -> str:
+    """Return the pull-off force of theory, with its unit and the theory."""
+    force = reference.smooth.pull_off_force / UNITS["nN"]
+    return f"{force:.4g} nN ({reference.smooth.label})"
