@@ -26,6 +26,7 @@ SMALL = {
         "SLAB": {"layers": 9, "size": 3, "tolerance": 1.0},
     },
     "own_wall": {},
+    "plastic_contact": {"LOADS": (2.0, 10.0)},
     "mixed_calculator": {"SIZE": 6},
 }
 

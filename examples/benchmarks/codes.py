@@ -84,9 +84,14 @@ def solve_ours_ase(problem: Problem) -> Answer:
 def solve_contactmechanics(problem: Problem) -> Answer:
     """ContactMechanics: conjugate gradients of Polonsky and Keer."""
     setup, (halfspace, surface) = timed(_contactmechanics, problem)
+    from ContactMechanics import PlasticSystemSpecialisations as plastic
     from ContactMechanics.Systems import NonSmoothContactSystem
+    from SurfaceTopography import PlasticTopography
 
     system = NonSmoothContactSystem(halfspace, surface)
+    if problem.plastic:
+        surface = PlasticTopography(surface, problem.wall.hardness)
+        system = plastic.PlasticNonSmoothContactSystem(halfspace, surface)
     seconds, result = timed(
         system.minimize_proxy, external_force=problem.load, pentol=TOLERANCE
     )
@@ -94,7 +99,7 @@ def solve_contactmechanics(problem: Problem) -> Answer:
 
 
 def solve_tamaas(problem: Problem) -> Answer:
-    """Tamaas: conjugate gradients of Polonsky and Keer after Rey."""
+    """Tamaas: conjugate gradients after Rey, or saturated after Stanley and Kato."""
     import tamaas as tm
 
     def prepare() -> Any:
@@ -107,6 +112,9 @@ def solve_tamaas(problem: Problem) -> Answer:
         model.E, model.nu = 1.0, 0.0
         kind = tm.PolonskyKeerRey.pressure
         solver = tm.PolonskyKeerRey(model, -problem.heights, _TAMAAS, kind, kind)
+        if problem.plastic:
+            pressure = problem.wall.hardness
+            solver = tm.KatoSaturated(model, -problem.heights, _TAMAAS, pressure)
         solver.max_iter = 100_000
         if not problem.periodic:
             tm.ModelFactory.registerNonPeriodic(model, "dcfft")
@@ -204,6 +212,12 @@ def _contactmechanics(problem: Problem) -> tuple[Any, Any]:
     return kind(problem.shape, 1.0, sides), surface
 
 
+PLASTIC: dict[str, Solver] = {
+    "ours": solve_ours,
+    "ours-ase": solve_ours_ase,
+    "tamaas": solve_tamaas,
+    "contactmechanics": solve_contactmechanics,
+}
 HARD: dict[str, Solver] = {
     "ours": solve_ours,
     "ours-ase": solve_ours_ase,
@@ -220,3 +234,4 @@ SOFT: dict[str, Solver] = {
     "adhesion-numpi": partial(solve_adhesion, method="numpi"),
     "adhesion-newton": partial(solve_adhesion, method="newton"),
 }
+SOLVERS = {"hard": HARD, "plastic": PLASTIC, "soft": SOFT}

@@ -26,7 +26,7 @@ x ours
 area, height, load error, gap, overlap, tension, residual
     atoms in contact and height, relative error of the load, and from one judge
     (`problems.optimality_residuals`): largest gap in contact, deepest overlap, most
-    negative pressure; for soft walls the largest force left on an atom. Adhesion may
+    negative pressure, atoms at the hardness and largest excess over it; for soft walls the largest force left on an atom. Adhesion may
     find different minima: compare area and load before times.
 """
 
@@ -39,7 +39,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from codes import HARD, SOFT, Solver, timed
+from codes import HARD, SOFT, SOLVERS, Solver, timed
 from problems import WALLS, Answer, Problem, optimality_residuals
 
 COLUMNS = {
@@ -55,6 +55,8 @@ COLUMNS = {
     "gap": "9.1e",
     "overlap": "9.1e",
     "tension": "9.1e",
+    "plastic": "9.0f",
+    "excess": "9.1e",
     "residual": "9.1e",
 }
 KEY = ("problem", "n", "threads", "code")
@@ -107,7 +109,7 @@ def pin_threads(count: int) -> None:
 
 def measure(problem: Problem, options: argparse.Namespace) -> None:
     """Run the codes that the file does not have yet."""
-    for code, solve in (HARD if problem.hard else SOFT).items():
+    for code, solve in SOLVERS[problem.solvers].items():
         key = (problem.kind, str(problem.n), str(options.threads), code)
         if code not in options.codes or key in read(options.csv):
             continue

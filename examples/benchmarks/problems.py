@@ -3,7 +3,8 @@
 Units are reduced: contact modulus E* = 1 and spacing a0 = 1. The indenter is a
 paraboloid of radius 10 n a0 with self-affine roughness, pressed on n x n atoms of a
 free half space with the load of a smooth Hertzian contact of radius 0.3 n a0; or, for a
-periodic half space, the roughness alone under a mean pressure of 0.004 E*.
+periodic half space, the roughness alone under a mean pressure of 0.004 E*. Plastic walls
+have a hardness of 0.03 E*.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from ase import Atoms
 from ase_roughcontact import (
     HardWall,
     LennardJones93,
+    PlasticWall,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -30,6 +32,8 @@ from ase_roughcontact.topography import Surface
 WALLS: dict[str, Interaction] = {
     "hard": HardWall(),
     "periodic": HardWall(),
+    "plastic": PlasticWall(0.03),
+    "plastic-periodic": PlasticWall(0.03),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
     "adhesive-0.0005": LennardJones93.full(1.0, 0.0005),
     "adhesive-0.005": LennardJones93.full(1.0, 0.005),
@@ -37,6 +41,8 @@ WALLS: dict[str, Interaction] = {
 
 # Largest gap in contact (a0, hard walls) or force left on an atom (E* a0^2).
 TOLERANCE = 1e-6
+# Part of the hardness by which pressures of atoms in plastic contact may differ from it.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,7 @@ class Problem:
     @property
     def periodic(self) -> bool:
         """Periodic or free half space."""
-        return self.kind == "periodic"
+        return self.kind.endswith("periodic")
 
     @property
     def wall(self) -> Interaction:
@@ -73,6 +79,16 @@ class Problem:
     def hard(self) -> bool:
         """Hard or soft wall."""
         return self.wall.hard
+
+    @property
+    def plastic(self) -> bool:
+        """Whether pressures are limited by a hardness."""
+        return self.wall.hardness < np.inf
+
+    @property
+    def solvers(self) -> str:
+        """Kind of solvers: for hard, plastic or soft walls."""
+        return "plastic" if self.plastic else "hard" if self.hard else "soft"
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -171,14 +187,19 @@ def optimality_residuals(problem: Problem, answer: Answer) -> dict[str, float]:
 def _hard(problem: Problem, contact: Contact, pressure: np.ndarray) -> dict[str, float]:
     # the height follows from the pressures too: codes differ in their reference
     gap = problem.heights - contact.halfspace.displacement(pressure)
-    touching = pressure > 0.0
-    height = -float(gap[touching].mean())
+    touching, hardness = pressure > 0.0, problem.wall.hardness
+    plastic = pressure >= (1.0 - ROUNDING) * hardness
+    elastic = touching & ~plastic
+    height = -float(gap[elastic].mean())
     gap += height
+    open_at_hardness = float(gap[plastic].max(initial=0.0))
     return {
         "area": float(np.count_nonzero(touching)),
         "height": height,
         "load error": abs(float(pressure.sum()) / problem.load - 1.0),
-        "gap": float(np.abs(gap[touching]).max()),
+        "gap": max(float(np.abs(gap[elastic]).max()), open_at_hardness),
         "overlap": max(0.0, -float(gap[~touching].min(initial=0.0))),
         "tension": max(0.0, -float(pressure.min())),
+        "plastic": float(np.count_nonzero(plastic)),
+        "excess": max(0.0, float(pressure.max()) - hardness),
     }
