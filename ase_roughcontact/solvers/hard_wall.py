@@ -314,7 +314,8 @@ def _nearly_full_contact(
     before = model.work
     uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
     pressure = (mean - uneven).astype(float)
-    full = np.count_nonzero(pressure > 0.0) >= options.full_contact * pressure.size
+    elastic = (pressure > 0.0) & (pressure <= contact.interaction.hardness)
+    full = np.count_nonzero(elastic) >= options.full_contact * pressure.size
     return (pressure.clip(0.0) if full else None), model.work - before
 
 

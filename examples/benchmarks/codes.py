@@ -84,14 +84,16 @@ def solve_ours_ase(problem: Problem) -> Answer:
 def solve_contactmechanics(problem: Problem) -> Answer:
     """ContactMechanics: conjugate gradients of Polonsky and Keer."""
     setup, (halfspace, surface) = timed(_contactmechanics, problem)
-    from ContactMechanics import PlasticSystemSpecialisations as plastic
+    from ContactMechanics.PlasticSystemSpecialisations import (
+        PlasticNonSmoothContactSystem,
+    )
     from ContactMechanics.Systems import NonSmoothContactSystem
     from SurfaceTopography import PlasticTopography
 
     system = NonSmoothContactSystem(halfspace, surface)
     if problem.plastic:
         surface = PlasticTopography(surface, problem.wall.hardness)
-        system = plastic.PlasticNonSmoothContactSystem(halfspace, surface)
+        system = PlasticNonSmoothContactSystem(halfspace, surface)
     seconds, result = timed(
         system.minimize_proxy, external_force=problem.load, pentol=TOLERANCE
     )

@@ -26,8 +26,9 @@ x ours
 area, height, load error, gap, overlap, tension, residual
     atoms in contact and height, relative error of the load, and from one judge
     (`problems.optimality_residuals`): largest gap in contact, deepest overlap, most
-    negative pressure, atoms at the hardness and largest excess over it; for soft walls the largest force left on an atom. Adhesion may
-    find different minima: compare area and load before times.
+    negative pressure, atoms at the hardness and largest excess over it; for soft walls
+    the largest force left on an atom. Adhesion may find different minima: compare area
+    and load before times.
 """
 
 from __future__ import annotations

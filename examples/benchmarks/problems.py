@@ -3,8 +3,8 @@
 Units are reduced: contact modulus E* = 1 and spacing a0 = 1. The indenter is a
 paraboloid of radius 10 n a0 with self-affine roughness, pressed on n x n atoms of a
 free half space with the load of a smooth Hertzian contact of radius 0.3 n a0; or, for a
-periodic half space, the roughness alone under a mean pressure of 0.004 E*. Plastic walls
-have a hardness of 0.03 E*.
+periodic half space, the roughness alone under a mean pressure of 0.004 E*. The hardness
+of plastic walls is 0.03 E*.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ WALLS: dict[str, Interaction] = {
 
 # Largest gap in contact (a0, hard walls) or force left on an atom (E* a0^2).
 TOLERANCE = 1e-6
-# Part of the hardness by which pressures of atoms in plastic contact may differ from it.
+# Part of the hardness by which pressures in plastic contact may differ from it.
 ROUNDING = 1e-6
 
 
