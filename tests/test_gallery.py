@@ -119,6 +119,13 @@ def test_ensemble_example_counts_steps_that_did_not_converge(run, monkeypatch):
         run("ensemble_database")
 
 
+def test_plastic_contact_bears_the_hardness(run):
+    variables, text = run("plastic_contact")
+    assert 1.0 < variables["ratio"] < 1.3
+    assert f"over N/H: {variables['ratio']:.3f}" in text
+    assert (variables["areas"][2:] > 0).any() and variables["areas"][-1] == 0
+
+
 def test_springs_as_calculator_and_as_constraints_give_the_same_state(run):
     assert run("mixed_calculator")[0]["error"] < 1e-5
 

@@ -23,6 +23,8 @@ Solver = Callable[[Problem], Answer]
 # Relative tolerances of the peers that leave a largest gap in contact of about 1e-6 a0.
 _ASPHER = 1e-7
 _TAMAAS = 1e-6
+# Steps of Tamaas' saturated solver, whose answer does not change after the first 100.
+_SATURATED_STEPS = 100
 
 
 def timed(function: Callable, *args: Any, **kwargs: Any) -> tuple[float, Any]:
@@ -117,7 +119,7 @@ def solve_tamaas(problem: Problem) -> Answer:
         if problem.plastic:
             pressure = problem.wall.hardness
             solver = tm.KatoSaturated(model, -problem.heights, _TAMAAS, pressure)
-        solver.max_iter = 100_000
+        solver.max_iter = _SATURATED_STEPS if problem.plastic else 100_000
         if not problem.periodic:
             tm.ModelFactory.registerNonPeriodic(model, "dcfft")
             solver.setIntegralOperator("dcfft")

@@ -64,8 +64,8 @@ class GalleryOrder:
     names = (
         *("first_contact", "load_sweep", "hertz_optimizers", "cantilever"),
         *("adhesion_loop", "measured_topography", "crystals", "own_wall"),
-        *("mixed_calculator", "ensemble_database", "figure1", "figure2"),
-        *("flat_reference", "reproduction"),
+        *("plastic_contact", "mixed_calculator", "ensemble_database"),
+        *("figure1", "figure2", "flat_reference", "reproduction"),
     )
 
     def __init__(self, folder: str) -> None:
