@@ -127,18 +127,20 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
     """
     figure = Figure(figsize=(5, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    depth, nanonewton = fit.depth / UNITS["nm"], UNITS["nN"]
-    upper.plot(depth, fit.force / nanonewton, "o", color=plot.GREY, label="measured")
+    distance, nanonewton = fit.distance / UNITS["nm"], UNITS["nN"]
+    points = {"color": plot.GREY, "ms": 4, "label": "measured"}
+    upper.plot(distance, fit.force / nanonewton, "o", **points)
     curves = [("fit", fit.fitted, plot.BLUE)]
     if smooth is not None:
         curves.append(("smooth sphere", smooth.fitted, plot.ORANGE))
     for label, force, colour in curves:
-        upper.plot(depth, force / nanonewton, "-", color=colour, label=label)
+        upper.plot(distance, force / nanonewton, "-", color=colour, label=label)
         residual = (force - fit.force) / nanonewton
-        lower.plot(depth, residual, ".-", color=colour, lw=0.8)
+        shown = distance[fit.compared], residual[fit.compared]
+        lower.plot(*shown, ".", color=colour, ms=4)
     upper.set_ylabel("normal force $N$ (nN)")
     lower.set_ylabel("residual (nN)")
-    lower.set_xlabel("depth (nm)")
+    lower.set_xlabel("distance of the base (nm)")
     upper.legend()
     _save(figure, file, dpi=150)
 

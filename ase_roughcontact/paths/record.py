@@ -163,7 +163,7 @@ class LoadStep:
     contact_stiffness: float = column(
         lambda s: 0.0 - s.response.force,
         "derivative of the force to the penetration of the relaxed contact, to within "
-        "1 %; nan at an instability",
+        "1 %; nan at or beyond an instability, where the state is no minimum",
         "eV/Å^2",
     )
     mean_pressure: float = column(

@@ -35,8 +35,10 @@ class Fit:
         Values and their standard errors.
     correlation : ndarray, shape (p, p)
         Correlations of the errors.
-    depth, force, fitted : ndarray, shape (k,)
-        Measured depths (Å), measured and fitted forces (eV/Å).
+    distance : ndarray, shape (k,)
+        Measured heights of the base, or of the tip without a cantilever (Å).
+    force, fitted : ndarray, shape (k,)
+        Measured and fitted forces (eV/Å).
     compared : ndarray of bool, shape (k,)
         Points that are compared: not those at a jump.
     noise : float
@@ -50,7 +52,7 @@ class Fit:
     values: FloatArray
     errors: FloatArray
     correlation: FloatArray
-    depth: FloatArray
+    distance: FloatArray
     force: FloatArray
     fitted: FloatArray
     compared: np.ndarray
@@ -132,7 +134,7 @@ def fit_curve(
         problem.values(solution.x),
         deviation * problem.scale,
         covariance / np.outer(deviation, deviation),
-        curve.depth,
+        curve.base,
         curve.force,
         problem.forces(solution.x),
         compared[: len(curve.depth)],

@@ -38,6 +38,8 @@ from ase_roughcontact.solvers.gcr import gcr
 _STEPS = 40
 # Relative residual above which a solution is none.
 _LARGEST_RESIDUAL = 0.05
+# Relative error of a sum of stiffnesses.
+_ROUNDING = 1e-3
 # From this tolerance and number of atoms on, steps are made in single precision.
 _SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
 
@@ -64,7 +66,7 @@ class HeightResponse:
 def height_response(
     contact: Contact, state: ContactState, tolerance: float = 1e-4
 ) -> HeightResponse:
-    """Return the change of a relaxed contact by a unit of height.
+    r"""Return the change of a relaxed contact by a unit of height.
 
     Parameters
     ----------
@@ -78,7 +80,16 @@ def height_response(
     Returns
     -------
     HeightResponse
-        NaN if the equations are not solved, as at an instability.
+        NaN if the equations are not solved, as at an instability, or if the state is
+        no minimum of the energy.
+
+    Notes
+    -----
+    In a minimum the relaxation of the surface makes the contact more compliant than a
+    rigid surface at the same gaps, :math:`-dN/dZ \le a_0^2 \sum V''(g)`. A solver
+    may end at a state just beyond an instability, from which the surface would still
+    move; the solution of the equations violates the inequality there, and is no
+    stiffness.
     """
     halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
     wall, compliance = contact.interaction, halfspace.self_compliance
@@ -105,7 +116,9 @@ def height_response(
     fields = (field[active] for field in (x, response, d, hard))
     force = halfspace.cell_area / compliance * _stationary_sum(*fields)
     size = norm(equations.rows(x, response))
-    if not size <= _LARGEST_RESIDUAL * equations.size:
+    rigid = np.inf if hard.any() else halfspace.cell_area / compliance * d.sum()
+    least = -rigid - _ROUNDING * halfspace.cell_area / compliance * abs(d).sum()
+    if not (size <= _LARGEST_RESIDUAL * equations.size and force >= least):
         force = np.nan
     return HeightResponse(pressure, response, force)
 

@@ -81,6 +81,22 @@ def test_a_full_contact_of_a_periodic_hard_wall_is_rigid():
     assert height_response(contact_of(atoms), state).force == -np.inf
 
 
+def test_a_state_that_is_no_minimum_has_no_stiffness():
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.1)
+    sphere = RoughSphere(30.0)
+    atoms = substrate("Cu", (24, 24), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 0.3, wall)
+    contact, largest, known = contact_of(atoms), [], []
+    for height in np.linspace(wall.cutoff, wall.contact_distance, 25)[1:]:
+        atoms.positions[-1, 2] = height  # above a surface that is kept flat
+        state = atoms.calc.state(atoms)
+        largest.append(contact.halfspace.cell_area * wall.evaluate(state.gap)[2].sum())
+        known.append(-height_response(contact, state).force)
+    known, largest = np.array(known), np.array(largest)
+    assert np.isfinite(known[0]) and np.isnan(known).any()
+    assert (known <= largest + 0.01 * abs(largest))[np.isfinite(known)].all()
+
+
 def test_contact_stiffness_and_conductance_of_a_smooth_sphere_are_those_of_hertz():
     sphere = RoughSphere(400.0)
     atoms = substrate("Cu", (96, 96), sphere, spacing=1.0)
