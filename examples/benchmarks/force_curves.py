@@ -5,7 +5,7 @@
 For each seed a tip (radius 15 nm, rms slope 0.1, E* = 30 GPa, w = 0.1 J/m²) on a
 cantilever of 2 N/m approaches and is pulled off; 150 points of each branch get a noise
 of 0.1 nN. The fit begins at 0.06 J/m². ``--slope`` changes the roughness, ``--free``
-the parameters, ``--picture`` draws the last fit.
+the parameters, ``--tolerance`` that of the states, ``--picture`` draws the last fit.
 """
 
 import argparse
@@ -66,13 +66,16 @@ def main():
     parser.add_argument("--slope", type=float, default=0.1)
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--free", default="work_of_adhesion")
+    parser.add_argument("--tolerance", type=float, default=1e-2)
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
     for seed in range(1, options.seeds + 1):
         values = {"slope": options.slope, "seed": seed}
         true = Scene.parse(SCENE.format(work=WORK, tolerance=1e-3, **values))
         curve = measured(true, np.random.default_rng(seed))
-        start = Scene.parse(SCENE.format(work=FIRST, tolerance=1e-2, **values))
+        start = Scene.parse(
+            SCENE.format(work=FIRST, tolerance=options.tolerance, **values)
+        )
         fit = fit_curve(start, curve, options.free.split(","))
         smooth = smooth_fit(start, curve)
         print(f"seed {seed}\n{fit}\n{smooth}\n", flush=True)
