@@ -1,0 +1,49 @@
+"""Smooth spheres with hard adhesive walls against DMT, Maugis-Dugdale and JKR."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    DugdaleWall,
+    RoughContact,
+    RoughSphere,
+    adhesion_loop,
+    substrate,
+)
+from ase_roughcontact.paths.instabilities import zero_load_area
+from ase_roughcontact.theory import MaugisDugdale
+
+
+def loop_of(radius, wall, deepest, step, **options):
+    sphere = RoughSphere(radius)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    options = {"window": "auto", "tolerance": 3e-3, "validity": "ignore", **options}
+    return adhesion_loop(atoms, deepest, step, smallest_step=step / 64, **options)
+
+
+@pytest.mark.slow  # loops of up to 130 x 130 atoms
+@pytest.mark.parametrize(
+    "radius, work, reach, deepest, step",
+    [
+        (100.0, 5e-4, 0.5, 0.5, 0.1),  # Maugis parameter 0.07
+        (200.0, 5e-3, 0.5, 1.0, 0.25),  # 0.39
+        (200.0, 5e-2, 0.8, 3.0, 0.25),  # 1.1
+        (400.0, 0.1, 1.0, 6.0, 1.0),  # 1.8
+    ],
+)
+def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
+    radius, work, reach, deepest, step
+):
+    loop = loop_of(radius, DugdaleWall(work, reach), deepest, step)
+    theory = MaugisDugdale(radius, 1.0, work, reach)
+    assert loop.pull_off_force == pytest.approx(-theory.pull_off_force, rel=0.01)
+    expected = np.pi * float(theory.contact_radius(0.0)) ** 2
+    if theory.parameter > 0.3:  # else the contact has a few tens of atoms
+        assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=0.01)
+
+
+def test_rigid_sphere_has_the_pull_off_of_dmt():
+    """The range is long, and the deformation far smaller than it."""
+    loop = loop_of(40.0, DugdaleWall(1e-4, 2.0), 0.05, 0.5)
+    assert loop.pull_off_force / (np.pi * 1e-4 * 40.0) == pytest.approx(2.0, rel=0.01)
