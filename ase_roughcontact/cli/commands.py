@@ -56,21 +56,24 @@ def _fit(options: argparse.Namespace) -> int:
 
 
 def _tradeoff(options: argparse.Namespace) -> int:
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
     study = tradeoff(checked_scene(options), options.error)
+    figures.draw_tradeoff(study, options.picture)
     if options.json:
-        for trial in study.trials:
+        for choice in study.choices:
             values = {
-                **asdict(trial),
-                "recommended": trial is study.best,
-                "error_wanted": study.requested,
-                "error_of_reference": study.reference_error,
+                **asdict(choice),
+                "on_front": choice in study.front,
+                "in_plan": choice in study.plan,
+                "error_wanted": study.wanted,
+                "error_of_check": study.checked,
             }
             print(json_line(values, units_of()))
-        for grid in study.grids:
-            print(json_line(asdict(grid), units_of()))
     elif not options.quiet:
         print(study)
-    return 1 if study.best is None else 0
+        print(options.picture)
+    return 0 if study.kept else 1
 
 
 def _completion(options: argparse.Namespace) -> int:

@@ -22,6 +22,7 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import read_frames
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.choices import Tradeoff
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.smooth_fit import SmoothFit
@@ -143,6 +144,21 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
     lower.set_xlabel("distance of the base (nm)")
     upper.legend()
     _save(figure, file, dpi=150)
+
+
+def draw_tradeoff(study: Tradeoff, file: Path) -> None:
+    """Draw errors of choices against their times.
+
+    Parameters
+    ----------
+    study : Tradeoff
+    file : path
+    """
+    choices = [(c.source, c.label, c.error, c.seconds) for c in study.choices]
+    front = [n for n, choice in enumerate(study.choices) if choice in study.front]
+    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
+    plot.plot_tradeoff(figure.subplots(), choices, front, study.wanted)
+    _save(figure, file, dpi=120)
 
 
 def _is_compressive(step: LoadStep) -> bool:

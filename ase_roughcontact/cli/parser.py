@@ -92,10 +92,12 @@ invalid.
 """
 
 TRADEOFF = """\
-Measure the cost of accuracy on a few steps of a scene, and recommend settings for a
-relative error of force and area. For the continuum, grids are compared, too.
+Measure the errors and costs of choices on a few steps of a scene: tolerance or grid,
+free or periodic boundary, wall, theory instead of simulation, and number of surfaces.
+Print the cheapest numerical settings for a wanted error of the area, check them on
+another surface, and draw error against time.
 
-Exit status: 0 there is a sufficient setting, 1 there is none, 2 the scene is invalid.
+Exit status: 0 the settings have the wanted error, 1 none have, 2 the scene is invalid.
 """
 
 FIT = """\
@@ -241,10 +243,17 @@ def make_parser() -> argparse.ArgumentParser:
     trade.add_argument(
         "--error",
         type=float,
-        default=1e-3,
-        help="requested relative error (default: %(default)s)",
+        default=1e-2,
+        help="wanted relative error of the area (default: %(default)s)",
     )
-    _add_output(trade, "per setting")
+    trade_picture = trade.add_argument(
+        "--picture",
+        metavar="FILE",
+        type=Path,
+        default=Path("tradeoff.png"),
+        help="figure (default: %(default)s)",
+    )
+    _add_output(trade, "per choice")
 
     fit = command("fit", "fit a scene to a measured force curve", FIT)
     curve = fit.add_argument("curve", metavar="CSV", type=Path, help="force curve")
@@ -293,7 +302,7 @@ def make_parser() -> argparse.ArgumentParser:
         default="bash",
         help="default: %(default)s",
     )
-    for each in (curve, fit_scene, places_scene):
+    for each in (trade_picture, curve, fit_scene, places_scene):
         each.complete = FILE  # type: ignore[attr-defined]
     for each in (folder, run_folder, map_folder, page_folder, places_folder):
         each.complete = DIRECTORY  # type: ignore[attr-defined]

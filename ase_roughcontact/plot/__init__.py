@@ -25,6 +25,7 @@ from ase_roughcontact.plot.surfaces import (
     plot_spectrum,
     scale_bar,
 )
+from ase_roughcontact.plot.tradeoff import plot_tradeoff
 
 __all__ = [
     "BLUE",
@@ -39,6 +40,7 @@ __all__ = [
     "plot_loop",
     "plot_pressure",
     "plot_spectrum",
+    "plot_tradeoff",
     "scale_bar",
     "style",
 ]

@@ -23,6 +23,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ase_roughcontact import (
     HardWall,
@@ -34,8 +35,11 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact._util.threads import threads
+from ase_roughcontact.paths.accuracy import LEVELS
+from ase_roughcontact.plot import COLOURS
 from ase_roughcontact.theory import Hertz
 
+IMAGE = Path(__file__).parents[1] / "images" / "accuracy.png"
 TABLE = Path(__file__).with_name("answer_errors.csv")
 CASE = ("study", "wall", "radius", "slope", "hurst", "seed", "contact", "setting")
 # area and height at a load, area and force at a height
@@ -153,7 +157,7 @@ def run(studies):
 
 
 def compared(rows):
-    """Return true errors and their estimates by study, setting, answer and wall."""
+    """Return errors, estimates and times by study, setting, answer and wall."""
     of_case = defaultdict(dict)
     for row in rows:
         of_case[tuple(row[name] for name in CASE[:-1])][row["setting"]] = row
@@ -166,7 +170,8 @@ def compared(rows):
             scale = 1.0 if name == "height" else exact
             error = abs(float(row[name]) - exact) / scale
             estimate = float(row[f"{name}_error"]) / scale
-            found[(case[0], setting, name, case[1])].append((error, estimate))
+            values = error, estimate, float(row["cpu"])
+            found[(case[0], setting, name, case[1])].append(values)
     return found
 
 
@@ -188,7 +193,7 @@ def report():
         "study, setting, answer, wall: cases, errors within twice the estimate, sizes"
     )
     for key, errors in compared(read()).items():
-        true, estimate = np.transpose(errors)
+        true, estimate, _ = np.transpose(errors)
         print(
             f"{' '.join(key):44}{len(true):3d}{np.mean(true <= 2.0 * estimate):6.2f}"
             f"   median {np.median(true):.1e}, largest {true.max():.1e}, "
@@ -202,6 +207,25 @@ def report():
         print(*key, f"CPU time {np.mean(values):.2f} s")
 
 
+def draw():
+    """Draw the error of the area against the time, by level and wall."""
+    figure = Figure(figsize=(5, 3.6), layout="constrained")
+    axes = figure.subplots()
+    errors = compared(read())
+    for (wall, marker), (level, colour) in product(
+        (("hard", "o"), ("repulsive", "s")), zip(LEVELS, COLOURS, strict=False)
+    ):
+        true, _, seconds = np.transpose(errors["levels", level, "area", wall])
+        face = "none" if wall == "hard" else colour
+        label = f"{level}, {wall} wall"
+        axes.plot(seconds, true, marker, color=colour, mfc=face, label=label)
+        axes.axhline(LEVELS[level], color=colour, lw=0.8, ls=":")
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel="CPU time of a step (s)", ylabel="true relative error of the area")
+    axes.legend(fontsize=8, ncols=2)
+    figure.savefig(IMAGE, dpi=120)
+
+
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--study", nargs="*", choices=SETTINGS, default=list(SETTINGS))
@@ -210,3 +234,4 @@ if __name__ == "__main__":
     if not options.report:
         run(options.study)
     report()
+    draw()

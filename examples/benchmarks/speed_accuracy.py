@@ -37,11 +37,11 @@ from ase_roughcontact.scene import OPTIMIZERS
 
 HERE = Path(__file__).parent
 TABLE = HERE / "speed_accuracy.csv"
-IMAGE = HERE.parent / "images" / "speed-accuracy.png"
+IMAGE = HERE / "speed_accuracy.png"
 SMALL, LARGE = SIZES = 30, 100  # contact radius of a smooth sphere under the load
 SMOOTH = ("smooth", "full")
 CASES = ("smooth", "rough", "hard", "adhesive", "full", "resolution")
-LEVELS = ("fast", "normal", "high")
+LEVELS = (1e-2, 1e-4, 1e-8)  # relative errors that are allowed
 KEY = ("case", "size", "axis", "setting")
 # Errors are relative, that of the height to the penetration, and empty where they are
 # none; atoms: too many or too few in contact; iterations: of a loop, its states.
@@ -66,7 +66,7 @@ class Settings:
     """All that can be chosen, as it is if nothing else is said."""
 
     tolerance: float | None = 1e-4  # largest force left / mean force in contact
-    accuracy: str | None = None  # in place of the tolerance
+    accuracy: float | None = None  # in place of the tolerance
     dtype: str = "float64"
     polished: bool = False  # relaxed in float32 to 1e-3, then in float64
     optimizer: str | None = None

@@ -258,7 +258,7 @@ def areas_of(
     loads: Iterable[float],
     radius: float,
     spacing: float = 1.0,
-    accuracy: str = "normal",
+    accuracy: float = 1e-4,
 ) -> list[float]:
     """Areas along a path, on atoms of any spacing; sphere and wall do not change."""
     rough = SelfAffine(0.1, 0.8, 4.0, 512.0, domain=1024.0, seed=seed)
@@ -308,15 +308,15 @@ def converged() -> Iterator[str]:
     rows = []
     for kind in ("hard", "repulsive", "adhesive"):
         variants: list[tuple] = [
-            (radii, 1.0, accuracy) for accuracy in ("fast", "normal", "high")
+            (radii, 1.0, accuracy) for accuracy in (1e-2, 1e-4, 1e-8)
         ]
-        variants += [(finer, 1.0, "normal"), (radii, 0.5, "normal")]
+        variants += [(finer, 1.0, 1e-4), (radii, 0.5, 1e-4)]
         found = [
             areas_of(kind, 0, 4.0 * contacts**3 / 3e3, 1e3, *settings)[0, -1]
             for contacts, *settings in variants
         ]
         rows.append((kind, *(f"{value:g}" for value in found)))
-    head = "wall, A/a0² at accuracy fast, normal, high, 4 times the loads, spacing a0/2"
+    head = "wall, A/a0² at accuracy 1e-2, 1e-4, 1e-8, 4 times the loads, spacing a0/2"
     yield from markdown(head, rows)
 
 

@@ -3,7 +3,6 @@
 import csv
 import json
 import os
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ from ase.io import read
 from small_scene import SMALL
 
 from ase_roughcontact.atoms.view import TAG_INDENTER
-from ase_roughcontact.cli import commands, ensembles, main
+from ase_roughcontact.cli import ensembles, main
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
 
@@ -304,31 +303,6 @@ def test_progress_in_json_has_null_if_the_time_left_is_unknown(
     assert (first["steps"], first["left"]) == (0, None)
     assert (last["steps"], last["left"]) == (2, 0.0)
     assert first["units"] == last["units"] == {"elapsed": "s", "left": "s"}
-
-
-def test_tradeoff_prints_a_recommendation(scene, capsys):
-    text = scene.read_text().replace('optimizer = "LBFGS"\nfmax = 1e-4\n', "")
-    scene.write_text(text)
-    assert main(["tradeoff", str(scene), "--error", "1e-2"]) == 0
-    assert "accuracy =" in capsys.readouterr().out
-
-
-def test_tradeoff_prints_json_lines_or_nothing(scene, capsys):
-    command = ["tradeoff", str(scene), "--error", "1e-2"]
-    assert main([*command, "--quiet"]) == 0
-    assert capsys.readouterr().out == ""
-    assert main([*command, "--json"]) == 0
-    trials = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
-    (best,) = [trial for trial in trials if trial["recommended"]]
-    assert best["response_error"] < best["error_wanted"] == 1e-2
-    assert best["units"] == {"memory": "bytes", "seconds": "s"}
-    assert "solver.accuracy" in best["settings"]
-
-
-def test_tradeoff_without_a_recommendation_has_another_exit_status(scene, monkeypatch):
-    none = SimpleNamespace(best=None, trials=())
-    monkeypatch.setattr(commands, "tradeoff", lambda *_: none)
-    assert main(["tradeoff", str(scene)]) == 1
 
 
 def test_version_is_printed(capsys):

@@ -1,182 +1,133 @@
-"""Trade-off between accuracy and cost of a scene."""
+"""Error budget of a scene, and the cheapest plan for a wanted error."""
 
-import re
-from dataclasses import replace
+import json
 from functools import cache
 
+import numpy as np
 import pytest
 
-from ase_roughcontact._util.threads import threads
-from ase_roughcontact.paths.accuracy import accuracy_of
+from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.choices import Choice, Tradeoff
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 TEXT = """
 [substrate]
+spacing = 2.0
 contact_modulus = 100.0
-shape = [36, 36]
+hardness = inf
+model = "{model}"
 [sphere]
-radius = 60.0
+radius = 100.0
 [roughness]
 long_wavelength = 16.0
-domain = 128.0
+[interaction]
+kind = "hard"
 [path]
-control = "penetration"
-values = [0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1]
-[solver]
-optimizer = "FIRE2"
-fmax = 1e-3
+values = [30.0, 100.0]
 """
-# Accuracy of what trials are compared with.
-REFERENCE = 1e-10
-AUTO = TEXT.replace("shape = [36, 36]", "").partition("[solver]")[0]
-FULL = AUTO + '[interaction]\nkind = "full"\nwork_of_adhesion = 0.1\n'
+
+
+def scene(model="continuum"):
+    return Scene.parse(TEXT.format(model=model))
 
 
 @cache
-def studied(text=TEXT, error=1e-2, **options):
-    with threads(1):
-        return tradeoff(Scene.parse(text), error, **options)
+def study(model="continuum", error=0.05):
+    return tradeoff(scene(model), error)
 
 
-def test_the_settings_of_the_scene_are_the_first_trial():
-    assert studied().trials[0].settings == {
-        "solver.fmax": 1e-3,
-        "solver.optimizer": "FIRE2",
-    }
+def errors_of(found, source):
+    return {c.label: c.error for c in found.choices if c.source == source}
 
 
-def test_the_first_middle_and_last_steps_are_calculated_each_after_its_predecessor():
-    assert studied().steps == ("0.3 Å", "0.9 Å", "1.2 Å", "1.8 Å", "2.1 Å")
+def test_errors_of_grids_are_those_against_finer_ones():
+    fine = scene().with_values({"substrate.refine": 8}).relax()
+    exact = np.array([step.continuum_area for step in fine])
+    for level, error in errors_of(study(), "grid").items():
+        steps = scene().with_values({"solver.accuracy": level}).relax()
+        areas = np.array([step.continuum_area for step in steps])
+        true = abs(areas / exact - 1.0).max()
+        assert error == pytest.approx(true, abs=0.015)
+    assert errors_of(study(), "grid")["high"] < 0.01
 
 
-def test_a_single_step_suffices():
-    assert studied(steps=1).steps == ("0.3 Å",)
+def test_all_sources_are_compared():
+    sources = {choice.source for choice in study().choices}
+    assert sources == {"scene", "grid", "boundary", "wall", "theory", "realisations"}
+    assert "tolerance" in {choice.source for choice in study("atoms").choices}
+    assert errors_of(study(), "boundary")["cell of 2 diameters"] < 0.05
+    assert errors_of(study(), "wall")["repulsive instead"] > 0.1
+    single, four = (errors_of(study(), "realisations")[n] for n in ("1", "4"))
+    assert four == pytest.approx(single / 2.0)
 
 
-def test_steps_that_are_too_slow_are_left_out():
-    study = studied(seconds=1e-9)
-    assert study.steps == ("0.3 Å",)
-    assert study.omitted == 6
-    assert "6 slow steps omitted" in str(study)
+def test_plan_is_the_fastest_that_suffices_and_is_kept_on_another_surface():
+    found = study()
+    assert [choice.source for choice in found.plan] == ["grid", "boundary"]
+    assert sum(choice.error for choice in found.plan) < 0.05
+    assert found.kept and found.checked < 0.05
+    assert "accuracy" in found.toml and "kept." in str(found)
+    planned = Scene.parse(TEXT.format(model="continuum") + "[solver]\n")
+    assert planned.with_values(found.plan[0].settings).check() is None
 
 
-def test_the_cheapest_sufficient_setting_is_recommended():
-    study = studied()
-    assert study.best.error + study.reference_error < study.requested
-    better = [t for t in study.trials if t.error <= study.best.error]
-    assert study.best.work == min(t.work for t in better)
-    assert study.best.work < study.trials[0].work
+def made(*choices, wanted=0.1, **options):
+    made = [Choice(*each) for each in choices]
+    return Tradeoff(wanted, ("1 nN",), tuple(made), **options)
 
 
-def test_the_recommendation_is_part_of_a_scene_file_and_has_the_requested_error():
-    study = studied()
-    advice = str(study).partition("Recommended for an error of 0.01:")[2]
-    scene = Scene.parse(TEXT.partition("[solver]")[0] + advice)
-    wanted = replace(scene, solver=replace(scene.solver, accuracy=1e-9))
-    with threads(1):
-        for record, truth in zip(scene.relax(), wanted.relax(), strict=True):
-            assert record.normal_force == pytest.approx(truth.normal_force, rel=1e-2)
+def test_front_has_the_choices_that_no_other_beats_in_both():
+    found = made(
+        ("grid", "fast", 0.1, 1.0),
+        ("grid", "high", 0.01, 9.0),
+        ("wall", "hard", 0.2, 5.0),
+        ("theory", "Hertz", 0.3, 0.0),
+    )
+    assert [choice.label for choice in found.front] == ["fast", "high", "Hertz"]
+    starred = [line for line in str(found).splitlines() if line.endswith("  *")]
+    assert len(starred) == 3
+    assert "No plan has an error of 0.1" in str(found) and not found.kept
 
 
-def test_the_reference_is_much_more_accurate_than_the_trials():
-    study = studied()
-    assert study.reference_error < 1e-3 * study.requested
-    errors = [
-        t.error for t in study.trials if t.settings.get("solver.accuracy") == 1e-6
-    ]
-    assert study.reference_error < min(errors) < 1e-6
+def test_realisations_make_up_for_what_the_plan_leaves():
+    grid = Choice("grid", "fast", 0.06, 1.0, 0.0, {"solver.accuracy": "fast"})
+    found = made(("realisations", "1", 0.4, 1.0), plan=(grid,), checked=0.06)
+    assert found.realisations == 25  # 0.4/5 beside 0.06
+    assert 'accuracy = "fast"' in str(found)
+    assert "mean over surfaces: 25 realisations" in str(found)
+    worse = made(("realisations", "1", 0.4, 1.0), plan=(grid,), checked=0.2)
+    assert "NOT KEPT" in str(worse)
 
 
-def stall_reference(monkeypatch, ratio):
-    """Stop the reference at a multiple of its tolerance."""
-    original = Scene.relax
-
-    def relax(scene, *steps, **options):
-        first, *others = original(scene, *steps, **options)
-        if scene.solver.accuracy == REFERENCE:
-            force = ratio * first.tolerance
-            first = replace(first, converged=False, max_force=force, message="stalled")
-        return iter([first, *others])
-
-    monkeypatch.setattr(Scene, "relax", relax)
+def test_command_prints_table_or_lines_and_draws(tmp_path, capsys):
+    file, picture = tmp_path / "my.toml", tmp_path / "t.png"
+    file.write_text(TEXT.format(model="atoms"))
+    command = ["tradeoff", str(file), "--error", "0.05", "--picture", str(picture)]
+    assert main([*command, "--json"]) == 0
+    lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert {"source", "error", "seconds", "on_front", "in_plan"} <= set(lines[0])
+    assert lines[0]["units"] == {"memory": "bytes", "seconds": "s"}
+    assert picture.stat().st_size > 1000
 
 
-def test_a_reference_stopped_by_rounding_suffices_for_much_larger_errors(monkeypatch):
-    stall_reference(monkeypatch, ratio=1e3)
-    with threads(1):
-        study = tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
-    assert study.reference_error == pytest.approx(1e3 * REFERENCE)
-    assert study.best is not None
-
-
-def test_a_reference_of_insufficient_accuracy_is_an_error(monkeypatch):
-    stall_reference(monkeypatch, ratio=1e8)
-    with pytest.raises(RuntimeError, match=r"no reference .* stalls at 1\.0e-02"):
-        tradeoff(Scene.parse(TEXT), 1e-2, steps=1)
-
-
-def test_if_no_setting_suffices_the_smallest_error_is_printed():
-    study = replace(studied(), requested=1e-30)
-    assert study.best is None
-    last = str(study).splitlines()[-1]
-    assert last.startswith("No setting is safe for an error of 1e-30")
-    assert "Recommended" not in str(study)
-
-
-def test_the_error_of_the_reference_counts():
-    study = studied()
-    assert replace(study, reference_error=study.requested).best is None
-
-
-def test_named_accuracies_have_nominal_errors_and_tolerances_have_none():
-    first, *others = studied().trials
-    assert first.nominal_error == 0.0
-    for trial in others:
-        accuracy = accuracy_of(trial.settings["solver.accuracy"])
-        assert trial.nominal_error == accuracy.error
-
-
-def test_a_wrong_number_of_atoms_is_an_error_of_the_area():
-    study = studied()
-    worst = max(study.trials, key=lambda trial: trial.atoms)
-    assert worst.atoms > 0 and worst.area_error > 0.0
-    assert all(t.area_error == 0.0 for t in study.trials if t.atoms == 0)
-
-
-def test_the_columns_are_explained_below_the_table():
-    table, _, legend = str(studied()).partition("\n\n")
-    for column in ("error", "atoms", "pairs"):
-        assert column in table.splitlines()[0]
-        assert column in legend.splitlines()[0].lower()
-
-
-def test_cutoffs_of_a_full_wall_are_compared_and_one_is_recommended():
-    study = studied(FULL, 1e-1, steps=1)
-    errors = {
-        t.settings.get("interaction.cutoff"): t.response_error
-        for t in study.trials
-        if t.settings.get("solver.accuracy") == 1e-6
-    }
-    assert min(errors[3.0], errors[5.0]) > errors[10.0] > errors[20.0]
-    tried = {t.settings.get("interaction.cutoff"): t.error for t in study.trials[1:5]}
-    safe = min(cutoff for cutoff, error in tried.items() if error <= 0.3 * 1e-1)
-    assert any(0.3 * 1e-1 < error < 1e-1 for error in tried.values())
-    assert {t.settings.get("interaction.cutoff") for t in study.trials[5:]} == {safe}
-    cutoff = re.search(r"\[interaction\]\ncutoff = (.*)", str(study))
-    assert float(cutoff[1]) == study.best.settings.get("interaction.cutoff")
-
-
-def test_under_load_control_the_penetration_is_compared():
-    study = studied(AUTO.replace('"penetration"', '"load"'), steps=1)
-    assert 0.0 < study.best.response_error < 1e-2
-    assert study.best.compared == "penetration"
-    assert "penetration error" in str(study) and "force error" not in str(study)
-    assert "force error" in str(studied())
+def test_cutoffs_of_a_full_wall_are_choices():
+    full = scene("atoms").with_values(
+        {
+            "interaction.kind": "full",
+            "interaction.work_of_adhesion": 0.1,
+            "sphere.radius": 40.0,
+            "roughness": None,
+            "path.values": (5.0,),
+        }
+    )
+    found = errors_of(tradeoff(full, 0.1, steps=1), "cutoff")
+    assert found["30 a0"] < 1e-9
+    assert found["10 a0"] <= found["3 a0"]
 
 
 @pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"seconds": -1.0}])
 def test_arguments_out_of_range_are_errors(given):
     (name,) = given
     with pytest.raises(ValueError, match=name):
-        tradeoff(Scene.parse(TEXT), **given)
+        tradeoff(scene(), **given)
