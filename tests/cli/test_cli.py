@@ -356,7 +356,7 @@ def test_help_lists_commands_and_files(arguments, capsys):
     [
         ("run", "--out", "roughcontact-out"),
         ("ensemble", "--database", "roughcontact.db"),
-        ("tradeoff", "--error", "0.001"),
+        ("tradeoff", "--error", "0.01"),
     ],
 )
 def test_help_states_what_an_option_is_by_default(command, option, value, capsys):
