@@ -41,7 +41,7 @@ def script(tmp_path_factory):
         (["--v"], ["--version"]),
         (
             ["run", "--"],
-            ["--help", "--json", "--out", "--quiet", "--strict", "--verbose"],
+            "--help --json --out --preview --quiet --strict --verbose".split(),
         ),
         (["run", "my.toml", "--o"], ["--out"]),
         (["tradeoff", "--e"], ["--error"]),
