@@ -168,6 +168,18 @@ def test_automatic_windows_keep_the_shape(control):
         assert b.contact_area == pytest.approx(a.contact_area, rel=0.01, abs=2.0)
 
 
+def test_small_windows_contain_the_dents():
+    """A smaller window, which unloading would allow, would forget most of them."""
+    sphere, path = RoughSphere(200.0), [2.0, 0.0, 1.8]
+    forces = []
+    for window in ("fixed", "auto"):
+        wall = PlasticWall(0.02, permanent=True)
+        atoms = atoms_of(wall, (72, 72), sphere=sphere)
+        steps = load_path(atoms, path, window=window, validity="ignore")
+        forces.append([step.normal_force for step in steps])
+    assert_allclose(*forces, rtol=1e-4)
+
+
 def test_window_of_a_load_carries_it():
     """The plastic contact is larger than the elastic one that a window is made for."""
     sphere = RoughSphere(50.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import lsq_linear
+from solids import CONTINUA
 
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
@@ -128,6 +129,15 @@ def test_sphere_flows_first_below_its_centre():
         state, _ = solve(contact, factor * load)
         assert bool((state.pressure == hardness).any()) is flows
     assert (state.pressure == hardness)[n // 2, n // 2]
+
+
+@pytest.mark.parametrize("solid", CONTINUA.values(), ids=CONTINUA)
+def test_contact_is_optimal_on_every_solid(solid):
+    contact = contact_of(rough(24), PlasticWall(0.05), solid=solid)
+    load = 0.4 * 0.05 * contact.heights.size
+    state, _ = solve(contact, load)
+    assert_optimal(contact, state, load)
+    assert 0 < (state.pressure == 0.05).sum() < (state.pressure > 0.0).sum()
 
 
 # The energy
