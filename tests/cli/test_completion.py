@@ -41,7 +41,15 @@ def script(tmp_path_factory):
         (["--v"], ["--version"]),
         (
             ["run", "--"],
-            "--help --json --out --preview --quiet --strict --verbose".split(),
+            [
+                "--help",
+                "--json",
+                "--out",
+                "--preview",
+                "--quiet",
+                "--strict",
+                "--verbose",
+            ],
         ),
         (["run", "my.toml", "--o"], ["--out"]),
         (["tradeoff", "--e"], ["--error"]),
