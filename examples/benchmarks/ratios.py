@@ -97,6 +97,7 @@ def measure(problem, guess, patience):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[128, 256, 512])
+    parser.add_argument("--parts", type=float, nargs="+", default=PARTS)
     parser.add_argument("--patience", type=float, default=10.0, help="seconds a row")
     parser.add_argument("--csv", type=Path, default=Path("ratios.csv"))
     options = parser.parse_args()
@@ -109,7 +110,7 @@ def main():
     guess = {}
     for n in options.sizes:
         for kind, boundary in (("hard", "free"), ("periodic", "periodic")):
-            for part in PARTS:
+            for part in options.parts:
                 key = (boundary, str(n), str(part))
                 if key in known:
                     continue

@@ -19,7 +19,6 @@ from windows import WALLS, load_of, make_atoms, memory
 from ase_roughcontact import LennardJones93, LoadStep, RoughSphere, load_path
 from ase_roughcontact._util import kernels
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.elasticity import fft
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.optimize.base import ContactOptimizer
@@ -62,6 +61,11 @@ def precision(transform):
     return "transforms of the model, single precision" if single else "convolutions"
 
 
+def shared_by_threads(transform):
+    points = transform.grid[0] * transform.grid[1]
+    return "shared" if points >= transform.blocking.single_thread_points else "alone"
+
+
 def watch():
     """Return the clock of the parts, and that of the work for threads."""
     parts, shared = Clock(), Clock()
@@ -75,8 +79,8 @@ def watch():
     recorder = type("Recorder", (), {"of": of})
     parts.part(recorder, "of", RESULTS)
     LoadStep.of = classmethod(recorder.of)
-    for module in (kernels, fft):
-        shared.part(module, "thread_map", "shared")
+    shared.part(kernels, "thread_map", "shared")
+    shared.part(RealFFT2, "_each", shared_by_threads)
     return parts.seconds, shared.seconds
 
 
