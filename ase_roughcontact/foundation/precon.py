@@ -60,13 +60,13 @@ class FoundationPrecon(Precon):
             sites.indices.shape[1:],
             surface.constants.spacing,
         )
+        diagonal = np.einsum("nmii->nmi", self._stiffness).real
+        self._other = float(diagonal.mean())
         # all layers move relative to the lowest one, whose mean is (nearly) held
         mean, lowest = self._stiffness[0, 0], slice(-3, None)
         mean[lowest] = mean[:, lowest] = 0.0
-        mean[lowest, lowest] = np.eye(3) * mean.trace().real * _HELD
+        mean[lowest, lowest] = np.eye(3) * self._other * _HELD
         self._compliance = np.linalg.inv(self._stiffness)
-        diagonal = np.einsum("nmii->nmi", self._stiffness).real
-        self._other = float(diagonal.mean())
 
     def make_precon(self, atoms: Atoms, reinitialize: bool | None = None) -> None:
         """Do nothing: the stiffness is that at rest."""

@@ -12,7 +12,7 @@ from ase.optimize import LBFGS
 from ase.optimize.precon import PreconLBFGS
 from pair_crystal import pair_potential
 from scipy.optimize import brentq
-from spring_crystal import fcc_springs
+from spring_crystal import Springs, fcc_springs
 
 from ase_roughcontact import (
     CrystalSurface,
@@ -99,6 +99,23 @@ def thick_slab(surface, n):
     heights = -np.append(0.0, np.cumsum(distances))
     atoms.positions[:, 2] = np.repeat(heights[::-1], n * n)
     return atoms, FoundationPrecon(atoms, foundation)
+
+
+@pytest.mark.parametrize("layers", [1, 2, 3])
+def test_a_body_centred_crystal(layers):
+    a = 2.87
+    springs = Springs({a * 3**0.5 / 2: 1.0, a: 0.5})
+    surface = CrystalSurface.from_calculator(
+        springs, "Fe", "bcc100", lattice_constant=a, layers=9, size=5
+    )
+    found = []
+    for number in (layers, 20):
+        atoms, foundation = crystal_slab("Fe", (3, 3), number, springs, surface)
+        precon = FoundationPrecon(atoms, foundation)
+        # twenty layers of springs are at rest without a foundation, too
+        calculator = springs if number == 20 else foundation
+        found.append(displacement(atoms, calculator, precon, 1e-3))
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
 
 
 @pytest.mark.slow
