@@ -25,6 +25,11 @@ SMALL = {
         "METALS": ("Cu",),
         "SLAB": {"layers": 9, "size": 3, "tolerance": 1.0},
     },
+    "atoms_under_sphere": {
+        "SIZE, LAYERS": (5, 4),
+        "DEPTHS": (0.1,),
+        "SLAB": {"layers": 9, "size": 5, "tolerance": 1.0},
+    },
     "own_wall": {},
     "plastic_contact": {"LOADS": (2.0, 10.0)},
     "mixed_calculator": {"SIZE": 6},
@@ -124,6 +129,13 @@ def test_plastic_contact_bears_the_hardness(run):
     assert 1.0 < variables["ratio"] < 1.3
     assert f"over N/H: {variables['ratio']:.3f}" in text
     assert (variables["areas"][2:] > 0).any() and variables["areas"][-1] == 0
+
+
+def test_atoms_under_a_sphere_begin_as_an_elastic_half_crystal(run):
+    variables, text = run("atoms_under_sphere")
+    assert variables["forces"][1] == pytest.approx(variables["expected"][1], rel=0.05)
+    assert f"{variables['forces'][1]:.2f} eV/Å" in text
+    assert not variables["change"].any()
 
 
 def test_springs_as_calculator_and_as_constraints_give_the_same_state(run):

@@ -14,10 +14,11 @@ from scipy.interpolate import RectBivariateSpline
 from ase_roughcontact._util.validation import finite, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
-from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography import BoundedSurface, Surface
 
 # Fraction of the cell from which on an atom is at its border.
 _BORDER = 0.49
+_ROUNDING = 1e-9
 # Change of slope across the border up to which an indenter is periodic.
 _SMOOTH = 1e-3
 
@@ -155,18 +156,33 @@ class RigidIndenter(Calculator):
         """Sample the shape over a cell around the axis."""
         half = abs(cell).sum(axis=0) / 2
         known = np.minimum(half, getattr(self.indenter, "extent", math.inf))
-        # one sample beyond the cell where the shape is known
-        number = np.floor(known / self._step * (1 + 1e-9)).astype(int)
-        number += known >= half
-        x, y = (self._step * np.arange(-n, n + 1) for n in number.tolist())
-        shape = len(x), len(y)
-        self._heights = self.indenter.heights(shape, self._step, (x[0], y[0]))
+        n, m = np.floor(known / self._step * (1 + _ROUNDING)).astype(int).tolist()
+        flat = getattr(self.indenter, "repeats", False) and not isinstance(
+            self.indenter, BoundedSurface
+        )
+        if flat and np.allclose(known, half) and np.allclose(half, self._sides(n, m)):
+            # one period, of which the samples beyond the cell are a part
+            heights = self._samples(-n, -m, (2 * n, 2 * m))
+            self._heights = np.pad(heights, ((1, 2), (1, 2)), mode="wrap")
+            n, m = n + 1, m + 1
+        else:
+            n, m = (np.array([n, m]) + (known >= half)).tolist()
+            self._heights = self._samples(-n, -m, (2 * n + 1, 2 * m + 1))
+        x, y = (self._step * np.arange(-k, k + 1) for k in (n, m))
         self._spline = RectBivariateSpline(x, y, self._heights)
-        self._reach = np.array([x[-1], y[-1]])
+        self._reach = self._sides(n, m)
         self._cell = cell.copy()
         ends = np.array([1.0, -1.0])[:, None] * cell[:, None] / 2
         slopes = self._shape(ends.reshape(4, 2))[1].reshape(2, 2, 2)
         self._kink = abs(np.diff(slopes, axis=1)).max() > _SMOOTH
+
+    def _sides(self, n: int, m: int) -> np.ndarray:
+        return self._step * np.array([n, m])
+
+    def _samples(self, i: int, j: int, shape: tuple[int, int]) -> np.ndarray:
+        """Return heights on a grid from sample (i, j) on."""
+        origin = self._step * i, self._step * j
+        return self.indenter.heights(shape, self._step, origin)
 
     def _shape(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return heights and slopes, shape (n,) and (n, 2)."""

@@ -61,7 +61,7 @@ def accuracy(n=7):
     surface = CrystalSurface.from_calculator(EMT(), "Cu")
     thick, precon = thick_slab(surface, n)
     slabs = {k: crystal_slab("Cu", (n, n), k, EMT(), surface) for k in (2, 4, 8)}
-    for force in (0.02, -0.02, 0.3, -0.3, 1.0, -1.0):
+    for force in (0.02, -0.02, 0.3, -0.3, -1.0):
         expected = displacement(thick, EMT(), precon, force)
         errors = [
             displacement(atoms, calculator, FoundationPrecon(atoms, calculator), force)

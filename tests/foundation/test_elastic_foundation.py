@@ -127,3 +127,11 @@ def test_atoms_without_a_number_are_not_given_to_the_calculator(surface):
     atoms.append(Atom("X", (1.0, 2.0, 3.0)))
     np.testing.assert_allclose(atoms.get_forces()[:-1], expected, atol=1e-12)
     np.testing.assert_array_equal(atoms.get_forces()[-1], 0.0)
+
+
+def test_displaced_atoms_have_no_resultant(surface):
+    atoms = slab(surface, 3, held=False)
+    calculator, atoms = atoms.calc, rattled(atoms)
+    atoms.calc = calculator
+    assert abs(atoms.get_forces()).max() > 0.1
+    np.testing.assert_allclose(atoms.get_forces().sum(axis=0), 0.0, atol=1e-11)

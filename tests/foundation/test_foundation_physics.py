@@ -144,7 +144,7 @@ def test_displacement_under_a_point_force_is_that_of_a_thick_slab(
 
 @pytest.mark.slow
 def test_energy_is_conserved_over_ten_thousand_steps(copper):
-    atoms, _ = crystal_slab("Cu", (3, 3), 4, EMT(), copper)
+    atoms, _ = crystal_slab("Cu", (3, 3), 2, EMT(), copper)
     thermalize_momenta(atoms, 300.0, rng=np.random.default_rng(1))
     dynamics = VelocityVerlet(atoms, 2.0 * units.fs)
     total, kinetic = [], []
@@ -153,7 +153,7 @@ def test_energy_is_conserved_over_ten_thousand_steps(copper):
         total.append(atoms.get_total_energy())
         kinetic.append(atoms.get_kinetic_energy())
     drift = np.polyfit(np.linspace(-0.5, 0.5, len(total)), total, 1)[0]
-    assert np.mean(kinetic) > 0.3
+    assert np.mean(kinetic) > 0.15
     assert np.std(total) < 2e-3 * np.mean(kinetic)
     assert abs(drift) < 1e-3 * np.mean(kinetic)
 

@@ -120,3 +120,20 @@ def test_what_is_refused(surface):
     atoms.calc = foundation
     with pytest.raises(ValueError, match="an indenter already"):
         add_indenter(atoms, RoughSphere(15.0))
+
+
+def test_an_indenter_at_the_border_of_the_cell(surface):
+    atoms = slab(surface)
+    add_indenter(atoms, RoughSphere(15.0))
+    atoms.positions[-1, 2] -= 3.0
+    with pytest.raises(ValueError, match="at the border of the periodic cell"):
+        atoms.get_potential_energy()
+
+
+def test_a_roughness_with_the_period_of_the_cell_has_no_border(surface):
+    atoms, side = slab(surface), 6 * surface.constants.spacing
+    rough = SelfAffine(0.02, 0.8, side / 2, side, seed=1, domain=side)
+    indenter = add_indenter(atoms, rough)
+    atoms.positions[-1, 2] -= 0.6
+    assert np.isfinite(atoms.get_potential_energy())
+    assert indenter.results["contact"].sum() == 36
