@@ -56,7 +56,7 @@ for depth in DEPTHS:
 
 crystal = Crystal.from_calculator(EMT(), "Cu", **SLAB)
 elastic = rough.substrate("Cu", size, sphere, spacing=crystal.spacing, periodic=True)
-wall = indenter.interaction
+elastic.positions[-1, :2], wall = axis, indenter.interaction
 elastic.calc = rough.RoughContact(sphere, solid=crystal, interaction=wall)
 depths, forces = np.transpose([(0.0, 0.0), *path])
 expected = []
