@@ -63,8 +63,8 @@ class GalleryOrder:
 
     names = (
         *("first_contact", "load_sweep", "hertz_optimizers", "cantilever"),
-        *("adhesion_loop", "measured_topography", "crystals", "own_wall"),
-        *("plastic_contact", "mixed_calculator", "ensemble_database"),
+        *("adhesion_loop", "measured_topography", "crystals", "atoms_under_sphere"),
+        *("own_wall", "plastic_contact", "mixed_calculator", "ensemble_database"),
         *("figure1", "figure2", "flat_reference", "reproduction"),
     )
 
