@@ -64,12 +64,12 @@ def measured(scene, rng):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--slope", type=float, default=0.1)
-    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--seeds", type=int, nargs="+", default=range(1, 6))
     parser.add_argument("--free", default="work_of_adhesion")
     parser.add_argument("--tolerance", type=float, default=1e-2)
     parser.add_argument("--picture", type=Path)
     options = parser.parse_args()
-    for seed in range(1, options.seeds + 1):
+    for seed in options.seeds:
         values = {"slope": options.slope, "seed": seed}
         true = Scene.parse(SCENE.format(work=WORK, tolerance=1e-3, **values))
         curve = measured(true, np.random.default_rng(seed))

@@ -21,11 +21,11 @@ from ase_roughcontact.theory import sphere_theory
 SCENE = """
 [substrate]
 spacing = 3.0
-shape = [20, 20]
+shape = [12, 12]
 contact_modulus = 30.0
 hardness = inf
 [sphere]
-radius = "4 nm"
+radius = "3 nm"
 [roughness]
 rms_slope = 0.1
 long_wavelength = 16.0
@@ -35,8 +35,8 @@ kind = "adhesive"
 work_of_adhesion = {work}
 [path]
 kind = "loop"
-deepest = "0.2 nm"
-tolerance = 0.01
+deepest = "0.1 nm"
+tolerance = 0.03
 cantilever = {stiffness}
 """
 NN = UNITS["nN"]
@@ -48,7 +48,7 @@ def scene(work=0.1, stiffness=2.0):
     return Scene.parse(SCENE.format(work=work, stiffness=stiffness))
 
 
-def curve_of(scene, noise=NOISE, points=100):
+def curve_of(scene, noise=NOISE, points=60):
     """Approach and retraction at equal steps of the base, with noise."""
     exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
     base = np.linspace(exact.approach.distance[-1], 25.0, points)
@@ -77,7 +77,7 @@ def test_derivatives_are_those_of_differences():
     touch = contact_of(scene().atoms()).first_contact
     heights = touch - np.array([2.0, 0.5])
     _, derivatives = forces_and_derivatives(scene(), heights, list(FREE), 1e-10)
-    values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 4.0}
+    values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 3.0}
     for i, (name, value) in enumerate(values.items()):
         key, unit = FREE[name]
         step = 1e-4 * value
@@ -96,7 +96,7 @@ def test_derivatives_are_those_of_differences():
 def test_a_curve_has_branches_jumps_and_noise(measured):
     down, up = measured.branches
     assert (down.direction, up.direction) == (-1.0, 1.0)
-    assert (down.points.stop, up.points.stop) == (100, 199)
+    assert (down.points.stop, up.points.stop) == (60, 119)
     assert measured.noise == pytest.approx(NOISE, rel=0.2)
     assert measured.deepest == pytest.approx(measured.depth.max(), abs=0.2)
     for branch in (down, up):
