@@ -89,6 +89,7 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
                 "an anisotropic solid needs the elastic_constants C11, C12 and C44, "
                 f"got {len(constants)} numbers"
             )
+        _in_gpa("C11", constants[0])
         c11, c12, c44 = (float(c) * UNITS["GPa"] for c in constants)
         axis = lookup(substrate.surface or _SURFACE, _AXES, "surface")
         return Cubic(c11, c12, c44, axis)
@@ -138,7 +139,8 @@ def _modulus(substrate: SubstrateConfig) -> float:
     if modulus is not None and constants is not None:
         raise ValueError("give contact_modulus or elastic_constants, not both")
     if constants is not None:
-        return contact_modulus(constants)
+        name = "the contact modulus of elastic_constants"
+        return _in_gpa(name, contact_modulus(constants))
     if modulus is not None:
         return _in_gpa("contact_modulus", modulus)
     try:
@@ -163,8 +165,9 @@ def _in_gpa(name: str, modulus: float) -> float:
 def _layer(substrate: SubstrateConfig) -> Layer:
     if substrate.layer_modulus is None:
         raise ValueError("give layer_modulus, the contact modulus of the layer")
-    if substrate.rigid_base and substrate.contact_modulus is not None:
-        raise ValueError("a rigid base has no contact_modulus: omit it or rigid_base")
+    for key in ("contact_modulus", "elastic_constants"):
+        if substrate.rigid_base and getattr(substrate, key) is not None:
+            raise ValueError(f"a rigid base has no {key}: omit it or rigid_base")
     lengths: Any = plain(substrate, ["layer_thickness"], LENGTHS, "\u00c5")
     base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
     return Layer(

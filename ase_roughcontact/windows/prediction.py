@@ -26,7 +26,7 @@ _FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
 # Wave number that represents a contact, times its radius.
 _WAVE_NUMBER = math.pi
 # Corrections of the modulus of a solid that is not homogeneous.
-_CORRECTIONS = 8
+_CORRECTIONS = 12
 # Gap at a radius a (1 + e) beside a Hertzian contact of radius a, for small e, in units
 # of e^(3/2) a^2/(pi R).
 _GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
@@ -152,7 +152,10 @@ def contact_radius_on(
     """
     result = radius(solid.contact_modulus)
     for _ in range(_CORRECTIONS):
-        result = radius(modulus_under(result, solid, spacing))
+        corrected = radius(modulus_under(result, solid, spacing))
+        # on a thin incompressible layer E* is proportional to the cube of the radius,
+        # and the corrected radius to 1/radius: without the mean it would alternate
+        result = math.sqrt((result or spacing) * corrected)
     return result
 
 

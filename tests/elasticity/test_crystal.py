@@ -181,6 +181,16 @@ class Noisy(Springs):
             self.results["forces"] += 1e-5 * self.rng.normal(size=(len(self.atoms), 3))
 
 
+class SlightlyNoisy(Springs):
+    """Forces with noise that long waves do not bear."""
+
+    rng = np.random.default_rng(1)
+
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        self.results["forces"] += 1e-7 * self.rng.normal(size=(len(self.atoms), 3))
+
+
 class OnSite(Springs):
     """Atoms held in place by springs of their own once they are displaced."""
 
@@ -219,6 +229,26 @@ class Longer(OtherSlabs):
         super().__init__(shells, lambda springs: springs * [1.001, 1.0])
 
 
+class Unmoved(Springs):
+    """No forces on any atom."""
+
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        self.results["forces"][:] = 0.0
+
+
+class WithoutShear(Springs):
+    """No energy of a sheared crystal."""
+
+    def calculate(self, *args, **kwargs):
+        super().calculate(*args, **kwargs)
+        if self.atoms.pbc.all() and len(self.atoms) == 2:
+            angles = self.atoms.cell.angles()
+            self.results["energy"] *= np.where(
+                abs(angles - 90.0).max() < 1e-6, 1, np.nan
+            )
+
+
 class WithoutForces(Springs):
     implemented_properties = ["energy"]
 
@@ -239,11 +269,14 @@ class WithoutSlabs(Springs):
     "kind, options, message",
     [
         (Noisy, {}, "other forces when asked again"),
+        (SlightlyNoisy, {}, "errors that a larger displacement reduces"),
         (OnSite, {}, "resultant"),
         (Softer, {}, "'long_waves' .* energies of strained bulk"),
         (OnlyFirstNeighbours, {}, "'long_waves' .* energies of strained bulk"),
         (Longer, {}, "'rest' .* forces once it is repeated"),
         (Springs, {"size": 3}, "reach beyond the slab: increase size"),
+        (Unmoved, {}, "the same forces for displaced atoms"),
+        (WithoutShear, {}, "'long_waves' .* is nan"),
         (WithoutForces, {}, "no forces for a slab"),
         (WithoutSlabs, {}, "no forces for a slab of 11 layers.*crystals only"),
         (WithoutEnergies, {}, "no energy for a crystal of Cu: no energies"),

@@ -6,7 +6,12 @@ from depth_elements import compliance, isotropic
 from scipy.fft import irfft2
 
 from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
-from ase_roughcontact.elasticity import Isotropic, Layer, PeriodicHalfSpace
+from ase_roughcontact.elasticity import (
+    FreeHalfSpace,
+    Isotropic,
+    Layer,
+    PeriodicHalfSpace,
+)
 
 THICKNESS = 2.0
 LAYER = np.linspace(0.0, THICKNESS, 60)
@@ -117,6 +122,15 @@ def test_use_does_not_change_what_identifies_a_layer():
     layer.check(1.0)
     assert layer.bulges
     assert layer.todict() == before
+
+
+@pytest.mark.parametrize("thickness", [0.02, 0.1])
+def test_a_layer_thinner_than_the_spacing_is_a_foundation(thickness):
+    layer = Layer(1.0, thickness, poisson=0.3)
+    layer.check(1.0)
+    pressed = FreeHalfSpace((6, 5), 1.0, layer).displacement(np.eye(6, 5))
+    expected = -layer.uniform_compliance * np.eye(6, 5)
+    np.testing.assert_allclose(pressed, expected, atol=0.2 * abs(expected).max())
 
 
 def test_impossible_layers_are_refused():

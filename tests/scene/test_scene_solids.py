@@ -145,14 +145,21 @@ def test_a_plan_tells_that_uniform_compression_is_left_out():
         (LAYER.replace("50.0", "1e6"), "layer_modulus is in GPa"),
         (f"{LAYER}\nlayer_poisson = 0.7", "poisson must be"),
         (f"{LAYER}\nrigid_base = true", "a rigid base has no contact_modulus"),
+        (
+            f"{LAYER}\nrigid_base = true\nelastic_constants = [165.7, 63.9, 79.6]",
+            "a rigid base has no elastic_constants",
+        ),
+        ("anisotropic = true\nelastic_constants = [168e9, 121e9, 75e9]", "is in GPa"),
+        ("elastic_constants = [168e9, 121e9, 75e9]", "elastic_constants is in GPa"),
         ('calculator = "emt"', "contact_modulus follows from the forces"),
         ('surface = "bcc100"', "surface needs one of calculator, .*are isotropic"),
         (f'{LAYER}\nsurface = "fcc100"', "surface needs one of calculator"),
     ],
 )
 def test_contradictions_are_errors(lines, message):
+    modulus = "" if "elastic_constants = " in lines else "contact_modulus = 100.0"
     with pytest.raises(ValueError, match=message):
-        scene(lines).check()
+        scene(lines, modulus).check()
 
 
 @pytest.mark.parametrize(

@@ -96,6 +96,17 @@ def test_radius_of_a_contact_on_a_layer_before_it_is_calculated(solid, attractiv
     assert abs(measured - homogeneous) > 0.15 * measured
 
 
+@pytest.mark.parametrize("thickness", [1.0, 5.0])
+def test_radius_on_an_incompressible_layer_is_that_for_waves_of_its_size(thickness):
+    solid = Layer(1.0, thickness)
+    radius = contact_radius_on(
+        solid, 1.0, lambda e: float(Hertz(1000.0, e).contact_radius(100.0))
+    )
+    modulus = float(solid.wave_modulus(np.pi / radius))
+    expected = Hertz(1000.0, modulus).contact_radius(100.0)
+    assert radius == pytest.approx(expected, rel=1e-3)
+
+
 def test_long_wavelengths_are_counted_once():
     rough = SelfAffine(0.1, 0.8, SHORT, 512.0)
     left = estimate(RoughSphere(1e4, rough), 0.05).effective_work

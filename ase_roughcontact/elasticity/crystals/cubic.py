@@ -33,6 +33,8 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
 # Angles of the rotation by which the integral of the surface impedance is summed; the
 # integrand is periodic, so that the sum converges exponentially.
 _ROTATIONS = 256
+# Anisotropy up to which rotations and angular series are accurate to 1e-4.
+_MOST_ANISOTROPIC = 100.0
 # Angle between the x axis and a cube axis, by the direction of the x axis.
 _ANGLES = {"110": np.pi / 4, "100": 0.0}
 
@@ -121,7 +123,8 @@ class Cubic(ElasticSolid):
     Raises
     ------
     ValueError
-        If the crystal is not stable, or the direction is neither.
+        If the crystal is not stable, its anisotropy ``2 c44/(c11 - c12)`` is not
+        between 1/100 and 100, or the direction is neither.
 
     References
     ----------
@@ -147,6 +150,13 @@ class Cubic(ElasticSolid):
             raise ValueError(
                 "a stable cubic crystal has -c11/2 < c12 < c11, got c11 = "
                 f"{self.c11:g} and c12 = {self.c12:g}"
+            )
+        anisotropy = 2.0 * self.c44 / (self.c11 - self.c12)
+        if not 1.0 / _MOST_ANISOTROPIC <= anisotropy <= _MOST_ANISOTROPIC:
+            raise ValueError(
+                "the anisotropy 2 c44/(c11 - c12) must be between "
+                f"{1.0 / _MOST_ANISOTROPIC:g} and {_MOST_ANISOTROPIC:g}, got "
+                f"{anisotropy:g}: check the elastic constants"
             )
 
     def surface_modulus(self, angles: np.ndarray) -> np.ndarray:

@@ -90,7 +90,7 @@ def modulus_errors(
 def check_errors(figures: dict[str, float], tolerance: float, name: str) -> None:
     """Raise an error about the first figure in the order of the advice."""
     for figure, advice in ADVICE.items():
-        if figures.get(figure, 0.0) > tolerance:
+        if not figures.get(figure, 0.0) <= tolerance:  # or not a number
             raise ValueError(
                 f"the relative error {figure!r} of {name} is {figures[figure]:.2g}, "
                 f"above {tolerance:g}: {advice}"

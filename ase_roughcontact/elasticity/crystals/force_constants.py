@@ -228,6 +228,11 @@ def _rows(atoms: Atoms, sources: Sequence[int], displacement: float) -> np.ndarr
         rows = _differences(atoms, sources, displacement)
     if not np.isfinite(rows).all():
         raise ValueError("the calculator returns forces that are not finite")
+    if not rows.any():
+        raise ValueError(
+            "the calculator returns the same forces for displaced atoms: check it, or "
+            "increase displacement"
+        )
     return rows
 
 

@@ -219,6 +219,6 @@ def _decimated(within: np.ndarray, below: np.ndarray, above: np.ndarray) -> np.n
         if np.linalg.eigvalsh(surface).min() <= 0.0:
             break
     raise ValueError(
-        "the crystal is not stable: its force constants have a negative mode (or a "
-        "wave vector is zero)"
+        "the crystal is not stable: its force constants have a negative mode, or "
+        "errors that a larger displacement reduces (or a wave vector is zero)"
     )
