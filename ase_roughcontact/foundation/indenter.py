@@ -8,7 +8,7 @@ import numpy as np
 from ase import Atom, Atoms
 from ase.calculators.calculator import Calculator, all_changes
 from ase.calculators.mixing import SumCalculator
-from ase.constraints import FixAtoms
+from ase.constraints import FixCartesian
 from scipy.interpolate import RectBivariateSpline
 
 from ase_roughcontact._util.validation import finite, positive, surface
@@ -230,9 +230,9 @@ def add_indenter(
         z of the indenter (Å); by default its lowest point is where the wall begins to
         repel the highest atom.
     position : (float, float), optional
-        x and y of its axis (Å); by default the middle of the cell.
+        x and y of its axis (Å), which are fixed; by default the middle of the cell.
     load : float, optional
-        Force that presses it down (eV/Å). Without it the indenter is fixed.
+        Force that presses it down (eV/Å). Without it the height is fixed, too.
 
     Returns
     -------
@@ -271,7 +271,7 @@ def add_indenter(
         height = top + interaction.contact_distance - lowest
     x, y = atoms.cell.array[:2, :2].sum(axis=0) / 2 if position is None else position
     atoms.append(Atom("X", (x, y, height)))
-    if load is None:
-        atoms.set_constraint([*atoms.constraints, FixAtoms([len(atoms) - 1])])
+    fixed = FixCartesian([len(atoms) - 1], mask=(True, True, load is None))
+    atoms.set_constraint([*atoms.constraints, fixed])
     atoms.calc = SumCalculator([foundation, calculator])
     return calculator

@@ -74,11 +74,13 @@ class Sites:
             )
         order = np.argsort(atoms.positions[:, 2], kind="stable")
         places = column.positions - column.positions[-1]
-        # the sites are where the lowest layer is
-        lowest = atoms.positions[order[:number]]
-        places += np.append(atoms.positions[order[0], :2], lowest[:, 2].mean())
-        steps = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
         rows = column.cell.array[:2]
+        # the sites are where the lowest layer is on average
+        lowest = atoms.positions[order[:number]]
+        phases = 2.0 * np.pi * lowest[:, :2] @ np.linalg.inv(rows[:, :2])
+        mean = np.angle(np.exp(1j * phases).mean(axis=0)) / (2.0 * np.pi)
+        places += np.append(mean @ rows[:, :2], lowest[:, 2].mean())
+        steps = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), -1)
         positions = places[:, None, None] + steps @ rows
         indices = np.empty((coupled, *shape), int)
         for layer in range(coupled):

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+from dataclasses import asdict, dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.elasticity.crystals.bulk import element, relaxed_lattice_constant
 from ase_roughcontact.elasticity.crystals.errors import check_errors
@@ -24,13 +27,14 @@ from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFun
 # Wave number, times the spacing, of long waves.
 _LONG = 1e-3
 _VACUUM = 10.0  # on both sides of a slab (Å)
+_FORMAT = "crystal surface of ase_roughcontact, version 1"
 
 
 @dataclass(frozen=True, eq=False)
 class CrystalSurface:
     """Half crystal with a relaxed surface, in the harmonic approximation.
 
-    It is made by `from_calculator`.
+    It is made by `from_calculator` or `read`.
 
     Parameters
     ----------
@@ -123,6 +127,48 @@ class CrystalSurface:
         check_errors(constants.figures, tolerance, name)
         heights = slab.positions[: constants.middle + 1, 2] - slab.positions[0, 2]
         return cls(symbol, surface, a, heights, constants, size, displacement)
+
+    @classmethod
+    def read(cls, file: str | Path) -> CrystalSurface:
+        """Read a surface from a file.
+
+        Parameters
+        ----------
+        file : str or Path
+            Written by `write`.
+
+        Returns
+        -------
+        CrystalSurface
+
+        Raises
+        ------
+        ValueError
+            If the file is another one.
+        """
+        try:
+            entries = json.loads(Path(file).read_text())
+            if entries.pop("format") != _FORMAT:
+                raise ValueError("its format is another one")
+            constants = entries["constants"]
+            for name in ("source", "target", "offset", "matrix"):
+                constants[name] = np.array(constants[name])
+            entries["constants"] = ForceConstants(**constants)
+            entries["heights"] = np.array(entries["heights"])
+            return cls(**entries)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"{file} is not a crystal surface: {error}") from error
+
+    def write(self, file: str | Path) -> None:
+        """Write the surface to a file (JSON).
+
+        Parameters
+        ----------
+        file : str or Path
+        """
+        entries = {"format": _FORMAT, **asdict(self)}
+        with replaced(file) as name:
+            Path(name).write_text(json.dumps(entries, default=np.ndarray.tolist))
 
     def column(self, layers: int) -> Atoms:
         """Return one surface cell of the upper layers.

@@ -8,7 +8,7 @@ from pair_crystal import pair_potential
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
-from ase_roughcontact import crystal_slab
+from ase_roughcontact import CrystalSurface, crystal_slab
 
 
 def slab(surface, layers, size=(3, 4), **kwargs):
@@ -135,3 +135,13 @@ def test_displaced_atoms_have_no_resultant(surface):
     atoms.calc = calculator
     assert abs(atoms.get_forces()).max() > 0.1
     np.testing.assert_allclose(atoms.get_forces().sum(axis=0), 0.0, atol=1e-11)
+
+
+def test_a_surface_from_a_file_is_the_same(surface, tmp_path):
+    file = tmp_path / "copper.json"
+    surface.write(file)
+    expected, found = slab(surface, 3), slab(CrystalSurface.read(file), 3)
+    np.testing.assert_array_equal(found.positions, expected.positions)
+    for atoms in (expected, found):
+        atoms.positions[4] += [0.1, 0.2, -0.1]
+    np.testing.assert_array_equal(found.get_forces(), expected.get_forces())

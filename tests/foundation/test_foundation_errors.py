@@ -6,7 +6,12 @@ from ase.build import bcc100, fcc100
 from ase.calculators.calculator import PropertyNotImplementedError
 from pair_crystal import pair_potential
 
-from ase_roughcontact import ElasticFoundation, FoundationPrecon, crystal_slab
+from ase_roughcontact import (
+    CrystalSurface,
+    ElasticFoundation,
+    FoundationPrecon,
+    crystal_slab,
+)
 
 LAYERS = 4
 
@@ -42,6 +47,16 @@ def test_a_slab_of_ase_with_the_lattice_constant_is_accepted(surface):
     # the surface is not relaxed yet
     assert 0.1 < abs(atoms.get_forces()[-1, 2]) < 1.0
     assert atoms.calc.layers == LAYERS
+
+
+def test_sites_are_those_of_the_mean_positions_of_the_lowest_layer(atoms, surface):
+    forces = atoms.get_forces()
+    spacing = surface.constants.spacing
+    atoms.positions[5] += [0.2 * spacing, 0.1 * spacing, -0.1]
+    atoms.positions += [5.3, -2.1, 0.7]
+    atoms.calc = foundation(atoms, surface)
+    atoms.positions[5] -= [0.2 * spacing, 0.1 * spacing, -0.1]
+    np.testing.assert_allclose(atoms.get_forces(), forces, atol=1e-9)
 
 
 def test_another_structure(surface):
@@ -120,3 +135,11 @@ def test_stress(atoms):
 def test_preconditioner_of_other_atoms(atoms):
     with pytest.raises(ValueError, match="made for 48 atoms"):
         FoundationPrecon(atoms[:40], atoms.calc)
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "another"}'])
+def test_another_file(tmp_path, text):
+    file = tmp_path / "copper.json"
+    file.write_text(text)
+    with pytest.raises(ValueError, match=r"copper\.json is not a crystal surface"):
+        CrystalSurface.read(file)

@@ -17,10 +17,15 @@ from spring_crystal import Springs, fcc_springs
 from ase_roughcontact import (
     CrystalSurface,
     FoundationPrecon,
+    NewtonKrylov,
+    RoughContact,
     RoughSphere,
+    SelfAffine,
     add_indenter,
     crystal_slab,
+    substrate,
 )
+from ase_roughcontact.elasticity import Crystal
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
 
@@ -195,3 +200,35 @@ def test_a_hard_indenter_deforms_the_top_layers_plastically(surface):
     by_layer = moved.reshape(layers, -1).max(axis=1)[::-1]
     assert by_layer[0] > spacing / 2
     assert by_layer[-foundation.coupled_layers :].max() < 0.1 * spacing
+
+
+@pytest.mark.slow
+def test_a_rough_sphere_on_copper_has_the_load_and_gaps_of_the_elastic_crystal(copper):
+    crystal = Crystal.from_calculator(EMT(), "Cu", layers=11, size=7)
+    n, a0 = 8, crystal.spacing
+    sphere = RoughSphere(40.0, SelfAffine(0.1, 0.8, 3 * a0, 8 * a0, seed=1))
+    atoms, foundation = crystal_slab("Cu", (n, n), 4, EMT(), copper)
+    indenter = add_indenter(atoms, sphere)
+    touching, axis = atoms.positions[-1, 2], atoms.positions[-1, :2].copy()
+    elastic = substrate("Cu", (n, n), sphere, spacing=a0, periodic=True)
+    elastic.positions[-1, :2] = axis
+    wall = indenter.interaction
+    elastic.calc = RoughContact(sphere, solid=crystal, interaction=wall)
+    top = np.flatnonzero(atoms.get_tags() == 1)
+    for depth, error in ((0.1, 0.005), (0.4, 0.015)):
+        atoms.positions[-1, 2] = touching - depth
+        precon = FoundationPrecon(atoms, foundation)
+        relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
+        assert relax.run(fmax=1e-3, steps=50)
+        height = atoms.positions[-1, 2] - atoms.positions[top, 2].mean()
+        elastic.positions[-1, 2] = height
+        assert NewtonKrylov(elastic, logfile=None).run(fmax=1e-5)
+        expected, found = elastic.calc.results, indenter.results
+        assert found["normal_force"] == pytest.approx(
+            expected["normal_force"], rel=error
+        )
+        # at the border of the cell the two take different images of the sphere
+        gaps = found["gap"][top].reshape(n, n), expected["gap"]
+        inner = slice(1, None)
+        gap, expected_gap = (each[inner, inner] for each in gaps)
+        np.testing.assert_allclose(gap, expected_gap, atol=0.01)

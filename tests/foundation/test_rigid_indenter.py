@@ -53,9 +53,12 @@ def test_forces_are_minus_the_gradient(request, name):
 
 def test_a_free_indenter_carries_its_load(surface):
     atoms = slab(surface)
-    indenter = add_indenter(atoms, RoughSphere(15.0), load=0.8)
+    indenter = add_indenter(atoms, rough_sphere(surface), load=0.8)
+    position = atoms.positions[-1].copy()
     assert LBFGS(atoms, logfile=None).run(fmax=1e-4, steps=300)
     assert indenter.results["normal_force"] == pytest.approx(0.8, abs=2e-4)
+    np.testing.assert_array_equal(atoms.positions[-1, :2], position[:2])
+    assert atoms.positions[-1, 2] < position[2] - 0.05
     # the load is balanced by the constraint on the lowest layer
     unconstrained = atoms.get_forces(apply_constraint=False)
     assert unconstrained[:36, 2].sum() == pytest.approx(-0.8, abs=1e-3)
