@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager, closing, nullcontext
@@ -12,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.ensemble.cases import case_of, product
-from ase_roughcontact.ensemble.database import PathName
-from ase_roughcontact.ensemble.export import read_ensemble
+from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.ensemble.processes import process_pool
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
@@ -178,14 +179,14 @@ def _rounds(
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
     counts = np.full(len(scene.steps), pilot)
+    areas = _Areas(scene, database)
     while True:
         scenes = _realisations(scene, int(counts.max()))
         cases = [case_of(each) for each in scenes]
         steps = [_steps(scene, counts > number) for number in range(len(scenes))]
         with closing(run(scenes, steps=steps)) as reports:
             for progress in reports:
-                means = _means(scene, cases, database, error)
-                sampling = Sampling(error, means, progress)
+                sampling = Sampling(error, areas.means(cases, error), progress)
                 yield sampling
         more = [
             _next_count(mean, int(count), error, most)
@@ -208,17 +209,28 @@ def _steps(scene: Scene, wanted: np.ndarray) -> Sequence[int]:
     return range(numbers[-1] + 1) if scene.wall.attractive else numbers
 
 
-def _means(
-    scene: Scene, cases: Sequence[str], database: PathName, error: float
-) -> tuple[MeanArea, ...]:
-    """Return the means of all converged steps that the database has."""
-    columns = read_ensemble(database, converged=True)
-    areas = columns[scene.area_column]
-    used = np.isin(columns["case"], cases) & np.isfinite(areas)
-    return tuple(
-        MeanArea.of(float(target), areas[used & (columns["step"] == number)], error)
-        for number, target in enumerate(scene.steps)
-    )
+class _Areas:
+    """Areas of the converged steps of a database, each of which is read once."""
+
+    def __init__(self, scene: Scene, database: PathName) -> None:
+        self._scene = scene
+        self._stored = EnsembleDatabase(database_address(database))
+        self._of_case: defaultdict[str, dict[int, float]] = defaultdict(dict)
+        self._newest = 0
+
+    def means(self, cases: Sequence[str], error: float) -> tuple[MeanArea, ...]:
+        """Return the means of the steps that the database has of some cases."""
+        for row in self._stored.select(f"id>{self._newest}", converged=True):
+            area = row.get(self._scene.area_column)
+            if area is not None:
+                self._of_case[row["case"]][row["step"]] = area
+            self._newest = max(self._newest, row.id)
+        known = [self._of_case[case] for case in cases]
+        means = []
+        for number, target in enumerate(self._scene.steps):
+            areas = np.array([of[number] for of in known if number in of])
+            means.append(MeanArea.of(float(target), areas, error))
+        return tuple(means)
 
 
 def _next_count(mean: MeanArea, count: int, error: float, most: int) -> int:

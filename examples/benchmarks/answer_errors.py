@@ -49,6 +49,8 @@ WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
 SLOPES = (0.05, 0.1)
 # not those from which the estimates follow (grid_error.py): Hurst exponent and seed
 UNSEEN = ((0.6, 11), (0.6, 12), (0.7, 13))
+# from errors of cells with those seeds a term of the estimate follows
+UNSEEN_IN_CELLS = ((0.55, 21), (0.65, 22), (0.75, 23))
 SETTINGS = {
     "tolerance": {
         "0.1": {"accuracy": 0.1},
@@ -80,8 +82,9 @@ def cases(study):
         ):
             yield wall, radius, 0.1, hurst, seed, 128.0
         return
+    unseen = UNSEEN_IN_CELLS if study == "cell" else UNSEEN
     for wall, slope, (hurst, seed), contact in product(
-        WALLS, SLOPES, UNSEEN, (8.0, 14.0)
+        WALLS, SLOPES, unseen, (8.0, 14.0)
     ):
         yield wall, 200.0, slope, hurst, seed, contact
 

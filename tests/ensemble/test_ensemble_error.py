@@ -3,6 +3,7 @@
 import json
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from shutil import copyfile
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from ase_roughcontact.ensemble import (
     read_ensemble,
     sample_ensemble,
 )
+from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import PathConfig
 
 LOADS = replace(SCENE, path=PathConfig(values=(0.3, 10.0)))
@@ -126,6 +128,20 @@ def test_interrupted_sampling_is_continued(sampled, tmp_path):
     assert [m.mean for m in last.means] == [m.mean for m in pilot.means]
 
 
+def test_reports_read_each_row_of_the_database_once(tmp_path, monkeypatch):
+    select, read = EnsembleDatabase.select, []
+
+    def counted(self, *args, **query):
+        for row in select(self, *args, **query):
+            read.append(row.id)
+            yield row
+
+    monkeypatch.setattr(EnsembleDatabase, "select", counted)
+    reports = sample(LOADS, tmp_path / "e.db", 5.0, pilot=3)
+    assert len(reports) > 2
+    assert len(read) == len(set(read)) == 6
+
+
 def test_largest_number_of_realisations_is_kept(tmp_path):
     (*_, last) = sample(LOADS, tmp_path / "e.db", 0.01, pilot=2, most=3)
     assert not last.done
@@ -192,6 +208,20 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
     assert [line["target"] for line in means] == pytest.approx(LOADS.steps)
     assert max(line["error"] for line in means) <= 0.2
     assert means[0]["units"] == {"mean": "Å^2", "target": "eV/Å"}
+
+
+def test_command_prints_the_number_of_steps_that_the_pilot_predicts_before_them(
+    sampled, tmp_path, capsys
+):
+    file, database = tmp_path / "my.toml", tmp_path / "e.db"
+    file.write_text(LOADS.toml)
+    copyfile(sampled[0], database)
+    command = ["ensemble", str(file), "--database", str(database), "--workers", "1"]
+    assert main([*command, "--error", "0.08"]) == 0
+    pilot, rest = capsys.readouterr().out.split("more steps for a standard error", 1)
+    before, predicted = pilot.rsplit("About ", 1)
+    assert int(predicted) > 0 and "16/16 steps" in before and "8 %" in rest
+    assert "All areas have" in rest and "All areas have" not in pilot
 
 
 def test_command_refuses_seeds_beside_an_error(tmp_path, capsys):

@@ -54,15 +54,16 @@ def test_grid_and_steps_fit_the_scene(substrate, path, spacing, steps):
     assert list(coarse.path.values) == steps
 
 
-def test_crystal_becomes_an_isotropic_solid_of_its_modulus():
-    crystal = Scene.parse(
-        '[substrate]\ncalculator = "emt"\nsymbol = "Cu"\n[path]\nvalues = [1.0]'
+def test_crystal_becomes_an_isotropic_solid_of_its_modulus(crystal, tmp_path):
+    crystal.write(tmp_path / "springs.json")
+    atoms = Scene.parse(
+        f'[substrate]\ncrystal = "{tmp_path / "springs.json"}"\n[path]\nvalues = [1.0]'
     )
-    coarse = preview(crystal)
+    coarse = preview(atoms)
     coarse.check()
     assert coarse.is_continuum and not coarse.substrate.of_atoms
     assert coarse.contact_modulus == pytest.approx(crystal.contact_modulus)
-    assert coarse.spacing == crystal.spacing
+    assert coarse.spacing == pytest.approx(crystal.spacing)
 
 
 def test_command_writes_a_preview_beside_the_run(tmp_path, capsys):
