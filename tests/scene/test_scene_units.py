@@ -136,6 +136,29 @@ KEYS = {
     "solver.fmax": (lambda s: s.fmax, 1e-5 * MODULUS * GPA * A0**2, 1e-6),
     "solver.max_steps": (lambda s: s.solver.max_steps, 77, 78),
 }
+# The same of the parameters of other walls, with the kind and all parameters.
+POWER_LAW = {
+    "kind": "power-law",
+    "work_of_adhesion": 0.3,
+    "attraction_range": 1.5,
+    "exponent": 2.5,
+    "relative_cutoff": 12.0,
+}
+PLASTIC = {"kind": "plastic", "permanent": True}
+OF_WALLS = {
+    "interaction.attraction_range": (
+        POWER_LAW,
+        lambda wall: wall.attraction_range,
+        1.5 * A0,
+    ),
+    "interaction.exponent": (POWER_LAW, lambda wall: wall.exponent, 2.5),
+    "interaction.relative_cutoff": (
+        POWER_LAW,
+        lambda wall: wall.cutoff,
+        12.0 * 1.5 * A0,
+    ),
+    "interaction.permanent": (PLASTIC, lambda wall: wall.permanent, True),
+}
 # Keys that replace others, tested separately.
 INSTEAD = {
     "substrate.elastic_constants",
@@ -166,7 +189,7 @@ def test_infinite_hardness_is_written_as_it_is_read():
 
 
 def test_the_table_has_every_key_of_a_scene_file():
-    assert keys_of(default_text()) == KEYS.keys() | INSTEAD
+    assert keys_of(default_text()) == KEYS.keys() | OF_WALLS.keys() | INSTEAD
 
 
 @pytest.mark.parametrize("key", KEYS)
@@ -179,6 +202,14 @@ def test_keys_are_converted_to_the_units_of_ase(key):
     if key == "interaction.kind":  # which has neither work of adhesion nor cutoff
         changes |= {"interaction.work_of_adhesion": None, "interaction.cutoff": None}
     assert read(scene_with(changes)) != expected
+
+
+@pytest.mark.parametrize("key", OF_WALLS)
+def test_parameters_of_walls_are_converted_to_the_units_of_ase(key):
+    interaction, read, expected = OF_WALLS[key]
+    assert read(scene_with(interaction=interaction).wall) == pytest.approx(expected)
+    usual = {k: v for k, v in interaction.items() if f"interaction.{k}" != key}
+    assert read(scene_with(interaction=usual).wall) != pytest.approx(expected)
 
 
 @pytest.mark.parametrize("control", ["load", "penetration", "height"])
