@@ -129,20 +129,25 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
     figure = Figure(figsize=(5, 5), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     distance, nanonewton = fit.distance / UNITS["nm"], UNITS["nN"]
-    points = {"color": plot.GREY, "ms": 4, "label": "measured"}
-    upper.plot(distance, fit.force / nanonewton, "o", **points)
+    outside = distance[~fit.compared], fit.force[~fit.compared] / nanonewton
+    inside = distance[fit.compared], fit.force[fit.compared] / nanonewton
+    upper.plot(*inside, "o", color=plot.GREY, ms=5, label="measured")
+    if outside[0].size:
+        hollow = {"color": plot.GREY, "mfc": "white", "ms": 5}
+        upper.plot(*outside, "o", **hollow, label="measured at a jump, not compared")
     curves = [("fit", fit.fitted, plot.BLUE)]
     if smooth is not None:
-        curves.append(("smooth sphere", smooth.fitted, plot.ORANGE))
+        curves.insert(0, ("smooth sphere", smooth.fitted, plot.ORANGE))
     for label, force, colour in curves:
-        upper.plot(distance, force / nanonewton, "-", color=colour, label=label)
+        upper.plot(distance, force / nanonewton, color=colour, lw=1, label=label)
         residual = (force - fit.force) / nanonewton
         shown = distance[fit.compared], residual[fit.compared]
         lower.plot(*shown, ".", color=colour, ms=4)
     upper.set_ylabel("normal force $N$ (nN)")
+    lower.axhline(0.0, color="black", lw=0.5)
     lower.set_ylabel("residual (nN)")
     lower.set_xlabel("distance of the base (nm)")
-    upper.legend()
+    figure.legend(loc="outside upper center", ncols=2)
     _save(figure, file, dpi=150)
 
 

@@ -41,7 +41,7 @@ class SmoothFit:
 
     def __str__(self) -> str:
         """Return the theory and the work of adhesion."""
-        work = f"{self.work_of_adhesion:.5g} J/m²"
+        work = f"{round(self.work_of_adhesion, 5):.5g} J/m²"
         return f"smooth sphere ({self.theory}): work_of_adhesion {work}"
 
 

@@ -1,14 +1,17 @@
 """Fits of force curves: derivatives, recovered parameters, errors, jumps."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.curves import read_curve
+from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import fit_curve
@@ -189,6 +192,15 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     assert re.search(r"work_of_adhesion +0\.\d+ ± \S+ J/m²", text)
     assert "smooth sphere (Maugis-Dugdale): work_of_adhesion 0." in text
     assert picture.stat().st_size > 10_000
+
+
+def test_points_that_are_not_compared_are_marked(tmp_path, fitted):
+    alike = replace(fitted, compared=np.ones_like(fitted.compared))
+    for number, each in enumerate([fitted, alike]):
+        draw_fit(each, None, tmp_path / f"{number}.png")
+    marked, plain = (imread(tmp_path / f"{n}.png") for n in range(2))
+    upper = slice(100, marked.shape[0] // 2)  # without the legend and the residuals
+    assert (marked[upper] != plain[upper]).any()
 
 
 def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):

@@ -1,0 +1,95 @@
+"""From the files of a microscope to a fit and a page: scan, force curve, report."""
+
+import csv
+import re
+
+import numpy as np
+import pytest
+from microscope_files import write_gwy
+
+from ase_roughcontact.cli import main
+
+PIXEL, SIDE = 1.0, 48  # nm, points
+SCENE = """
+[substrate]
+material = "Si"
+spacing = "0.5 nm"
+shape = [20, 20]
+hardness = inf
+[sphere]
+material = "Si3N4"
+radius = "20 nm"
+[topography]
+file = "scan.gwy"
+role = "substrate"
+detrend = "lines"
+center = "highest"
+margin = "12 nm"
+[interaction]
+kind = "adhesive"
+work_of_adhesion = "0.08 J/m^2"
+[path]
+kind = "loop"
+deepest = "0.05 nm"
+tolerance = 0.01
+cantilever = "10 N/m"
+"""
+
+
+def write_scan(file, rng):
+    """Rough surface with tilt, drift between lines, noise and missing points."""
+    qx, qy = np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE)
+    square = np.maximum(qx**2 + qy**2, SIDE**-2.0)
+    waves = np.fft.fft2(rng.normal(size=(SIDE, SIDE)))
+    heights = np.fft.ifft2(np.where(square < 0.04, square**-0.9, 0.0) * waves).real
+    heights *= 0.5 / heights.std()
+    x = PIXEL * np.arange(SIDE)
+    heights += 0.02 * x[:, None] + np.cumsum(rng.normal(0.0, 0.05, SIDE))
+    heights += rng.normal(0.0, 0.02, heights.shape)
+    heights[rng.random(heights.shape) < 0.003] = np.nan
+    write_gwy(file, heights, (PIXEL, PIXEL))
+
+
+def write_curve(exact, file, rng):
+    """Both branches of a curve at 100 heights of the base, with noise, and with another zero."""
+    with open(exact) as table:
+        rows = list(csv.DictReader(table))
+    lines = ["branch,distance (nm),deflection (nm),force (nN)"]
+    for branch, order in ("approach", -1), ("retraction", 1):
+        points = [row for row in rows if row["branch"] == branch]
+        base, force = (
+            np.array([float(row[column]) for row in points])
+            for column in ("distance (nm)", "force (nN)")
+        )
+        upward = np.argsort(base, kind="stable")
+        places = np.linspace(base.min(), 2.5, 100)[::order]
+        noisy = np.interp(places, base[upward], force[upward])
+        noisy += rng.normal(0.0, 0.05, len(places))
+        lines += [
+            f"{branch},{12.3 + z},{f / 10.0},{f}"
+            for z, f in zip(places, noisy, strict=True)
+        ]
+    file.write_text("\n".join(lines))
+
+
+@pytest.mark.slow
+def test_a_scan_and_a_force_curve_become_a_fit_and_a_page(
+    tmp_path, monkeypatch, capsys
+):
+    pytest.importorskip("SurfaceTopography")
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(7)
+    write_scan(tmp_path / "scan.gwy", rng)
+    (tmp_path / "my.toml").write_text(SCENE)
+    assert main(["run", "my.toml", "--out", "results", "--quiet"]) == 0
+    write_curve("results/cantilever.csv", tmp_path / "curve.csv", rng)
+    (tmp_path / "fit.toml").write_text(SCENE.replace("0.08", "0.05"))
+    capsys.readouterr()
+    assert main(["fit", "curve.csv", "fit.toml"]) == 0
+    found = re.search(r"work_of_adhesion +(\S+) ± (\S+) J/m²", capsys.readouterr().out)
+    work, error = map(float, found.groups())
+    assert abs(work - 0.08) < 2 * error < 0.02
+    assert main(["report", "results"]) == 0
+    page = (tmp_path / "results" / "report.html").read_text()
+    assert page.count("<img") == 5 and "scan.gwy" in page
+    assert "With a cantilever of 10 N/m" in page
