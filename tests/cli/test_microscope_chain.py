@@ -51,7 +51,7 @@ def write_scan(file, rng):
 
 
 def write_curve(exact, file, rng):
-    """Both branches of a curve at 100 heights of the base, with noise, and with another zero."""
+    """Both branches at 100 heights of the base, with noise and another zero."""
     with open(exact) as table:
         rows = list(csv.DictReader(table))
     lines = ["branch,distance (nm),deflection (nm),force (nN)"]

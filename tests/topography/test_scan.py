@@ -101,7 +101,7 @@ def test_the_highest_point_is_sought_inside_a_margin():
     scan[1, 1], scan[5, 4] = 2.0, 1.0
     kept = untouched(scan, unit="nm", center="highest", margin=2.0)
     assert kept.center == (50.0, 40.0)
-    with pytest.raises(ValueError, match="no point of the scan is 50 Å from its edges"):
+    with pytest.raises(ValueError, match="9 x 9 nm, is 5 nm from all edges"):
         untouched(scan, unit="nm", center="highest", margin=5.0)
 
 
