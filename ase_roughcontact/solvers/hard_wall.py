@@ -192,19 +192,20 @@ def _check(
         reach = float(np.ptp(contact.heights)) + contact.halfspace.spacing
         first = contact.first_contact
         _check_load(external, (height, first - reach, first + reach))
-    elif _carries_any_load(contact, height):
+    else:
+        check_height(contact, height)
+
+
+def check_height(contact: Contact, height: float) -> None:
+    """Raise `ValueError` if a periodic surface is in full contact whatever the load."""
+    elastic = contact.interaction.hardness == math.inf
+    periodic = contact.halfspace.periodic
+    if periodic and elastic and height <= -float(contact.heights.mean()):
         raise ValueError(
             f"height must be above {-contact.heights.mean():g}, at which all of the "
             f"periodic surface is in contact whatever the load, got {height:g}: give a "
             "load instead"
         )
-
-
-def _carries_any_load(contact: Contact, height: float) -> bool:
-    """Return whether a periodic surface is in full contact whatever the load."""
-    elastic = contact.interaction.hardness == math.inf
-    periodic = contact.halfspace.periodic
-    return periodic and elastic and height <= -float(contact.heights.mean())
 
 
 def _check_load(external: External, heights: tuple[float, ...]) -> None:

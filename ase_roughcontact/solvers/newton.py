@@ -30,6 +30,7 @@ from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.hard_wall import check_height
 from ase_roughcontact.solvers.newton_step import NewtonStepper, balance_load
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 from ase_roughcontact.solvers.relaxation import (
@@ -85,10 +86,13 @@ def newton_krylov(
     Raises
     ------
     ValueError
-        If the wall is hard, the start does not have the shape of the window, or a
-        number is not finite.
+        If the wall is hard without attraction, the start does not have the shape of the
+        window, a number is not finite, or no load reaches the height of a periodic
+        surface with a hard wall.
     """
     _check(contact, height, start, tolerance)
+    if contact.interaction.hard and external is None:
+        check_height(contact, height)
     options = options or NewtonKrylovOptions()
     energy = ContactEnergy(contact, external)
     state, pairs = _initial_state(energy, height, start, options)

@@ -209,3 +209,11 @@ def test_out_of_range_the_surface_stays_flat(wall):
 def test_deep_overlap_is_removed(wall):
     contact = contact_of(wall)
     check_conditions(contact, relax(contact, height=-30.0, tolerance=1e-6), 1e-4)
+
+
+def test_height_that_no_load_reaches_is_refused():
+    contact = contact_of(WALLS["power-law"], n=16, periodic=True)
+    height = -contact.heights.mean() - 0.1
+    with pytest.raises(ValueError, match=r"height must be above .* give a load"):
+        relax(contact, height=height)
+    assert relax(contact, height=height, load=50.0).height > height
