@@ -406,7 +406,7 @@ class HeightMap:
         if extent > period * (1 + _ROUNDING):
             raise ValueError(
                 f"a window of {extent:g} along {name} exceeds the period {period:g} of "
-                "the map, so that heights would be repeated: choose a smaller window"
+                "the map, so that it would be repeated: choose a smaller window"
             )
 
     def _check_inside(self, name: str, places: NDArray[Any]) -> None:

@@ -90,12 +90,15 @@ class Heterogeneity:
         Raises
         ------
         ValueError
-            If a map is smaller than the window, or a function does not return finite
-            numbers.
+            If a map, or the period of a pattern, is smaller than the window, or a
+            function does not return finite numbers.
         """
         shape, spacing, origin = window(shape, spacing, origin)
         if self._is_surface:
-            values = self.pattern.heights(shape, spacing, origin)
+            try:
+                values = self.pattern.heights(shape, spacing, origin)
+            except ValueError as error:  # in the words of surfaces, as of roughness
+                raise ValueError(f"work of adhesion: {error}") from error
             if self.rms is not None:
                 values = values * (self.rms / self.pattern.statistics().rms_height)
         else:

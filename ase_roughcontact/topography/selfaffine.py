@@ -181,7 +181,7 @@ class SelfAffine:
         if max(shape) > points:
             raise ValueError(
                 f"a window of {shape} points exceeds the period of {points} x {points} "
-                "points, so that the roughness would be repeated: choose a domain "
+                "points, so that the surface would be repeated: choose a domain "
                 f"of at least {max(shape)} spacings"
             )
         first, shift = _index(spacing, origin)

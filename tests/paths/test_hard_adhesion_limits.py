@@ -5,9 +5,11 @@ import pytest
 
 from ase_roughcontact import (
     DugdaleWall,
+    PowerLawWall,
     RoughContact,
     RoughSphere,
     adhesion_loop,
+    load_path,
     substrate,
 )
 from ase_roughcontact.paths.instabilities import zero_load_area
@@ -43,7 +45,20 @@ def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
         assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=0.01)
 
 
+def forces_of(radius, wall, penetrations):
+    """Return the forces on a path, in units of pi w R."""
+    sphere = RoughSphere(radius)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    options = {"window": "auto", "validity": "ignore"}
+    steps = load_path(atoms, penetrations=penetrations, **options)
+    unit = np.pi * wall.work_of_adhesion * radius
+    return [step.normal_force / unit for step in steps]
+
+
 def test_rigid_sphere_has_the_pull_off_of_dmt():
     """The range is long, and the deformation far smaller than it."""
-    loop = loop_of(40.0, DugdaleWall(1e-4, 2.0), 0.05, 0.5)
-    assert loop.pull_off_force / (np.pi * 1e-4 * 40.0) == pytest.approx(2.0, rel=0.01)
+    for wall in (DugdaleWall(2e-5, 2.0), PowerLawWall(2e-5, 3.0)):
+        forces = forces_of(40.0, wall, [0.005, 0.0, -0.005])
+        assert min(forces) == pytest.approx(-2.0, rel=0.01)
+        assert forces[0] > forces[1] + 0.1  # the largest tension is at first touch
