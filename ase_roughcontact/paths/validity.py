@@ -262,11 +262,13 @@ def _tip_zone(step: RelaxedStep) -> float:
 
 
 def _edge_zone(step: RelaxedStep) -> float:
-    """Return the width of Dugdale's zone at the edge of a contact, in a0."""
+    """Return the smallest width of Dugdale's zone at the edge of a contact, in a0."""
     wall, halfspace = step.contact.interaction, step.halfspace
     if not wall.attractive:
         return math.nan
-    width = halfspace.contact_modulus * wall.attraction_range**2 / wall.work_of_adhesion
+    adhesion = step.contact.adhesion  # relative, None if it is uniform
+    work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
+    width = halfspace.contact_modulus * wall.attraction_range**2 / work
     return 0.25 * math.pi * width / halfspace.spacing
 
 

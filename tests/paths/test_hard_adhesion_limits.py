@@ -24,14 +24,24 @@ def loop_of(radius, wall, deepest, step, **options):
     return adhesion_loop(atoms, deepest, step, smallest_step=step / 64, **options)
 
 
-@pytest.mark.slow  # loops of up to 130 x 130 atoms
+def forces_of(radius, wall, penetrations):
+    """Return the forces on a path, in units of pi w R."""
+    sphere = RoughSphere(radius)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    options = {"window": "auto", "validity": "ignore"}
+    steps = load_path(atoms, penetrations=penetrations, **options)
+    unit = np.pi * wall.work_of_adhesion * radius
+    return [step.normal_force / unit for step in steps]
+
+
+@pytest.mark.slow  # loops of up to 100 x 100 atoms
 @pytest.mark.parametrize(
     "radius, work, reach, deepest, step",
     [
         (100.0, 5e-4, 0.5, 0.5, 0.1),  # Maugis parameter 0.07
         (200.0, 5e-3, 0.5, 1.0, 0.25),  # 0.39
         (200.0, 5e-2, 0.8, 3.0, 0.25),  # 1.1
-        (400.0, 0.1, 1.0, 6.0, 1.0),  # 1.8
     ],
 )
 def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
@@ -45,20 +55,30 @@ def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
         assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=0.01)
 
 
-def forces_of(radius, wall, penetrations):
-    """Return the forces on a path, in units of pi w R."""
-    sphere = RoughSphere(radius)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
-    options = {"window": "auto", "validity": "ignore"}
-    steps = load_path(atoms, penetrations=penetrations, **options)
-    unit = np.pi * wall.work_of_adhesion * radius
-    return [step.normal_force / unit for step in steps]
-
-
 def test_rigid_sphere_has_the_pull_off_of_dmt():
     """The range is long, and the deformation far smaller than it."""
     for wall in (DugdaleWall(2e-5, 2.0), PowerLawWall(2e-5, 3.0)):
         forces = forces_of(40.0, wall, [0.005, 0.0, -0.005])
         assert min(forces) == pytest.approx(-2.0, rel=0.01)
         assert forces[0] > forces[1] + 0.1  # the largest tension is at first touch
+
+
+@pytest.mark.slow  # up to 188 x 188 atoms
+@pytest.mark.parametrize(
+    "radius, work, reach, jkr_excess",
+    [
+        (400.0, 0.1, 1.0, 0.03),  # Maugis parameter 1.8
+        (1000.0, 0.1, 0.675, 0.01),  # 3.6, the limit of JKR
+    ],
+)
+def test_dugdale_wall_tends_to_the_pull_off_of_jkr(radius, work, reach, jkr_excess):
+    """The indenter is pulled to both sides of the largest tension of theory."""
+    theory = MaugisDugdale(radius, 1.0, work, reach)
+    *_, depth = theory.state(theory.stability_limit("load"))
+    unit = np.cbrt(work**2 * radius)
+    offsets = np.array([1.0, 0.6, 0.4, 0.25, 0.15, 0.07, 0.0, -0.07])
+    forces = forces_of(radius, DugdaleWall(work, reach), depth + unit * offsets)
+    assert forces[-1] > forces[-2]  # beyond the largest tension
+    expected = theory.pull_off_force / (np.pi * work * radius)
+    assert min(forces) == pytest.approx(expected, rel=0.003)
+    assert min(forces) == pytest.approx(-1.5, rel=jkr_excess)

@@ -14,7 +14,9 @@ from ase.io import read
 from ase.units import GPa
 
 from ase_roughcontact import (
+    DugdaleWall,
     HardWall,
+    Heterogeneity,
     Interaction,
     LennardJones93,
     RoughContact,
@@ -170,6 +172,21 @@ def test_adhesive_zones_that_the_spacing_does_not_resolve(
     wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     names = names_after(atoms_on(RoughSphere(radius), wall), 0.1)
     assert names == ({name} if name else set())
+
+
+@pytest.mark.parametrize(
+    "reach, deviation, outside",
+    [(0.3, 0.0, True), (0.5, 0.0, False), (0.5, 0.7, True)],  # zones: 3.5, 9.8, 5.8 a0
+)
+def test_adhesive_zone_of_a_hard_wall_is_that_of_the_largest_local_work(
+    reach, deviation, outside
+):
+    atoms = atoms_on(RoughSphere(100.0), DugdaleWall(0.02, reach))
+    stripes = Heterogeneity(lambda x, y: deviation * np.cos(x / 4.0) + 0.0 * y)
+    atoms.calc.set(heterogeneity=stripes)
+    assert names_after(atoms, 0.1) == (
+        {"adhesive zone at the edge/a0"} if outside else set()
+    )
 
 
 @cache

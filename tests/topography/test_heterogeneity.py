@@ -98,10 +98,10 @@ def test_function_must_return_finite_numbers():
 
 
 def test_window_beyond_the_period_of_a_field_or_a_map_is_an_error():
-    with pytest.raises(ValueError, match="of adhesion: .* period of 64 .* domain of"):
+    with pytest.raises(ValueError, match=r"of adhesion: .* period of 64 .* domain of"):
         PATTERNS["random"].factors((65, 65), 1.0)
     periodic = Heterogeneity(HeightMap(np.eye(8), 1.0, periodic=True))
-    with pytest.raises(ValueError, match="of adhesion: .* the period 8 of the map"):
+    with pytest.raises(ValueError, match=r"of adhesion: .* the period 8 of the map"):
         periodic.factors((9, 8), 1.0)
 
 
