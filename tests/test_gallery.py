@@ -20,6 +20,7 @@ SMALL = {
     "cantilever": {"STEPS": 25},
     "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
+    "adhesion_hysteresis": {"DEEPEST": -0.5},
     "ensemble_database": {"SEEDS": 2, "LOADS": (1.0, 3.0), "WORKERS": 1},
     "crystals": {
         "METALS": ("Cu",),
@@ -87,6 +88,13 @@ def test_adhesion_loop_has_the_pull_off_force_of_maugis_and_dugdale(run):
     assert force == pytest.approx(theory, rel=0.02)
     (loop,) = variables["loops"].values()
     assert loop.pull_off_force == pytest.approx(force * np.pi * 0.02 * 30, rel=1e-3)
+
+
+def test_hysteresis_of_patches_and_waves(run):
+    lost = run("adhesion_hysteresis")[0]["lost"]
+    assert abs(lost["smooth and uniform"]) < 0.02
+    assert lost["patches of adhesion"] > 0.1
+    assert lost["waves on the sphere"] > 0.4
 
 
 def test_load_sweep_writes_frames_with_columns(run, tmp_path):

@@ -67,8 +67,8 @@ def test_rigid_sphere_has_the_pull_off_of_dmt():
 @pytest.mark.parametrize(
     "radius, work, reach, jkr_excess",
     [
-        (400.0, 0.1, 1.0, 0.03),  # Maugis parameter 1.8
-        (1000.0, 0.1, 0.675, 0.01),  # 3.6, the limit of JKR
+        (400.0, 0.1, 1.0, 0.03),  # Maugis parameter 1.8, zone of tension 7.9 a0
+        (1000.0, 0.1, 0.675, 0.013),  # 3.6 and 3.6 a0; JKR + 0.8 % in theory
     ],
 )
 def test_dugdale_wall_tends_to_the_pull_off_of_jkr(radius, work, reach, jkr_excess):
@@ -80,5 +80,5 @@ def test_dugdale_wall_tends_to_the_pull_off_of_jkr(radius, work, reach, jkr_exce
     forces = forces_of(radius, DugdaleWall(work, reach), depth + unit * offsets)
     assert forces[-1] > forces[-2]  # beyond the largest tension
     expected = theory.pull_off_force / (np.pi * work * radius)
-    assert min(forces) == pytest.approx(expected, rel=0.003)
+    assert min(forces) == pytest.approx(expected, rel=0.005)
     assert min(forces) == pytest.approx(-1.5, rel=jkr_excess)
