@@ -93,8 +93,8 @@ def test_adhesion_loop_has_the_pull_off_force_of_maugis_and_dugdale(run):
 def test_hysteresis_of_patches_and_waves(run):
     lost = run("adhesion_hysteresis")[0]["lost"]
     assert abs(lost["smooth and uniform"]) < 0.02
-    assert lost["patches of adhesion"] > 0.1
-    assert lost["waves on the sphere"] > 0.4
+    assert lost["patches of adhesion"] > 0.05  # less than after a deep indentation
+    assert lost["waves on the sphere"] > 0.2
 
 
 def test_load_sweep_writes_frames_with_columns(run, tmp_path):
