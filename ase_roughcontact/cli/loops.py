@@ -15,7 +15,10 @@ from ase_roughcontact.paths.record import LoadStep
 
 NN, NM = UNITS["nN"], UNITS["nm"]
 _STIFFNESS = UNITS["J/m^2"]  # N/m
-_HEADER = "state   depth (Å)   force (nN)   stiffness (N/m)   area (nm²)"
+_HEADER = (
+    "state   depth (Å)   force (nN)   error (nN)   stiffness (N/m)   area (nm²)"
+    "   error (nm²)"
+)
 
 
 def header() -> str:
@@ -36,8 +39,10 @@ def row(state: LoadStep) -> str:
     """
     text = (
         f"{state.step:5d}{state.penetration:12.4f}{state.normal_force / NN:13.4g}"
+        f"{state.force_error / NN:13.2g}"
         f"{state.contact_stiffness / _STIFFNESS:18.4g}"
         f"{state.contact_area / UNITS['nm²']:13.4g}"
+        f"{state.area_error / UNITS['nm²']:14.2g}"
     )
     return text if state.converged else f"{text}   NOT CONVERGED: {state.message}"
 

@@ -22,6 +22,7 @@ from ase_roughcontact.scene.reference import Reference
 _START = 2.0
 # Headings of estimated errors, and the width of their columns.
 _FORCE_ERROR, _AREA_ERROR = "   load error (%)", "   area error (%)"
+_HEIGHT_ERROR = "   height error (Å)"
 _WIDTH = len(_AREA_ERROR)
 # Error of an area from which a line below the table says so.
 _SHOWN_ERROR = 0.001
@@ -49,12 +50,12 @@ def table_header(reference: Reference) -> str:
     equation = "   Eq. (4)" if reference.rough_above is not None else ""
     control = scene.path.control
     depth = "" if control == "load" else f"{heading(control):>13}"
-    force_error = "" if control == "load" else _FORCE_ERROR
+    error = _HEIGHT_ERROR if control == "load" else _FORCE_ERROR
     lines = [
         description(reference),
         f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
         "",
-        f"   step{depth}   {heading('normal_force')}{force_error}   "
+        f"   step{depth}   {heading('normal_force')}{error}   "
         f"{heading(scene.area_column)}{_AREA_ERROR}   {ratio:>9}{equation}   "
         f"{heading('seconds')}",
     ]
@@ -92,7 +93,9 @@ def table_row(
     if scene.path.control != "load":
         row += cell(_printed(step, scene.path.control), 13, ".4f")
     row += cell(_printed(step, "normal_force"), 11, ".4g")
-    if scene.path.control != "load":
+    if scene.path.control == "load":
+        row += cell(step.height_error, len(_HEIGHT_ERROR), ".2g")
+    else:
         row += _percent(step, "force_error", "normal_force", _WIDTH)
     row += cell(_printed(step, scene.area_column), 13, ".4g")
     row += _percent(step, "area_error", scene.area_column, _WIDTH)

@@ -87,6 +87,8 @@ def plot_force(
     xlabel: str = "penetration (Å)",
     converged: ArrayLike | None = None,
     pull_off_label: str = "pull-off, theory",
+    depth_error: ArrayLike = 0.0,
+    force_error: ArrayLike = 0.0,
 ) -> Any:
     """Plot force against penetration or height; tension is negative.
 
@@ -111,6 +113,8 @@ def plot_force(
         curve. Default: all.
     pull_off_label : str
         Label of `pull_off_force`.
+    depth_error, force_error : array_like, shape (k,), optional
+        Estimated errors (Å, eV/Å); twice of them are drawn as error bars.
 
     Returns
     -------
@@ -126,6 +130,8 @@ def plot_force(
     _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
     ok = _mask(converged, x.size)
     _cross(axes, x[~ok], y[~ok])
+    bars = {"xerr": _twice(depth_error, x), "yerr": _twice(force_error, x) / NN}
+    axes.errorbar(x, y, **bars, fmt="none", ecolor=GREY, lw=1)
     y = np.where(ok, y, np.nan)
     peak = int(np.nanargmax(y)) if ok.any() else 0
     label = "simulation"
@@ -142,6 +148,11 @@ def plot_force(
 def _mask(converged: ArrayLike | None, count: int) -> np.ndarray:
     """Return which steps are converged."""
     return np.full(count, True) if converged is None else np.asarray(converged, bool)
+
+
+def _twice(error: ArrayLike, values: np.ndarray) -> np.ndarray:
+    """Return error bars of some values."""
+    return np.broadcast_to(2.0 * np.asarray(error), values.shape)
 
 
 def _cross(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
@@ -161,6 +172,8 @@ def plot_loop(
     axes: Any, loop: AdhesionLoop, pull_off_forces: Mapping[str, float] | None = None
 ) -> Any:
     """Plot force against height of an adhesion loop, with arrows at instabilities.
+
+    Error bars are twice the estimated errors of the force.
 
     Parameters
     ----------
@@ -183,6 +196,8 @@ def plot_loop(
         axes.plot(heights, forces / NN, "-", color=colour, lw=width, label=name)
         states = [(step.height, step.normal_force / NN) for step in steps]
         axes.plot(*zip(*states, strict=True), "o", color=colour, ms=2)
+        bars = [2.0 * step.force_error / NN for step in steps]
+        axes.errorbar(*zip(*states, strict=True), bars, fmt="none", ecolor=GREY, lw=1)
     for jump in (*loop.approach_jumps, *loop.retraction_jumps):
         after = jump.after.height, jump.after.normal_force / NN
         before = jump.before.height, jump.before.normal_force / NN

@@ -72,7 +72,9 @@ def test_a_loop_prints_its_states_and_characteristic_values(tmp_path, capsys):
     arguments = ["run", str(tmp_path / "loop.toml"), "--out", str(tmp_path / "out")]
     assert main(arguments) == 0
     text = capsys.readouterr().out
-    assert "stiffness (N/m)" in text
+    heads = next(line for line in text.splitlines() if "stiffness (N/m)" in line)
+    assert heads.split("   ")[2:4] == ["force (nN)", "error (nN)"]
+    assert heads.endswith("area (nm²)   error (nm²)")
     assert "Pull-off force of the simulation: -" in text
     assert "With a cantilever of 60 N/m:\n  snap-in: " in text
 

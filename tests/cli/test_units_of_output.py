@@ -165,6 +165,9 @@ def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
     printed_parts = numbers_of(table_of(text)["area error (%)"])
     np.testing.assert_allclose(printed_parts, 100.0 * parts, rtol=0.05)
     assert ("load error (%)" in table_of(text)) == (control != "load")
+    if control == "load":
+        heights = numbers_of(table_of(text)["height error (Å)"])
+        np.testing.assert_allclose(heights, column(records, "height_error"), rtol=0.05)
     assert {"normal_force", "contact_area", "seconds"} <= seen
     assert (control in seen) == (control != "load")
 

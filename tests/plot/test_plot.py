@@ -143,6 +143,19 @@ def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes, loop):
     assert grey.count() == state.attractive_atoms > 0
 
 
+def test_error_bars_of_forces_and_depths_are_twice_the_errors(axes):
+    plot.plot_force(
+        axes,
+        [1.0, 2.0],
+        np.array([1.0, 5.0]) * NANONEWTON,
+        depth_error=[0.1, 0.2],
+        force_error=np.array([0.5, 0.0]) * NANONEWTON,
+    )
+    depths, forces = (bars.get_segments() for bars in axes.containers[0].lines[2])
+    np.testing.assert_allclose(depths[1], [[1.6, 5.0], [2.4, 5.0]])
+    np.testing.assert_allclose(forces[0], [[1.0, 0.0], [1.0, 2.0]])
+
+
 def test_a_path_in_and_out_is_drawn_as_two(axes):
     plot.plot_force(axes, [0.0, 1.0, 0.0, -1.0], [0.0, 5.0, -1.0, 0.0])
     assert list(line(axes, "approach")[0]) == [0.0, 1.0]

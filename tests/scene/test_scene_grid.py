@@ -57,7 +57,8 @@ def test_question_decides_on_the_area_that_is_printed():
         assert f" {area:.4g} " in table_row(reference, step)
         words = table_row(reference, step).split()
         part = step.area_error / getattr(step, column)
-        assert words[3] == f"{100.0 * part:.2g}"
+        assert words[2] == f"{step.height_error:.2g}"
+        assert words[4] == f"{100.0 * part:.2g}"
         assert (part > 1e-3) == (model == "continuum")
         heading = table_header(reference).splitlines()[-1]
         assert "area (nm²)   area error (%)   A/A" in heading
