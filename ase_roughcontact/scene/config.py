@@ -57,8 +57,8 @@ class SubstrateConfig(Section):
     surface: str = ""
     layer_thickness: float | str | None = None
     layer_modulus: float | None = None
-    layer_poisson: float = 0.5
-    poisson: float = 0.5
+    layer_poisson: float | None = None
+    poisson: float | None = None
     rigid_base: bool = False
     sliding: bool = False
     model: str = "atoms"

@@ -36,8 +36,10 @@ _OF_SURFACES = "calculator", "potential", "crystal", "anisotropic"
 _SURFACE, _AXES = "fcc100", {"fcc100": "110", "bcc100": "100"}
 # Formats of potentials by the ends of the names of their files.
 _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
-# Keys of a layer, which have no meaning without its thickness.
-_OF_LAYERS = "layer_modulus", "rigid_base", "sliding"
+# Keys of a layer and its base, which have no meaning without its thickness, and those
+# of an elastic base.
+_OF_LAYERS = "layer_modulus", "layer_poisson", "poisson", "rigid_base", "sliding"
+_OF_BASES = "poisson", "contact_modulus", "elastic_constants"
 
 
 def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
@@ -69,8 +71,8 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
         )
     if kind != "layer_thickness":
         for key in _OF_LAYERS:
-            if getattr(substrate, key):
-                raise ValueError(f"{key} needs layer_thickness")
+            if getattr(substrate, key) != getattr(type(substrate), key):  # the default
+                raise ValueError(f"{key} needs layer_thickness: it is that of a layer")
     if substrate.of_atoms:
         return _crystal(substrate)
     if kind == "layer_thickness":
@@ -165,18 +167,18 @@ def _in_gpa(name: str, modulus: float) -> float:
 def _layer(substrate: SubstrateConfig) -> Layer:
     if substrate.layer_modulus is None:
         raise ValueError("give layer_modulus, the contact modulus of the layer")
-    for key in ("contact_modulus", "elastic_constants"):
+    for key in _OF_BASES:
         if substrate.rigid_base and getattr(substrate, key) is not None:
             raise ValueError(f"a rigid base has no {key}: omit it or rigid_base")
     lengths: Any = plain(substrate, ["layer_thickness"], LENGTHS, "\u00c5")
     base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
+    ratios = {"poisson": substrate.layer_poisson, "base_poisson": substrate.poisson}
     return Layer(
         UNITS["GPa"] * _in_gpa("layer_modulus", substrate.layer_modulus),
         lengths.layer_thickness,
         base,
-        substrate.layer_poisson,
-        substrate.poisson,
         bonded=not substrate.sliding,
+        **{name: ratio for name, ratio in ratios.items() if ratio is not None},
     )
 
 
@@ -187,10 +189,13 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
                 f"{key} follows from the forces between the atoms: omit it"
             )
     file = substrate.potential or substrate.crystal
-    try:
-        changed = Path(file).stat().st_mtime_ns if file else 0
-    except OSError as error:
-        raise ValueError(f"can't read {file}: {error}") from error
+    changed = 0
+    if file:
+        try:
+            Path(file).open("rb").close()  # an error of a folder, too
+            changed = Path(file).stat().st_mtime_ns
+        except OSError as error:
+            raise ValueError(f"can't read {file}: {error}") from error
     if substrate.crystal:
         solid = _read_crystal(file, changed)
         if solid.symbol != substrate.symbol:

@@ -158,6 +158,9 @@ def test_file(springs, tmp_path):
     "change, message",
     [
         ({"table": [[1.0, 2.0], [3.0, 4.0]]}, "the table must be"),
+        ({"table": np.zeros((28, 20)).tolist()}, "must be positive"),
+        ({"stress": np.nan}, "stress must be a finite number"),
+        ({"symbol": 29}, "unknown element '29'"),
         ({"spacing": -1.0}, "spacing must be"),
         ({"surface": "fcc111"}, "square surface"),
     ],
@@ -284,6 +287,7 @@ class WithoutSlabs(Springs):
         (Springs, {"layers": 12}, "must be odd"),
         (Springs, {"layers": 7}, "layers must be an integer >= 9"),
         (Springs, {"displacement": 0.0}, "Springs has no method get_hessian"),
+        (Springs, {"displacement": 0.3}, "or decrease displacement"),
         (Springs, {"lattice_constant": 1.2 * A}, "not stable at the lattice constant"),
         (Springs, {"crystal": "Xx"}, "give a crystal as Atoms"),
         (Springs, {"crystal": "Fe"}, "Fe is bcc.*give surface='bcc100'"),

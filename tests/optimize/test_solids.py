@@ -6,16 +6,18 @@ import numpy as np
 import pytest
 from ase.optimize import FIRE, LBFGS
 from ase.optimize.precon import PreconLBFGS
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear
 from solids import CONTINUA
 
 from ase_roughcontact import (
     ActiveSet,
+    ExponentialWall,
     FourierModes,
     HalfSpacePrecon,
     HardWall,
     LennardJones93,
     NewtonKrylov,
+    PlasticWall,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -38,6 +40,7 @@ WALLS = {
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
     "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
     "full": LennardJones93.full(1.0, 0.04, cutoff=3.0),
+    "exponential": ExponentialWall(0.04, 1.0, relative_cutoff=3.0),
 }
 
 
@@ -85,18 +88,22 @@ def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
     assert forces[0] == pytest.approx(forces[1], rel=1e-4)
 
 
-def test_active_set_is_the_solution_of_the_dense_problem(solid):
-    # p >= 0 that minimises p.G.p/2 + g.p, by least squares with the Cholesky factor
-    atoms = make(solid, HardWall(), n=10)
+@pytest.mark.parametrize("hardness", [np.inf, 0.06], ids=["hard", "plastic"])
+def test_active_set_is_the_solution_of_the_dense_problem(solid, hardness):
+    # 0 <= p <= H that minimises p.G.p/2 + g.p, by least squares with the Cholesky
+    # factor
+    atoms = make(solid, PlasticWall(hardness), n=10)
     assert ActiveSet(atoms).run(fmax=1e-9)
     state, contact = atoms.calc.state(atoms), contact_of(atoms)
     i, j = (k.ravel() for k in np.indices((10, 10)))
     dense = solid.cell_compliance(i[:, None] - i, j[:, None] - j, 1.0)
     factor = np.linalg.cholesky(dense)
     gap = (contact.heights + atoms.positions[-1, 2]).ravel()
-    expected, _ = nnls(factor.T, -np.linalg.solve(factor, gap))
+    load = -np.linalg.solve(factor, gap)
+    expected = lsq_linear(factor.T, load, (0.0, hardness), method="bvls").x
     np.testing.assert_allclose(state.pressure.ravel(), expected, atol=1e-7)
     assert (expected > 0.0).sum() > 5
+    assert hardness == np.inf or 0 < (expected == hardness).sum() < 100
 
 
 def test_pressure_of_a_window_without_its_padding(solid, rng):

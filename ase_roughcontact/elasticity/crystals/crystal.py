@@ -19,10 +19,11 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.data import atomic_numbers
 from ase.units import GPa
 
 from ase_roughcontact._util.files import replaced
-from ase_roughcontact._util.validation import integer, lookup, positive
+from ase_roughcontact._util.validation import finite, integer, lookup, positive
 from ase_roughcontact.elasticity.crystals.bulk import (
     bulk_below,
     element,
@@ -44,6 +45,7 @@ from ase_roughcontact.elasticity.crystals.kernel import (
     interpolate,
     long_wave_series,
     near_kernel,
+    node_vectors,
 )
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 from ase_roughcontact.elasticity.crystals.strain import nominal_moduli, stress
@@ -106,12 +108,16 @@ class Crystal(ElasticSolid):
     figures: dict[str, float] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
+        lookup(self.symbol, atomic_numbers, "element")
         lookup(self.surface, _STRUCTURES, "square surface")
         positive(spacing=self.spacing)
+        finite(stress=self.stress)
         # one memory layout, so that a crystal from a file is the same to the last digit
         table = np.ascontiguousarray(self.table, dtype=float)
         if table.shape != NODES or not np.isfinite(table).all():
             raise ValueError(f"the table must be finite numbers of the shape {NODES}")
+        if interpolate(table, *node_vectors().T).min() <= 0.0:
+            raise ValueError("the moduli of the table must be positive")
         object.__setattr__(self, "table", table)
 
     @classmethod

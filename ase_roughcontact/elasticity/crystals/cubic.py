@@ -33,7 +33,8 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
 # Angles of the rotation by which the integral of the surface impedance is summed; the
 # integrand is periodic, so that the sum converges exponentially.
 _ROTATIONS = 256
-# Anisotropy up to which rotations and angular series are accurate to 1e-4.
+# Anisotropy up to which the moduli of waves are accurate to 1e-4, and the displacement
+# by pressure on one cell to 1e-3.
 _MOST_ANISOTROPIC = 100.0
 # Angle between the x axis and a cube axis, by the direction of the x axis.
 _ANGLES = {"110": np.pi / 4, "100": 0.0}

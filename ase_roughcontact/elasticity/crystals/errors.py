@@ -20,7 +20,8 @@ ADVICE = {
     "sum_rule": "the forces on all atoms have a resultant that is not zero",
     "symmetry": "the forces are not those of an energy, or change the displacement",
     "reach": "the forces reach beyond the slab: increase size and layers",
-    "thickness": "the slab is too thin: increase layers",
+    "thickness": "the slab is too thin, or its forces are not linear in the "
+    "displacement: increase layers, or decrease displacement",
     "square": "the surface is not that of a square grid",
     "interpolation": "the modulus is not smooth: check the force constants",
     "long_waves": "the forces in the slab are not those of the energies of strained "
