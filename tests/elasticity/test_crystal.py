@@ -274,7 +274,7 @@ class WithoutSlabs(Springs):
         (Noisy, {}, "other forces when asked again"),
         (SlightlyNoisy, {}, "errors that a larger displacement reduces"),
         (OnSite, {}, "resultant"),
-        (Softer, {}, "'long_waves' .* energies of strained bulk"),
+        (Softer, {}, "'long_waves' .* energies of strained bulk.* have noise"),
         (OnlyFirstNeighbours, {}, "'long_waves' .* energies of strained bulk"),
         (Longer, {}, "'rest' .* forces once it is repeated"),
         (Springs, {"size": 3}, "reach beyond the slab: increase size"),

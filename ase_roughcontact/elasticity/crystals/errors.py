@@ -25,7 +25,8 @@ ADVICE = {
     "square": "the surface is not that of a square grid",
     "interpolation": "the modulus is not smooth: check the force constants",
     "long_waves": "the forces in the slab are not those of the energies of strained "
-    "bulk: the calculator describes slabs in another way than crystals",
+    "bulk: the calculator describes slabs in another way than crystals, or its forces "
+    "have noise that a larger displacement reduces",
 }
 
 # Wave number, in units of 1/a0, of waves that see a continuum.
