@@ -34,6 +34,18 @@ def _work_of_adhesion(scene: Scene) -> float | None:
     return wall.work_of_adhesion / UNITS["J/m^2"] if wall.attractive else None
 
 
+def _attraction_range(scene: Scene) -> float | None:
+    """Return the range of the attraction in units of the spacing."""
+    wall = scene.wall
+    return wall.attraction_range / scene.spacing if wall.attractive else None
+
+
+def _hardness(scene: Scene) -> float | None:
+    """Return the largest pressure of a plastic wall (GPa)."""
+    hardness = scene.wall.hardness
+    return hardness / UNITS["GPa"] if hardness < math.inf else None
+
+
 # Columns that the scene determines: type, and how to obtain the value, None if missing.
 _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
     "control": (str, lambda scene: scene.path.control),
@@ -45,6 +57,9 @@ _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
     "seed": (int, _roughness("seed")),
     "kind": (str, lambda scene: scene.interaction.kind),
     "work_of_adhesion": (float, _work_of_adhesion),
+    "attraction_range": (float, _attraction_range),
+    "hardness": (float, _hardness),
+    "permanent": (bool, lambda scene: scene.wall.permanent),
     "spacing": (float, lambda scene: scene.spacing),
     "contact_modulus": (float, lambda scene: scene.contact_modulus),
 }

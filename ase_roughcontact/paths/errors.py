@@ -105,7 +105,9 @@ def continuum_area_error(step: RelaxedStep) -> float:
 def _relaxation(step: RelaxedStep) -> float:
     """Return the error of the force at a fixed height, by the tolerance (eV/Å)."""
     state, response = step.state, step.response
-    if step.contact.interaction.hard:
+    if np.isinf(response.force):  # full contact of a hard wall: no atom can open
+        change = 0.0
+    elif step.contact.interaction.hard:
         change = state.cell_area * np.sum(
             response.pressure * state.gap, where=state.contact
         )

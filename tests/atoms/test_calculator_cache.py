@@ -5,6 +5,7 @@ import pytest
 from ase.constraints import FixAtoms
 
 from ase_roughcontact import (
+    Heterogeneity,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
@@ -24,6 +25,10 @@ OTHERS = {
     "contact_modulus": {"contact_modulus": 2.0},
     "solid": {"solid": Isotropic(3.0), "contact_modulus": None},
     "interaction": {"interaction": LennardJones93.adhesive(1.0, 1.0, 0.1)},
+    "heterogeneity": {
+        "heterogeneity": Heterogeneity(lambda x, y: 0.5 * np.cos(x)),
+        "interaction": LennardJones93.adhesive(1.0, 1.0, 0.1),
+    },
     "load": {"load": 0.7},
     "fft": {"fft": {"dtype": "float32"}},
 }

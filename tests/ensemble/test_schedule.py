@@ -8,7 +8,8 @@ import pytest
 from ase.db import connect
 
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
-from ase_roughcontact.scene import Scene
+from ase_roughcontact.ensemble.columns import scene_columns
+from ase_roughcontact.scene import InteractionConfig, Scene
 
 CHARGE = 1.602176634e-19  # eV in J
 NN = 1e-19 / CHARGE  # in eV/Å
@@ -96,6 +97,19 @@ def test_columns_are_in_the_units_of_the_file_or_of_ase(control, tmp_path):
     assert columns["step"].tolist() == [0, 1, 2]
     reached = {"load": "normal_force"}.get(control, control)
     np.testing.assert_allclose(columns[reached], columns["target"], rtol=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("kind", "parameters"),
+    [
+        ("plastic", {"hardness": 0.4, "permanent": True}),
+        ("dugdale", {"work_of_adhesion": 0.05, "attraction_range": 2.0}),
+    ],
+)
+def test_parameters_of_walls_are_columns(kind, parameters):
+    wall = InteractionConfig(kind, parameters)
+    columns = scene_columns(replace(SCENE, interaction=wall))
+    assert {name: columns[name] for name in parameters} == pytest.approx(parameters)
 
 
 def test_parameters_of_missing_roughness_and_adhesion_are_nan(tmp_path):
