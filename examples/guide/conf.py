@@ -64,7 +64,8 @@ class GalleryOrder:
     names = (
         *("first_contact", "load_sweep", "hertz_optimizers", "cantilever"),
         *("adhesion_loop", "measured_topography", "crystals", "atoms_under_sphere"),
-        *("own_wall", "plastic_contact", "mixed_calculator", "ensemble_database"),
+        *("own_wall", "plastic_contact", "adhesion_hysteresis", "mixed_calculator"),
+        "ensemble_database",
         *("figure1", "figure2", "flat_reference", "reproduction"),
     )
 
