@@ -252,14 +252,14 @@ def add_indenter(
     >>> sphere = add_indenter(atoms, RoughSphere(50.0))  # doctest: +SKIP
     >>> atoms.positions[-1, 2] -= 0.5  # press it down by 0.5 Å  # doctest: +SKIP
     """
+    if (atoms.numbers == 0).any():
+        raise ValueError("the atoms have an indenter already")
     foundation = atoms.calc
     if not isinstance(foundation, ElasticFoundation):
         raise ValueError(
             "the atoms need an ElasticFoundation as calculator, see crystal_slab, got "
             f"{foundation!r}"
         )
-    if (atoms.numbers == 0).any():
-        raise ValueError("the atoms have an indenter already")
     spacing, area = foundation.surface.constants.spacing, foundation.surface.cell_area
     if interaction is None:
         modulus = foundation.surface.contact_modulus

@@ -30,7 +30,7 @@ class FoundationPrecon(Precon):
     Raises
     ------
     ValueError
-        If the layers of the slab were not complete.
+        If the layers of the slab were not complete, or the foundation is none.
 
     Examples
     --------
@@ -44,6 +44,11 @@ class FoundationPrecon(Precon):
     """
 
     def __init__(self, atoms: Atoms, foundation: ElasticFoundation) -> None:
+        if not isinstance(foundation, ElasticFoundation):
+            raise ValueError(
+                "foundation must be an ElasticFoundation, as crystal_slab returns, got "
+                f"{foundation!r}"
+            )
         surface, layers = foundation.surface, foundation.layers
         sites = foundation.all_sites()
         real = np.flatnonzero(atoms.numbers > 0)

@@ -14,6 +14,8 @@ _CELL = 1e-4
 # Largest distance of atoms from their sites, and of displacements of neighbours, in
 # spacings: a site that belongs to another stacking is at least 0.5 spacings away.
 _SITE = 0.3
+# Displacement, in spacings, from which on the atom may be that of another site.
+_OTHER_SITE = 0.7
 # Largest mean displacement of a layer relative to the one below it, in spacings.
 _LAYER = 0.1
 
@@ -121,12 +123,18 @@ class Sites:
             squares = np.einsum("...i,...i", part, part)
             if squares.size and not squares.max() <= limit:
                 place = np.unravel_index(squares.argmax(), squares.shape)
+                distance = squares.max() ** 0.5
+                other = (
+                    "If atoms have been removed, or their order has changed, make a "
+                    "new foundation. "
+                )
                 raise ValueError(
                     f"atom {self.indices[place]}, in the {self.indices.shape[0]} "
                     "lowest layers, has left its lattice site: it is displaced by "
-                    f"{squares.max() ** 0.5:.2f} Å relative to a neighbour. The layers "
-                    "on the foundation are elastic: use more explicit layers, or a "
-                    "lower load, temperature or time step"
+                    f"{distance:.2f} Å relative to a neighbour. "
+                    f"{other if distance > _OTHER_SITE * self.spacing else ''}The "
+                    "layers on the foundation are elastic: use more explicit layers, "
+                    "or a lower load, temperature or time step"
                 )
         return moved
 

@@ -12,6 +12,8 @@ from ase_roughcontact.interactions.base import Interaction, Profile
 from ase_roughcontact.interactions.parameter import WORK_OF_ADHESION, Parameter
 
 _RANGE = Parameter("a0", default=1.0)
+# Smallest relative cutoff: the difference to a straight line is lost to rounding below.
+_SHORTEST = 0.01
 
 
 class HardAdhesiveWall(Interaction):
@@ -154,6 +156,11 @@ class _CutTail(HardAdhesiveWall):
         """Check the parameters."""
         super().__post_init__()
         positive(relative_cutoff=self.relative_cutoff)
+        if self.relative_cutoff < _SHORTEST:
+            raise ValueError(
+                f"relative_cutoff must be at least {_SHORTEST:g}, got "
+                f"{self.relative_cutoff:g}"
+            )
 
     def _attraction(self, x: np.ndarray) -> Profile:
         c = self.relative_cutoff
@@ -185,7 +192,7 @@ class ExponentialWall(_CutTail):
         D (length).
     relative_cutoff : float
         Gap from which on the wall is zero, in units of D. At the default of 10 the
-        tension that is cut off is 5e-5 of the largest one.
+        tension that is cut off is 5e-5 of the largest one. At least 0.01.
 
     Raises
     ------
@@ -197,7 +204,7 @@ class ExponentialWall(_CutTail):
     parameters = {
         "work_of_adhesion": WORK_OF_ADHESION,
         "attraction_range": _RANGE,
-        "relative_cutoff": Parameter(default=10.0),
+        "relative_cutoff": Parameter(default=10.0, above=_SHORTEST),
     }
 
     work_of_adhesion: float
@@ -246,7 +253,7 @@ class PowerLawWall(_CutTail):
         "work_of_adhesion": WORK_OF_ADHESION,
         "attraction_range": _RANGE,
         "exponent": Parameter(default=3.0),
-        "relative_cutoff": Parameter(default=20.0),
+        "relative_cutoff": Parameter(default=20.0, above=_SHORTEST),
     }
 
     work_of_adhesion: float

@@ -28,13 +28,18 @@ class Heterogeneity:
         and y from the axis, arrays which broadcast (length); or `SelfAffine` for a
         random field with a spectrum and a seed.
     rms : float, optional
-        Root mean square of f, to which a map or a random field is scaled; required for
-        a random field. By default the pattern is f itself.
+        Root mean square of f about its mean, to which a map or a random field is
+        scaled; required for a random field. By default the pattern is f itself.
 
     Raises
     ------
     ValueError
-        If `rms` is not positive, or missing or given where it must not be.
+        If `rms` is not positive, or missing or given where it must not be, or the map
+        is flat.
+
+    Notes
+    -----
+    Where f is below -1, w is zero: its mean is then larger than that of 1 + f.
 
     Examples
     --------
@@ -62,6 +67,8 @@ class Heterogeneity:
             positive(rms=self.rms)
             if not hasattr(self.pattern, "statistics"):
                 raise ValueError("rms is for maps and random fields: omit it")
+            if not self.pattern.statistics().rms_height > 0.0:
+                raise ValueError("a map that is scaled to rms must not be flat")
         elif isinstance(self.pattern, SelfAffine):
             raise ValueError("a random field needs rms, its root mean square")
 

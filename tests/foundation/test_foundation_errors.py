@@ -101,6 +101,17 @@ def test_an_atom_that_left_its_site(atoms, surface):
         atoms.get_forces()
 
 
+def test_atoms_in_another_order(atoms):
+    atoms.positions = atoms.positions[::-1]
+    with pytest.raises(ValueError, match="order has changed, make a new foundation"):
+        atoms.get_forces()
+
+
+def test_preconditioner_of_another_calculator(atoms):
+    with pytest.raises(ValueError, match="must be an ElasticFoundation"):
+        FoundationPrecon(atoms, pair_potential())
+
+
 def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
     forces = atoms.get_forces()
     del atoms[[-1, -2]]

@@ -117,11 +117,11 @@ def test_what_is_refused(surface):
     with pytest.raises(ValueError, match="soft wall"):
         add_indenter(atoms, RoughSphere(15.0), HardWall())
     add_indenter(atoms, RoughSphere(15.0))
-    foundation = atoms.calc.mixer.calcs[0]
-    with pytest.raises(ValueError, match="need an ElasticFoundation"):
-        add_indenter(atoms, RoughSphere(15.0))
-    atoms.calc = foundation
     with pytest.raises(ValueError, match="an indenter already"):
+        add_indenter(atoms, RoughSphere(15.0))
+    atoms = slab(surface)
+    atoms.calc = None
+    with pytest.raises(ValueError, match="need an ElasticFoundation"):
         add_indenter(atoms, RoughSphere(15.0))
 
 

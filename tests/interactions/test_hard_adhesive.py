@@ -109,6 +109,7 @@ def test_scene_parameters_are_in_spacings_and_joule_per_square_metre():
         (ExponentialWall, (0.0, 1.0), "work_of_adhesion must be"),
         (ExponentialWall, (1.0, np.nan), "attraction_range must be"),
         (ExponentialWall, (1.0, 1.0, -1.0), "relative_cutoff must be"),
+        (ExponentialWall, (1.0, 1.0, 1e-3), "relative_cutoff must be at least 0.01"),
         (PowerLawWall, (1.0, 1.0, 0.0), "exponent must be"),
         (DugdaleWall, (1.0, 1.0, 1.0), "relative_taper must be at least 0 and below 1"),
     ],

@@ -53,6 +53,13 @@ def test_hardness_is_given_once_in_either_section():
     assert scene.wall.hardness == scene.hardness == harder
 
 
+def test_a_wrong_hardness_is_named_with_its_section():
+    with pytest.raises(ValueError, match=r"\[interaction\] hardness must be > 0"):
+        scene_of(interaction="hardness = -1.0")
+    with pytest.raises(ValueError, match=r"\[substrate\] hardness is in GPa"):
+        scene_of('symbol = "Cu"\nhardness = -1.0')
+
+
 def test_shape_is_kept_if_asked_for():
     assert scene_of(interaction="permanent = true").wall.permanent
     assert not scene_of().wall.permanent

@@ -84,6 +84,7 @@ def test_negative_works_of_adhesion_are_cut_off():
         ((FIELD,), "a random field needs rms"),
         ((stripes, 0.2), "rms is for maps and random fields"),
         ((MAP, -0.2), "rms must be"),
+        ((HeightMap(np.ones((8, 8)), 1.0), 0.2), "must not be flat"),
         ((0.3,), "pattern must be a HeightMap, a SelfAffine or a function"),
     ],
 )
