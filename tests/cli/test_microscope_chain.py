@@ -5,9 +5,10 @@ import re
 
 import numpy as np
 import pytest
-from microscope_files import write_gwy
+from microscope_files import WITH_MISSING, WRITERS, write_gwy
 
 from ase_roughcontact.cli import main
+from ase_roughcontact.scene import Scene
 
 PIXEL, SIDE = 1.0, 48  # nm, points
 SCENE = """
@@ -36,8 +37,8 @@ cantilever = "10 N/m"
 """
 
 
-def write_scan(file, rng):
-    """Rough surface with tilt, drift between lines, noise and missing points."""
+def scan(rng, missing=0.003):
+    """Rough surface (nm) with tilt, drift between lines, noise and missing points."""
     qx, qy = np.fft.fftfreq(SIDE)[:, None], np.fft.fftfreq(SIDE)
     square = np.maximum(qx**2 + qy**2, SIDE**-2.0)
     waves = np.fft.fft2(rng.normal(size=(SIDE, SIDE)))
@@ -46,8 +47,8 @@ def write_scan(file, rng):
     x = PIXEL * np.arange(SIDE)
     heights += 0.02 * x[:, None] + np.cumsum(rng.normal(0.0, 0.05, SIDE))
     heights += rng.normal(0.0, 0.02, heights.shape)
-    heights[rng.random(heights.shape) < 0.003] = np.nan
-    write_gwy(file, heights, (PIXEL, PIXEL))
+    heights[rng.random(heights.shape) < missing] = np.nan
+    return heights
 
 
 def write_curve(exact, file, rng):
@@ -72,6 +73,25 @@ def write_curve(exact, file, rng):
     file.write_text("\n".join(lines))
 
 
+@pytest.mark.parametrize("name", WRITERS)
+def test_scenes_of_all_formats_have_the_same_tip(name, tmp_path, monkeypatch):
+    pytest.importorskip("SurfaceTopography")
+    monkeypatch.chdir(tmp_path)
+    missing = 0.003 if name in WITH_MISSING else 0.0
+    heights = scan(np.random.default_rng(7), missing)
+    tips = []
+    for file in (name, "reference.gwy"):
+        write = WRITERS.get(file, write_gwy)
+        write(tmp_path / file, heights, (PIXEL, PIXEL))
+        scene = Scene.parse(SCENE.replace("scan.gwy", file))
+        scene.check()
+        tips.append(scene.surface.heights((20, 20), 5.0, (-50.0, -50.0)))
+    assert np.ptp(tips[0]) > 1.0
+    np.testing.assert_allclose(
+        *tips, rtol=0, atol=2e-3
+    )
+
+
 @pytest.mark.slow
 def test_a_scan_and_a_force_curve_become_a_fit_and_a_page(
     tmp_path, monkeypatch, capsys
@@ -79,7 +99,7 @@ def test_a_scan_and_a_force_curve_become_a_fit_and_a_page(
     pytest.importorskip("SurfaceTopography")
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(7)
-    write_scan(tmp_path / "scan.gwy", rng)
+    write_gwy(tmp_path / "scan.gwy", scan(rng), (PIXEL, PIXEL))
     (tmp_path / "my.toml").write_text(SCENE)
     assert main(["run", "my.toml", "--out", "results", "--quiet"]) == 0
     write_curve("results/cantilever.csv", tmp_path / "curve.csv", rng)
