@@ -87,9 +87,7 @@ def test_scenes_of_all_formats_have_the_same_tip(name, tmp_path, monkeypatch):
         scene.check()
         tips.append(scene.surface.heights((20, 20), 5.0, (-50.0, -50.0)))
     assert np.ptp(tips[0]) > 1.0
-    np.testing.assert_allclose(
-        *tips, rtol=0, atol=2e-3
-    )
+    np.testing.assert_allclose(*tips, rtol=0, atol=2e-3)
 
 
 @pytest.mark.slow
