@@ -56,7 +56,7 @@ def test_a_roughness_of_many_points_is_not_synthesised_for_a_plan():
     plan = Scene.parse(LARGE_DOMAIN).plan()
     assert time.perf_counter() - start < 10.0
     assert plan.steps[0].window and plan.steps[1].problem
-    assert "domain of 73422 spacings would need 162 GB" in plan.advice
+    assert re.search(r"domain of 73\d{3} spacings .* 16\d GB", plan.advice)
 
 
 @pytest.mark.parametrize("length", [4.0, 400.0])
