@@ -260,10 +260,10 @@ class Contact:
         height : float
             Height of the indenter (length).
         known_pressure : ndarray, shape (n, m), optional
-            Elastic pressure on the window, if a solver knows it: it replaces a
+            Elastic pressure on the window, if a solver has it: it replaces a
             transform of the displacement.
         reaction : ndarray, shape (n, m), optional
-            Pressure of a hard wall, if a solver knows it. By default it is the elastic
+            Pressure of a hard wall, if a solver has it. By default it is the elastic
             pressure on the atoms that touch it; if all atoms of a periodic surface do,
             the smallest one is that of the attraction, or zero.
 

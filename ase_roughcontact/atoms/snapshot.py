@@ -91,7 +91,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         pressure=_compressed(state.pressure),
         **info,
     )
-    if state.touching is not None:  # the pressure does not tell
+    if state.touching is not None:  # not those under a positive pressure
         frame.info[_TOUCHING] = _compressed(state.touching)
     results = atoms.calc.results
     frame.calc = SinglePointCalculator(

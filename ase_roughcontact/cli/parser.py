@@ -38,7 +38,7 @@ Steps that exceed a limit of the model, such as the hardness of the substrate, a
 marked in the table and in curve.csv. With --strict the run stops at the first of them.
 
 With --preview a part of the steps is calculated on a grid of up to four times the
-spacing, in less than a tenth of the time, into the folder DIR-preview. The errors of
+spacing, in a part of the time, into the folder DIR-preview. The errors of
 the areas are estimated, as in any run.
 
 Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is

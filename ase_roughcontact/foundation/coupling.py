@@ -150,16 +150,16 @@ def on_cells(
         np.meshgrid(np.fft.fftfreq(n), np.fft.rfftfreq(m), indexing="ij"), axis=-1
     )
     q = numbers.reshape(-1, 2) @ reciprocal.T
-    places = np.repeat(column.positions[:, :2], 3, axis=0)
-    matrices = np.empty((len(q), len(places), len(places)), complex)
+    positions = np.repeat(column.positions[:, :2], 3, axis=0)
+    matrices = np.empty((len(q), len(positions), len(positions)), complex)
     for start in range(1, len(q), _CHUNK):
         part = slice(start, start + _CHUNK)
-        phases = np.exp(1j * q[part] @ places.T)
+        phases = np.exp(1j * q[part] @ positions.T)
         matrices[part] = phases[:, :, None] * matrix(q[part]) * phases[:, None].conj()
     long = np.array([[1.0, 0.0], [2.0, 0.0]]) * _LONG / spacing
     once, twice = matrix(long).real
     matrices[0] = 2.0 * once - twice  # without the term proportional to |q|
-    return matrices.reshape(n, m // 2 + 1, len(places), len(places))
+    return matrices.reshape(n, m // 2 + 1, len(positions), len(positions))
 
 
 def apply(matrices: np.ndarray, field: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import integer, lookup, positive
-from ase_roughcontact.elasticity.crystals.bulk import element, relaxed_lattice_constant
+from ase_roughcontact.elasticity.crystals.bulk import chosen_crystal
 from ase_roughcontact.elasticity.crystals.errors import check_errors
 from ase_roughcontact.elasticity.crystals.force_constants import (
     SURFACES,
@@ -115,12 +115,7 @@ class CrystalSurface:
         lookup(surface, SURFACES, "surface")
         positive(tolerance=tolerance)
         structure = surface[:3]
-        symbol, a = element(bulk, structure)
-        if lattice_constant is None:
-            a = relaxed_lattice_constant(calculator, symbol, structure, a)
-        else:
-            positive(lattice_constant=lattice_constant)
-            a = float(lattice_constant)
+        symbol, a = chosen_crystal(calculator, bulk, structure, lattice_constant)
         slab = relaxed_slab(calculator, symbol, surface, a, layers)
         constants = force_constants(calculator, slab, size, displacement)
         name = f"{surface} {symbol} with {type(calculator).__name__}"

@@ -21,7 +21,7 @@ _LARGEST_LOSS = 0.5
 
 
 def preview(scene: Scene) -> Scene:
-    """Return a scene that shows the results of another one in a tenth of its time.
+    """Return a scene that shows the results of another one in a part of its time.
 
     It asks for the continuum on a grid of up to four times the spacing, without the
     waves that this grid can't resolve, at every sixth step or fewer. A crystal of

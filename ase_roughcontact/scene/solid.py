@@ -238,7 +238,7 @@ def _calculated_crystal(
     except Exception as error:
         raise ValueError(
             f"{potential} is not a potential in the format {kind}: {error}. The format "
-            f"is told by the end of the name, one of {', '.join(_FORMATS)}; crystals "
+            f"follows from the end of the name, one of {', '.join(_FORMATS)}; crystals "
             "of other potentials are written with Python, and given by crystal"
         ) from error
     return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLABS)

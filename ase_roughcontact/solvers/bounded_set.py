@@ -60,10 +60,12 @@ class BoundedProblem(ComplementarityProblem):
         options = replace(options, forcing=options.plastic_forcing)
         super().__init__(model, pressure, gap, violation, loaded, options)
         self._hardness = hardness
-        # pressure that is missing to the hardness
-        self._room = self._on_box(hardness - pressure, 1.0 / self._unit)
+        # what the pressure lacks to the hardness
+        self._missing = self._on_box(hardness - pressure, 1.0 / self._unit)
         # far from the solution many gaps are wrong, more than many pressures
-        flows = (self._gap <= -self._room) & (self._pressure >= _FLOW * self._room)
+        flows = (self._gap <= -self._missing) & (
+            self._pressure >= _FLOW * self._missing
+        )
         self._plastic = flows.astype(model.dtype)
         self._contact *= 1.0 - self._plastic
 
@@ -72,7 +74,7 @@ class BoundedProblem(ComplementarityProblem):
             self._contact,
             self._plastic,
             self._pressure,
-            self._room,
+            self._missing,
             self._change,
             self._gap,
             self._height_change,
@@ -88,29 +90,29 @@ class BoundedProblem(ComplementarityProblem):
         """In a singular full contact, shift the pressure until one is at a bound."""
         if not (self._may_be_singular and self._contact.all()):
             return
-        pressure, room = self._pressure + self._change, self._room - self._change
+        pressure, missing = self._pressure + self._change, self._missing - self._change
         if self._gap.mean() > 0.0:
             self._change -= pressure.min()
             self._contact[pressure <= pressure.min()] = 0.0
         else:
-            self._change += room.min()
-            self._plastic[room <= room.min()] = 1.0
-            self._contact[room <= room.min()] = 0.0
+            self._change += missing.min()
+            self._plastic[missing <= missing.min()] = 1.0
+            self._contact[missing <= missing.min()] = 0.0
 
     def _clipped(self) -> np.ndarray:
         """Return the change clipped to the bounds; under a load, of no total."""
         clipped = self._scratch
-        gained, pressure, room = self._clip_to_bounds()
+        gained, pressure, missing = self._clip_to_bounds()
         if not self._loaded:
             return clipped
-        lacking = gained - pressure if gained > 0.0 else -gained - room
+        lacking = gained - pressure if gained > 0.0 else -gained - missing
         if lacking > 0.0:
             self._extend(gained, lacking)
-            gained, pressure, room = self._clip_to_bounds()
-        available = pressure if gained > 0.0 else room
+            gained, pressure, missing = self._clip_to_bounds()
+        available = pressure if gained > 0.0 else missing
         if available:
             share = max(min(gained / available, 1.0), -1.0)
-            _rescale(clipped, share, self._pressure, self._room, self._contact)
+            _rescale(clipped, share, self._pressure, self._missing, self._contact)
         return clipped
 
     def _clip_to_bounds(self) -> tuple[float, float, float]:
@@ -118,7 +120,7 @@ class BoundedProblem(ComplementarityProblem):
             self._scratch,
             self._change,
             self._pressure,
-            self._room,
+            self._missing,
             self._contact,
             self._plastic,
         )
@@ -162,7 +164,7 @@ def _exchange(
     contact: np.ndarray,
     plastic: np.ndarray,
     pressure: np.ndarray,
-    room: np.ndarray,
+    missing: np.ndarray,
     change: np.ndarray,
     gap: np.ndarray,
     height_change: float,
@@ -172,7 +174,7 @@ def _exchange(
     elastic, full = contact > 0.0, plastic > 0.0
     overlap = -gap
     overlap -= height_change
-    below, above = change < -pressure, change > room
+    below, above = change < -pressure, change > missing
     releases = full & (overlap < -target)
     enters = releases | (~elastic & ~full & (overlap > target))
     new = (elastic & ~below & ~above) | enters
@@ -199,7 +201,7 @@ def _clip(
     clipped: np.ndarray,
     change: np.ndarray,
     pressure: np.ndarray,
-    room: np.ndarray,
+    missing: np.ndarray,
     contact: np.ndarray,
     plastic: np.ndarray,
 ) -> tuple[float, float, float]:
@@ -207,14 +209,14 @@ def _clip(
 
     Returns the sums of ``x``, and of ``p + x`` and ``H - p - x`` in ``A``.
     """
-    np.clip(change, -pressure, room, out=clipped)
+    np.clip(change, -pressure, missing, out=clipped)
     clipped *= contact
-    clipped += plastic * room
+    clipped += plastic * missing
     clipped -= (1.0 - contact - plastic) * pressure
     return (
         float(clipped.sum()),
         float(((pressure + clipped) * contact).sum()),
-        float(((room - clipped) * contact).sum()),
+        float(((missing - clipped) * contact).sum()),
     )
 
 
@@ -223,14 +225,14 @@ def _rescale(
     change: np.ndarray,
     share: float,
     pressure: np.ndarray,
-    room: np.ndarray,
+    missing: np.ndarray,
     contact: np.ndarray,
 ) -> None:
     """Reduce ``p + x`` in ``A`` by a share, or ``H - p - x`` if it is negative."""
     if share > 0.0:
         change -= share * contact * (pressure + change)
     else:
-        change -= share * contact * (room - change)
+        change -= share * contact * (missing - change)
 
 
 @rowwise()

@@ -84,7 +84,7 @@ class LocalWall:
     def with_reaction(
         self, pressure: np.ndarray, opening: np.ndarray, height: float
     ) -> LocalWall:
-        """Return the hard wall with the reaction that explains a pressure.
+        """Return the hard wall whose reaction balances a pressure.
 
         Parameters
         ----------
@@ -96,7 +96,9 @@ class LocalWall:
             Of the indenter.
         """
         reaction = np.empty(opening.shape)
-        _explain(reaction, pressure, opening, self.heights, height, self.adhesion, self)
+        _set_reaction(
+            reaction, pressure, opening, self.heights, height, self.adhesion, self
+        )
         return replace(self, reaction=reaction)
 
     def updated(self, opening: np.ndarray, height: float) -> tuple[LocalWall, float]:
@@ -276,7 +278,7 @@ def _along(
 
 
 @rowwise()
-def _explain(
+def _set_reaction(
     reaction: np.ndarray,
     pressure: np.ndarray,
     opening: np.ndarray,

@@ -36,7 +36,7 @@ PAIRS = 40  # as many as a step takes
 
 
 def turns():
-    """Tell ratios of times."""
+    """Print ratios of times."""
     print("pairs of transforms: float32 over float64")
     for side in (100, 270, 540):
         double, single = in_turn([pairs(side, kind) for kind in ("float64", "float32")])
@@ -75,7 +75,7 @@ def pairs(side, dtype):
 
 
 def cutoffs():
-    """Tell what the cutoff costs, by radius, work of adhesion, roughness and depth."""
+    """Print what the cutoff costs, by radius, work of adhesion, roughness and depth."""
     print("R, w, rough, depth: cutoff, error, error (cutoff/r0)^3, window, seconds")
     rough = SelfAffine(0.1, 0.8, 4.0, 48.0, seed=1, domain=4096.0)
     smooth = product((100.0, 300.0), (1 / 27, 1 / 270), (None,))
@@ -108,7 +108,7 @@ def push_of(atoms):
 
 
 def paths():
-    """Tell errors over relative tolerances, which are a quarter of the accuracy."""
+    """Print errors over relative tolerances, which are a quarter of the accuracy."""
     walls = {
         "hard": HardWall(),
         "repulsive": LennardJones93.repulsive(1.0, 1.0),

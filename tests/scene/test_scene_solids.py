@@ -176,7 +176,7 @@ def test_contradictions_are_errors(lines, message):
         ('potential = "missing.alloy"', "can't read .*missing.alloy"),
         ('potential = "."', "can't read .*directory"),
         ('crystal = "."', "can't read .*directory"),
-        ('potential = "Cu.eam.fs"', "in the format eam/fs: .*by the end of the name"),
+        ('potential = "Cu.eam.fs"', "in the format eam/fs: .*from the end of the name"),
         ('potential = "Cu.eam"', "in the format eam: "),
         ('potential = "Cu.adp"', "in the format eam/alloy: .*written with Python"),
         ('calculator = "emt"\nsurface = "bcc100"', "Cu is fcc, .*surface='fcc100'"),

@@ -10,7 +10,7 @@ from ase.build import bulk
 from ase.data import atomic_numbers, reference_states
 from ase.neighborlist import neighbor_list
 
-from ase_roughcontact._util.validation import lookup
+from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity.crystals.force_constants import SURFACES
 from ase_roughcontact.elasticity.crystals.strain import (
     RANGE,
@@ -75,6 +75,36 @@ def _has_structure(crystal: Atoms, structure: str, a: float) -> bool:
     return len(found) == len(crystal) * len(expected) and np.allclose(
         np.sort(found), np.sort(np.tile(expected, len(crystal))), rtol=0.02
     )
+
+
+def chosen_crystal(
+    calculator: Any, bulk: Atoms | str, structure: str, lattice_constant: float | None
+) -> tuple[str, float]:
+    """Return the symbol of a crystal and its lattice constant, relaxed unless given.
+
+    Parameters
+    ----------
+    calculator : Calculator
+    bulk : Atoms or str
+    structure : {"fcc", "bcc"}
+    lattice_constant : float or None
+        In Å.
+
+    Returns
+    -------
+    symbol : str
+    lattice_constant : float
+
+    Raises
+    ------
+    ValueError
+        As `element` and `relaxed_lattice_constant`, or if it is not positive.
+    """
+    symbol, guess = element(bulk, structure)
+    if lattice_constant is None:
+        return symbol, relaxed_lattice_constant(calculator, symbol, structure, guess)
+    positive(lattice_constant=lattice_constant)
+    return symbol, float(lattice_constant)
 
 
 def relaxed_lattice_constant(

@@ -26,8 +26,7 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.validation import finite, integer, lookup, positive
 from ase_roughcontact.elasticity.crystals.bulk import (
     bulk_below,
-    element,
-    relaxed_lattice_constant,
+    chosen_crystal,
 )
 from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
 from ase_roughcontact.elasticity.crystals.errors import (
@@ -184,12 +183,7 @@ class Crystal(ElasticSolid):
         structure = lookup(surface, _STRUCTURES, "square surface")
         positive(tolerance=tolerance)
         integer("layers", layers, _LEAST_LAYERS)
-        symbol, a = element(bulk, structure)
-        if lattice_constant is None:
-            a = relaxed_lattice_constant(calculator, symbol, structure, a)
-        else:
-            positive(lattice_constant=lattice_constant)
-            a = lattice_constant
+        symbol, a = chosen_crystal(calculator, bulk, structure, lattice_constant)
         below = bulk_below(calculator, symbol, surface, a)
         thick, thin = (
             force_constants(
