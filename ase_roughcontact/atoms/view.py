@@ -95,13 +95,14 @@ def with_indenter(
     horizontal = _NEIGHBOURS * covalent_radii[shown.numbers[0]] / step
     steepness = max(1.0, 2.0 * _RANGE * radius / upper[inside, 2].max())
     scale = np.array([horizontal, horizontal, horizontal * steepness])
-    pressure = pressure_of(frame)[chosen]
-    cut = _plane(pressure > 0.0)
+    contact = contact_of_frame(frame)[chosen]
+    attracted = (pressure_of(frame)[chosen] < 0.0) & ~contact
+    cut = _plane(contact)
     body = _body(upper * scale, inside, radius * horizontal, step * horizontal, cut)
 
     shown.positions = (lower * scale).reshape(-1, 3)
-    shown.numbers[pressure.ravel() > 0.0] = atomic_numbers[CONTACT]
-    shown.numbers[pressure.ravel() < 0.0] = atomic_numbers[ATTRACTED]
+    shown.numbers[contact.ravel()] = atomic_numbers[CONTACT]
+    shown.numbers[attracted.ravel()] = atomic_numbers[ATTRACTED]
     shown += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
     shown += Atoms([INDENTER] * len(body), body, tags=[TAG_INDENTER] * len(body))
     shown.info = {key: frame.info[key] for key in ("normal_force", "contact_area")} | {

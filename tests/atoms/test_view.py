@@ -7,6 +7,7 @@ from ase.io import read, write
 from ase.units import GPa
 
 from ase_roughcontact import (
+    ExponentialWall,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
@@ -98,6 +99,19 @@ def test_contact_and_attracted_atoms_have_their_own_elements():
     assert set(symbols) == {CONTACT, ATTRACTED, "Cu"}
     assert set(body.symbols) == {INDENTER}
     assert list(below.get_tags()) == list(snapshot(atoms).get_tags()[:-1])
+
+
+def test_atoms_that_touch_under_tension_are_shown_in_contact():
+    sphere = RoughSphere(20.0)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0, height=-0.2)
+    atoms.calc = RoughContact(sphere, MODULUS, ExponentialWall(0.05, 0.5, 3.0))
+    NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    state = atoms.calc.state(atoms)
+    assert (state.contact & (state.pressure < 0.0)).any()
+    surface, _, _ = split(with_indenter(atoms))
+    np.testing.assert_array_equal(
+        surface.symbols == CONTACT, state.contact.ravel(), strict=True
+    )
 
 
 def test_indenter_is_cut_behind_most_of_the_contact_and_closed():
