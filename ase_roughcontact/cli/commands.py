@@ -1,19 +1,15 @@
-"""The commands of ``ase-roughcontact``: one function each."""
+"""Commands of ``ase-roughcontact`` that do not run a scene; docstrings are help."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
 from dataclasses import asdict, replace
 
 from ase_roughcontact._util.units import UNITS, printed_unit
-from ase_roughcontact.cli import report, runs
+from ase_roughcontact.cli import report
 from ase_roughcontact.cli.curves import read_curve
-from ase_roughcontact.cli.ensembles import ensemble
 from ase_roughcontact.cli.jsonlines import json_line
 from ase_roughcontact.cli.options import checked_scene
-from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.cli.places import places
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.fit import fit_curve
@@ -21,41 +17,69 @@ from ase_roughcontact.scene.smooth_fit import smooth_fit
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 
-def _print_scene(options: argparse.Namespace) -> int:
+def print_scene(options: argparse.Namespace) -> int:
+    """Print the built-in scene file, a template with a description of each key."""
     print(default_text(), end="")
     return 0
 
 
-def _plan(options: argparse.Namespace) -> int:
+def plan(options: argparse.Namespace) -> int:
+    """Print window, FFT grid, memory and time of each step before it is calculated.
+
+    The approximations that are made are printed with their reasons. The time is
+    extrapolated from FFTs timed on this machine, and correct within a factor of about
+    three. For a step that can't be calculated the reason is printed.
+
+    Exit status: 0 all steps can run in the free memory, 1 some can't, 2 the scene is
+    invalid.
+    """
     scene = checked_scene(options)
-    plan, unit = scene.plan(), report.target_unit(scene)
+    planned, unit = scene.plan(), report.target_unit(scene)
     if options.json:
-        for step in plan.steps:
+        for step in planned.steps:
             print(json_line(asdict(step), units_of() | {"target": unit}))
     elif not options.quiet:
         printed = printed_unit(unit)
-        print(plan.table(f"{scene.path.control} ({printed})", UNITS[printed]))
-    return 0 if plan.runs else 1
+        print(planned.table(f"{scene.path.control} ({printed})", UNITS[printed]))
+    return 0 if planned.runs else 1
 
 
-def _fit(options: argparse.Namespace) -> int:
+def fit(options: argparse.Namespace) -> int:
+    """Fit parameters of a scene to a measured force curve by least squares.
+
+    The derivatives follow from the relaxed states. Data, fit and residuals are drawn.
+    The curve is a CSV file with the columns "force (nN)" and "depth (nm)", or "distance
+    (nm)" of the base and "deflection (nm)" of the cantilever; the zero of the depth is
+    fitted. Beside it, the work of adhesion of a smooth sphere is fitted by the theory
+    of Maugis and Dugdale.
+    """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene = checked_scene(options)
     curve = read_curve(options.curve, options.branch)
     if scene.cantilever is not None:
         curve = replace(curve, stiffness=scene.cantilever)
-    fit = fit_curve(scene, curve, [name.strip() for name in options.free.split(",")])
-    print(fit)
+    found = fit_curve(scene, curve, [name.strip() for name in options.free.split(",")])
+    print(found)
     smooth = smooth_fit(scene, curve) if scene.wall.attractive else None
     if smooth is not None:
         print(smooth)
-    figures.draw_fit(fit, smooth, options.picture)
+    figures.draw_fit(found, smooth, options.picture)
     print(options.picture)
-    return 0 if fit.converged else 1
+    return 0 if found.converged else 1
 
 
-def _tradeoff(options: argparse.Namespace) -> int:
+def measure_tradeoff(options: argparse.Namespace) -> int:
+    """Measure the errors and costs of choices on a few steps of a scene.
+
+    The choices are tolerance or grid, free or periodic boundary, wall, theory instead
+    of simulation, and number of surfaces. The cheapest numerical settings for a wanted
+    error of the area are printed and checked on another surface, and error against
+    time is drawn.
+
+    Exit status: 0 the settings have the wanted error, 1 none have, 2 the scene is
+    invalid.
+    """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     study = tradeoff(checked_scene(options), options.error)
@@ -76,7 +100,15 @@ def _tradeoff(options: argparse.Namespace) -> int:
     return 0 if study.kept else 1
 
 
-def _completion(options: argparse.Namespace) -> int:
+def completion(options: argparse.Namespace) -> int:
+    """Print a script that completes commands and options in a shell.
+
+    It needs shtab (pip install '.[completion]' in the folder of the source code). For
+    bash:
+
+      ase-roughcontact completion > ~/.ase-roughcontact-completion
+      echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc
+    """
     try:
         import shtab
     except ImportError as error:
@@ -84,20 +116,5 @@ def _completion(options: argparse.Namespace) -> int:
             "completion needs shtab: install the extra completion: pip install "
             "'.[completion]' in the folder of the source code"
         ) from error
-    print(shtab.complete(make_parser(), options.shell))
+    print(shtab.complete(options.parser, options.shell))
     return 0
-
-
-COMMANDS: dict[str, Callable[[argparse.Namespace], int]] = {
-    "run": runs.run,
-    "plan": _plan,
-    "ensemble": ensemble,
-    "places": places,
-    "tradeoff": _tradeoff,
-    "figure": runs.draw_figures,
-    "maps": runs.write_maps,
-    "fit": _fit,
-    "report": runs.write_report,
-    "scene": _print_scene,
-    "completion": _completion,
-}

@@ -31,7 +31,31 @@ UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 
 
 def ensemble(options: argparse.Namespace) -> int:
-    """Run a scene for all combinations of some values; return the exit status."""
+    r"""Run a scene for all combinations of some values, in parallel.
+
+    The steps are stored in an ASE database. An interrupted ensemble is resumed by
+    running it again. For five realisations of the roughness on two spheres:
+
+      ase-roughcontact ensemble my.toml --set roughness.seed=0,1,2,3,4 \
+                                        --set sphere.radius=100.0,1000.0
+
+    With --error, realisations are added until the standard error of the mean area at
+    every step is below it. Each load gets as many as it needs, which a pilot of 8
+    predicts:
+
+      ase-roughcontact ensemble my.toml --error 0.05
+
+    With --scheduler, the workers of a Dask cluster calculate, on any number of
+    machines:
+
+      dask scheduler --port 8786
+      dask worker tcp://HOST:8786 --nthreads 1
+      ase-roughcontact ensemble my.toml --scheduler tcp://HOST:8786
+
+    Exit status: 0 all steps are stored, 1 some cases failed or the error is larger, 2
+    the scene or the database is invalid or damaged, 130 interrupted (Ctrl-C), 143
+    terminated (SIGTERM).
+    """
     scene = Scene.parse(*scene_text(options))
     values: dict[str, list[Any]] = {}
     for key, listed in map(_values_of_key, options.set):

@@ -12,7 +12,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ase_roughcontact.cli.commands import COMMANDS
 from ase_roughcontact.cli.options import ERRORS
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.cli.report import print_error
@@ -28,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = make_parser().parse_args(arguments)
     try:
         with _signals_and_warnings():
-            status = COMMANDS[options.command](options)
+            status = options.function(options)
         sys.stdout.flush()  # here, where a closed pipe is caught
         return status
     except BrokenPipeError:  # the pager was closed

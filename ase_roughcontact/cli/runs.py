@@ -30,7 +30,38 @@ from ase_roughcontact.scene.reference import Reference, reference_for
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the scene, and write and draw its results."""
+    """Press the sphere of a scene into the substrate, step by step.
+
+    Without a scene file the built-in scene is run. "ase-roughcontact scene" prints it,
+    as a template with a description of each key. Files in the output folder:
+
+      curve.csv    one line per step: heights and penetrations in Å, forces in eV/Å,
+                   areas in Å^2, energies in eV
+      sweep.traj   ASE trajectory with one frame per step; tags: 1 in contact,
+                   2 attracted; initial charges: pressure in GPa
+      view.traj    the same for viewing with ase gui: contact in purple, sphere cut
+                   open, large windows thinned, heights enlarged
+      curve.png    contact area against load, with Eq. (4) of Pastewka & Robbins
+                   (2016), and with adhesion JKR, DMT and Maugis-Dugdale
+      force.png    force against penetration or height; for paths of these, and for
+                   paths with tension
+      contact.png  maps of the contact pressure of four steps
+      scene.toml   the scene
+
+    An interrupted run is resumed by running it again with the same folder.
+
+    Steps that exceed a limit of the model, such as the hardness of the substrate, are
+    marked in the table and in curve.csv. With --strict the run stops at the first of
+    them.
+
+    With --preview a part of the steps is calculated on a grid of up to four times the
+    spacing, in a part of the time, into the folder DIR-preview. The errors of the areas
+    are estimated, as in any run.
+
+    Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
+    invalid, a file of it is damaged, or a step exceeds a limit with --strict, 130
+    interrupted (Ctrl-C), 143 terminated (SIGTERM).
+    """
     scene, steps = checked_scene(options), list[LoadStep]()
     if options.preview:
         scene = preview(scene)
@@ -148,7 +179,11 @@ def _write_results(
 
 
 def draw_figures(options: argparse.Namespace) -> int:
-    """Draw the figures of a run again."""
+    """Draw the figures of a run again.
+
+    Draws curve.png, force.png and contact.png of a finished or interrupted run, and
+    writes view.traj, as "run" does.
+    """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     folder = options.folder
@@ -170,7 +205,11 @@ def _loop_of(scene: Scene, steps: list[LoadStep]) -> AdhesionLoop:
 
 
 def write_report(options: argparse.Namespace) -> int:
-    """Write the results of a run as one page."""
+    """Write DIR/report.html, the results of a run on one page.
+
+    Input, warnings, figures and numbers of a finished or interrupted run are on a page
+    that needs no other file.
+    """
     folder = options.folder
     scene = Scene.read(folder / "scene.toml")
     steps = list(read_steps(folder / "sweep.traj"))
@@ -186,7 +225,11 @@ def write_report(options: argparse.Namespace) -> int:
 
 
 def write_maps(options: argparse.Namespace) -> int:
-    """Write the maps of all steps of a run."""
+    """Write the pressure, gap, displacement and contact of each step to DIR/maps.
+
+    The run may be finished or interrupted. The format is NetCDF (nc), arrays of NumPy
+    (npz) or that of ParaView (vti).
+    """
     folder = options.folder
     surface = Scene.read(folder / "scene.toml").sampled_surface
     refuse_link(folder / "maps")

@@ -3,6 +3,8 @@
 import csv
 import json
 import os
+import runpy
+import sys
 
 import numpy as np
 import pytest
@@ -315,6 +317,14 @@ def test_scene_prints_the_built_in_scene(capsys):
     assert main(["scene"]) == 0
     assert Scene.parse(capsys.readouterr().out) == Scene.default()
     assert Scene.parse(default_text()) == Scene.default()
+
+
+def test_the_package_runs_as_a_module(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["ase-roughcontact", "scene"])
+    with pytest.raises(SystemExit) as status:
+        runpy.run_module("ase_roughcontact", run_name="__main__")
+    assert status.value.code == 0
+    assert capsys.readouterr().out == default_text()
 
 
 def test_an_invalid_scene_is_one_line_on_stderr(tmp_path, capsys):
