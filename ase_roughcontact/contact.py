@@ -86,6 +86,12 @@ class ContactState:
         return int(np.count_nonzero(self.contact))
 
     @property
+    def contact_pressure(self) -> float:
+        """Mean magnitude of the pressure on the atoms in contact, zero without any."""
+        pressures = abs(self.pressure[self.contact])
+        return float(pressures.mean()) if pressures.size else 0.0
+
+    @property
     def attractive_atoms(self) -> int:
         """Number of other atoms under an attractive pressure."""
         return int(np.count_nonzero((self.pressure < 0.0) & ~self.contact))

@@ -34,9 +34,10 @@ class Accuracy:
     Attributes
     ----------
     error : float
-        Largest error of the normal force, relative to the total repulsive force, and of
-        the contact area, relative to it, beyond one atom. States at an instability are
-        excepted, and for the continuum contacts of few grid points.
+        Largest error of the normal force, relative to the sum of the magnitudes of the
+        forces in contact, and of the contact area, relative to it, beyond one atom.
+        States at an instability are excepted, and for the continuum contacts of few
+        grid points.
     tolerance : float
         Largest remaining force on any atom, relative to the mean force on the atoms in
         contact.
@@ -96,13 +97,14 @@ def accuracy_of(wanted: str | float, continuum: bool = False) -> Accuracy:
 
 
 class ForceTolerance:
-    r"""Tolerance of forces relative to the mean force on the atoms in contact.
+    r"""Tolerance of forces relative to the mean magnitude of those in contact.
 
-    .. math:: f_\max = \max\left(t \, \frac{\sum_{p > 0} p a_0^2}{n},\,
+    .. math:: f_\max = \max\left(t \, \frac{\sum_{i \le n} |p_i| a_0^2}{n},\,
               10^{-13} E^* a_0^2\right)
 
-    with the relative tolerance :math:`t` and the :math:`n` atoms of pressure
-    :math:`p > 0`. The mean force is that of the state relaxed last.
+    with the relative tolerance :math:`t` and the :math:`n` atoms in contact, some of
+    which are under tension if a hard wall attracts. The mean force is that of the state
+    relaxed last.
 
     Parameters
     ----------
@@ -145,11 +147,9 @@ class ForceTolerance:
         -------
         float or None
         """
-        count = state.repulsive_atoms
-        if not count:
+        if not state.repulsive_atoms:
             return None
-        repulsion = state.pressure.sum(where=state.contact) * state.cell_area
-        self._mean_force = float(repulsion) / count
+        self._mean_force = state.contact_pressure * state.cell_area
         required = self._for(self._mean_force)
         if tolerance <= required:
             return None

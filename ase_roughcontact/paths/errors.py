@@ -82,7 +82,7 @@ def estimated_errors(step: RelaxedStep) -> Errors:
     unbalanced = abs(float(step.atoms.get_forces()[-1, 2]))
     if not step.touches:
         return Errors(0.0, unbalanced, 0.0)
-    stiffness, pressure = abs(step.response.force), step.mean_pressure
+    stiffness, pressure = abs(step.response.force), step.state.contact_pressure
     relaxation = _relaxation(step)
     shift = (_grid_height(step) if step.continuum else 0.0) + _cell_height(step)
     area = _cell_area(step) + relaxation / pressure

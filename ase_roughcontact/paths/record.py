@@ -91,7 +91,9 @@ def _continuum_area(step: RelaxedStep) -> float:
         return 2.0 * area - step.coarse_area
     if not step.contact.interaction.hard:
         return area
-    return continuum_area(area, step.perimeter, step.halfspace.spacing)
+    corrected = continuum_area(area, step.perimeter, step.halfspace.spacing)
+    # with plastic contact to the edge there is nothing to correct, and A >= N/H
+    return max(corrected, step.state.normal_force / step.state.hardness)
 
 
 def _memory(step: RelaxedStep) -> float:
@@ -140,7 +142,8 @@ class LoadStep:
     continuum_area: float = column(
         _continuum_area,
         "area of the continuum that the grid discretises: extrapolated from two grids, "
-        "or on one grid corrected by the perimeter under a hard wall",
+        "or on one grid corrected by the perimeter under a hard wall, at least load "
+        "over hardness",
         "Å^2",
         "area",
     )

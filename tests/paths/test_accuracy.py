@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import (
+    DugdaleWall,
     HardWall,
     LennardJones93,
     RoughContact,
@@ -141,3 +142,14 @@ def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
 def test_invalid_accuracy_is_an_error(wanted, message):
     with pytest.raises(ValueError, match=message):
         accuracy_of(wanted)
+
+
+def test_tolerance_and_errors_under_tension_are_those_of_the_magnitudes():
+    """Hard walls with attraction hold atoms in contact whose total is a tension."""
+    sphere = RoughSphere(30.0)
+    atoms = substrate("Cu", (32, 32), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(0.05, 0.6))
+    pressed, pulled = load_path(atoms, [0.8, -0.35], validity="ignore")
+    assert pressed.mean_pressure > 0.0 > pulled.mean_pressure
+    assert pulled.tolerance > 0.1 * pressed.tolerance
+    assert pulled.area_error > 0.0

@@ -8,6 +8,7 @@ import pytest
 from ase_roughcontact import (
     HardWall,
     LennardJones93,
+    PlasticWall,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -17,19 +18,22 @@ from ase_roughcontact import (
 from ase_roughcontact.analysis import extrapolate
 from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 
-WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+}
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3, domain=32.0)
 # contact of about 10, 50 and 90 %
 LOADS = 32**2 * 0.1 * np.array([0.05, 0.3, 0.9])
 
 
-def steps_on_flat(wall, spacing, **options):
+def steps_on_flat(wall, spacing, loads=LOADS, **options):
     flat, points = RoughSphere(np.inf, ROUGH), round(32 / spacing)
     atoms = substrate(
         "Cu", (points, points), flat, spacing=spacing, periodic=True, fixed=False
     )
-    atoms.calc = RoughContact(flat, 1.0, WALLS[wall])
-    return list(load_path(atoms, loads=LOADS, validity="ignore", **options))
+    atoms.calc = RoughContact(flat, 1.0, WALLS.get(wall, wall))
+    return list(load_path(atoms, loads=loads, validity="ignore", **options))
 
 
 @pytest.mark.parametrize(
@@ -65,6 +69,18 @@ def test_corrected_area_under_a_hard_wall_depends_on_the_grid_less():
     for step in coarse:
         lines = continuum_area(step.contact_area, step.perimeter, 1.0)
         assert step.continuum_area == lines < step.contact_area
+
+
+def test_corrected_area_of_plastic_contact_is_at_least_load_over_hardness():
+    loads = 0.02 * 32**2 * np.array([0.05, 0.3, 0.7])
+    coarse, fine = (
+        steps_on_flat(PlasticWall(0.02), spacing, loads) for spacing in (1.0, 0.25)
+    )
+    for step, limit in zip(coarse, fine, strict=True):
+        corrected = continuum_area(step.contact_area, step.perimeter, 1.0)
+        assert corrected < step.normal_force / 0.02 == step.continuum_area
+        assert step.continuum_area == pytest.approx(limit.continuum_area, rel=0.02)
+        assert step.contact_area > 1.02 * limit.continuum_area
 
 
 def test_area_under_a_wall_of_finite_stiffness_needs_no_correction():
