@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict, replace
+from dataclasses import asdict
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
@@ -13,6 +13,7 @@ from ase_roughcontact.cli.options import checked_scene
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.smooth_fit import smooth_fit
 from ase_roughcontact.scene.tradeoff import tradeoff
 
@@ -28,19 +29,24 @@ def plan(options: argparse.Namespace) -> int:
 
     The approximations that are made are printed with their reasons. The time is
     extrapolated from FFTs timed on this machine, and correct within a factor of about
-    three. For a step that can't be calculated the reason is printed.
+    three. For a step that can't be calculated the reason is printed. Of a loop, the
+    deepest state is planned.
 
     Exit status: 0 all steps can run in the free memory, 1 some can't, 2 the scene is
     invalid.
     """
-    scene = checked_scene(options)
+    scene, heading = checked_scene(options), ""
+    if scene.path.is_loop:
+        scene = scene.deepest_state
+        heading = "The deepest state of the loop, of tens of states:\n"
     planned, unit = scene.plan(), report.target_unit(scene)
     if options.json:
         for step in planned.steps:
             print(json_line(asdict(step), units_of() | {"target": unit}))
     elif not options.quiet:
         printed = printed_unit(unit)
-        print(planned.table(f"{scene.path.control} ({printed})", UNITS[printed]))
+        table = planned.table(f"{scene.path.control} ({printed})", UNITS[printed])
+        print(heading + table)
     return 0 if planned.runs else 1
 
 
@@ -50,22 +56,28 @@ def fit(options: argparse.Namespace) -> int:
     The derivatives follow from the relaxed states. Data, fit and residuals are drawn.
     The curve is a CSV file with the columns "force (nN)" and "depth (nm)", or "distance
     (nm)" of the base and "deflection (nm)" of the cantilever; the zero of the depth is
-    fitted. Beside it, the work of adhesion of a smooth sphere is fitted by the theory
-    of Maugis and Dugdale.
+    fitted. With force_offset among the free parameters the zero of the force is fitted,
+    too, and with force_slope a drift that is linear in the height of the base. Beside
+    it, the work of adhesion of a smooth sphere is fitted by the theory (DMT, JKR,
+    Maugis-Dugdale) that applies.
+
+    Each trial, in which the scene is pressed in and pulled off again, prints a line on
+    the error output: the residuals relative to the noise, and the parameters.
+
+    Exit status: 0 the fit has converged, 1 it has not, 2 the scene or the table is
+    invalid.
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene = checked_scene(options)
-    curve = read_curve(options.curve, options.branch)
-    if scene.cantilever is not None:
-        curve = replace(curve, stiffness=scene.cantilever)
-    found = fit_curve(scene, curve, [name.strip() for name in options.free.split(",")])
-    print(found)
-    smooth = smooth_fit(scene, curve) if scene.wall.attractive else None
-    if smooth is not None:
-        print(smooth)
+    curve = read_curve(options.curve, options.branch, scene.cantilever)
+    free = [name.strip() for name in options.free.split(",")]
+    found = fit_curve(scene, curve, free, None if options.quiet else report.print_trial)
+    smooth = None
+    if scene.wall.attractive:
+        smooth = smooth_fit(scene, curve, [name for name in free if name in BASELINE])
     figures.draw_fit(found, smooth, options.picture)
-    print(options.picture)
+    print("\n".join(map(str, filter(None, (found, smooth, options.picture)))))
     return 0 if found.converged else 1
 
 

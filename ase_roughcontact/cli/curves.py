@@ -16,23 +16,27 @@ from ase_roughcontact.scene.force_curve import ForceCurve
 _HEAD = re.compile(r"\s*([^(]*?)\s*(?:\((.*)\))?\s*")
 
 
-def read_curve(file: Path, branch: str | None = None) -> ForceCurve:
+def read_curve(
+    file: Path, branch: str | None = None, stiffness: float | None = None
+) -> ForceCurve:
     """Read a force curve.
 
     Parameters
     ----------
     file : path
         CSV with a header. Columns are ``depth (nm)``, or ``distance (nm)`` of the base
-        and ``deflection (nm)`` of the cantilever, and ``force (nN)``; or those of
+        and ``deflection (nm)`` of the cantilever, and ``force (nN)``, which may be
+        left out beside a deflection if the stiffness is given; or those of
         ``curve.csv``. Units are in parentheses.
     branch : str, optional
         Value of the column ``branch``: "approach" or "retraction".
+    stiffness : float, optional
+        Of the cantilever (eV/Å^2). By default it is that of forces and deflections,
+        infinite without the latter.
 
     Returns
     -------
     ForceCurve
-        The stiffness of the cantilever is that of forces and deflections, infinite if
-        they are not given.
 
     Raises
     ------
@@ -57,17 +61,21 @@ def read_curve(file: Path, branch: str | None = None) -> ForceCurve:
             columns[name] = factor * _numbers(file, head, rows)
     force = columns.get("force", columns.get("normal_force"))
     depth = columns.get("depth", columns.get("penetration"))
-    stiffness = math.inf
-    if depth is None and {"distance", "deflection"} <= columns.keys():
-        bend = columns["deflection"]
+    bend = columns.get("deflection")
+    if depth is None and bend is not None and "distance" in columns:
         depth = -(columns["distance"] + bend)
-        if force is not None and bend.any():
-            stiffness = float((force @ bend) / (bend @ bend))
+    if force is None and bend is not None and stiffness is not None:
+        force = stiffness * bend
     if force is None or depth is None:
         raise ValueError(
             f"{file} needs the columns force (nN) and depth (nm), or distance (nm) and "
-            f"deflection (nm), got {', '.join(map(str, rows[0]))}"
+            f"deflection (nm), got {', '.join(map(str, rows[0]))}; without a force the "
+            'scene needs cantilever in [path] of kind = "loop"'
         )
+    if stiffness is None:
+        stiffness = math.inf
+        if bend is not None and np.ptp(bend) > 0.0:  # either may have another zero
+            stiffness = float(np.polyfit(bend, force, 1)[0])
     return ForceCurve(depth, force, stiffness)
 
 

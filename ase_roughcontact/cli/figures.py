@@ -86,7 +86,7 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
 
 
 def draw_loop(loop: AdhesionLoop, file: Path) -> None:
-    """Draw force against height of an adhesion loop.
+    """Draw force against depth of an adhesion loop.
 
     Parameters
     ----------

@@ -160,13 +160,14 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         "--free",
         metavar="NAMES",
         default="work_of_adhesion",
-        help="comma-separated: work_of_adhesion, contact_modulus, radius (default: "
-        "%(default)s)",
+        help="comma-separated: work_of_adhesion, contact_modulus, radius, "
+        "force_offset, force_slope (default: %(default)s)",
     )
     parser.add_argument(
         "--branch", choices=["approach", "retraction"], help="rows of a column branch"
     )
     _add_picture(parser, "fit.png")
+    parser.add_argument("--quiet", action="store_true", help="print no trials")
 
 
 def _grid(text: str) -> tuple[int, int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ase_roughcontact._util.text import cell, duration
@@ -31,6 +31,20 @@ _SHOWN_ERROR = 0.001
 def print_error(message: object) -> None:
     """Print an error or a warning as a line on the error output."""
     print(f"ase-roughcontact: {message}", file=sys.stderr)
+
+
+def print_trial(values: Mapping[str, float], residual: float) -> None:
+    """Print a trial of a fit as a line on the error output.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        Parameters by name, in the units of the fit.
+    residual : float
+        Root mean square of the residuals relative to the noise.
+    """
+    parameters = ", ".join(f"{name} {value:.5g}" for name, value in values.items())
+    print(f"residual/noise {residual:.4g}: {parameters}", file=sys.stderr, flush=True)
 
 
 def table_header(reference: Reference) -> str:

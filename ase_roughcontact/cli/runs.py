@@ -90,6 +90,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
     """Approach and retract, print each state, and draw the force curves."""
     folder, states = options.out, list[LoadStep]()
     options.again = "start anew"
+    scene.check_path()  # before anything is printed
 
     def show(state: LoadStep) -> None:
         states.append(state)

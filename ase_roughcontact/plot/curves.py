@@ -171,9 +171,10 @@ def _cut(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
 def plot_loop(
     axes: Any, loop: AdhesionLoop, pull_off_forces: Mapping[str, float] | None = None
 ) -> Any:
-    """Plot force against height of an adhesion loop, with arrows at instabilities.
+    """Plot force against depth of an adhesion loop, with arrows at instabilities.
 
-    Error bars are twice the estimated errors of the force.
+    The depth is the penetration of the `LoadStep`, positive into the solid. Error bars
+    are twice the estimated errors of the force.
 
     Parameters
     ----------
@@ -191,21 +192,23 @@ def plot_loop(
         ("approach", loop.approach, loop.approach_jumps, BLUE, 2.0),
         ("retraction", loop.retraction, loop.retraction_jumps, ORANGE, 0.8),
     )
+    first_contact = loop.approach[0].height + loop.approach[0].penetration
     for name, steps, jumps, colour, width in branches:
         heights, forces = interpolated(steps, jumps)
-        axes.plot(heights, forces / NN, "-", color=colour, lw=width, label=name)
-        states = [(step.height, step.normal_force / NN) for step in steps]
+        depths = first_contact - heights
+        axes.plot(depths, forces / NN, "-", color=colour, lw=width, label=name)
+        states = [(step.penetration, step.normal_force / NN) for step in steps]
         axes.plot(*zip(*states, strict=True), "o", color=colour, ms=2)
         bars = [2.0 * step.force_error / NN for step in steps]
         axes.errorbar(*zip(*states, strict=True), bars, fmt="none", ecolor=GREY, lw=1)
     for jump in (*loop.approach_jumps, *loop.retraction_jumps):
-        after = jump.after.height, jump.after.normal_force / NN
-        before = jump.before.height, jump.before.normal_force / NN
+        after = jump.after.penetration, jump.after.normal_force / NN
+        before = jump.before.penetration, jump.before.normal_force / NN
         axes.annotate("", after, before, arrowprops={"arrowstyle": "->"})
     for i, (name, force) in enumerate((pull_off_forces or {}).items()):
         line = DASHES[i % len(DASHES)]
         axes.axhline(force / NN, color="k", ls=line, lw=0.8, label=name)
-    axes.set(xlabel="height of the indenter (Å)", ylabel="normal force $N$ (nN)")
+    axes.set(xlabel="depth (Å)", ylabel="normal force $N$ (nN)")
     axes.legend()
     return axes
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,13 +11,11 @@ from scipy.optimize import least_squares
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, lookup
-from ase_roughcontact.scene.force_curve import ForceCurve
+from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve
 from ase_roughcontact.scene.parameters import FREE
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 
-# Limits of a parameter relative to its first value.
-_LEAST, _MOST = 0.05, 20.0
 # Relative change of parameters, and of the sum of squares, at which a fit ends.
 _CONVERGED = 1e-5
 
@@ -29,7 +27,8 @@ class Fit:
     Attributes
     ----------
     names : tuple of str
-        Free parameters; the last one is the height z0.
+        Free parameters: those of the scene, of the baseline, and ``height_offset``, the
+        height at which the depth of the curve is zero.
     units : tuple of str
     values, errors : ndarray, shape (p,)
         Values and their standard errors.
@@ -38,7 +37,7 @@ class Fit:
     distance : ndarray, shape (k,)
         Measured heights of the base, or of the tip without a cantilever (Å).
     force, fitted : ndarray, shape (k,)
-        Measured and fitted forces (eV/Å).
+        Measured and fitted forces, with the baseline (eV/Å).
     compared : ndarray of bool, shape (k,)
         Points that are compared: not those at a jump.
     noise : float
@@ -77,7 +76,10 @@ class Fit:
 
 
 def fit_curve(
-    scene: Scene, curve: ForceCurve, free: Sequence[str] = ("work_of_adhesion",)
+    scene: Scene,
+    curve: ForceCurve,
+    free: Sequence[str] = ("work_of_adhesion",),
+    callback: Callable[[dict[str, float], float], None] | None = None,
 ) -> Fit:
     """Fit parameters of a scene to a measured force curve.
 
@@ -90,7 +92,13 @@ def fit_curve(
         Approach, retraction, or both; with the stiffness of the cantilever if the tip
         snaps in or is pulled off.
     free : sequence of str
-        Parameters among `FREE`.
+        Parameters of the scene among `FREE`, and of the measured forces among
+        `BASELINE`: ``force_offset``, the force that the instrument shows for a free
+        tip with the base at its highest point, and ``force_slope``, the slope of this
+        force with the height of the base.
+    callback : callable, optional
+        Called after each trial with the parameters by name, in the units of the fit,
+        and the root mean square of the residuals relative to the noise.
 
     Returns
     -------
@@ -107,18 +115,26 @@ def fit_curve(
     standard deviation of the residuals as that of the data.
     """
     for name in free:
-        lookup(name, FREE, "free parameter")
+        lookup(name, {**FREE, **BASELINE}, "free parameter")
     if len(curve.depth) < len(free) + 2:
         raise ValueError(
             f"a fit of {len(free) + 1} parameters needs at least {len(free) + 2} "
             f"points, got {len(curve.depth)}"
         )
     problem = Residuals(scene, curve, free)
+
+    def residuals_of(x: FloatArray) -> FloatArray:
+        residuals = problem.of(x)[0]
+        if callback is not None:
+            values = dict(zip(problem.names, problem.values(x).tolist(), strict=True))
+            callback(values, math.sqrt(np.mean(residuals**2)))
+        return residuals
+
     solution = least_squares(
-        lambda x: problem.of(x)[0],
-        np.append(np.ones(len(free)), 0.0),
+        residuals_of,
+        problem.start,
         jac=lambda x: problem.of(x)[1],
-        bounds=([_LEAST] * len(free) + [-np.inf], [_MOST] * len(free) + [np.inf]),
+        bounds=problem.bounds,
         x_scale="jac",
         xtol=_CONVERGED,
         ftol=_CONVERGED,
@@ -129,8 +145,8 @@ def fit_curve(
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * (noise / curve.noise) ** 2
     deviation = np.sqrt(np.diag(covariance))
     return Fit(
-        (*free, "height z0"),
-        (*(FREE[name][1] for name in free), "Å"),
+        problem.names,
+        problem.units,
         problem.values(solution.x),
         deviation * problem.scale,
         covariance / np.outer(deviation, deviation),

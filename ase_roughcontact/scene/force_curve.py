@@ -1,15 +1,21 @@
-"""Measured force curves: branches, position of the base, noise, and jumps."""
+"""Measured force curves: branches, position of the base, baseline, noise, jumps."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array
 
+#: Parameters of the baseline of a curve, and their units.
+BASELINE = {"force_offset": "nN", "force_slope": "nN/nm"}
+# Part of the points, furthest away, whose median force is that of a free tip.
+_FAR = 0.1
 # Standard deviation of a second difference of noise of standard deviation one, and
 # median of its absolute value.
 _SECOND_DIFFERENCE = math.sqrt(6.0)
@@ -82,6 +88,49 @@ class ForceCurve:
     def base(self) -> FloatArray:
         """Height of the base above that of the tip at zero depth, shape (k,) (Å)."""
         return -self.depth - self.force / self.stiffness
+
+    def baseline(self, names: Sequence[str]) -> FloatArray:
+        """Return the forces of baselines of one unit each.
+
+        Parameters
+        ----------
+        names : sequence of str
+            Parameters among `BASELINE`: the force that the instrument shows for a free
+            tip with the base at its highest point, and its slope with the height of the
+            base.
+
+        Returns
+        -------
+        ndarray, shape (k, q)
+            eV/Å per unit.
+        """
+        columns = {
+            "force_offset": np.full(len(self.force), UNITS["nN"]),
+            "force_slope": (self.base - self.base.max()) * UNITS["nN"] / UNITS["nm"],
+        }
+        return np.reshape([columns[name] for name in names], (-1, len(self.force))).T
+
+    @property
+    def far_force(self) -> float:
+        """Median force of the points furthest from the surface (eV/Å)."""
+        number = math.ceil(_FAR * len(self.force))
+        return float(np.median(self.force[np.argsort(self.base)[-number:]]))
+
+    def less(self, baseline: FloatArray) -> ForceCurve:
+        """Return the curve without a baseline of the deflection.
+
+        Parameters
+        ----------
+        baseline : ndarray, shape (k,)
+            Forces (eV/Å).
+
+        Returns
+        -------
+        ForceCurve
+            With the same heights of the base.
+        """
+        depth = self.depth + baseline / self.stiffness
+        return replace(self, depth=depth, force=self.force - baseline)
 
     @cached_property
     def deepest(self) -> float:

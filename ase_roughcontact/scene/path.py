@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from ase import Atoms
@@ -17,9 +17,11 @@ from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step
 from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
+from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.predictions import Predictions
 from ase_roughcontact.scene.quantities import lengths, plain
+from ase_roughcontact.scene.section import Quantities
 from ase_roughcontact.windows.expected import (
     LARGEST_DOMAIN,
     ExpectedContact,
@@ -27,6 +29,8 @@ from ase_roughcontact.windows.expected import (
 )
 from ase_roughcontact.windows.memory import check_memory, points_of
 from ase_roughcontact.windows.regrid import regrid
+
+AnyPath = TypeVar("AnyPath", bound="ContactPath")
 
 # Shape of the atoms before a window is chosen.
 _FIRST_SHAPE = (8, 8)
@@ -48,8 +52,8 @@ class ContactPath(Predictions):
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
         if self.path.is_loop:
             raise ValueError(
-                'kind = "loop" chooses its steps as it runs, and has no plan: run it, '
-                'or give kind = "steps"'
+                'kind = "loop" chooses its steps as it runs: run it, or give kind = '
+                '"steps"'
             )
         unit = self.path.unit
         units = FORCES if unit in FORCES else lengths(self.spacing)
@@ -165,6 +169,14 @@ class ContactPath(Predictions):
         }
 
     @property
+    def deepest_state(self: AnyPath) -> AnyPath:
+        """The same with a path of one step, to the deepest penetration of the loop."""
+        deepest = self.loop_options["deepest"]
+        return replace(
+            self, path=PathConfig(control="penetration", values=Quantities([deepest]))
+        )
+
+    @property
     def cantilever(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None if it is not given."""
         if self.path.cantilever is None:
@@ -193,14 +205,14 @@ class ContactPath(Predictions):
         MemoryError
             If a contact exceeds the free memory.
         """
+        if self.path.is_loop:
+            self.deepest_state.check_path()
+            return
         if self.shape:
             return
         expected, control, unit = self.expected_contact, self.control, self.path.unit
-        if self.path.is_loop:
-            control, unit, deepest = "penetrations", "Å", self.loop_options["deepest"]
-        else:
-            steps = self.steps
-            deepest = float(steps.min() if control == "heights" else steps.max())
+        steps = self.steps
+        deepest = float(steps.min() if control == "heights" else steps.max())
         step = f"[path] {control.rstrip('s')} of {deepest / UNITS[unit]:g} {unit}"
         try:
             expected.check_surface(control, deepest)
@@ -213,7 +225,8 @@ class ContactPath(Predictions):
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.
 
-        Very large windows and roughnesses are planned on a coarser lattice.
+        Very large windows and roughnesses are planned on a coarser lattice. Of a loop,
+        the `deepest_state` can be planned.
         """
         expected, control = self.expected_contact, self.control
         surface, spacing = expected.indenter, expected.spacing

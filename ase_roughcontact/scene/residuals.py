@@ -3,8 +3,11 @@ r"""Residuals of a measured force curve to that of a scene, and their derivative
 For each trial of the parameters the scene is pressed in and pulled off again, in an
 `adhesion_loop`. The curve that a cantilever follows through its states, with its
 snap-in and pull-off, is compared with the measured forces :math:`F_i` at the heights
-:math:`z_0 - d_i - F_i/k` of the base. The height :math:`z_0`, at which the depth is
-zero, is always free: a microscope does not know where the surface is.
+:math:`D_i = z_0 - d_i - F_i/k` of the base. The height :math:`z_0`, at which the depth
+is zero, is always free: a microscope does not know where the surface is. A baseline
+:math:`b_0 + b_1 (D_i - \max D)` of the measured forces, such as that of an unknown zero
+of the deflection, shifts depths and forces together, so that it leaves :math:`D_i` as
+it is.
 
 Forces are compared only where both curves are on the same side of a jump. The heights
 of the base at the largest jump of each branch, which depend smoothly on the parameters,
@@ -19,28 +22,32 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.paths.hysteresis import adhesion_loop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
-from ase_roughcontact.scene.force_curve import ForceCurve, MeasuredBranch
-from ase_roughcontact.scene.parameters import ForceDerivatives, changed, value_of
+from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve, MeasuredBranch
+from ase_roughcontact.scene.parameters import FREE, ForceDerivatives, changed, value_of
 from ase_roughcontact.scene.scene import Scene
 
+_NN, _NM = UNITS["nN"], UNITS["nm"]
 # Part of a measured jump from which a calculated one is its counterpart.
 _COUNTERPART = 0.3
 # Residual of a point between a measured jump and its counterpart, relative to the
 # noise: it must not pay to have points there.
 _BETWEEN = 3.0
+# Limits of a parameter of the scene relative to its first value.
+_LEAST, _MOST = 0.05, 20.0
 
 
 class Residuals:
     """Residuals of a force curve relative to its noise, and their derivatives.
 
-    The unknowns are the parameters relative to their first values, and z0 less its
-    first value (Å).
+    The unknowns x are the parameters of the scene relative to their first values, and
+    the changes of those of the baseline and of z0.
 
     Parameters
     ----------
@@ -48,26 +55,51 @@ class Residuals:
         First values of the parameters, and all others.
     curve : ForceCurve
     free : sequence of str
-        Parameters among `FREE`.
+        Parameters among `FREE` and `BASELINE`.
+
+    Attributes
+    ----------
+    names, units : tuple of str
+        Of the parameters: those of the scene, of the baseline, and z0.
+    start, scale : ndarray, shape (p,)
+        First unknowns, and the units of the parameters for one of the unknowns.
+    bounds : (ndarray, ndarray)
+        Limits of the unknowns.
     """
 
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
-        self._scene, self._curve, self._free = scene, curve, tuple(free)
-        self._start = np.array([value_of(scene, name) for name in free])
-        self.scale = np.append(self._start, 1.0)
-        self._touch = _first_height(scene, curve)
+        self._scene, self._curve = scene, curve
+        self._free = tuple(name for name in free if name in FREE)
+        lines = tuple(name for name in free if name in BASELINE)
+        self._baseline = curve.baseline(lines)
+        self.names = *self._free, *lines, "height_offset"
+        units = {name: unit for name, (_, unit) in FREE.items()} | BASELINE
+        self.units = *(units[name] for name in self.names[:-1]), "nm"
+        first, others = len(self._free), len(lines) + 1
+        self.start = np.repeat([1.0, 0.0], [first, others])
+        self.scale = np.ones(first + others)
+        self.scale[:first] = [value_of(scene, name) for name in self._free]
+        self.bounds = (
+            np.repeat([_LEAST, -np.inf], [first, others]),
+            np.repeat([_MOST, np.inf], [first, others]),
+        )
+        self._shift = np.zeros(first + others)
+        if "force_offset" in lines:
+            self._shift[self.names.index("force_offset")] = curve.far_force / _NN
+        self._shift[-1] = _first_height(scene, self._corrected(self._shift)) / _NM
         self._kept: tuple[bytes, list[FollowedBranch]] = b"", []
 
     def values(self, x: FloatArray) -> FloatArray:
-        """Return the parameters in the units of `FREE`, and z0."""
-        return x * self.scale + np.append(np.zeros(len(self._free)), self._touch)
+        """Return the parameters in their units."""
+        return x * self.scale + self._shift
 
     def forces(self, x: FloatArray) -> FloatArray:
-        """Return the forces at the measured points."""
-        forces = np.zeros(len(self._curve.force))
-        base = self._curve.base + self.values(x)[-1]
+        """Return the forces at the measured points, with the baseline."""
+        values = self.values(x)
+        forces = self._baseline_of(values)
+        base = self._curve.base + values[-1] * _NM
         for measured, followed in self._pairs(x):
-            forces[measured.points] = followed.at(base[measured.points])[:, 0]
+            forces[measured.points] += followed.at(base[measured.points])[:, 0]
         return forces
 
     def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
@@ -84,25 +116,36 @@ class Residuals:
         compared : ndarray of bool, shape (k + 2,)
             Points and jumps that are compared.
         """
-        curve, count = self._curve, len(self._curve.force)
+        values = self.values(x)
+        curve, count, z0 = self._curve, len(self._curve.force), values[-1] * _NM
+        forces = curve.force - self._baseline_of(values)
         residuals, jacobian = np.zeros(count + 2), np.zeros((count + 2, len(x)))
         compared = np.zeros(count + 2, bool)
-        z0 = self.values(x)[-1]
         for number, (measured, followed) in enumerate(self._pairs(x), start=count):
             points, jump = measured.points, followed.jump
-            base, force = curve.base[points] + z0, curve.force[points]
+            base, force = curve.base[points] + z0, forces[points]
             columns = followed.at(base)
             kept, between = np.ones(len(base), bool), np.zeros(len(base), bool)
             if jump and _are_counterparts(measured, jump, force):
                 kept, between = _compared(base, measured, jump.base)
-                residuals[number], jacobian[number] = _of_jump(base, measured, jump)
+                residuals[number], rows = _of_jump(base, measured, jump)
+                jacobian[number, [*range(len(self._free)), -1]] = rows
                 compared[number] = True
             misfit = (columns[:, 0] - force) / curve.noise
             residuals[points] = np.where(between, _BETWEEN, np.where(kept, misfit, 0.0))
-            rows = columns[:, [*range(2, columns.shape[1]), 1]] / curve.noise
-            jacobian[points] = np.where(kept[:, None], rows, 0.0)
+            parts = columns[:, 2:], self._baseline[points], _NM * columns[:, [1]]
+            jacobian[points] = np.where(kept[:, None], np.hstack(parts), 0.0)
+            jacobian[points] /= curve.noise
             compared[points] = kept
         return residuals, jacobian * self.scale, compared
+
+    def _baseline_of(self, values: FloatArray) -> FloatArray:
+        """Return the forces of the baseline for parameters in their units."""
+        return self._baseline @ values[len(self._free) : -1]
+
+    def _corrected(self, values: FloatArray) -> ForceCurve:
+        """Return the curve without the baseline for parameters in their units."""
+        return self._curve.less(self._baseline_of(values))
 
     def _pairs(self, x: FloatArray) -> list[tuple[MeasuredBranch, FollowedBranch]]:
         """Return the branches of the curve beside those of the scene."""
@@ -113,9 +156,9 @@ class Residuals:
 
     def _followed(self, x: FloatArray) -> list[FollowedBranch]:
         """Press the scene in and pull it off again."""
-        *values, z0 = self.values(x)
-        scene = changed(self._scene, dict(zip(self._free, values, strict=True)))
-        lowest = z0 - self._curve.deepest
+        values = self.values(x)
+        scene = changed(self._scene, dict(zip(self._free, values, strict=False)))
+        lowest = values[-1] * _NM - self._corrected(values).deepest
         atoms = _loop_scene(scene, contact_of(scene.atoms()).first_contact - lowest)
         model, derivatives = atoms.atoms(), ForceDerivatives(scene, self._free)
         rows: dict[int, FloatArray] = {}
@@ -163,11 +206,14 @@ def _compared(
 def _of_jump(
     base: FloatArray, measured: MeasuredBranch, jump: FollowedJump
 ) -> tuple[float, FloatArray]:
-    """Return the residual of the height of the base at a jump, and its derivatives."""
+    """Return the residual of the height of the base at a jump, and its derivatives.
+
+    The derivatives are those to the parameters of the scene and to z0 (1/nm).
+    """
     last = measured.jump or 0
     unit = abs(base[last + 1] - base[last]) / math.sqrt(12.0)
     place = 0.5 * (base[last] + base[last + 1])
-    return (jump.base - place) / unit, np.append(jump.derivatives, -1.0) / unit
+    return (jump.base - place) / unit, np.append(jump.derivatives, -_NM) / unit
 
 
 def _loop_scene(scene: Scene, deepest: float) -> Scene:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,14 +46,18 @@ class SmoothFit:
         return f"smooth sphere ({self.theory}): work_of_adhesion {work}"
 
 
-def smooth_fit(scene: Scene, curve: ForceCurve) -> SmoothFit:
-    """Fit the work of adhesion of a smooth sphere.
+def smooth_fit(
+    scene: Scene, curve: ForceCurve, baseline: Sequence[str] = ()
+) -> SmoothFit:
+    """Fit the work of adhesion of a smooth sphere, and the zero of the depth.
 
     Parameters
     ----------
     scene : Scene
         Radius, modulus and range of the attraction.
     curve : ForceCurve
+    baseline : sequence of str
+        Parameters of the measured forces that are fitted, too, see `ForceCurve`.
 
     Returns
     -------
@@ -83,8 +88,14 @@ def smooth_fit(scene: Scene, curve: ForceCurve) -> SmoothFit:
             wall.attraction_range,
         )
 
+    lines = curve.baseline(baseline)
+    corrected = curve
+    if baseline:
+        corrected = curve.less(np.full(len(force), curve.far_force))
+
     def forces(x: FloatArray) -> FloatArray:
-        return _forces(theory(x[0]), size, curve, base + x[1])
+        smooth = _forces(theory(x[0]), size, curve, base + x[1])
+        return smooth + lines @ np.linalg.lstsq(lines, force - smooth)[0]
 
     def squares(x: FloatArray) -> float:
         return float(np.sum((forces(x) - force) ** 2))
@@ -92,8 +103,9 @@ def smooth_fit(scene: Scene, curve: ForceCurve) -> SmoothFit:
     largest = int(np.argmax(force))
     trials = []
     for work in np.minimum(value_of(scene, "work_of_adhesion") * _STARTS, _LARGEST):
-        zero = np.interp(force[largest], *_increasing(*theory(work).curve(size)[::-1]))
-        trials.append(np.array([work, curve.depth[largest] - zero]))
+        branch = _increasing(*theory(work).curve(size)[::-1])
+        zero = np.interp(corrected.force[largest], *branch)
+        trials.append(np.array([work, corrected.depth[largest] - zero]))
     best = min(trials, key=squares)
     # a method without derivatives, as the points at a jump have none
     corners = best + np.array([[0.0, 0.0], [0.1 * best[0], 0.0], [0.0, 0.5]])

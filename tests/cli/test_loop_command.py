@@ -130,11 +130,38 @@ def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
     assert target.read_text() == "precious" and not table.is_symlink()
 
 
-@pytest.mark.parametrize("command", ["plan", "tradeoff"])
-def test_a_loop_has_no_plan(tmp_path, capsys, command):
+def test_a_loop_has_no_tradeoff(tmp_path, capsys):
     (tmp_path / "loop.toml").write_text(LOOP)
-    assert main([command, str(tmp_path / "loop.toml")]) == 2
+    assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
     assert "chooses its steps as it runs" in capsys.readouterr().err
+
+
+def test_a_plan_of_a_loop_has_its_deepest_state(tmp_path, capsys):
+    (tmp_path / "loop.toml").write_text(LOOP)
+    assert main(["plan", str(tmp_path / "loop.toml")]) == 0
+    heading, columns, row = capsys.readouterr().out.splitlines()[:3]
+    assert heading.startswith("The deepest state of the loop")
+    assert columns.split("  ")[0].strip() == "penetration (Å)"
+    assert row.split()[:2] == ["1.5", "18x18"]
+
+
+@pytest.mark.parametrize("command", ["plan", "run"])
+def test_a_wall_beyond_the_roughness_is_an_error_before_a_loop_begins(
+    tmp_path, capsys, command
+):
+    wall = 'kind = "power-law"\nattraction_range = 3.0'
+    text = LOOP.replace('kind = "adhesive"', wall).replace("shape = [18, 18]", "")
+    text = text.replace(
+        "[interaction]", "[roughness]\nlong_wavelength = 8.0\n[interaction]"
+    )
+    (tmp_path / "loop.toml").write_text(text)
+    options = ["--out", str(tmp_path / "out")] if command == "run" else []
+    assert main([command, str(tmp_path / "loop.toml"), *options]) > 0
+    out, err = capsys.readouterr()
+    message = "give the roughness a domain of "
+    assert message in (err if command == "run" else out)
+    assert "state" not in out or command == "plan"
+    assert not (tmp_path / "out").exists()
 
 
 def test_steps_are_no_loop():

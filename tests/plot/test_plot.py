@@ -224,7 +224,10 @@ def test_pressure_of_a_smooth_sphere_lies_on_hertz_s(axes, sphere_contact):
 def test_loop_shows_both_ways_jumps_and_theory(axes, loop):
     theory = JKR(30.0, 1.0, 0.05).pull_off_force
     assert plot.plot_loop(axes, loop, {"JKR": theory}) is axes
-    _, force = line(axes, "retraction")
+    depth, force = line(axes, "retraction")
+    ends = loop.retraction[0].penetration, loop.retraction[-1].penetration
+    assert depth[[0, -1]] == pytest.approx(ends) and ends[0] == 0.5
+    assert axes.get_xlabel() == "depth (Å)"
     assert -force.min() * NANONEWTON == pytest.approx(loop.pull_off_force)
     assert line(axes, "JKR")[1][0] * NANONEWTON == pytest.approx(theory)
     assert force.min() * NANONEWTON == pytest.approx(theory, rel=0.35)  # towards DMT

@@ -111,9 +111,9 @@ def test_a_curve_has_branches_jumps_and_noise(measured):
 
 def test_the_work_of_adhesion_is_recovered_from_a_curve_with_jumps(fitted, measured):
     assert fitted.converged
-    assert fitted.names == ("work_of_adhesion", "height z0")
+    assert fitted.names == ("work_of_adhesion", "height_offset")
     assert abs(fitted.values[0] - 0.1) < 2 * fitted.errors[0] < 0.005
-    assert abs(fitted.values[1] - ZERO) < 3 * fitted.errors[1] < 0.1
+    assert abs(fitted.values[1] - ZERO / 10) < 3 * fitted.errors[1] < 0.01
     assert fitted.noise == pytest.approx(NOISE, rel=0.2)
     assert -1.0 < fitted.correlation[0, 1] < 0.0
     np.testing.assert_allclose(np.diag(fitted.correlation), 1.0)
@@ -126,8 +126,8 @@ def test_the_work_of_adhesion_is_recovered_from_a_curve_with_jumps(fitted, measu
 
 def test_derivatives_of_residuals_are_those_of_differences(measured):
     problem = Residuals(scene(), measured, ["work_of_adhesion"])
-    x = np.array([1.0, ZERO - problem.values(np.array([1.0, 0.0]))[1]])
-    change = np.array([0.02, 0.05])
+    x = np.array([1.0, ZERO / 10 - problem.values(problem.start)[1]])
+    change = np.array([0.02, 0.005])
     low, high = (problem.of(each)[0] for each in (x - change, x + change))
     rows = problem.of(x)[1]
     expected = 0.5 * (high - low)
@@ -161,6 +161,43 @@ def test_the_fit_of_a_smooth_sphere_is_that_of_theory(radius, modulus, name, sti
     assert smooth.work_of_adhesion == pytest.approx(0.1, rel=0.02)
 
 
+def test_a_baseline_is_recovered_from_a_curve_with_noise(measured):
+    offset, slope = 0.3, -0.02  # nN, nN/nm
+    height = (measured.base - measured.base.max()) / UNITS["nm"]
+    drifted = measured.less(-NN * (offset + slope * height))
+    np.testing.assert_allclose(drifted.base, measured.base)
+    trials = []
+    free = ["force_offset", "work_of_adhesion", "force_slope"]
+    found = fit_curve(
+        scene(work=0.085), drifted, free, lambda *trial: trials.append(trial)
+    )
+    names = ("work_of_adhesion", "force_offset", "force_slope", "height_offset")
+    assert found.names == names
+    assert found.units == ("J/m²", "nN", "nN/nm", "nm")
+    true = np.array([0.1, offset, slope, ZERO / 10])
+    assert (abs(found.values - true) < 3 * found.errors).all()
+    assert (found.errors[1:3] < [0.01, 0.005]).all()
+    assert np.abs((found.fitted - drifted.force)[found.compared]).max() < 5 * NOISE
+    values, residual = trials[-1]
+    assert list(values) == list(names)
+    assert values["force_offset"] == pytest.approx(found.values[1], abs=0.01)
+    assert residual < trials[0][1]
+    # without its offset the curve has another work of adhesion
+    smooth = smooth_fit(scene(), drifted, free[::2]).work_of_adhesion
+    assert smooth == pytest.approx(smooth_fit(scene(), measured).work_of_adhesion, 0.05)
+    assert smooth_fit(scene(), drifted).work_of_adhesion < 0.9 * smooth
+
+
+def test_derivatives_to_the_baseline_are_those_of_differences(measured):
+    prescribed = ForceCurve(measured.depth, measured.force)  # without a cantilever
+    problem = Residuals(scene(), prescribed, ["force_offset", "force_slope"])
+    x, change = problem.start, np.array([1e-3, 2e-3, 0.0])  # nN, nN/nm, nm
+    low, high = (problem.of(each)[0] for each in (x - change, x + change))
+    rows = problem.of(x)[1] @ change
+    np.testing.assert_allclose(rows, 0.5 * (high - low), rtol=1e-6, atol=1e-9)
+    assert np.count_nonzero(rows) > 0.9 * len(prescribed.force)
+
+
 def test_a_smooth_sphere_snaps_in_and_is_pulled_off(measured):
     smooth = smooth_fit(scene(), measured)
     assert smooth.theory == "Maugis-Dugdale"
@@ -187,8 +224,13 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     (tmp_path / "scene.toml").write_text(text)
     picture = tmp_path / "fit.png"
     files = [str(tmp_path / name) for name in ("curve.csv", "scene.toml")]
-    assert main(["fit", *files, "--picture", str(picture)]) == 0
-    text = capsys.readouterr().out
+    options = ["--free", "work_of_adhesion, force_offset", "--picture", str(picture)]
+    assert main(["fit", *files, *options]) == 0
+    text, trials = capsys.readouterr()
+    line = r"residual/noise [\d.]+: work_of_adhesion 0\.1, force_offset 0\.0"
+    assert re.match(line, trials)
+    assert len(trials.splitlines()) > 2
+    assert re.search(r"force_offset +\S+ ± \S+ nN\n", text)
     assert re.search(r"work_of_adhesion +0\.\d+ ± \S+ J/m²", text)
     assert "smooth sphere (Maugis-Dugdale): work_of_adhesion 0." in text
     assert picture.stat().st_size > 10_000
@@ -214,6 +256,12 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     np.testing.assert_allclose(curve.force, [-0.5 * NN, 0.0])
     assert curve.stiffness == pytest.approx(0.25 * NN)
     np.testing.assert_allclose(curve.base, [40.0, 60.0])
+    file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,3\n4,2,5\n6,0,1\n")
+    assert read_curve(file).stiffness == pytest.approx(0.2 * NN)  # another zero of one
+    file.write_text("distance (nm),deflection (nm)\n5,1\n4,2\n6,0\n")
+    np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
+    with pytest.raises(ValueError, match="without a force the scene needs cantilever"):
+        read_curve(file)
     file.write_text("depth (nm)\n1.0\n")
     with pytest.raises(ValueError, match=r"needs the columns force \(nN\) and depth"):
         read_curve(file)
