@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -27,6 +28,8 @@ from ase_roughcontact.ensemble.scheduler import scheduler_executor
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import load_toml
 
+# A value of a list that is separated by commas: a string, a list, a table or others.
+_VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
 UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 
 
@@ -162,12 +165,17 @@ def means_table(scene: Scene, sampling: Sampling) -> str:
 def _values_of_key(text: str) -> tuple[str, list[Any]]:
     """Return key and values of an option ``section.key=value,value``."""
     key, equals, values = text.partition("=")
-    try:
-        listed = load_toml(f"values = [{values}]")["values"]
-    except ValueError:
-        listed = values.split(",")  # strings without quotes
-    if not equals or not values:
+    listed = [_value(part.strip()) for part in _VALUE.findall(values)]
+    if not equals or not listed:
         raise ValueError(
             f"--set must be SECTION.KEY=VALUE,VALUE,..., got {shown(text)}"
         )
     return key.strip(), listed
+
+
+def _value(text: str) -> Any:
+    """Return a value as in a scene file; strings need no quotes."""
+    try:
+        return load_toml(f"value = {text}")["value"]
+    except ValueError:
+        return text

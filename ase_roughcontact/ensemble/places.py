@@ -6,14 +6,14 @@ import csv
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.files import locked, open_file, replaced
 from ase_roughcontact.ensemble.processes import process_pool
 from ase_roughcontact.scene import Scene
 
@@ -63,7 +63,8 @@ def run_places(
     shape : (int, int)
         Number of places along x and y.
     folder : path
-        For ``places.csv``, with a line for each `Place`, and ``scene.toml``.
+        For ``places.csv``, with a line for each `Place` as soon as it is calculated,
+        and ``scene.toml``.
     executor : Executor, optional
         See `run_ensemble`.
     workers : int, optional
@@ -78,6 +79,8 @@ def run_places(
     ------
     ValueError
         If the scene has no scan or is invalid, or the folder contains another one.
+    RuntimeError
+        If another run is writing the folder.
     """
     folder = Path(folder)
     places = _grid(scene, shape)
@@ -86,13 +89,12 @@ def run_places(
     missing = [place for place in places if place not in found]
     pool: AbstractContextManager[Executor]
     pool = process_pool(workers) if executor is None else nullcontext(executor)
-    with pool as running:
+    with pool as running, _open_table(found, folder / "places.csv") as write:
         tasks = [running.submit(_calculate, scene, *place) for place in missing]
         try:
             for task in as_completed(tasks):
                 place = task.result()
-                found[place.x, place.y] = place
-                _write(found, folder / "places.csv")
+                write(place)
                 yield place
         finally:
             for task in tasks:
@@ -119,10 +121,13 @@ def read_places(file: str | Path) -> list[Place]:
     kinds = {"converged": lambda text: text == "True", "message": str}
     try:
         with open(file, newline="", encoding="utf-8") as table:
-            return [
-                Place(**{k: kinds.get(k, float)(v) for k, v in row.items()})
-                for row in csv.DictReader(table)
-            ]
+            lines = table.readlines()
+        if lines and not lines[-1].endswith("\n"):  # a run was killed in this line
+            del lines[-1]
+        return [
+            Place(**{k: kinds.get(k, float)(v) for k, v in row.items()})
+            for row in csv.DictReader(lines)
+        ]
     except (TypeError, ValueError) as error:
         raise ValueError(f"{file} is damaged ({error}): delete it") from error
 
@@ -173,12 +178,26 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     return Place(x, y, last.normal_force, area, tension, failed is None, message)
 
 
-def _write(found: dict[tuple[float, float], Place], file: Path) -> None:
-    """Write the places, in the order of their positions."""
-    with replaced(file) as name, open(name, "w", newline="", encoding="utf-8") as table:
-        rows = csv.DictWriter(table, [each.name for each in fields(Place)])
-        rows.writeheader()
-        rows.writerows(asdict(found[place]) for place in sorted(found))
+@contextmanager
+def _open_table(
+    found: dict[tuple[float, float], Place], file: Path
+) -> Iterator[Callable[[Place], None]]:
+    """Write the known places, and return a function that appends one more."""
+    names = [each.name for each in fields(Place)]
+    text: dict[str, Any] = {"newline": "", "encoding": "utf-8"}
+    with locked(file):
+        with replaced(file) as name, open(name, "w", **text) as table:
+            rows = csv.DictWriter(table, names)
+            rows.writeheader()
+            rows.writerows(map(asdict, found.values()))
+        with open_file(file, "a", **text) as table:
+            rows = csv.DictWriter(table, names)
+
+            def write(place: Place) -> None:
+                rows.writerow(asdict(place))
+                table.flush()
+
+            yield write
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -242,6 +242,10 @@ def test_invalid_values_of_an_ensemble_are_one_line_on_stderr(
         ('interaction.kind="hard"', "kind", ["hard"]),
         ("roughness.seed=1,2,3", "seed", [1, 2, 3]),
         ("sphere.radius=50,60.5", "radius", [50.0, 60.5]),
+        ("sphere.radius=50,20 nm,'3 nm'", "radius", [50, "20 nm", "3 nm"]),
+        ("solver.accuracy=fast, 1e-3", "accuracy", ["fast", 1e-3]),
+        ("substrate.shape=auto,[24, 20]", "shape", ["auto", (24, 20)]),
+        ("substrate.hardness=inf,2", "hardness", [float("inf"), 2]),
         ("roughness.random_amplitudes=true,false", "random_amplitudes", [True, False]),
     ],
 )

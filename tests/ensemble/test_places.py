@@ -1,6 +1,7 @@
 """A scene at a grid of places on its scan."""
 
 from concurrent.futures import Executor, Future
+from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -62,7 +63,8 @@ def scene_of(tmp_path):
 def test_a_place_has_the_forces_of_a_scene_with_that_center(scene_of, tmp_path, role):
     scene = scene_of(STEPS, role)
     run = run_places(scene, (2, 1), tmp_path / "out", Here())
-    found = sorted(run, key=lambda place: place.x)
+    key = attrgetter("x")
+    found = sorted(run, key=key)
     assert [(each.x, each.y) for each in found] == [(20.0, 20.0), (80.0, 20.0)]
     there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
     first, last = there.relax()
@@ -71,7 +73,7 @@ def test_a_place_has_the_forces_of_a_scene_with_that_center(scene_of, tmp_path, 
     lowest = min(first.normal_force, last.normal_force)
     assert found[0].pull_off_force == pytest.approx(max(0.0, -lowest))
     assert found[0].normal_force != pytest.approx(found[1].normal_force, rel=0.1)
-    assert read_places(tmp_path / "out" / "places.csv") == found
+    assert sorted(read_places(tmp_path / "out" / "places.csv"), key=key) == found
 
 
 def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
@@ -94,6 +96,27 @@ def test_places_are_not_calculated_again(scene_of, tmp_path):
     assert again.count == 1
     with pytest.raises(ValueError, match=r"another scene: \[path\] control was"):
         list(run_places(scene_of(LOOP), (2, 1), tmp_path / "out", again))
+
+
+def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path):
+    scene, table = scene_of(STEPS), tmp_path / "out" / "places.csv"
+    first = list(run_places(scene, (2, 1), tmp_path / "out", Here()))
+    text = table.read_text()
+    table.write_text(text[:-20])
+    assert read_places(table) == first[:1]
+    executor = Here()
+    run = run_places(scene, (2, 1), tmp_path / "out", executor)
+    assert sorted(run, key=attrgetter("x")) == sorted(first, key=attrgetter("x"))
+    assert executor.count == 1 and table.read_text() == text
+
+
+def test_a_place_is_one_more_row_of_the_table(scene_of, tmp_path):
+    table, sizes = tmp_path / "out" / "places.csv", []
+    for _ in run_places(scene_of(STEPS), (2, 1), tmp_path / "out", Here()):
+        sizes.append((table.stat().st_ino, len(read_places(table))))
+        with pytest.raises(RuntimeError, match="another run is writing"):
+            list(run_places(scene_of(STEPS), (2, 1), tmp_path / "out", Here()))
+    assert sizes == [(sizes[0][0], 1), (sizes[0][0], 2)]
 
 
 def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
