@@ -28,6 +28,25 @@ class Springs(Calculator):
         self.results = {"energy": energy, "forces": forces}
 
 
+class OtherSlabs(Springs):
+    """Other springs between many atoms than between a few."""
+
+    def __init__(self, shells, change):
+        super().__init__(shells)
+        self.few, self.many = self.shells, change(self.shells)
+
+    def calculate(self, atoms=None, *args, **kwargs):
+        self.shells = self.few if len(atoms) < 50 else self.many
+        super().calculate(atoms, *args, **kwargs)
+
+
+class Softer(OtherSlabs):
+    """Second springs half as stiff in slabs as in crystals."""
+
+    def __init__(self, shells):
+        super().__init__(shells, lambda springs: springs * [1.0, 0.5])
+
+
 def fcc_springs(a, first=1.0, second=0.1):
     """Springs in an fcc crystal of lattice constant a, and its C11, C12 and C44."""
     constants = (2 * first + 4 * second) / a, first / a, first / a

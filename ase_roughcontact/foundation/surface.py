@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,23 +10,18 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.files import replaced
-from ase_roughcontact._util.validation import integer, lookup, positive
-from ase_roughcontact.elasticity.crystals.bulk import chosen_crystal
-from ase_roughcontact.elasticity.crystals.errors import check_errors
+from ase_roughcontact._util.validation import integer
+from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
+from ase_roughcontact.elasticity.crystals.errors import long_wave_compliance
+from ase_roughcontact.elasticity.crystals.files import read_json, write_json
 from ase_roughcontact.elasticity.crystals.force_constants import (
     SURFACES,
     ForceConstants,
     couplings,
-    force_constants,
-    relaxed_slab,
 )
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
-# Wave number, times the spacing, of long waves.
-_LONG = 1e-3
 _VACUUM = 10.0  # on both sides of a slab (Å)
-_FORMAT = "crystal surface of ase_roughcontact, version 1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +64,16 @@ class CrystalSurface:
         bulk: Atoms | str,
         surface: str = "fcc100",
         *,
-        lattice_constant: float | None = None,
-        layers: int = 15,
         size: int = 9,
         displacement: float = 1e-3,
         tolerance: float = 1e-3,
+        **slab: Any,
     ) -> CrystalSurface:
         """Return the surface of a crystal as an ASE calculator describes it.
 
         A slab is relaxed, and its force constants are calculated down to its middle:
-        about ``3 layers`` calculations of forces for ``size^2 layers`` atoms.
+        about ``3 layers`` calculations of forces for ``size^2 layers`` atoms, repeated
+        with four layers less. Energies of some 200 strained bulk cells check them.
 
         Parameters
         ----------
@@ -90,17 +84,15 @@ class CrystalSurface:
             guess of the lattice constant.
         surface : {"fcc100", "fcc111", "bcc100"}
             Crystal structure and surface.
-        lattice_constant : float, optional
-            In place of that at which the crystal has no stress (Å).
-        layers : int
-            Layers of the slab, odd.
         size : int
             Surface cells along each side of the slab, odd.
         displacement : float
             Displacement for the force constants (Å); 0 to use the Hessian of the
             calculator, which must have the method `get_hessian` of matscipy.
         tolerance : float
-            Largest relative error of the force constants.
+            Largest relative error of the force constants and of the modulus of waves.
+        **slab
+            ``lattice_constant`` and ``layers``, as in `Crystal.from_calculator`.
 
         Returns
         -------
@@ -110,18 +102,14 @@ class CrystalSurface:
         ------
         ValueError
             If the calculator gives no forces for a slab or returns others when asked
-            again, its forces have a resultant or reach beyond the slab.
+            again, its forces have a resultant or reach beyond the slab, or the slab is
+            another crystal than the bulk or too thin.
         """
-        lookup(surface, SURFACES, "surface")
-        positive(tolerance=tolerance)
-        structure = surface[:3]
-        symbol, a = chosen_crystal(calculator, bulk, structure, lattice_constant)
-        slab = relaxed_slab(calculator, symbol, surface, a, layers)
-        constants = force_constants(calculator, slab, size, displacement)
-        name = f"{surface} {symbol} with {type(calculator).__name__}"
-        check_errors(constants.figures, tolerance, name)
-        heights = slab.positions[: constants.middle + 1, 2] - slab.positions[0, 2]
-        return cls(symbol, surface, a, heights, constants, size, displacement)
+        slab |= {"size": size, "displacement": displacement, "tolerance": tolerance}
+        found = CalculatedSurface.of(calculator, bulk, surface, **slab)
+        symbol, a, constants = found.symbol, found.lattice_constant, found.constants
+        z = found.slab.positions[: constants.middle + 1, 2]
+        return cls(symbol, surface, a, z - z[0], constants, size, displacement)
 
     @classmethod
     def read(cls, file: str | Path) -> CrystalSurface:
@@ -141,18 +129,16 @@ class CrystalSurface:
         ValueError
             If the file is another one.
         """
-        try:
-            entries = json.loads(Path(file).read_text())
-            if entries.pop("format") != _FORMAT:
-                raise ValueError("its format is another one")
+
+        def make(entries: dict[str, Any]) -> CrystalSurface:
             constants = entries["constants"]
             for name in ("source", "target", "offset", "matrix"):
                 constants[name] = np.array(constants[name])
             entries["constants"] = ForceConstants(**constants)
             entries["heights"] = np.array(entries["heights"])
             return cls(**entries)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"{file} is not a crystal surface: {error}") from error
+
+        return read_json(file, "crystal surface", make)
 
     def write(self, file: str | Path) -> None:
         """Write the surface to a file (JSON).
@@ -161,9 +147,7 @@ class CrystalSurface:
         ----------
         file : str or Path
         """
-        entries = {"format": _FORMAT, **asdict(self)}
-        with replaced(file) as name:
-            Path(name).write_text(json.dumps(entries, default=np.ndarray.tolist))
+        write_json(file, "crystal surface", asdict(self))
 
     def column(self, layers: int) -> Atoms:
         """Return one surface cell of the upper layers.
@@ -206,13 +190,8 @@ class CrystalSurface:
     @cached_property
     def contact_modulus(self) -> float:
         """Indentation modulus of long waves, ``1/E* = <1/E*(theta)>`` (eV/Å^3)."""
-        angles = np.linspace(0.0, np.pi, 24, endpoint=False)
-        q = _LONG / self.constants.spacing
-        waves = q * np.stack([np.cos(angles), np.sin(angles)], axis=1)
         greens = LatticeGreensFunction(self.constants)
-        # 1/E* is linear in the wave number
-        once, twice = (n * greens(n * waves)[:, 2, 2].real.mean() for n in (1, 2))
-        return float(2.0 / (self.cell_area * q * (2.0 * once - twice)))
+        return 1.0 / float(long_wave_compliance(greens, self.cell_area).mean())
 
     def cut_couplings(
         self, calculator: Any, layers: int, lowest: int

@@ -10,7 +10,7 @@ from ase.build import bulk
 from ase.calculators.emt import EMT
 from ase.units import GPa
 from matscipy.elasticity import fit_elastic_constants
-from spring_crystal import Springs, fcc_springs
+from spring_crystal import OtherSlabs, Softer, Springs, fcc_springs
 
 from ase_roughcontact.elasticity import (
     Crystal,
@@ -203,23 +203,6 @@ class OnSite(Springs):
             layers = self.atoms.positions[:, :2]
             away = layers - np.round(layers / SPACING * 2) * SPACING / 2
             self.results["forces"][:, :2] -= 0.1 * away
-
-
-class OtherSlabs(Springs):
-    """Other springs between many atoms than between a few."""
-
-    def __init__(self, shells, change):
-        super().__init__(shells)
-        self.few, self.many = self.shells, change(self.shells)
-
-    def calculate(self, atoms=None, *args, **kwargs):
-        self.shells = self.few if len(atoms) < 50 else self.many
-        super().calculate(atoms, *args, **kwargs)
-
-
-class Softer(OtherSlabs):
-    def __init__(self, shells):
-        super().__init__(shells, lambda springs: springs * [1.0, 0.5])
 
 
 class OnlyFirstNeighbours(OtherSlabs):

@@ -10,7 +10,7 @@ from ase.build import bulk
 from ase.data import atomic_numbers, reference_states
 from ase.neighborlist import neighbor_list
 
-from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.elasticity.crystals.force_constants import SURFACES
 from ase_roughcontact.elasticity.crystals.strain import (
     RANGE,
@@ -21,7 +21,6 @@ from ase_roughcontact.elasticity.crystals.strain import (
 _ATOMS = {"fcc": 4, "bcc": 2}  # in a cubic cell
 # Distance, in lattice constants, up to which neighbours distinguish fcc, hcp and bcc.
 _SHELLS = 1.3
-_PERIOD = 2  # layers after which a square surface repeats
 
 
 def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
@@ -154,7 +153,7 @@ def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
     calculator : Calculator
     symbol : str
     surface : str
-        A square one of `SURFACES`.
+        One of `SURFACES`.
     a : float
         Lattice constant along the surface (Å).
 
@@ -168,8 +167,8 @@ def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
     ValueError
         If the stress does not vanish, or the calculator gives no energy.
     """
-    build = lookup(surface, SURFACES, "surface")
-    crystal = build(symbol, (1, 1, _PERIOD), a=a, periodic=True)
+    layers = 3 if surface == "fcc111" else 2  # after which they repeat
+    crystal = SURFACES[surface](symbol, (1, 1, layers), a=a, periodic=True)
     stretch = stretch_without_stress(calculator, crystal, (2,))
     if stretch is None:
         raise ValueError(

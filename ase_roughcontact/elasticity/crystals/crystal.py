@@ -9,8 +9,6 @@ plane waves of pressure,
 
 from __future__ import annotations
 
-import json
-import warnings
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from hashlib import sha256
@@ -20,24 +18,12 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.data import atomic_numbers
-from ase.units import GPa
 
-from ase_roughcontact._util.files import replaced
-from ase_roughcontact._util.validation import finite, integer, lookup, positive
-from ase_roughcontact.elasticity.crystals.bulk import (
-    bulk_below,
-    chosen_crystal,
-)
+from ase_roughcontact._util.validation import finite, lookup, positive
+from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
 from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
-from ase_roughcontact.elasticity.crystals.errors import (
-    check_errors,
-    modulus_errors,
-    modulus_table,
-)
-from ase_roughcontact.elasticity.crystals.force_constants import (
-    force_constants,
-    relaxed_slab,
-)
+from ase_roughcontact.elasticity.crystals.errors import check_errors, modulus_table
+from ase_roughcontact.elasticity.crystals.files import read_json, write_json
 from ase_roughcontact.elasticity.crystals.kernel import (
     NODES,
     distant_kernel,
@@ -46,21 +32,14 @@ from ase_roughcontact.elasticity.crystals.kernel import (
     near_kernel,
     node_vectors,
 )
-from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
-from ase_roughcontact.elasticity.crystals.strain import nominal_moduli, stress
 from ase_roughcontact.elasticity.greens import ElasticSolid
 
-# Crystal structures of the surfaces whose atoms are a square grid.
-_STRUCTURES = {"fcc100": "fcc", "bcc100": "bcc"}
+# Surfaces whose atoms are a square grid.
+_SURFACES = dict.fromkeys(("fcc100", "bcc100"))
 # Distance, in spacings, up to which the kernel of a free half space is tabulated.
 _TABLE = 48
 # Relative difference of spacings, or of a wave vector to the edge of the zone.
 _ROUNDING = 1e-6
-# Residual stress, relative to the contact modulus, of which a warning is given.
-_STRESSED = 1e-3
-# Layers of a slab whose thinner one still has a layer of the bulk between its surfaces.
-_LEAST_LAYERS = 9
-_FORMAT = "crystal of ase_roughcontact, version 1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +87,7 @@ class Crystal(ElasticSolid):
 
     def __post_init__(self) -> None:
         lookup(self.symbol, atomic_numbers, "element")
-        lookup(self.surface, _STRUCTURES, "square surface")
+        lookup(self.surface, _SURFACES, "square surface")
         positive(spacing=self.spacing)
         finite(stress=self.stress)
         # one memory layout, so that a crystal from a file is the same to the last digit
@@ -126,11 +105,8 @@ class Crystal(ElasticSolid):
         bulk: Atoms | str,
         surface: str = "fcc100",
         *,
-        lattice_constant: float | None = None,
-        layers: int = 15,
-        size: int = 9,
-        displacement: float = 1e-3,
         tolerance: float = 1e-3,
+        **slab: Any,
     ) -> Crystal:
         """Return the crystal of an ASE calculator.
 
@@ -147,19 +123,16 @@ class Crystal(ElasticSolid):
             guess of the lattice constant.
         surface : {"fcc100", "bcc100"}
             Crystal structure and surface.
-        lattice_constant : float, optional
-            In place of that at which the crystal has no stress (Å). Along z, the
-            crystal is relaxed all the same. A stress along x and y above 1e-3 of the
-            contact modulus is reported by a warning.
-        layers : int
-            Layers of the slab, odd and at least 9.
-        size : int
-            Surface cells along each side of the slab, odd.
-        displacement : float
-            Displacement for the force constants (Å); 0 to use the Hessian of the
-            calculator, which must have the method `get_hessian` of matscipy.
         tolerance : float
             Largest relative error of the force constants and of E*.
+        **slab
+            ``lattice_constant``, in place of that at which the crystal has no stress
+            (Å); along z, the crystal is relaxed all the same, and a stress along x and
+            y above 1e-3 of the contact modulus is reported by a warning. ``layers``
+            of the slab, odd and at least 9 (15). ``size``, the number of surface cells
+            along each of its sides, odd (9). ``displacement`` for the force constants
+            (1e-3 Å); 0 to use the Hessian of the calculator, which must have the method
+            `get_hessian` of matscipy.
 
         Returns
         -------
@@ -180,48 +153,16 @@ class Crystal(ElasticSolid):
         >>> copper = Crystal.from_calculator(EMT(), "Cu")  # doctest: +SKIP
         >>> copper.write("copper.json")  # doctest: +SKIP
         """
-        structure = lookup(surface, _STRUCTURES, "square surface")
-        positive(tolerance=tolerance)
-        integer("layers", layers, _LEAST_LAYERS)
-        symbol, a = chosen_crystal(calculator, bulk, structure, lattice_constant)
-        below = bulk_below(calculator, symbol, surface, a)
-        thick, thin = (
-            force_constants(
-                calculator,
-                relaxed_slab(calculator, symbol, surface, a, number),
-                size,
-                displacement,
-            )
-            for number in (layers, layers - 4)
+        lookup(surface, _SURFACES, "square surface")
+        found = CalculatedSurface.of(
+            calculator, bulk, surface, tolerance=tolerance, **slab
         )
-        name = f"{surface} {symbol} with {type(calculator).__name__}"
-        check_errors(thick.figures, tolerance, name)
-        greens = LatticeGreensFunction(thick)
-        table = modulus_table(greens)
-        errors = modulus_errors(
-            table,
-            greens,
-            LatticeGreensFunction(thin),
-            nominal_moduli(calculator, below),
-        )
-        check_errors(errors, tolerance, name)
-        crystal = cls(
-            symbol,
-            surface,
-            type(calculator).__name__,
-            thick.spacing,
-            table,
-            stress(calculator, below, (0, 1)),
-            thick.figures | errors,
-        )
-        if abs(crystal.stress) > _STRESSED * crystal.contact_modulus:
-            warnings.warn(
-                f"{name} is under a stress of {crystal.stress / GPa:.3g} GPa along the "
-                f"surface at the lattice constant {a:g} Å, which changes its moduli: "
-                "omit lattice_constant to relax it",
-                stacklevel=2,
-            )
-        return crystal
+        table, errors = modulus_table(found.greens)
+        name = type(calculator).__name__
+        check_errors(errors, tolerance, f"{surface} {found.symbol} with {name}")
+        figures = found.constants.figures | errors
+        spacing = found.constants.spacing
+        return cls(found.symbol, surface, name, spacing, table, found.stress, figures)
 
     @classmethod
     def read(cls, file: str | Path) -> Crystal:
@@ -241,14 +182,7 @@ class Crystal(ElasticSolid):
         ValueError
             If the file is another one.
         """
-        try:
-            entries = json.loads(Path(file).read_text())
-            if entries.pop("format") != _FORMAT:
-                raise ValueError("its format is another one")
-            entries["table"] = np.array(entries["table"])
-            return cls(**entries)
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"{file} is not a crystal: {error}") from error
+        return read_json(file, "crystal", lambda entries: cls(**entries))
 
     def write(self, file: str | Path) -> None:
         """Write the crystal to a file (JSON).
@@ -257,10 +191,7 @@ class Crystal(ElasticSolid):
         ----------
         file : str or Path
         """
-        entries = {"format": _FORMAT, **asdict(self), "table": self.table.tolist()}
-        lines = (f"{json.dumps(k)}: {json.dumps(v)}" for k, v in entries.items())
-        with replaced(file) as name:
-            Path(name).write_text("{\n" + ",\n".join(lines) + "\n}\n")
+        write_json(file, "crystal", asdict(self))
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]

@@ -29,64 +29,82 @@ ADVICE = {
     "have noise that a larger displacement reduces",
 }
 
-# Wave number, in units of 1/a0, of waves that see a continuum.
-_LONG = 1e-6
+# Waves along the surface, times the spacing, at which the modulus is compared.
+_NUMBERS = np.linspace(0.03, 0.97, 12) * np.pi
+_WAVES = np.array([[q, q * part] for q in _NUMBERS for part in np.linspace(0, 1, 5)])
+# Wave number, times the spacing, and directions of long waves.
+_LONG, _ANGLES = 1e-3, np.linspace(0.0, np.pi, 24, endpoint=False)
 
 
-def _inverse_modulus(greens: LatticeGreensFunction, q: np.ndarray) -> np.ndarray:
-    """Return ``1/E*`` at wave vectors in units of 1/a0, shape (n, 2)."""
-    compliance = greens(q / greens.spacing)[:, 2, 2].real
-    return 0.5 * greens.spacing * np.hypot(*q.T) * compliance
+def inverse_modulus(
+    greens: LatticeGreensFunction, q: np.ndarray, cell_area: float
+) -> np.ndarray:
+    """Return ``1/E*(q) = cell_area |q| G_zz(q) / 2`` at wave vectors, shape (n, 2)."""
+    return 0.5 * cell_area * np.hypot(*q.T) * greens(q)[:, 2, 2].real
 
 
-def modulus_table(greens: LatticeGreensFunction) -> np.ndarray:
-    """Return the coefficients of ``1/E*``; see `interpolation_table`."""
-    return interpolation_table(_inverse_modulus(greens, node_vectors()))
+def long_wave_compliance(greens: LatticeGreensFunction, cell_area: float) -> np.ndarray:
+    """Return ``1/E*(theta)`` of long waves at angles between 0 and pi, shape (n,)."""
+    waves = _LONG / greens.spacing * np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], -1)
+    once, twice = (inverse_modulus(greens, n * waves, cell_area) for n in (1, 2))
+    return 2.0 * once - twice  # linear in the wave number
 
 
-def modulus_errors(
-    table: np.ndarray,
+def surface_errors(
     thick: LatticeGreensFunction,
     thin: LatticeGreensFunction,
+    cell_area: float,
     moduli: np.ndarray,
 ) -> dict[str, float]:
-    """Return the relative errors of the modulus of a crystal.
+    """Return the relative errors of the modulus of waves along a surface.
 
     Parameters
     ----------
-    table : ndarray
-        Coefficients of the thick slab, see `modulus_table`.
     thick, thin : LatticeGreensFunction
-        From slabs of different thickness.
-    moduli : ndarray, shape (3, 3, 3, 3)
-        Of the bulk, see `nominal_moduli`.
+        That of the surface, and that of a thinner slab.
+    cell_area : float
+        Area of an atom in the surface (length^2).
+    moduli : ndarray
+        Moduli of the bulk, a full tensor.
 
     Returns
     -------
-    dict of float
+    dict
+        "thickness" and "long_waves", see `Crystal`.
     """
-    numbers = np.linspace(0.03, 0.97, 12) * np.pi
-    q = np.stack(
-        [np.repeat(numbers, 5), np.outer(numbers, np.linspace(0, 1, 5)).ravel()]
-    )
-    expected = interpolate(table, *q)
-
-    def error(greens: LatticeGreensFunction, q: np.ndarray) -> float:
-        return float(abs(_inverse_modulus(greens, q.T) / expected - 1.0).max())
-
-    turned = np.array([[q[0], -q[1]], [q[1], q[0]], [-q[0], q[1]]])
-    angles = np.linspace(0.0, np.pi / 4, 5)
-    long_waves = interpolate(
-        table, *(_LONG * np.array([np.cos(angles), np.sin(angles)]))
-    )
+    q = _WAVES / thick.spacing
+    change = inverse_modulus(thin, q, 1.0) / inverse_modulus(thick, q, 1.0) - 1.0
+    long = long_wave_compliance(thick, cell_area) * surface_modulus(moduli, _ANGLES)
     return {
-        "thickness": error(thin, q),
-        "square": max(error(thick, other) for other in turned),
-        "interpolation": error(thick, q),
-        "long_waves": float(
-            abs(long_waves * surface_modulus(moduli, angles) - 1.0).max()
-        ),
+        "thickness": float(abs(change).max()),
+        "long_waves": float(abs(long - 1.0).max()),
     }
+
+
+def modulus_table(
+    greens: LatticeGreensFunction,
+) -> tuple[np.ndarray, dict[str, float]]:
+    """Return the coefficients of ``1/E*`` on a square grid, and their errors.
+
+    Returns
+    -------
+    table : ndarray
+        See `interpolation_table`.
+    errors : dict
+        "square" and "interpolation", see `Crystal`.
+    """
+
+    def inverse(q: np.ndarray) -> np.ndarray:
+        return inverse_modulus(greens, q / greens.spacing, greens.spacing**2)
+
+    table = interpolation_table(inverse(node_vectors()))
+    expected = interpolate(table, *_WAVES.T)
+    x, y = _WAVES.T
+    interpolation, *others = (
+        float(abs(inverse(np.stack(q, -1)) / expected - 1.0).max())
+        for q in ((x, y), (x, -y), (y, x), (-x, y))
+    )
+    return table, {"square": max(others), "interpolation": interpolation}
 
 
 def check_errors(figures: dict[str, float], tolerance: float, name: str) -> None:
