@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import AbstractContextManager, closing, nullcontext
+from contextlib import AbstractContextManager, closing
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import integer, positive
 from ase_roughcontact.ensemble.cases import case_of, product
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 from ase_roughcontact.scene import Scene
@@ -148,25 +147,8 @@ def sample_ensemble(
             "realisations need a scene with [roughness]: measured and smooth surfaces "
             "have one only"
         )
-    if workers is not None:
-        integer("workers", workers, 1)
-    pool = process_pool(workers) if executor is None else nullcontext(executor)
-    return _sample(scene, database, error, (pilot, most), pool, interval)
-
-
-def _sample(
-    scene: Scene,
-    database: PathName,
-    error: float,
-    limits: tuple[int, int],
-    pool: AbstractContextManager[Executor],
-    interval: float,
-) -> Iterator[Sampling]:
-    with pool as executor:
-        run = partial(
-            run_ensemble, database=database, executor=executor, interval=interval
-        )
-        yield from _rounds(scene, database, error, limits, run)
+    pool = worker_pool(executor, workers)
+    return _rounds(scene, database, error, (pilot, most), pool, interval)
 
 
 def _rounds(
@@ -174,27 +156,30 @@ def _rounds(
     database: PathName,
     error: float,
     limits: tuple[int, int],
-    run: Callable[..., Any],
+    pool: AbstractContextManager[Executor],
+    interval: float,
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
     counts = np.full(len(scene.steps), pilot)
     areas = _Areas(scene, database)
-    while True:
-        scenes = _realisations(scene, int(counts.max()))
-        cases = [case_of(each) for each in scenes]
-        steps = [_steps(scene, counts > number) for number in range(len(scenes))]
-        with closing(run(scenes, steps=steps)) as reports:
-            for progress in reports:
-                sampling = Sampling(error, areas.means(cases, error), progress)
-                yield sampling
-        more = [
-            _next_count(mean, int(count), error, most)
-            for mean, count in zip(sampling.means, counts, strict=True)
-        ]
-        if sampling.done or progress.failures or (more <= counts).all():
-            return
-        counts = np.maximum(counts, more)
+    with pool as executor:
+        while True:
+            scenes = _realisations(scene, int(counts.max()))
+            cases = [case_of(each) for each in scenes]
+            steps = [_steps(scene, counts > number) for number in range(len(scenes))]
+            options: dict[str, Any] = {"interval": interval, "steps": steps}
+            with closing(run_ensemble(scenes, database, executor, **options)) as run:
+                for progress in run:
+                    sampling = Sampling(error, areas.means(cases, error), progress)
+                    yield sampling
+            more = [
+                _next_count(mean, int(count), error, most)
+                for mean, count in zip(sampling.means, counts, strict=True)
+            ]
+            if sampling.done or progress.failures or (more <= counts).all():
+                return
+            counts = np.maximum(counts, more)
 
 
 def _realisations(scene: Scene, count: int) -> list[Scene]:

@@ -6,7 +6,7 @@ import csv
 import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import locked, open_file, replaced
-from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.scene import Scene
 
 
@@ -87,9 +87,8 @@ def run_places(
     found = _earlier(scene, folder)
     yield from (found[place] for place in places if place in found)
     missing = [place for place in places if place not in found]
-    pool: AbstractContextManager[Executor]
-    pool = process_pool(workers) if executor is None else nullcontext(executor)
-    with pool as running, _open_table(found, folder / "places.csv") as write:
+    pool, table = worker_pool(executor, workers), folder / "places.csv"
+    with pool as running, _open_table(found, table) as write:
         tasks = [running.submit(_calculate, scene, *place) for place in missing]
         try:
             for task in as_completed(tasks):

@@ -6,9 +6,18 @@ import multiprocessing
 import os
 import signal
 import threading
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 
 from ase_roughcontact._util.threads import processors
+from ase_roughcontact._util.validation import integer
+
+
+def worker_pool(
+    executor: Executor | None, workers: int | None
+) -> AbstractContextManager[Executor]:
+    """Return a context of an executor, by default of `process_pool`."""
+    return process_pool(workers) if executor is None else nullcontext(executor)
 
 
 def process_pool(workers: int | None = None) -> ProcessPoolExecutor:
@@ -24,7 +33,7 @@ def process_pool(workers: int | None = None) -> ProcessPoolExecutor:
     -------
     ProcessPoolExecutor
     """
-    count = processors() if workers is None else workers
+    count = processors() if workers is None else integer("workers", workers, 1)
     return ProcessPoolExecutor(
         count,
         multiprocessing.get_context("spawn"),

@@ -5,16 +5,16 @@ from __future__ import annotations
 import os
 import time
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import Executor, Future, wait
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, ExitStack
 from functools import partial
 
 from ase_roughcontact._util.files import PathName
-from ase_roughcontact._util.validation import integer, positive
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.ensemble.progress import (
     Progress,
     ProgressMeter,
@@ -34,7 +34,7 @@ def run_ensemble(
     checkpoints: PathName | None = None,
     interval: float = 1.0,
     steps: Iterable[Sequence[int]] | None = None,
-) -> Iterator[Progress]:
+) -> Generator[Progress, None, None]:
     """Calculate the load steps of all scenes that the database does not have yet.
 
     A run may be interrupted or killed at any time, with all its workers or some of
@@ -97,8 +97,6 @@ def run_ensemble(
     if not cases:
         raise ValueError("an ensemble needs at least one scene, got none")
     positive(interval=interval)
-    if workers is not None:
-        integer("workers", workers, 1)
     costs = {case: expected_costs(scene) for case, scene in cases.items()}
     wanted: dict[str, Sequence[int]]
     wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
@@ -112,7 +110,7 @@ def run_ensemble(
     if checkpoints is None and "://" not in shared.address:
         checkpoints = f"{os.path.splitext(shared.address)[0]}-checkpoints"
     calculate = partial(calculate_case, shared, checkpoints)
-    pool = process_pool(workers) if executor is None else nullcontext(executor)
+    pool = worker_pool(executor, workers)
     tasks = {case: (scene, wanted[case]) for case, scene in cases.items()}
     return _run(shared, tasks, meter, calculate, pool, interval)
 
@@ -124,7 +122,7 @@ def _run(
     calculate: Callable[..., tuple[str, str]],
     pool: AbstractContextManager[Executor],
     interval: float,
-) -> Iterator[Progress]:
+) -> Generator[Progress, None, None]:
     """Submit cases, and report progress until all are complete or failed."""
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,9 @@ from ase_roughcontact._util.validation import (
     unknown,
 )
 from ase_roughcontact.interactions import WALLS, wall_parameters
+from ase_roughcontact.scene.fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
-from ase_roughcontact.scene.section import Quantities, Section, find_file
+from ase_roughcontact.scene.section import Quantities, Section
 
 # Element of the atoms if none is named.
 SYMBOL = "Cu"
@@ -31,8 +31,6 @@ _OF_STEPS = "control", "first", "last", "steps", "scale", "values"
 _OF_LOOPS = "deepest", "step", "tolerance", "cantilever"
 # Keys of [substrate] of solids whose moduli are not that of a material.
 _WITHOUT_MODULUS = "anisotropic", "rigid_base", "calculator", "potential", "crystal"
-# Keys of [substrate] that are files.
-_FILES = "potential", "crystal"
 
 
 @dataclass(frozen=True)
@@ -43,6 +41,7 @@ class SubstrateConfig(Section):
     units = dict.fromkeys(
         ("contact_modulus", "elastic_constants", "hardness", "layer_modulus"), "GPa"
     )
+    file_keys = ("potential", "crystal")
 
     symbol: str = ""
     material: str = ""
@@ -66,16 +65,6 @@ class SubstrateConfig(Section):
     coarsen: int | None = None
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
-
-    def located(self, folder: Path) -> SubstrateConfig:
-        """Return the section with the whole paths of its files; see `find_file`."""
-        potential, crystal = (find_file(getattr(self, key), folder) for key in _FILES)
-        return replace(self, potential=potential, crystal=crystal)
-
-    @property
-    def files(self) -> list[str]:
-        """Files that the section names."""
-        return [file for key in _FILES if (file := getattr(self, key))]
 
     @property
     def name(self) -> str:
@@ -105,56 +94,6 @@ class SphereConfig(Section):
     unit: str = "a0"
     material: str = ""
     profile: str = "paraboloid"
-
-
-@dataclass(frozen=True)
-class RoughnessConfig(Section):
-    """``[roughness]``: wavelengths in units of the spacing if no unit is given."""
-
-    title = "roughness"
-
-    rms_slope: float = 0.1
-    hurst: float = 0.8
-    short_wavelength: float | str = 4.0
-    long_wavelength: float | str = 512.0
-    longest_wavelength: float | str | None = None
-    unit: str = "a0"
-    seed: int = 0
-    random_amplitudes: bool = False
-    normalise: str = "realisation"
-    domain: float | str | None = None
-
-
-@dataclass(frozen=True)
-class HeterogeneityConfig(Section):
-    """``[heterogeneity]``: lengths in units of the spacing if no unit is given.
-
-    A random field with root mean square `rms`, or the map of a file.
-    """
-
-    title = "heterogeneity"
-
-    rms: float | None = None
-    hurst: float = 0.8
-    short_wavelength: float | str = 4.0
-    long_wavelength: float | str = 32.0
-    longest_wavelength: float | str | None = None
-    unit: str = "a0"
-    seed: int = 0
-    random_amplitudes: bool = False
-    domain: float | str | None = None
-    file: str = ""
-    spacing: float | str = 1.0
-    periodic: bool = True
-
-    def located(self, folder: Path) -> HeterogeneityConfig:
-        """Return the section with the whole path of its file; see `find_file`."""
-        return replace(self, file=find_file(self.file, folder))
-
-    @property
-    def files(self) -> list[str]:
-        """Files that the section names."""
-        return [self.file] if self.file else []
 
 
 @dataclass(frozen=True)

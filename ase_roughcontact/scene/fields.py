@@ -3,22 +3,62 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.validation import lookup, nonnegative_array
-from ase_roughcontact.scene.config import HeterogeneityConfig
-from ase_roughcontact.scene.quantities import lengths, plain
-from ase_roughcontact.scene.section import Section
+from ase_roughcontact.scene.section import Section, lengths
 from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
 
 # Tolerance within which a domain is a whole number of spacings.
 _ROUNDING = 1e-6
 # Keys of lengths of a random field.
 _LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
+
+
+@dataclass(frozen=True)
+class RoughnessConfig(Section):
+    """``[roughness]``: wavelengths in units of the spacing if no unit is given."""
+
+    title = "roughness"
+
+    rms_slope: float = 0.1
+    hurst: float = 0.8
+    short_wavelength: float | str = 4.0
+    long_wavelength: float | str = 512.0
+    longest_wavelength: float | str | None = None
+    unit: str = "a0"
+    seed: int = 0
+    random_amplitudes: bool = False
+    normalise: str = "realisation"
+    domain: float | str | None = None
+
+
+@dataclass(frozen=True)
+class HeterogeneityConfig(Section):
+    """``[heterogeneity]``: lengths in units of the spacing if no unit is given.
+
+    A random field with root mean square `rms`, or the map of a file.
+    """
+
+    title = "heterogeneity"
+    file_keys = ("file",)
+
+    rms: float | None = None
+    hurst: float = 0.8
+    short_wavelength: float | str = 4.0
+    long_wavelength: float | str = 32.0
+    longest_wavelength: float | str | None = None
+    unit: str = "a0"
+    seed: int = 0
+    random_amplitudes: bool = False
+    domain: float | str | None = None
+    file: str = ""
+    spacing: float | str = 1.0
+    periodic: bool = True
 
 
 def random_field(section: Section, spacing: float, **more: Any) -> SelfAffine:
@@ -42,7 +82,7 @@ def random_field(section: Section, spacing: float, **more: Any) -> SelfAffine:
     entries, units = section.entries(), lengths(spacing)
     unit = entries["unit"]
     scale = lookup(unit, units, "unit")
-    entries = plain(section, _LENGTHS, units, unit).entries()
+    entries = section.plain(_LENGTHS, units, unit).entries()
     known = {each.name for each in fields(SelfAffine)}
     rough = SelfAffine(**{k: v for k, v in entries.items() if k in known}, **more)
     rough = replace(rough, domain=_domain(rough, spacing / scale, unit))
@@ -72,7 +112,7 @@ def local_adhesion(section: HeterogeneityConfig, spacing: float) -> Heterogeneit
     if section.rms is not None:
         return Heterogeneity(random_field(section, spacing, rms_slope=1.0), section.rms)
     values = _matrix(section.file)
-    step: Any = plain(section, ["spacing"], lengths(spacing), "Å", section.unit)
+    step = section.plain(["spacing"], lengths(spacing), "Å", section.unit)
     deviation = values / values.mean() - 1.0
     return Heterogeneity(HeightMap(deviation, step.spacing, section.periodic))
 

@@ -85,9 +85,7 @@ class SceneFile:
                     raise ValueError(
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
-                sections[title] = section.of(entries)
-            for title in {"substrate", "topography", "heterogeneity"} & set(sections):
-                sections[title] = sections[title].located(Path(name).parent)
+                sections[title] = section.of(entries).located(Path(name).parent)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
         return cls(**sections)
@@ -95,7 +93,7 @@ class SceneFile:
     @property
     def files(self) -> list[str]:
         """Other files that the scene needs."""
-        sections = self.substrate, self.topography, self.heterogeneity
+        sections = (getattr(self, title) for title in SECTIONS)
         return [file for section in sections if section for file in section.files]
 
     def entries(self) -> dict[str, dict[str, Any] | None]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,7 +23,7 @@ from ase_roughcontact.paths.validity import hardness_of
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.scene.fields import local_adhesion, random_field
 from ase_roughcontact.scene.file import SceneFile
-from ase_roughcontact.scene.quantities import lengths, plain
+from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.scene.solid import solid_of
 from ase_roughcontact.topography import (
     HeightMap,
@@ -48,17 +47,20 @@ class Model(SceneFile):
         """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
         spacing = self.named_substrate.spacing
         if spacing is not None:
-            lengths: Any = plain(self.named_substrate, ["spacing"], LENGTHS, "Å")
-            spacing = lengths.spacing
+            spacing = self.named_substrate.plain(["spacing"], LENGTHS, "Å").spacing
             positive(spacing=spacing)
         if self.substrate.of_atoms:
             crystal: Any = self.solid
             if spacing is not None:
                 crystal.check(spacing)
             return crystal.spacing
-        if spacing is None:
-            return _of_crystal(fcc_spacing, self.symbol, "spacing")
-        return spacing
+        if spacing is not None:
+            return spacing
+        try:
+            return fcc_spacing(self.symbol)
+        except ValueError as error:
+            message = f"symbol = {self.symbol!r}: {error}; give spacing"
+            raise ValueError(message) from error
 
     @property
     def solid(self) -> ElasticSolid:
@@ -187,14 +189,14 @@ class Model(SceneFile):
     @property
     def radius(self) -> float:
         """Radius of the sphere (Å)."""
-        radius: Any = self._in_spacings(self.sphere, ["radius"]).radius
-        given = self.sphere.radius
+        given, units = self.sphere.radius, lengths(self.spacing)
+        radius = self.sphere.plain(["radius"], units, "a0", self.sphere.unit).radius
         if not (isinstance(given, str) and 0.0 < radius < math.inf):
             positive(radius=given)
         if radius < 1.0:
             raise ValueError(
                 f"radius must be at least the spacing a0 = {self.spacing:.4g} Å, got "
-                f"{self.sphere.radius!r}, {radius:.3g} a0"
+                f"{given!r}, {radius:.3g} a0"
             )
         return radius * self.spacing
 
@@ -246,15 +248,3 @@ class Model(SceneFile):
                 f"{self.interaction.kind!r}"
             )
         return local_adhesion(self.heterogeneity, self.spacing)
-
-    def _in_spacings(self, section: Any, keys: Iterable[str]) -> Any:
-        """Return a section whose lengths are in units of the spacing."""
-        return plain(section, keys, lengths(self.spacing), "a0", section.unit)
-
-
-def _of_crystal(calculate: Callable[[str], float], symbol: str, instead: str) -> float:
-    """Return a property of a crystal; the error names the key to give instead."""
-    try:
-        return calculate(symbol)
-    except ValueError as error:
-        raise ValueError(f"symbol = {symbol!r}: {error}; give {instead}") from error

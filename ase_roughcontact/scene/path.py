@@ -20,8 +20,7 @@ from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.predictions import Predictions
-from ase_roughcontact.scene.quantities import lengths, plain
-from ase_roughcontact.scene.section import Quantities
+from ase_roughcontact.scene.section import Quantities, lengths
 from ase_roughcontact.windows.expected import (
     LARGEST_DOMAIN,
     ExpectedContact,
@@ -57,7 +56,7 @@ class ContactPath(Predictions):
             )
         unit = self.path.unit
         units = FORCES if unit in FORCES else lengths(self.spacing)
-        path = plain(self.path, ["first", "last", "values"], units, unit)
+        path = self.path.plain(["first", "last", "values"], units, unit)
         path.check_steps()
         return UNITS[unit] * path.targets
 
@@ -147,7 +146,7 @@ class ContactPath(Predictions):
         if self.path.deepest is None:
             raise ValueError("a loop needs deepest, the penetration at which to turn")
         units = lengths(self.spacing)
-        path: Any = plain(self.path, ["deepest", "step"], units, "Å")
+        path = self.path.plain(["deepest", "step"], units, "Å")
         attraction = self.wall.cutoff - self.wall.contact_distance
         if not -attraction < path.deepest < math.inf:
             given = QUANTITY.fullmatch(str(self.path.deepest))

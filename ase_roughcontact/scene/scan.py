@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
 from ase_roughcontact._util.units import LENGTHS
-from ase_roughcontact.scene.section import Quantities, Section, find_file
+from ase_roughcontact.scene.section import Quantities, Section
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.scan import ROLES, in_angstrom
 
@@ -17,6 +17,7 @@ class TopographyConfig(Section):
     """``[topography]``: a file, the scanned body, and the place of the tip."""
 
     title = "topography"
+    file_keys = ("file",)
 
     file: str = ""
     role: str = ""
@@ -27,15 +28,6 @@ class TopographyConfig(Section):
     margin: float | str = 0.0
     periodic: bool | None = None
     channel: int | str | None = None
-
-    def located(self, folder: Path) -> TopographyConfig:
-        """Return the section with the whole path of the file; see `find_file`."""
-        return replace(self, file=find_file(self.file, folder))
-
-    @property
-    def files(self) -> list[str]:
-        """Files that the section names."""
-        return [self.file] if self.file else []
 
     @property
     def edge(self) -> float:

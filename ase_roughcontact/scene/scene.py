@@ -198,12 +198,7 @@ class Scene(ContactPath):
         return adhesion_loop(
             self.atoms(),
             **self.loop_options,
-            optimizer=self.optimizer,
-            fmax=self.fmax,
-            accuracy=self.solver.accuracy,
-            max_steps=self.max_steps,
-            window=self.window,
-            hardness=self.hardness,
+            **self._solver_options,
             validity=validity,
             callback=report,
             continuum=self.is_continuum,
@@ -234,12 +229,7 @@ class Scene(ContactPath):
         return load_path(
             self.lattice() if self.is_continuum else self.atoms(),
             model=self.substrate.model,
-            optimizer=self.optimizer,
-            fmax=self.fmax,
-            accuracy=self.solver.accuracy,
-            max_steps=self.max_steps,
-            window=self.window,
-            hardness=self.hardness,
+            **self._solver_options,
             **path,
             **grid,
             **options,
@@ -300,6 +290,18 @@ class Scene(ContactPath):
                     self.write_inputs(file, text)
                 report(number, step.validity)
                 yield step
+
+    @property
+    def _solver_options(self) -> dict[str, Any]:
+        """Options that paths and loops have in common."""
+        return {
+            "optimizer": self.optimizer,
+            "fmax": self.fmax,
+            "accuracy": self.solver.accuracy,
+            "max_steps": self.max_steps,
+            "window": self.window,
+            "hardness": self.hardness,
+        }
 
     def write_inputs(self, file: Path, text: str | None = None) -> None:
         """Write the scene, and copy its files beside it, where they are found again.

@@ -1,15 +1,24 @@
-"""Base class of the sections of a scene file: keys and types of their values."""
+"""Base class of the sections of a scene file: keys, types, units and files.
+
+Quantities are numbers, or strings with a unit: ``"30 nm"``, ``"2.5 Å"``, ``"50 nN"``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, TypeVar, get_args, get_origin, get_type_hints
 
-from ase_roughcontact._util.units import QUANTITY, UNITS, quantity, units_like
-from ase_roughcontact._util.validation import shown, unknown
+from ase_roughcontact._util.units import (
+    LENGTHS,
+    QUANTITY,
+    UNITS,
+    quantity,
+    units_like,
+)
+from ase_roughcontact._util.validation import lookup, shown, unknown
 
 AnySection = TypeVar("AnySection", bound="Section")
 
@@ -33,15 +42,18 @@ class Section:
     units : mapping of str to str
         Units of the keys that may be given as a string with another unit, which is
         converted, and do not depend on the spacing of atoms.
+    file_keys : tuple of str
+        Keys whose values are names of files.
     """
 
     title: ClassVar[str]
     units: ClassVar[Mapping[str, str]] = {}
+    file_keys: ClassVar[tuple[str, ...]] = ()
 
     def __post_init__(self) -> None:
         """Convert quantities with a unit to numbers."""
         for key, unit in self.units.items():
-            value = _in_unit(key, getattr(self, key), unit)
+            value = _number(key, getattr(self, key), units_like(unit), UNITS[unit])
             object.__setattr__(self, key, value)
 
     @classmethod
@@ -100,18 +112,71 @@ class Section:
         """Return the section with another value of a key; errors are those of `of`."""
         return self.of({**self.entries(), name: value})
 
+    def plain(
+        self,
+        keys: Iterable[str],
+        units: Mapping[str, float],
+        target: str,
+        default: str | None = None,
+    ) -> Any:
+        """Return the section with quantities that are numbers in one unit.
+
+        Parameters
+        ----------
+        keys : iterable of str
+            Keys of the quantities: numbers, strings of a number and a unit, or lists.
+        units : mapping
+            Values of the units, such as `lengths` or `FORCES`.
+        target : str
+            Unit of the result.
+        default : str, optional
+            Unit of numbers; by default that of the result.
+
+        Returns
+        -------
+        Section
+
+        Raises
+        ------
+        ValueError
+            If a string is not a number and a unit, or a unit is unknown.
+        """
+        scale = lookup(default or target, units, "unit") / units[target]
+        given = {key: getattr(self, key) for key in keys}
+        return replace(
+            self,
+            **{k: _number(k, v, units, units[target], scale) for k, v in given.items()},
+        )
+
+    @property
+    def files(self) -> list[str]:
+        """Files that the section names."""
+        return [file for key in self.file_keys if (file := getattr(self, key))]
+
+    def located(self: AnySection, folder: Path) -> AnySection:
+        """Return the section with the whole paths of its files; see `find_file`."""
+        files = {key: find_file(getattr(self, key), folder) for key in self.file_keys}
+        return replace(self, **files)
+
     @classmethod
     def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
         return cls(**entries)
 
 
-def _in_unit(key: str, value: Any, unit: str) -> Any:
-    """Return a number or a tuple in a unit, of strings with one."""
+def lengths(a0: float) -> dict[str, float]:
+    """Return the units of length of scene files, with the spacing a0 (Å)."""
+    return {"a0": a0, **LENGTHS}
+
+
+def _number(
+    key: str, value: Any, units: Mapping[str, float], unit: float, scale: float = 1.0
+) -> Any:
+    """Return a quantity or a tuple of them in a unit; `scale` is that of numbers."""
     if isinstance(value, str):
-        return quantity(key, value, units_like(unit)) / UNITS[unit]
+        return quantity(key, value, units) / unit
     if isinstance(value, tuple):
-        return tuple(_in_unit(key, each, unit) for each in value)
-    return value
+        return tuple(_number(key, each, units, unit, scale) for each in value)
+    return value if scale == 1.0 or value is None else value * scale
 
 
 def find_file(name: str, folder: Path) -> str:
@@ -143,19 +208,18 @@ def _members(hint: Any) -> tuple[type, ...]:
 
 
 def _is_of_type(value: Any, kind: type) -> bool:
-    if kind is tuple:
-        is_list = isinstance(value, (list, tuple))
-        return is_list and all(_is_of_type(each, float) for each in value)
-    if kind is Quantities:
-        is_list = isinstance(value, (list, tuple))
-        return is_list and all(
-            _is_of_type(each, float)
-            or (isinstance(each, str) and QUANTITY.fullmatch(each))
+    if kind in (tuple, Quantities):
+        return isinstance(value, (list, tuple)) and all(
+            _is_of_type(each, float) or (kind is Quantities and _has_unit(each))
             for each in value
         )
     if kind in (int, float):
         return isinstance(value, (int, float)) and not isinstance(value, bool)
     return isinstance(value, kind)
+
+
+def _has_unit(value: Any) -> bool:
+    return isinstance(value, str) and bool(QUANTITY.fullmatch(value))
 
 
 # Descriptions of the types of values.

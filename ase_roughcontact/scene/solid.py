@@ -17,7 +17,6 @@ from ase_roughcontact.elasticity.material import (
     crystal_constants,
     crystal_modulus,
 )
-from ase_roughcontact.scene.quantities import plain
 
 if TYPE_CHECKING:
     from ase_roughcontact.scene.config import SubstrateConfig
@@ -170,12 +169,12 @@ def _layer(substrate: SubstrateConfig) -> Layer:
     for key in _OF_BASES:
         if substrate.rigid_base and getattr(substrate, key) is not None:
             raise ValueError(f"a rigid base has no {key}: omit it or rigid_base")
-    lengths: Any = plain(substrate, ["layer_thickness"], LENGTHS, "\u00c5")
+    thickness = substrate.plain(["layer_thickness"], LENGTHS, "\u00c5").layer_thickness
     base = None if substrate.rigid_base else UNITS["GPa"] * _modulus(substrate)
     ratios = {"poisson": substrate.layer_poisson, "base_poisson": substrate.poisson}
     return Layer(
         UNITS["GPa"] * _in_gpa("layer_modulus", substrate.layer_modulus),
-        lengths.layer_thickness,
+        thickness,
         base,
         bonded=not substrate.sliding,
         **{name: ratio for name, ratio in ratios.items() if ratio is not None},

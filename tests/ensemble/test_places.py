@@ -132,7 +132,7 @@ def test_places_need_a_scan(tmp_path):
 
 
 def test_the_command_draws_maps(scene_of, tmp_path, capsys, monkeypatch):
-    pool = "ase_roughcontact.ensemble.places.process_pool"
+    pool = "ase_roughcontact.ensemble.processes.process_pool"
     monkeypatch.setattr(pool, lambda workers: Here())
     scene_of(STEPS)
     scene, out = str(tmp_path / "scene.toml"), str(tmp_path / "out")
