@@ -13,6 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray: TypeAlias = NDArray[np.float64]
+#: Number of points along x and y.
+Shape: TypeAlias = tuple[int, int]
+#: Position (x, y).
+Point: TypeAlias = tuple[float, float]
 
 # Largest number of grid points along x or y: more do not fit into any memory.
 _MAX_POINTS = 10**9

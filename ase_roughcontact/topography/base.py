@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Protocol, runtime_checkable
 
-from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact._util.validation import FloatArray, Point, Shape
 
 
 class Surface(Protocol):
@@ -17,10 +17,7 @@ class Surface(Protocol):
     """
 
     def heights(
-        self,
-        shape: tuple[int, int],
-        spacing: float,
-        origin: tuple[float, float] = (0.0, 0.0),
+        self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
         """Sample the lower side of the indenter on a grid.
 
@@ -62,9 +59,7 @@ class BoundedSurface(Surface, Protocol):
     subclass defines `heights` and `reach`.
     """
 
-    def reach(
-        self, level: float, spacing: float, origin: tuple[float, float] = (0.0, 0.0)
-    ) -> float:
+    def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return the distance from the axis beyond which no atom is below a level.
 
         Parameters

@@ -12,6 +12,8 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 
 from ase_roughcontact._util.validation import (
     FloatArray,
+    Point,
+    Shape,
     height_array,
     integer,
     lookup,
@@ -61,9 +63,9 @@ class HeightMap:
     def __init__(
         self,
         heights: ArrayLike,
-        spacing: float | tuple[float, float],
+        spacing: float | Point,
         periodic: bool = False,
-        center: tuple[float, float] | None = None,
+        center: Point | None = None,
     ) -> None:
         self._values = height_array(heights)
         self.spacing = axis_spacings(spacing)
@@ -171,16 +173,13 @@ class HeightMap:
         return cls(heights, scan.spacing, scan.periodic, place)
 
     @property
-    def shape(self) -> tuple[int, int]:
+    def shape(self) -> Shape:
         """Number of points along x and y."""
         n, m = self._values.shape
         return n, m
 
     def heights(
-        self,
-        shape: tuple[int, int],
-        spacing: float,
-        origin: tuple[float, float] = (0.0, 0.0),
+        self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
         """Sample the map on a grid.
 
@@ -206,12 +205,9 @@ class HeightMap:
         """
         shape, spacing, origin = window(shape, spacing, origin)
         values = self._values
-        for axis, name in enumerate("xy"):
+        for axis in (0, 1):
             places = origin[axis] + spacing * np.arange(shape[axis])
-            if self.periodic:
-                self._check_period(name, shape[axis] * spacing)
-            else:
-                self._check_inside(name, places)
+            self._check(axis, places, spacing)
             indices = (places + self.center[axis]) / self.spacing[axis]
             values = _interpolate(values, indices, axis, self.periodic)
         return np.ascontiguousarray(values)
@@ -236,7 +232,7 @@ class HeightMap:
         """Whether the map is periodic."""
         return self.periodic
 
-    def lowest(self, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> float:
+    def lowest(self, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return a lower bound of the heights on a grid.
 
         Parameters
@@ -270,7 +266,7 @@ class HeightMap:
             c = make_interp_spline(points, c, 3, axis=axis, bc_type=ends).c
         return float(c.min())
 
-    def centered(self, center: tuple[float, float]) -> HeightMap:
+    def centered(self, center: Point) -> HeightMap:
         """Return the same map with another place on the axis of the indenter.
 
         Parameters
@@ -400,20 +396,19 @@ class HeightMap:
         """Return a hash of the heights."""
         return hash(self._digest)
 
-    def _check_period(self, name: str, extent: float) -> None:
-        axis = "xy".index(name)
-        period = self.shape[axis] * self.spacing[axis]
-        if extent > period * (1 + _ROUNDING):
+    def _check(self, axis: int, places: NDArray[Any], step: float) -> None:
+        """Raise `ValueError` unless a window lies on the map, or within its period."""
+        name, (n, own_step) = "xy"[axis], self._axes[axis]
+        extent, period = len(places) * step, n * own_step
+        if self.periodic and extent > period * (1 + _ROUNDING):
             raise ValueError(
                 f"a window of {extent:g} along {name} exceeds the period {period:g} of "
                 "the map, so that it would be repeated: choose a smaller window"
             )
-
-    def _check_inside(self, name: str, places: NDArray[Any]) -> None:
-        axis = "xy".index(name)
-        step, left = self.spacing[axis], 0.0 - self.center[axis]
-        right = left + (self.shape[axis] - 1) * step
-        if min(places[0] - left, right - places[-1]) < -_ROUNDING * step:
+        left = 0.0 - self.center[axis]
+        right = left + period - own_step
+        outside = max(left - places[0], places[-1] - right)
+        if not self.periodic and outside > _ROUNDING * own_step:
             raise ValueError(
                 f"the window spans {name} = {places[0]:g} to {places[-1]:g}, but the "
                 f"map only {left:g} to {right:g}: choose a smaller window, or a center "

@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import FloatArray, finite_array, positive, window
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    Point,
+    Shape,
+    finite_array,
+    positive,
+    window,
+)
 from ase_roughcontact.topography.selfaffine import SelfAffine
 
 
@@ -73,10 +80,7 @@ class Heterogeneity:
             raise ValueError("a random field needs rms, its root mean square")
 
     def factors(
-        self,
-        shape: tuple[int, int],
-        spacing: float,
-        origin: tuple[float, float] = (0.0, 0.0),
+        self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
         """Sample the relative work of adhesion on a grid.
 

@@ -20,12 +20,13 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from scipy.sparse import coo_matrix
+from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 
 from ase_roughcontact._util.units import LENGTHS, quantity
 from ase_roughcontact._util.validation import (
     FloatArray,
+    Point,
     finite,
     lookup,
     nonnegative,
@@ -36,6 +37,9 @@ from ase_roughcontact.topography.spectrum import axis_spacings
 
 #: A number, or a string of a number and a unit of length.
 Length: TypeAlias = float | str
+
+# Numbers of points that are not missing, and beyond the edges of a scan.
+_KNOWN, _BEYOND = -1, -2
 
 #: Which of the two bodies was scanned.
 ROLES = ("indenter", "substrate")
@@ -55,7 +59,7 @@ class Scan:
     """
 
     heights: FloatArray
-    spacing: tuple[float, float]
+    spacing: Point
     periodic: bool = False
 
     @classmethod
@@ -139,7 +143,7 @@ class Scan:
         trend = lookup(detrend, trends, "way to detrend")
         return replace(self, heights=self.heights - trend(self.heights))
 
-    def highest(self, margin: float = 0.0) -> tuple[float, float]:
+    def highest(self, margin: float = 0.0) -> Point:
         """Return the position (x, y) of the highest point (Å).
 
         Parameters
@@ -154,26 +158,20 @@ class Scan:
         """
         nonnegative(margin=margin)
         edges = [int(np.ceil(margin / step - 1e-9)) for step in self.spacing]
-        inside = tuple(
-            slice(edge, n - edge)
-            for edge, n in zip(edges, self.heights.shape, strict=True)
-        )
-        inner = self.heights[inside]
+        n, m = self.heights.shape
+        inner = self.heights[edges[0] : n - edges[0], edges[1] : m - edges[1]]
         if not inner.size:
-            sides = " x ".join(
-                f"{n * step / 10:g}"
-                for n, step in zip(self.heights.shape, self.spacing, strict=True)
-            )
+            x, y = self.spacing
             raise ValueError(
-                f"no point of the scan, {sides} nm, is {margin / 10:g} nm from all "
-                "edges: give a smaller margin"
+                f"no point of the scan, {n * x / 10:g} x {m * y / 10:g} nm, is "
+                f"{margin / 10:g} nm from all edges: give a smaller margin"
             )
         i, j = np.unravel_index(np.argmax(inner), inner.shape)
         return (i + edges[0]) * self.spacing[0], (j + edges[1]) * self.spacing[1]
 
     def lower_side(
-        self, role: str, place: tuple[float, float] | None
-    ) -> tuple[FloatArray, tuple[float, float] | None]:
+        self, role: str, place: Point | None
+    ) -> tuple[FloatArray, Point | None]:
         """Return the heights of the indenter's lower side, and a place on it.
 
         Parameters
@@ -204,7 +202,7 @@ class Scan:
         return -self.heights[::-1], place
 
 
-def position(center: Any, unit: float) -> tuple[float, float]:
+def position(center: Any, unit: float) -> Point:
     """Return a place (x, y) in Å, after checks."""
     try:
         x, y = center
@@ -276,30 +274,21 @@ def _lines(heights: FloatArray) -> FloatArray:
 
 def _harmonic(heights: FloatArray, missing: np.ndarray, periodic: bool) -> FloatArray:
     """Return heights whose missing points are the means of their neighbours."""
-    number = np.full(heights.shape, -1)
-    number[missing] = np.arange(np.count_nonzero(missing))
-    count = np.zeros(heights.shape)
-    right = np.zeros(heights.shape)
-    pairs = []
-    for axis in (0, 1):
-        for step in (1, -1):
-            there = np.ones(heights.shape, bool)
-            if not periodic:
-                edge = [slice(None), slice(None)]
-                edge[axis] = slice(-1, None) if step == 1 else slice(0, 1)
-                there[tuple(edge)] = False
-            neighbour = np.roll(heights, -step, axis)
-            unknown_there = np.roll(number, -step, axis)
-            count += there
-            right += np.where(
-                there & (unknown_there < 0), np.nan_to_num(neighbour), 0.0
-            )
-            both = missing & there & (unknown_there >= 0)
-            pairs.append((number[both], unknown_there[both]))
-    rows, columns = (np.concatenate(part) for part in zip(*pairs, strict=True))
-    size = np.count_nonzero(missing)
-    links = coo_matrix((-np.ones(len(rows)), (rows, columns)), (size, size))
-    diagonal = coo_matrix((count[missing], (np.arange(size),) * 2), (size, size))
+    i, j = missing.nonzero()
+    size = len(i)
+    number = np.full(heights.shape, _KNOWN)
+    number[i, j] = np.arange(size)
+    beyond: Any = {"mode": "wrap"} if periodic else {"constant_values": _BEYOND}
+    number, padded = np.pad(number, 1, **beyond), np.pad(heights, 1, **beyond)
+    count, right = np.zeros(size), np.zeros(size)
+    matrix = coo_matrix((size, size))
+    for row, column in ((i, j + 1), (i + 2, j + 1), (i + 1, j), (i + 1, j + 2)):
+        neighbour = number[row, column]
+        count += neighbour != _BEYOND
+        right += np.where(neighbour == _KNOWN, padded[row, column], 0.0)
+        (links,) = np.nonzero(neighbour >= 0)
+        ones = np.ones(len(links))
+        matrix -= coo_matrix((ones, (links, neighbour[links])), (size, size))
     filled = heights.copy()
-    filled[missing] = spsolve((links + diagonal).tocsc(), right[missing])
+    filled[i, j] = spsolve((matrix + diags(count)).tocsc(), right)
     return filled

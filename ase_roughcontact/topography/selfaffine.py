@@ -13,7 +13,14 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from ase_roughcontact._util.threads import available_threads
-from ase_roughcontact._util.validation import FloatArray, integer, positive, window
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    Point,
+    Shape,
+    integer,
+    positive,
+    window,
+)
 from ase_roughcontact.topography.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
@@ -130,7 +137,7 @@ class SelfAffine:
         """Whether the surface is periodic: True."""
         return True
 
-    def lowest(self, spacing: float, origin: tuple[float, float] = (0.0, 0.0)) -> float:
+    def lowest(self, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return the lowest height on a grid that covers one period.
 
         Parameters
@@ -149,10 +156,7 @@ class SelfAffine:
         return _lowest(self, points, *_index(spacing, origin)[1])
 
     def heights(
-        self,
-        shape: tuple[int, int],
-        spacing: float,
-        origin: tuple[float, float] = (0.0, 0.0),
+        self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
         """Sample the surface on a grid.
 
@@ -266,9 +270,7 @@ class SelfAffine:
         return points
 
 
-def _index(
-    spacing: float, origin: tuple[float, float]
-) -> tuple[list[int], list[float]]:
+def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     """Return the whole and the fractional part of the indices of the origin."""
     indices = [round(position / spacing, 12) for position in origin]
     whole = [math.floor(index) for index in indices]
@@ -277,9 +279,7 @@ def _index(
 
 
 @lru_cache(maxsize=2)
-def _modes(
-    surface: SelfAffine,
-) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
+def _modes(surface: SelfAffine) -> tuple[IntArray, IntArray, NDArray[np.complex128]]:
     """Return the integer wave vectors of one half plane and their coefficients."""
     kx, ky = _half_plane(surface.side / surface.short_wavelength * (1 + _ROUNDING))
     phase, uniform = np.random.default_rng(surface.seed).random((kx.size, 2)).T

@@ -8,7 +8,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ase_roughcontact._util.validation import FloatArray, positive, surface, window
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    Point,
+    Shape,
+    positive,
+    surface,
+    window,
+)
 from ase_roughcontact.topography.base import Surface
 
 
@@ -51,10 +58,7 @@ class RoughSphere:
             surface(roughness=self.roughness)
 
     def heights(
-        self,
-        shape: tuple[int, int],
-        spacing: float,
-        origin: tuple[float, float] = (0.0, 0.0),
+        self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
         """Sample the lower side of the indenter on a grid.
 
@@ -102,9 +106,7 @@ class RoughSphere:
         # R - sqrt(R^2 - r^2) without cancellation
         return square / (self.radius + np.sqrt(depth))
 
-    def reach(
-        self, level: float, spacing: float, origin: tuple[float, float] = (0.0, 0.0)
-    ) -> float:
+    def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return the distance from the axis beyond which no atom is below a level.
 
         There the smooth sphere is as high as the level minus the lowest height of the
