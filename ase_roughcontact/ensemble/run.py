@@ -97,6 +97,7 @@ def run_ensemble(
     if not cases:
         raise ValueError("an ensemble needs at least one scene, got none")
     positive(interval=interval)
+    pool = worker_pool(executor, workers)
     costs = {case: expected_costs(scene) for case, scene in cases.items()}
     wanted: dict[str, Sequence[int]]
     wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
@@ -110,7 +111,6 @@ def run_ensemble(
     if checkpoints is None and "://" not in shared.address:
         checkpoints = f"{os.path.splitext(shared.address)[0]}-checkpoints"
     calculate = partial(calculate_case, shared, checkpoints)
-    pool = worker_pool(executor, workers)
     tasks = {case: (scene, wanted[case]) for case, scene in cases.items()}
     return _run(shared, tasks, meter, calculate, pool, interval)
 
