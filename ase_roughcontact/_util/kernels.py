@@ -104,7 +104,7 @@ def inner(a: np.ndarray, b: np.ndarray) -> float:
     a, b = a.reshape(-1), b.reshape(-1)
     if a.size <= _SINGLE_THREAD:
         return float(a @ b)
-    pieces = split(a.size, _SINGLE_THREAD)
+    pieces = (slice(k, k + _SINGLE_THREAD) for k in range(0, a.size, _SINGLE_THREAD))
     return sum(float(a[piece] @ b[piece]) for piece in pieces)
 
 
@@ -129,6 +129,12 @@ def norm(a: np.ndarray) -> float:
 def max_abs(a: np.ndarray) -> float:
     """Return ``max |a|``; NaN if an entry is."""
     return float(max(a.max(), -a.min()))
+
+
+@rowwise(np.minimum)
+def least(a: np.ndarray) -> float:
+    """Return the smallest entry of an array."""
+    return float(a.min())
 
 
 @rowwise(np.add)

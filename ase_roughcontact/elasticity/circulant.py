@@ -10,6 +10,7 @@ grid.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from weakref import WeakKeyDictionary
@@ -22,9 +23,16 @@ from ase_roughcontact.elasticity.lattice import Box
 
 # Largest padding of a box along x and y: it improves the model, and costs little.
 _PADDING = 32
+# The same for the preconditioner of an exact model.
+_LESS_PADDING = 8
 # Windows of up to this number of atoms have an exact model, with all of their padding:
 # there, convolutions cost less than what each outer step of a solver adds to them.
 _EXACT_SIZE = 40 * 40
+# Up to this number of points of the grid, exact models are in double precision, which
+# makes further outer steps unnecessary.
+_DOUBLE_UP_TO = 256 * 256
+# Up to this number of points, a smaller grid for the preconditioner does not pay.
+_ONE_GRID_UP_TO = 64 * 64
 
 
 class CirculantModel:
@@ -37,15 +45,17 @@ class CirculantModel:
     halfspace : HalfSpace
         The elastic solid.
     box : Box
-        Atoms of the window; the model of a periodic half space, or of a small window,
-        covers all of them.
+        Atoms of the window; an exact model covers all of them.
+    exact : bool
+        Whether convolutions are those of the half space, with all of their padding.
+        Those of a periodic half space or a small window are, in any case.
 
     Attributes
     ----------
     box : Box
         The atoms of the model.
     dtype : dtype
-        Single precision.
+        Single precision; double precision of small exact models.
     self_compliance : float
         Displacement of an atom by a unit pressure on it alone (length per pressure).
     exact : bool
@@ -54,32 +64,38 @@ class CirculantModel:
         Whether a uniform pressure has no compliance, as on a periodic half space.
     """
 
-    dtype = np.dtype(np.float32)
-
-    def __init__(self, halfspace: HalfSpace, box: Box) -> None:
+    def __init__(self, halfspace: HalfSpace, box: Box, exact: bool = False) -> None:
         window = Box((0, 0), halfspace.shape)
         self.singular = halfspace.periodic
-        self.exact = halfspace.periodic or window.size <= _EXACT_SIZE
+        self.exact = exact or _always_exact(halfspace)
+        points = math.prod(halfspace.grid)
+        double = self.exact and points <= _DOUBLE_UP_TO
+        self.dtype: np.dtype[np.floating] = np.dtype(
+            np.float64 if double else np.float32
+        )
         self.box = window if self.exact else box
-        n, m = self.box.shape
+        self.self_compliance = halfspace.self_compliance
+        self._options = {**halfspace.fft, "dtype": self.dtype, "measure": False}
         if self.exact:
             grid, spectrum = halfspace.grid, halfspace.grid_spectrum
         else:
-            grid = (
-                fast_length(min(2 * n, n + _PADDING)),
-                fast_length(min(2 * m, m + _PADDING)),
-            )
+            grid = _padded(self.box.shape, _PADDING)
             spectrum = halfspace.spectrum(grid)
-        self.self_compliance = halfspace.self_compliance
-        fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
-        self._transform = RealFFT2(self.box.shape, grid, **fft)
-        self._spectrum = spectrum / self.self_compliance
+        self._spectrum = self._invertible = spectrum / self.self_compliance
+        self._transform = self._inverse_transform = self._transform_on(grid)
+        if self.exact and not halfspace.periodic and points > _ONE_GRID_UP_TO:
+            grid = _padded(self.box.shape, _LESS_PADDING)
+            self._invertible = halfspace.spectrum(grid) / self.self_compliance
+            self._inverse_transform = self._transform_on(grid)
+
+    def _transform_on(self, grid: tuple[int, int]) -> RealFFT2:
+        return RealFFT2(self.box.shape, grid, **self._options)
 
     @property
     def work(self) -> int:
         """Grid points transformed so far, forward and back."""
-        n, m = self._transform.grid
-        return n * m * self._transform.pairs
+        transforms = {id(t): t for t in (self._transform, self._inverse_transform)}
+        return sum(math.prod(t.grid) * t.pairs for t in transforms.values())
 
     @cached_property
     def _compliance(self) -> np.ndarray:
@@ -88,9 +104,10 @@ class CirculantModel:
     @cached_property
     def _stiffness(self) -> np.ndarray:
         # the mean of a periodic surface has no compliance: that of a long wave instead
-        softest = max(self._spectrum.max(), 1.0)
-        inverse = 1.0 / np.where(self._spectrum > 0.0, self._spectrum, softest)
-        return self._transform.multiplier(inverse)
+        spectrum = self._invertible
+        softest = max(spectrum.max(), 1.0)
+        inverse = 1.0 / np.where(spectrum > 0.0, spectrum, softest)
+        return self._inverse_transform.multiplier(inverse)
 
     def compliance(
         self, pressure: np.ndarray, out: np.ndarray | None = None
@@ -125,7 +142,7 @@ class CirculantModel:
         ndarray, shape of the box
             Linear, symmetric and positive definite in `opening`.
         """
-        return self._transform.filter(opening, self._stiffness, out)
+        return self._inverse_transform.filter(opening, self._stiffness, out)
 
     def preconditioner(
         self, softness: float
@@ -145,16 +162,23 @@ class CirculantModel:
         """
         multiplier = self._stiffness
         if softness > 0.0:
-            series = softness + (1.0 - softness) * self._spectrum
-            multiplier = self._transform.multiplier(1.0 / series)
-        return lambda pressure, out: self._transform.filter(pressure, multiplier, out)
+            series = softness + (1.0 - softness) * self._invertible
+            multiplier = self._inverse_transform.multiplier(1.0 / series)
+        transform = self._inverse_transform
+        return lambda pressure, out: transform.filter(pressure, multiplier, out)
+
+
+def _padded(shape: tuple[int, int], padding: int) -> tuple[int, int]:
+    """Return a grid with padding, of fast lengths."""
+    n, m = (fast_length(min(2 * n, n + padding)) for n in shape)
+    return n, m
 
 
 _last_models: WeakKeyDictionary[HalfSpace, CirculantModel] = WeakKeyDictionary()
 
 
 def covering_model(
-    halfspace: HalfSpace, box: Box, *, larger: bool = False
+    halfspace: HalfSpace, box: Box, *, exact: bool = False, larger: bool = False
 ) -> CirculantModel:
     """Return a model that covers a box.
 
@@ -166,18 +190,25 @@ def covering_model(
         The elastic solid.
     box : Box
         Atoms of the window.
+    exact : bool
+        See `CirculantModel`.
     larger : bool
-        Whether the last model is returned if its box is larger, too; by default the
-        result does not depend on it.
+        Whether the last model is returned if its box is larger, too, or if it is exact;
+        by default the result does not depend on it.
 
     Returns
     -------
     CirculantModel
     """
+    exact = exact or _always_exact(halfspace)
     model = _last_models.get(halfspace)
-    fits = model and (
-        model.exact or model.box == box or (larger and model.box.contains(box))
-    )
-    if model is None or not fits:
-        model = _last_models[halfspace] = CirculantModel(halfspace, box)
+    if model is not None:
+        same = model.exact if exact else model.box == box and not model.exact
+        if same or (larger and model.box.contains(box)):
+            return model
+    model = _last_models[halfspace] = CirculantModel(halfspace, box, exact)
     return model
+
+
+def _always_exact(halfspace: HalfSpace) -> bool:
+    return halfspace.periodic or math.prod(halfspace.shape) <= _EXACT_SIZE

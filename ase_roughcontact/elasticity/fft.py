@@ -34,6 +34,9 @@ from ase_roughcontact.elasticity.fft_backends import (
 
 # Most numbers in a SIMD vector of any processor: 64 bytes in single precision.
 _LONGEST_VECTOR = 16
+# Grids up to this number of points are transformed by pyfftw, whose calls take less
+# time: with 32 * 32 points a sixth.
+_SMALL = 64 * 64
 
 ENGINES = {"pyfftw": PyfftwTransform, "ducc0": DuccTransform}
 
@@ -69,6 +72,15 @@ def fast_length(minimum: int) -> int:
     return int(next_fast_len(minimum, real=True))
 
 
+def _is_small(grid: tuple[int, int]) -> bool:
+    return math.prod(grid) <= _SMALL
+
+
+def _default_engine(grid: tuple[int, int]) -> str:
+    """Return ducc0 where it is installed and the grid is not small, else pyfftw."""
+    return "pyfftw" if fft_backends.ducc0 is None or _is_small(grid) else "ducc0"
+
+
 class RealFFT2:
     """Two-dimensional real transform between a window and the spectrum of its grid.
 
@@ -82,7 +94,7 @@ class RealFFT2:
         ``float64`` or ``float32``. Single precision halves the memory of the buffers,
         but relaxations to a tight tolerance may then not converge.
     engine : {"pyfftw", "ducc0"}, optional
-        Library; by default ducc0 where it is installed, else pyfftw.
+        Library; by default ducc0 where it is installed, but pyfftw for small grids.
     threads : int, optional
         Maximum number of threads; by default that of `available_threads`.
     measure : bool
@@ -121,15 +133,16 @@ class RealFFT2:
         self.grid = self.window if grid is None else grid_shape(grid)
         if any(n > big for n, big in zip(self.window, self.grid, strict=True)):
             raise ValueError(f"window {window} does not fit into grid {self.grid}")
-        default = "pyfftw" if fft_backends.ducc0 is None else "ducc0"
-        self.engine = default if engine is None else engine
+        self._given_engine = engine
+        self.engine = _default_engine(self.grid) if engine is None else engine
         if self.engine not in ENGINES:
             known = tuple(ENGINES)
             raise ValueError(f"engine must be one of {known}, got {engine!r}")
         self.dtype = _float_type(dtype)
         self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)
-        self.measure = bool(measure)
+        # estimated plans of small grids are nearly as fast, and always the same
+        self.measure = bool(measure) and not (engine is None and _is_small(self.grid))
         self.blocking = blocking or Blocking()
         self.pairs = 0
 
@@ -151,7 +164,7 @@ class RealFFT2:
         """Pickle the options only: plans can't be pickled."""
         options: dict[str, Any] = {
             "dtype": self.dtype.type,
-            "engine": self.engine,
+            "engine": self._given_engine,
             "threads": self.threads,
             "measure": self.measure,
             "blocking": Blocking(**asdict(self.blocking)),
@@ -232,14 +245,23 @@ class RealFFT2:
                 f"got {out.shape} and {out.dtype}"
             )
         self.pairs += 1
+        if self._whole and self.workers == 1:
+            self._check(values)
+            if out is None:
+                out = np.empty(self.window, self.dtype)
+            self._buffers[0].filter(values, multiplier, out)
+            return out
         self._transform_rows(values, self._row_spectra)
         self._each(self._column_blocks, self._filter_columns, multiplier)
         return self._inverse_rows(self._row_spectra, out)
 
     def _transform_rows(self, values: np.ndarray, spectra: np.ndarray) -> None:
+        self._check(values)
+        self._each(self._row_blocks, self._forward_row_block, values, spectra)
+
+    def _check(self, values: np.ndarray) -> None:
         if values.shape != self.window:
             raise ValueError(f"expected the shape {self.window}, got {values.shape}")
-        self._each(self._row_blocks, self._forward_row_block, values, spectra)
 
     def _inverse_rows(
         self, spectra: np.ndarray, out: np.ndarray | None = None

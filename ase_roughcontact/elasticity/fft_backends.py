@@ -56,6 +56,32 @@ class BlockTransform(ABC):
         self.columns = pyfftw.zeros_aligned((grid[0], columns), complex_type)
         self._plan(measure)
 
+    def filter(
+        self, values: np.ndarray, multiplier: np.ndarray, out: np.ndarray
+    ) -> None:
+        """Multiply the spectrum of the values on a window, in buffers for all of it.
+
+        Parameters
+        ----------
+        values : ndarray, shape (rows, m)
+        multiplier : ndarray, shape (N, M//2 + 1)
+        out : ndarray, shape (rows, m)
+            Array for the result, which may be `values`.
+        """
+        rows, columns = self.rows, self.columns
+        (n, m), everything = values.shape, slice(None)
+        rows[:, :m] = values
+        if m < rows.shape[1]:
+            rows[:, m:] = 0.0
+        self.rows_forward(everything, columns[:n])
+        if n < len(columns):
+            columns[n:] = 0.0
+        self.columns_forward(everything)
+        np.multiply(columns, multiplier, out=columns)
+        self.columns_inverse(everything)
+        self.rows_inverse(everything, columns[:n])
+        out[:] = rows[:, :m]
+
     @abstractmethod
     def _plan(self, measure: bool) -> None:
         """Prepare the transforms."""

@@ -10,11 +10,12 @@ model. With the set :math:`A` of atoms in contact, repeat
 
 1. *Clip*: :math:`x = \max(x, -p)` in :math:`A`, :math:`x = -p` outside.
 2. *Solve* :math:`g + C x + s = 0` in :math:`A` by conjugate gradients, preconditioned
-   by the inverse of the model, until a tenth of the violation is left.
-3. *Exchange*: atoms under tension leave :math:`A`, atoms that overlap enter it,
+   by the inverse of the model, until a third of the violation is left.
+3. *Exchange*: atoms under tension leave :math:`A`, atoms that overlap enter it. If none
+   does, continue with 2,
 
-until the set does not change. The linear systems are solved inexactly, since the sets
-of the first iterations are wrong anyway.
+until the set does not change and the violation is small enough. The linear systems are
+solved inexactly, since the sets of the first iterations are wrong anyway.
 
 All fields are arrays on the box of the model, in its precision and in units of the
 violation; the set is an array of zeros and ones. Without lists of atoms a step costs
@@ -34,7 +35,7 @@ import math
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import dot, dots, rowwise, scale
+from ase_roughcontact._util.kernels import dot, least, rowwise, scale
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.solvers.options import ActiveSetOptions
 
@@ -97,8 +98,7 @@ class ComplementarityProblem:
             self._steps -= 1
             self._open_lowest_pressure()
             self._clip()
-            self._close_gaps(target)
-            if not self._exchange(target) or self._steps <= 0:
+            if not self._close_gaps(target) or self._steps <= 0:
                 return self._result()
 
     def _exchange(self, target: float) -> bool:
@@ -145,14 +145,15 @@ class ComplementarityProblem:
 
     def _clip(self) -> None:
         """Clip the change, and update the gap."""
-        difference = self._clipped()
-        if _replace(self._change, difference):
+        clipped, difference = self._clipped(), self._change
+        self._change, self._scratch = clipped, difference
+        if _subtract_from(difference, clipped):
             self._gap += self._model.compliance(difference, difference)
 
-    def _close_gaps(self, target: float) -> None:
-        r"""Close the gaps in contact by conjugate gradients.
+    def _close_gaps(self, target: float) -> bool:
+        r"""Close the gaps in contact until the set changes; return whether it does.
 
-        With the residual :math:`r`, which is zero out of contact,
+        By conjugate gradients. With the residual :math:`r`, which is zero out of contact,
 
         .. math:: z = C^{-1} r, \quad
                   \beta = \frac{z \cdot r}{(z \cdot r)'}, \quad
@@ -164,19 +165,27 @@ class ComplementarityProblem:
         """
         count = int(np.count_nonzero(self._contact))
         if not count:
-            return
+            return self._exchange(target)
+        forcing = self._options.forcing
         largest = self._update_residual(count)
-        target = max(target, self._options.forcing * max(largest, self._overlap()))
+        stage = max(target, forcing * max(largest, self._overlap()))
         self._direction[:] = 0.0
         last_work = math.inf
-        while largest > target and self._steps > 0:
+        while self._steps > 0:
+            if largest <= stage:
+                if self._exchange(target):
+                    return True
+                if largest <= target:
+                    return False
+                stage = max(target, forcing * largest)
             last_work = self._advance(count, last_work)
             largest = self._update_residual(count)
             self._steps -= 1
+        return self._exchange(target)
 
     def _overlap(self) -> float:
-        """Return the largest overlap out of contact."""
-        return -_least_open_gap(self._gap, self._contact) - self._height_change
+        """Return the largest overlap."""
+        return -least(self._gap) - self._height_change
 
     def _update_residual(self, count: int) -> float:
         """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
@@ -189,9 +198,9 @@ class ComplementarityProblem:
     def _advance(self, count: int, last_work: float) -> float:
         """Make a step of conjugate gradients, and return the work ``z . r``."""
         z = self._model.stiffness(self._residual, self._scratch)
+        work = dot(z, self._residual)
         # under a load the residuals have no mean: that of z does not change the work
-        work, total = dots([(z, self._residual), (z, self._contact)])
-        mean = total / count if self._loaded else 0.0
+        mean = dot(z, self._contact) / count if self._loaded else 0.0
         _set_direction(self._direction, work / last_work, z, mean, self._contact)
         opening = self._model.compliance(self._direction, self._scratch)
         length = work / dot(self._direction, opening)
@@ -211,12 +220,10 @@ def _exchange(
 
     Returns whether it has changed.
     """
-    stays = (contact > 0.0) & (pressure + change >= 0.0)
-    enters = (contact == 0.0) & (gap < least_gap)
-    new = (stays | enters).astype(contact.dtype)
-    changed = bool((new != contact).any())
+    inside = contact > 0.0
+    new = np.where(inside, change >= -pressure, gap < least_gap)
     contact[:] = new
-    return changed
+    return bool((new != inside).any())
 
 
 @rowwise(np.add)
@@ -240,12 +247,10 @@ def _rescale(change: np.ndarray, excess: float, pressure: np.ndarray) -> None:
 
 
 @rowwise(np.logical_or)
-def _replace(change: np.ndarray, new: np.ndarray) -> bool:
-    """Set ``x = new`` and ``new`` to the difference; return whether it is not zero."""
-    difference = new - change
-    change[:] = new
-    new[:] = difference
-    return bool(difference.any())
+def _subtract_from(change: np.ndarray, new: np.ndarray) -> bool:
+    """Set a change to its difference to a new one; return whether it is not zero."""
+    np.subtract(new, change, out=change)
+    return bool(change.any())
 
 
 @rowwise(np.maximum)
@@ -256,12 +261,6 @@ def _set_residual(
     np.subtract(-height_change, gap, out=residual)
     residual *= contact
     return float(max(residual.max(), -residual.min()))
-
-
-@rowwise(np.minimum)
-def _least_open_gap(gap: np.ndarray, contact: np.ndarray) -> float:
-    """Return the smallest gap out of contact; infinite if there is none."""
-    return float(gap.min(where=contact == 0.0, initial=math.inf))
 
 
 @rowwise()
@@ -301,8 +300,8 @@ def _add_change(
 
     Returns its sum.
     """
-    result = old + unit * change
-    result *= result > 0.0
-    result *= pressure + change > 0.0
-    new[:] = result
-    return float(result.sum())
+    np.multiply(change, unit, out=new)
+    new += old
+    np.maximum(new, 0.0, out=new)
+    new[change <= -pressure] = 0.0
+    return float(new.sum())

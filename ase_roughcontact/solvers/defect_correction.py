@@ -235,12 +235,21 @@ class _DefectCorrection:
         return trial
 
     def _covering_model(self, violation: float) -> CirculantModel:
-        """Return a model of all atoms that may touch, the last one if it suffices."""
+        """Return a model of all atoms that may touch, the last one if it suffices.
+
+        It is exact on small windows, and where so many atoms are in contact that the
+        errors of the longest waves would slow down the convergence.
+        """
         if self._model is None or _overlaps_outside(self._model.box, self._gap):
             near = (self._pressure > 0.0) | (self._gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
-            self._model = covering_model(self._halfspace, box)
+            in_contact, options = int((self._pressure > 0.0).sum()), self._options
+            exact = (
+                near.size <= options.exact_size
+                or in_contact >= options.exact_contact * near.size
+            )
+            self._model = covering_model(self._halfspace, box, exact=exact)
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:

@@ -116,6 +116,10 @@ class ActiveSetOptions:
         this pressure is the start.
     largest_crop : float
         Largest part of the window for which a half space of its own is made.
+    exact_size : int
+        Windows of up to this number of atoms have an exact model.
+    exact_contact : float
+        The same from this part of the window in contact on.
     contraction : float
         Violation of the contact conditions that the solution for the model may leave,
         relative to the present one.
@@ -140,15 +144,17 @@ class ActiveSetOptions:
 
     coarsest: int = 32
     largest_gap: float = 1e-6
-    coarse_gap: float = 0.03
-    full_contact: float = 0.97
+    coarse_gap: float = 0.1
+    full_contact: float = 0.8
     largest_crop: float = 0.5
+    exact_size: int = 64 * 64
+    exact_contact: float = 0.5
     contraction: float = 0.1
     exact_contraction: float = 1000.0
-    forcing: float = 0.1
+    forcing: float = 0.3
     plastic_forcing: float = 0.2
     inner_steps: int = 300
-    slow_contraction: float = 0.3
+    slow_contraction: float = 0.15
     history: int = 2
     plastic_history: int = 1
     patience: int = 10

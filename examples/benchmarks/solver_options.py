@@ -48,12 +48,15 @@ NEWTON = {
 }
 ACTIVE_SET = {
     "coarsest": (16, 64, 10_000),
-    "coarse_gap": (0.003, 0.3),
+    "coarse_gap": (0.03, 0.3),
+    "full_contact": (0.6, 0.97),
     "largest_crop": (0.0, 1.0),
+    "exact_size": (0, 1_000_000),
+    "exact_contact": (0.3, 2.0),
     "contraction": (0.01, 0.3),
     "exact_contraction": (10.0, 1e5),
-    "forcing": (0.01, 0.3, 0.5),
-    "slow_contraction": (0.0, 0.1, 1.0),
+    "forcing": (0.03, 0.1, 0.5),
+    "slow_contraction": (0.0, 0.3, 1.0),
     "history": (0, 1, 5),
 }
 TOLERANCE = 1e-6  # E* a0^2, about 2e-5 of the mean force on an atom in contact

@@ -156,6 +156,14 @@ def test_single_precision_stays_single(engine):
     assert_allclose(same, values, atol=1e-6)
 
 
+def test_small_grids_are_transformed_by_pyfftw_by_default():
+    pytest.importorskip("ducc0")
+    small, large = RealFFT2((32, 32), (64, 64)), RealFFT2((32, 40), (64, 80))
+    assert (small.engine, large.engine) == ("pyfftw", "ducc0")
+    assert not small.measure
+    assert not pickle.loads(pickle.dumps(small)).measure
+
+
 @every_engine
 def test_pickled_transform_works_like_the_first(engine):
     fft = transform((5, 6), (9, 12), engine, dtype=np.float32, threads=2)

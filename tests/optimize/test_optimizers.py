@@ -113,9 +113,9 @@ def test_trajectory_has_the_atoms_of_every_step(solver, tmp_path):
 def test_run_out_of_steps_has_a_message_and_can_be_continued(solver):
     atoms = make_atoms(WALLS[solver])
     dynamics = solver(atoms)
-    assert not dynamics.run(fmax=1e-10, steps=2)
-    assert dynamics.message == "not converged after 2 steps"
-    assert dynamics.nsteps == 2 and not dynamics.converged()
+    assert not dynamics.run(fmax=1e-10, steps=1)
+    assert dynamics.message == "not converged after 1 steps"
+    assert dynamics.nsteps == 1 and not dynamics.converged()
     assert dynamics.run(fmax=1e-8)
     assert dynamics.message == ""
 
@@ -140,7 +140,7 @@ def test_relaxed_atoms_need_few_steps(solver, periodic):
     cold, warm = solver(atoms), solver(atoms)
     assert cold.run(fmax=1e-8)
     assert warm.run(fmax=2e-8)
-    assert warm.nsteps <= 2 < cold.nsteps
+    assert warm.nsteps <= 2 and warm.pairs < 0.5 * cold.pairs
 
 
 def test_second_run_continues_the_first(solver):
@@ -278,12 +278,9 @@ def test_atoms_are_moved_before_observers_are_called(wall):
     assert seen[-1] < 0.0
 
 
-@pytest.mark.parametrize("steps", [1, 2, 3])
-def test_unconverged_step_of_a_hard_wall_is_recorded_as_such(steps):
+def test_unconverged_step_of_a_hard_wall_is_recorded_as_such():
     atoms = rough_atoms(HardWall(), fixed=False)
-    path = load_path(
-        atoms, loads=[2.0], optimizer=ActiveSet, fmax=1e-9, max_steps=steps
-    )
+    path = load_path(atoms, loads=[2.0], optimizer=ActiveSet, fmax=1e-9, max_steps=1)
     record = next(path)
     assert not record.converged
     assert record.normal_force == pytest.approx(2.0)
