@@ -153,7 +153,7 @@ class ComplementarityProblem:
     def _close_gaps(self, target: float) -> bool:
         r"""Close the gaps in contact until the set changes; return whether it does.
 
-        By conjugate gradients. With the residual :math:`r`, which is zero out of contact,
+        By conjugate gradients, with the residual :math:`r`, zero out of contact:
 
         .. math:: z = C^{-1} r, \quad
                   \beta = \frac{z \cdot r}{(z \cdot r)'}, \quad
