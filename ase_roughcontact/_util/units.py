@@ -9,25 +9,6 @@ from ase.units import GPa, J, m
 
 from ase_roughcontact._util.validation import lookup
 
-#: Value of each unit in ASE's units (Å, eV, s).
-UNITS: dict[str, float] = {
-    "": 1.0,
-    "Å": 1.0,
-    "nm": 10.0,
-    "Å^2": 1.0,
-    "nm²": 100.0,
-    "eV": 1.0,
-    "eV/Å": 1.0,
-    "nN": 1e-9 * J / m,
-    "GPa": GPa,
-    "J/m^2": J / m**2,
-    "J/m²": J / m**2,
-    "N/m": J / m**2,
-    "s": 1.0,
-    "bytes": 1.0,
-    "GB": 1e9,
-}
-
 #: Value of each unit of length, as written in files and scenes, in Å.
 LENGTHS: dict[str, float] = {
     "m": 1e10,
@@ -44,7 +25,7 @@ LENGTHS: dict[str, float] = {
     "\u212b": 1.0,  # Angstrom sign
 }
 
-_NANO = UNITS["nN"]
+_NANO = 1e-9 * J / m
 #: Units of force in ASE's unit, eV/Å.
 FORCES: dict[str, float] = {
     "nN": _NANO,
@@ -66,10 +47,20 @@ PRESSURES: dict[str, float] = {
 
 #: Units of works of adhesion and of stiffnesses in ASE's unit, eV/Å^2.
 WORKS: dict[str, float] = {
-    **dict.fromkeys(("J/m^2", "J/m²", "N/m"), UNITS["N/m"]),
-    **dict.fromkeys(("mJ/m^2", "mJ/m²", "mN/m", "pN/nm"), 1e-3 * UNITS["N/m"]),
-    "nN/nm": UNITS["N/m"],
+    **dict.fromkeys(("J/m^2", "J/m²", "N/m", "nN/nm"), J / m**2),
+    **dict.fromkeys(("mJ/m^2", "mJ/m²", "mN/m", "pN/nm"), 1e-3 * J / m**2),
     **dict.fromkeys(("eV/Å^2", "eV/Å²"), 1.0),
+}
+
+#: Value of each unit in ASE's units (Å, eV, s).
+UNITS: dict[str, float] = {
+    **LENGTHS,
+    **FORCES,
+    **PRESSURES,
+    **WORKS,
+    **dict.fromkeys(("", "Å^2", "eV", "s", "bytes"), 1.0),
+    "nm²": 100.0,
+    "GB": 1e9,
 }
 
 #: A number with a unit.

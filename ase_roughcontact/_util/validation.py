@@ -85,6 +85,16 @@ def finite_array(name: str, value: Any) -> FloatArray:
     return _checked_array(name, value, "finite", np.isfinite)
 
 
+def increasing_array(name: str, value: Any) -> FloatArray:
+    """Return edges of bins as an array; raise `ValueError` unless they increase."""
+    edges = finite_array(name, value)
+    if edges.ndim != 1 or len(edges) < 2 or not (np.diff(edges) > 0.0).all():
+        raise ValueError(
+            f"edges of {name} must be two or more increasing numbers, got {value!r}"
+        )
+    return edges
+
+
 def _checked_array(
     name: str, value: Any, kind: str, holds: Callable[[FloatArray], Any]
 ) -> FloatArray:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.validation import FloatArray, finite_array, window
-from ase_roughcontact.atoms.calculator import grid_of
-from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
+from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.snapshot import (
     contact_of_frame,
     gap_of,
     plastic_depth_of,
     pressure_of,
+    snapshot,
 )
 from ase_roughcontact.topography import Surface
 
@@ -94,13 +94,17 @@ class ContactMap:
             If the frame was not made by `snapshot`.
         """
         grid = SurfaceGrid.of(frame)
-        return _map(
-            grid,
-            pressure_of(frame),
-            contact_of_frame(frame),
-            None if indenter is None else gap_of(frame, grid, indenter),
-            frame.positions[:-1, 2],
-            plastic_depth_of(frame),
+        gap = None if indenter is None else gap_of(frame, grid, indenter)
+        depth = plastic_depth_of(frame)
+        return cls(
+            pressure=pressure_of(frame),
+            contact=contact_of_frame(frame),
+            spacing=grid.spacing,
+            origin=grid.origin,
+            periodic=grid.periodic,
+            gap=None if gap is None else gap.reshape(grid.window),
+            displacement=frame.positions[:-1, 2].reshape(grid.window),
+            plastic_depth=depth if depth.any() else None,
         )
 
     @classmethod
@@ -122,13 +126,8 @@ class ContactMap:
         ValueError
             If the atoms have no `RoughContact` calculator.
         """
-        grid = grid_of(atoms)
-        state = atoms.calc.state(atoms)
-        n, m = grid.window
-        moved = displacement(atoms, grid)[:n, :m]
-        return _map(
-            grid, state.pressure, state.contact, state.gap, moved, state.plastic_depth
-        )
+        frame = snapshot(atoms)
+        return replace(cls.from_frame(frame), gap=atoms.calc.state(atoms).gap)
 
     @property
     def x(self) -> np.ndarray:
@@ -162,27 +161,6 @@ class ContactMap:
     def contact_area(self) -> float:
         """Number of atoms in contact times the area of a site (Å^2)."""
         return float(np.count_nonzero(self.contact) * self.cell_area)
-
-
-def _map(
-    grid: SurfaceGrid,
-    pressure: np.ndarray,
-    contact: np.ndarray,
-    gap: np.ndarray | None,
-    displacement: np.ndarray,
-    plastic_depth: np.ndarray,
-) -> ContactMap:
-    """Return the map of values of the atoms of the window."""
-    return ContactMap(
-        pressure=pressure,
-        contact=contact,
-        spacing=grid.spacing,
-        origin=grid.origin,
-        periodic=grid.periodic,
-        gap=None if gap is None else gap.reshape(grid.window),
-        displacement=displacement.reshape(grid.window),
-        plastic_depth=plastic_depth if plastic_depth.any() else None,
-    )
 
 
 def nearest_image(values: FloatArray, period: float | FloatArray) -> FloatArray:

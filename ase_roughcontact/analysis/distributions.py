@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.validation import FloatArray, integer
-from ase_roughcontact.analysis.bins import increasing
+from ase_roughcontact._util.validation import FloatArray, increasing_array, integer
 from ase_roughcontact.analysis.contact_map import ContactMap
 
 
@@ -96,6 +96,6 @@ def gap_distribution(
 def _distribution(values: np.ndarray, bins: int | ArrayLike, none: str) -> Distribution:
     if not len(values):
         raise ValueError(f"the distribution is empty: {none}")
-    edges = integer("bins", bins, 1) if np.ndim(bins) == 0 else increasing(bins)
-    counts, edges = np.histogram(values, edges)
+    known = increasing_array if np.ndim(bins) else partial(integer, least=1)
+    counts, edges = np.histogram(values, known("bins", bins))
     return Distribution(counts / len(values) / np.diff(edges), edges)

@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.validation import FloatArray, integer, nonnegative_array
-from ase_roughcontact.analysis.bins import increasing
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    increasing_array,
+    integer,
+    nonnegative_array,
+)
 from ase_roughcontact.analysis.contact_map import ContactMap
 
 
@@ -94,7 +98,7 @@ def _ring_edges(
     if np.ndim(bins) == 0:
         # one spacing for a single atom on the axis
         return np.linspace(0.0, farthest or spacing, integer("bins", bins, 1) + 1)
-    return nonnegative_array("bins", increasing(bins))
+    return nonnegative_array("bins", increasing_array("bins", bins))
 
 
 def _distances(contact_map: ContactMap, farthest: float) -> FloatArray:

@@ -7,9 +7,8 @@ from dataclasses import asdict
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
+from ase_roughcontact.cli.common import checked_scene, json_line
 from ase_roughcontact.cli.curves import read_curve
-from ase_roughcontact.cli.jsonlines import json_line
-from ase_roughcontact.cli.options import checked_scene
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.fit import fit_curve

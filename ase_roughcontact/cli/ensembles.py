@@ -13,8 +13,7 @@ from typing import Any
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.jsonlines import json_line
-from ase_roughcontact.cli.options import prints_text, scene_text
+from ase_roughcontact.cli.common import json_line, prints_text, scene_text
 from ase_roughcontact.ensemble import (
     Progress,
     Sampling,

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import NoReturn
 
-from ase_roughcontact.cli.options import ERRORS
+from ase_roughcontact.cli.common import ERRORS
 from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.cli.report import print_error
 from ase_roughcontact.ensemble.database import without_password

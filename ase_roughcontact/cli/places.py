@@ -9,7 +9,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.options import checked_scene
+from ase_roughcontact.cli.common import checked_scene
 from ase_roughcontact.ensemble.places import Place, as_map, run_places
 
 _HEADER = "   x (nm)    y (nm)   load (nN)   area (nm²)   pull-off force (nN)"

@@ -10,14 +10,14 @@ from pathlib import Path
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import loops, report
-from ase_roughcontact.cli.description import description
-from ase_roughcontact.cli.jsonlines import json_line
-from ase_roughcontact.cli.options import (
+from ase_roughcontact.cli.common import (
     ERRORS,
     checked_scene,
+    json_line,
     prints_text,
     scene_text,
 )
+from ase_roughcontact.cli.description import description
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.cantilever import cantilever_curve

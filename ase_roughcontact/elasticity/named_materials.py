@@ -93,11 +93,12 @@ def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float
 
 
 _SILICA = _from_hamaker(6.50)
+_HIRTH = "J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982)"
 #: Materials by name. Crystals of `CRYSTALS` are known, too; see `material`.
 MATERIALS = {
     "Si": Material(
         crystal_modulus("Si"),
-        "J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982)",
+        _HIRTH,
         "Si",
         spacing=3.840,
         surface_energy=_SILICA,
@@ -157,6 +158,10 @@ MATERIALS = {
 }
 
 
+_CRYSTALS = {each: Material(crystal_modulus(each), _HIRTH, each) for each in CRYSTALS}
+_KNOWN = _CRYSTALS | MATERIALS
+
+
 def material(name: str) -> Material:
     """Return a material by name.
 
@@ -174,24 +179,15 @@ def material(name: str) -> Material:
     ValueError
         If it is unknown.
     """
-    crystals = {
-        symbol: Material(
-            crystal_modulus(symbol),
-            "J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982)",
-            symbol,
-        )
-        for symbol in CRYSTALS
-    }
-    known = crystals | MATERIALS
-    if name not in known:
-        words = {each.lower(): each for each in known}
+    if name not in _KNOWN:
+        words = {each.lower(): each for each in _KNOWN}
         words |= {atomic_names[atomic_numbers[s]].lower(): s for s in CRYSTALS}
         similar = get_close_matches(name[:100].lower(), words, n=1)
         hint = f"did you mean {words[similar[0]]!r}? " if similar else ""
         raise ValueError(
-            f"unknown material {shown(name)}; {hint}Known: {', '.join(known)}"
+            f"unknown material {shown(name)}; {hint}Known: {', '.join(_KNOWN)}"
         )
-    return known[name]
+    return _KNOWN[name]
 
 
 def combined_modulus(*moduli: float) -> float:

@@ -11,9 +11,9 @@ from ase.calculators.calculator import (
     PropertyNotImplementedError,
     all_changes,
 )
+from ase.constraints import FixSubsetCom
 
 from ase_roughcontact._util.validation import integer
-from ase_roughcontact.foundation.constraint import HeldLayer
 from ase_roughcontact.foundation.coupling import Coupling
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
@@ -172,3 +172,29 @@ class ElasticFoundation(Calculator):
                 "atoms of the lowest layers have been removed: make a new foundation, "
                 "or remove atoms above them only"
             )
+
+
+class HeldLayer(FixSubsetCom):
+    """Hold the centre of mass of a layer of atoms.
+
+    Unlike ASE's `FixSubsetCom`, which moves all atoms so that the centre of mass of
+    some does not move, it moves those of the layer, as the force of a constraint does:
+    dynamics conserve the energy. Files store it as `FixSubsetCom`.
+
+    Parameters
+    ----------
+    indices : sequence of int
+        Atoms of the layer, all of the same mass.
+    """
+
+    def adjust_positions(self, atoms: Atoms, new: np.ndarray) -> None:
+        """Shift the layer back."""
+        new[self.index] += (atoms.positions - new)[self.index].mean(axis=0)
+
+    def copy(self) -> HeldLayer:
+        """Return a constraint of the same atoms."""
+        return HeldLayer(self.index)
+
+    def todict(self) -> dict[str, Any]:
+        """Return the constraint as that of ASE, for files."""
+        return {**super().todict(), "name": "FixSubsetCom"}

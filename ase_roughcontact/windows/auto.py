@@ -117,7 +117,7 @@ class AutoWindow:
         self._level = self._wall.cutoff - height
         if control != "loads":
             self.footprint.check(self._level)
-        overlap = self.footprint.clip(self.footprint.box_below(self._level))
+        overlap = self.footprint.overlap(self._level)
         window = window_of(grid_of(atoms))
         if (
             not self._wall.attractive
@@ -153,7 +153,9 @@ class AutoWindow:
         window, lowest = window_of(grid_of(atoms)), self.footprint.lowest
         depth = max(self._level - lowest, _LEAST_DEPTH * self.footprint.spacing)
         deepest = self._options.largest_deepening * depth
-        if level - lowest > deepest and not self._contains_overlap(window, level):
+        if level - lowest > deepest and not window.contains(
+            self.footprint.overlap(level)
+        ):
             # under a load, the indenter sinks in too deep if the window is too small
             self._level = lowest + deepest
             if not self._wall.attractive:
@@ -224,12 +226,12 @@ class AutoWindow:
 
     def _needed(self, level: float, also: Box | None) -> Box:
         """Return the box of atoms that a window for a level must contain."""
-        box = self.footprint.clip(self.footprint.box_below(level)).union(also)
+        box = self.footprint.overlap(level).union(also)
         if box.size <= self._options.contact_window_size or self._plastic:
             return box  # plastic contact fills the overlap
         scale = self._options.contact_window_scale
         level = contact_level(level, self.footprint.lowest, self._wall, scale)
-        return self.footprint.clip(self.footprint.box_below(level)).union(also)
+        return self.footprint.overlap(level).union(also)
 
     def _box_in_range(self, atoms: Atoms, window: Box) -> Box | None:
         """Return the atoms that may stay in the range of the wall above the plane."""
@@ -258,19 +260,16 @@ class AutoWindow:
         half_side = math.ceil(radius / self.footprint.spacing)
         return self.footprint.clip(centred_box(half_side))
 
-    def _contains_overlap(self, window: Box, level: float) -> bool:
-        return window.contains(self.footprint.clip(self.footprint.box_below(level)))
-
     def _reached(self, atoms: Atoms, window: Box) -> Box | None:
         """Return a box of the atoms, also outside the window, that the wall reaches."""
         level = self._level
         self.footprint.check(level)
         if self._rises:
             level += max(self._highest(atoms, window), 0.0)
-        if self._contains_overlap(window, level):
+        if window.contains(self.footprint.overlap(level)):
             return None
         self.footprint.check(level)
-        wide = self.footprint.clip(self.footprint.box_below(level)).union(window)
+        wide = self.footprint.overlap(level).union(window)
         near = self._gap(atoms, window, wide) < self._wall.cutoff
         return Box.bounding(near, wide.start)
 

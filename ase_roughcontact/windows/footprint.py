@@ -161,6 +161,10 @@ class Footprint:
         """Return the part of a box that is in the domain."""
         return box if self.domain is None else box.intersection(self.domain)
 
+    def overlap(self, level: float) -> Box:
+        """Return the part of `box_below` that is in the domain."""
+        return self.clip(self.box_below(level))
+
     def check(self, level: float) -> None:
         """Raise `ValueError` unless all atoms below a level are in the domain."""
         box = self._box_in_reach(level)

@@ -18,7 +18,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.cli.jsonlines import json_line
+from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.paths.record import columns_of, units_of
 from ase_roughcontact.paths.trajectory import read_steps
 

@@ -77,14 +77,18 @@ def _has_structure(crystal: Atoms, structure: str, a: float) -> bool:
 
 
 def chosen_crystal(
-    calculator: Any, bulk: Atoms | str, structure: str, lattice_constant: float | None
+    calculator: Any,
+    crystal: Atoms | str,
+    structure: str,
+    lattice_constant: float | None,
 ) -> tuple[str, float]:
     """Return the symbol of a crystal and its lattice constant, relaxed unless given.
 
     Parameters
     ----------
     calculator : Calculator
-    bulk : Atoms or str
+    crystal : Atoms or str
+        See `element`.
     structure : {"fcc", "bcc"}
     lattice_constant : float or None
         In Å.
@@ -93,46 +97,18 @@ def chosen_crystal(
     -------
     symbol : str
     lattice_constant : float
+        That at which the crystal has no stress, or the given one (Å).
 
     Raises
     ------
     ValueError
-        As `element` and `relaxed_lattice_constant`, or if it is not positive.
+        As `element`; if the lattice constant is not positive, the stress does not
+        vanish within 10 % of the first guess, or the calculator gives no energy.
     """
-    symbol, guess = element(bulk, structure)
-    if lattice_constant is None:
-        return symbol, relaxed_lattice_constant(calculator, symbol, structure, guess)
-    positive(lattice_constant=lattice_constant)
-    return symbol, float(lattice_constant)
-
-
-def relaxed_lattice_constant(
-    calculator: Any, symbol: str, structure: str, guess: float
-) -> float:
-    """Return the lattice constant at which a cubic crystal has no stress.
-
-    Parameters
-    ----------
-    calculator : Calculator
-        Any ASE calculator.
-    symbol : str
-        Chemical symbol.
-    structure : {"fcc", "bcc"}
-        Crystal structure.
-    guess : float
-        Lattice constant within 10 % of the result (Å).
-
-    Returns
-    -------
-    float
-        In Å.
-
-    Raises
-    ------
-    ValueError
-        If the stress does not vanish within 10 % of the guess, or the calculator gives
-        no energy.
-    """
+    symbol, guess = element(crystal, structure)
+    if lattice_constant is not None:
+        positive(lattice_constant=lattice_constant)
+        return symbol, float(lattice_constant)
     stretch = stretch_without_stress(
         calculator, bulk(symbol, structure, a=guess), (0, 1, 2)
     )
@@ -142,7 +118,7 @@ def relaxed_lattice_constant(
             f"{(1.0 - RANGE) * guess:.3f} and {(1.0 + RANGE) * guess:.3f} Å with this "
             "calculator: give lattice_constant"
         )
-    return guess * stretch
+    return symbol, guess * stretch
 
 
 def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
