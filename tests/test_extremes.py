@@ -18,7 +18,14 @@ from numpy.testing import assert_allclose
 from ase_roughcontact import RoughContact, RoughSphere, SelfAffine, load_path, substrate
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.interactions import (
+    DugdaleWall,
+    ExponentialWall,
+    HardWall,
+    LennardJones93,
+    PlasticWall,
+    PowerLawWall,
+)
 from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
 from ase_roughcontact.solvers.newton import newton_krylov
 
@@ -29,8 +36,20 @@ WALLS = {
     "adhesive": lambda e, a: LennardJones93.adhesive(e, a, 0.02 * e * a),
     "full": lambda e, a: LennardJones93.full(a, 0.04 * e * a, cutoff=3.0 * a),
     "hard": lambda e, a: HardWall(),
+    "plastic": lambda e, a: PlasticWall(0.05 * e),
+    "exponential": lambda e, a: ExponentialWall(0.02 * e * a, 0.7 * a, 3.0),
+    "power-law": lambda e, a: PowerLawWall(0.02 * e * a, 0.7 * a, 3.0, 3.0),
+    "dugdale": lambda e, a: DugdaleWall(0.02 * e * a, 0.7 * a),
 }
 UNIQUE = ("repulsive", "hard")  # without attraction there is a single minimum
+HARD = ("plastic", "exponential", "power-law", "dugdale")  # other hard walls
+every_wall = pytest.mark.parametrize(
+    "wall",
+    [
+        *sorted(WALLS.keys() - set(HARD)),
+        *(pytest.param(w, marks=pytest.mark.slow) for w in HARD),
+    ],
+)
 
 bounded = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 walls = st.sampled_from(sorted(WALLS))
@@ -63,12 +82,13 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
     """All steps of a relaxation; loads and tolerances in units of E* a0^2."""
     halfspace = contact.halfspace
     unit = halfspace.contact_modulus * halfspace.cell_area
-    hard = contact.interaction.hard
+    constrained = contact.interaction.hard and not contact.interaction.attractive
     external = None
     if load is not None:
+        load = bearable(contact, load)
         external = lambda z: (load * unit * z, -load * unit)  # noqa: E731
     return list(
-        (active_set if hard else newton_krylov)(
+        (active_set if constrained else newton_krylov)(
             contact,
             height=contact.first_contact if height is None else height,
             external=external,
@@ -78,21 +98,33 @@ def steps(contact, load=None, height=None, start=None, tolerance=1e-9):
     )
 
 
+def bearable(contact, load):
+    """Return a load, at most 0.9 of what the hardness bears."""
+    hardness = contact.interaction.hardness / contact.halfspace.contact_modulus
+    return min(load, 0.9 * hardness * contact.heights.size)
+
+
 def relaxed(contact, load=None, tolerance=1e-9, **options):
     """Last state of a relaxation that passes all checks."""
     states = steps(contact, load, tolerance=tolerance, **options)
     halfspace, last = contact.halfspace, states[-1]
     unit = halfspace.contact_modulus * halfspace.cell_area
     assert last.converged and not last.message, last.message
-    energies = np.array([minimised(contact, state, load) for state in states])
-    assert np.isfinite(energies).all()
     assert np.isfinite(last.pressure).all() and np.isfinite(last.height)
-    # rounding errors of the terms of the energy, which are larger at the start
-    assert (np.diff(energies) <= 1e-12 * abs(energies).max()).all()
+    assert_energy_falls(contact, states, load)
     assert largest_force(contact, last, load) <= 1.001 * tolerance * unit + 8 * EPS * (
         halfspace.cell_area * abs(last.pressure).sum()
     )
     return last
+
+
+def assert_energy_falls(contact, states, load):
+    energies = np.array([minimised(contact, state, load) for state in states])
+    assert np.isfinite(energies).all()
+    wall = contact.interaction
+    if not (wall.hard and wall.attractive):  # updates of the reaction raise the energy
+        # rounding errors of the terms of the energy, which are larger at the start
+        assert (np.diff(energies) <= 1e-12 * abs(energies).max()).all()
 
 
 def minimised(contact, state, load):
@@ -107,10 +139,12 @@ def minimised(contact, state, load):
 
 def largest_force(contact, state, load):
     """Largest force on an atom or the indenter."""
-    halfspace, pressure = contact.halfspace, state.pressure
+    halfspace, pressure, wall = contact.halfspace, state.pressure, contact.interaction
     area = halfspace.cell_area
-    wanted = (load or 0.0) * halfspace.contact_modulus * area
-    if contact.interaction.hard:
+    wanted = bearable(contact, load or 0.0) * halfspace.contact_modulus * area
+    if wall.hard and wall.attractive:
+        return largest_force_of_attraction(contact, state, load, wanted)
+    if wall.hard:
         errors = optimality_residuals(contact, pressure, state.height, wanted)
         gap = max(errors.gap_in_contact, errors.penetration)
         assert gap <= 1e-6 * halfspace.spacing and errors.tension == 0.0
@@ -120,6 +154,20 @@ def largest_force(contact, state, load):
     repulsion = contact.wall(gap)[1]
     missing = 0.0 if load is None else abs(area * repulsion.sum() - wanted)
     return max(area * float(abs(repulsion - pressure).max()), missing)
+
+
+def largest_force_of_attraction(contact, state, load, wanted):
+    """Largest force, or gap in units of it, at a hard wall with attraction."""
+    halfspace, pressure = contact.halfspace, state.pressure
+    area, spacing = halfspace.cell_area, halfspace.spacing
+    gap = state.height + contact.heights - halfspace.displacement(pressure)
+    reaction = pressure - contact.wall(np.maximum(gap, 0.0))[1]
+    touching = gap <= 1e-6 * spacing
+    assert gap.min() >= -2e-6 * spacing
+    missing = 0.0 if load is None else abs(area * pressure.sum() - wanted)
+    open_force = area * abs(reaction[~touching]).max(initial=0.0)
+    pulled = area * max(-reaction[touching].min(initial=0.0), 0.0)
+    return max(open_force, pulled, missing)
 
 
 # Ranges of the parameters of a scene
@@ -156,7 +204,7 @@ def test_roughness_of_any_hurst_exponent_relaxes(hurst, wall, seed):
     relaxed(contact_of(sphere, wall), 1.0)
 
 
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 def test_roughness_of_one_wavelength_relaxes(wall):
     one = SelfAffine(0.1, 0.8, 8.0, 8.0, seed=1, domain=24.0)
     relaxed(contact_of(RoughSphere(100.0, one), wall), 1.0)
@@ -176,7 +224,7 @@ def test_automatic_windows_work_for_a_radius_of_a_hundred_million_atoms(wall):
 
 
 @pytest.mark.parametrize("modulus", [1e-6, 1.0, 1e3], ids=["kPa", "GPa", "TPa"])
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 def test_area_does_not_depend_on_the_modulus_from_kilo_to_terapascal(wall, modulus):
     sphere = RoughSphere(20.0, rough())
 
@@ -196,7 +244,7 @@ def test_area_does_not_depend_on_the_modulus_from_kilo_to_terapascal(wall, modul
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 @pytest.mark.parametrize("modulus", [1e-30, 1e30])
 @pytest.mark.parametrize("spacing", [1e-30, 1.0, 1e30])
 def test_pressures_scale_with_the_modulus_and_lengths_with_the_spacing(
@@ -223,7 +271,7 @@ def test_pressures_scale_with_the_modulus_and_lengths_with_the_spacing(
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 @pytest.mark.parametrize(
     "shape", [(1, 1), (1, 2), (2, 1), (1, 17), (31, 37), (1, 4096), (3, 512)]
 )
@@ -234,8 +282,10 @@ def test_windows_of_any_shape_carry_any_load(shape, wall, periodic):
         relaxed(contact, load, max(1e-9 * load, 1e-12))
 
 
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 def test_a_window_may_be_in_full_contact(wall):
+    if wall == "plastic":
+        pytest.skip("the load of full contact is above the hardness")
     contact = contact_of(RoughSphere(100.0, rough()), wall)
     state = relaxed(contact, 1e4, 1e-5)
     assert (state.pressure > 0.0).all()
@@ -251,7 +301,7 @@ def test_full_contact_of_a_periodic_surface_is_solved_to_eleven_digits(wall):
 # Indenters
 
 
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 @pytest.mark.parametrize("height", [1e1, 1e3, 1e6, 1e12, 1e100])
 def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
     contact = contact_of(RoughSphere(100.0, rough()), wall)
@@ -260,7 +310,7 @@ def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
     assert not state.pressure.any()
 
 
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 @pytest.mark.parametrize("depth", [1.0, 1e2, 1e4])
 def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
     contact = contact_of(RoughSphere(100.0, rough()), wall)
@@ -278,13 +328,14 @@ def test_a_flat_indenter_relaxes_where_pieces_of_the_potential_join(wall):
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 def test_a_perfectly_flat_indenter_carries_any_load(wall, periodic):
     contact = contact_on(np.zeros((9, 12)), wall, periodic)
     for load in (1e-9, 1.0, 1e3):
         state = relaxed(contact, load, max(1e-10 * load, 1e-12))
         if periodic:
-            assert_allclose(state.pressure, load / 108.0, rtol=1e-8, atol=1e-13)
+            mean = bearable(contact, load) / 108.0
+            assert_allclose(state.pressure, mean, rtol=1e-8, atol=1e-13)
 
 
 def test_energy_of_the_wall_is_exact_next_to_its_minimum():
@@ -306,7 +357,7 @@ def test_energy_is_continuous_at_the_minimum(work, stiffness):
 # Starts
 
 
-@pytest.mark.parametrize("wall", WALLS)
+@every_wall
 @pytest.mark.parametrize("size", [1e-12, 1e-3, 1.0, 1e3, 1e6, 1e12])
 def test_a_random_start_of_any_size_relaxes(wall, size):
     contact = contact_of(RoughSphere(100.0, rough()), wall)
@@ -316,8 +367,7 @@ def test_a_random_start_of_any_size_relaxes(wall, size):
     for option in options:
         states = steps(contact, start=start, **option)
         assert states[-1].converged
-        energies = [minimised(contact, s, option.get("load")) for s in states]
-        assert (np.diff(energies) <= 1e-12 * max(map(abs, energies))).all()
+        assert_energy_falls(contact, states, option.get("load"))
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])

@@ -31,6 +31,9 @@ def description(reference: Reference) -> str:
     ]
     if reference.explanation:
         lines.append(f"Theory: {reference.explanation}")
+    if reference.criteria:
+        criteria = "; ".join(map(str, reference.criteria))
+        lines.append(f"Rough flats: {criteria}")
     if scene.area_column == "continuum_area":
         lines.append(_grid(scene))
     if smooth.pull_off_force < 0.0:

@@ -38,6 +38,8 @@ class Reference:
     rough_above : float or None
         Force above which Eq. (4) of the paper is shown (eV/Å); None if it does not
         apply.
+    criteria : tuple of Criterion
+        Whether rough flats stick, by several theories; empty without adhesion.
 
     References
     ----------
@@ -49,6 +51,7 @@ class Reference:
     limits: tuple[theory.SphereTheory, ...] = ()
     explanation: str = ""
     rough_above: float | None = None
+    criteria: tuple[theory.Criterion, ...] = ()
 
     def rough_area(self, normal_force: ArrayLike) -> FloatArray:
         """Return the contact area by Eq. (4) of the paper.
@@ -89,8 +92,18 @@ def reference_for(scene: Scene) -> Reference:
         if _system(scene).single_asperity:
             return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
         return Reference(scene, smooth, explanation=plastic, rough_above=0.0)
-    reference = _adhesive(scene, scene.wall.work_of_adhesion)
-    return _rough(reference)
+    reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
+    if scene.rough is None:
+        return reference
+    return replace(reference, criteria=_criteria(scene, scene.rough))
+
+
+def _criteria(scene: Scene, rough: theory.Roughness) -> tuple[theory.Criterion, ...]:
+    wall = scene.wall
+    adhesion = wall.work_of_adhesion, wall.attraction_range
+    return theory.stickiness(
+        rough, scene.contact_modulus, *adhesion, scene.kappa_repulsive
+    )
 
 
 def _plastic(scene: Scene) -> str:

@@ -2,10 +2,10 @@
 
 Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interface, and
 `sphere_theory`, which chooses between them. Rough surfaces: `self_affine` (spectral
-moments), `rough_flats` (kappa, macroscopic adhesion), `flat_reference` (tabulated
-contact fraction), `first_asperity`, `rough_contact` (area of rough spheres),
-`rough_sphere` (all characteristic numbers of one), `plastic` (contact at the hardness)
-and `regime`, which determines the law.
+moments), `rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of
+adhesion), `flat_reference` (tabulated contact fraction), `first_asperity`,
+`rough_contact` (area of rough spheres), `rough_sphere` (all characteristic numbers of
+one), `plastic` (contact at the hardness) and `regime`, which determines the law.
 """
 
 from ase_roughcontact.theory.first_asperity import (
@@ -41,6 +41,7 @@ from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
 from ase_roughcontact.theory.selection import DMT_BELOW, JKR_ABOVE, sphere_theory
 from ase_roughcontact.theory.self_affine import Roughness, slope_to_curvature_ratio
 from ase_roughcontact.theory.smooth_sphere import SphereTheory
+from ase_roughcontact.theory.stickiness import Criterion, stickiness
 
 __all__ = [
     "ASPERITY_FACTOR_REPULSIVE",
@@ -50,6 +51,7 @@ __all__ = [
     "JKR_ABOVE",
     "KAPPA_HARD",
     "KAPPA_REPULSIVE",
+    "Criterion",
     "FlatReference",
     "Hertz",
     "MaugisDugdale",
@@ -75,5 +77,6 @@ __all__ = [
     "regime",
     "slope_to_curvature_ratio",
     "sphere_theory",
+    "stickiness",
     "yield_load",
 ]

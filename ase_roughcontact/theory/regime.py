@@ -21,6 +21,7 @@ from ase_roughcontact.theory.rough_flats import KAPPA_HARD
 from ase_roughcontact.theory.rough_sphere import RoughSphereTheory
 from ase_roughcontact.theory.selection import sphere_theory
 from ase_roughcontact.theory.self_affine import Roughness
+from ase_roughcontact.theory.stickiness import Criterion, stickiness
 
 LAWS = {
     "Hertz": "smooth sphere without adhesion, A = pi (3 N R/4E*)^(2/3)",
@@ -75,6 +76,8 @@ class Regime:
         N/N_c(rho); below one a single asperity carries the load.
     linear_decades : float
         Decades of load from N_c(rho) to N_c, in which the area is linear in load.
+    criteria : tuple of Criterion
+        `stickiness` of a rough sphere with adhesion, by several theories.
     """
 
     law: str
@@ -92,6 +95,7 @@ class Regime:
     crossover_ratio: float | None = _number("N/N_c (like a smooth sphere if > 1)")
     asperity_ratio: float | None = _number("N/N_c(rho) (one asperity if < 1)")
     linear_decades: float | None = _number("decades of load with A ~ N")
+    criteria: tuple[Criterion, ...] = ()
 
     def __str__(self) -> str:
         """Return the law and its numbers, one on each line."""
@@ -100,7 +104,7 @@ class Regime:
             value = getattr(self, each.name)
             if each.metadata and value is not None:
                 lines.append(f"  {each.metadata['description']:<40s} {value:.4g}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *(f"  {criterion}" for criterion in self.criteria)])
 
 
 def regime(
@@ -188,6 +192,14 @@ def regime(
         )
         smooth = sphere.smooth
         numbers = _rough_numbers(sphere, normal_force, flat)
+        if attraction_range is not None and work_of_adhesion > 0:
+            numbers["criteria"] = stickiness(
+                roughness,
+                contact_modulus,
+                work_of_adhesion,
+                attraction_range,
+                kappa_repulsive,
+            )
     if attraction_range is not None and work_of_adhesion > 0:
         numbers["effective_work_of_adhesion"] = smooth.work_of_adhesion
     if attraction_range is not None and smooth.work_of_adhesion > 0:

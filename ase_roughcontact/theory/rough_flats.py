@@ -18,6 +18,7 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.theory.self_affine import (
     Roughness,
     band_of,
+    moment_ratio,
     numbers_of,
     spectral_moment,
     wavelength_ratios,
@@ -236,15 +237,14 @@ def flattening_energy(contact_modulus: float, roughness: Roughness) -> float:
     Raises
     ------
     ValueError
-        If an argument is not finite or out of range, lambda_L <= lambda_s, or
+        If an argument is not finite or out of range, lambda_L < lambda_s, or
         lambda_max < lambda_L.
 
     References
     ----------
     B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001).
     """
-    positive(contact_modulus=contact_modulus, long_wavelength=roughness.long_wavelength)
-    slope, hurst, short = numbers_of(roughness)
-    first, second = (spectral_moment(m, hurst, *band_of(roughness)) for m in (1, 2))
-    length = short / (2 * np.pi) * (first / second)
+    positive(contact_modulus=contact_modulus)
+    slope, _, short = numbers_of(roughness)
+    length = short / (2 * np.pi) * moment_ratio(1, 2, roughness)
     return float(contact_modulus * slope**2 / 4 * length)

@@ -215,3 +215,52 @@ def slope_to_curvature_ratio(roughness: Roughness) -> float:
     """
     _, hurst, short = numbers_of(roughness)
     return math.sqrt((2 - hurst) / (1 - hurst)) * short / (2 * math.pi)
+
+
+def moment_ratio(power: float, other: float, roughness: Roughness) -> float:
+    """Return the ratio of two moments of the spectrum, M_m/M_n of `spectral_moment`.
+
+    Parameters
+    ----------
+    power, other : float
+        m and n.
+    roughness : Roughness
+        One wavelength, lambda_L = lambda_s, is allowed: the ratio is one then.
+
+    Returns
+    -------
+    float
+        Dimensionless.
+
+    Raises
+    ------
+    ValueError
+        If a parameter of the roughness is not finite or out of range.
+    """
+    _, hurst, short = numbers_of(roughness)
+    positive(long_wavelength=roughness.long_wavelength)
+    if roughness.long_wavelength == short:
+        return 1.0
+    band = band_of(roughness)
+    return spectral_moment(power, hurst, *band) / spectral_moment(other, hurst, *band)
+
+
+def rms_height(roughness: Roughness) -> float:
+    r"""Return the rms height, :math:`h' (\lambda_s/2\pi) (M_0/M_2)^{1/2}`.
+
+    Parameters
+    ----------
+    roughness : Roughness
+
+    Returns
+    -------
+    float
+        Length, averaged over the realisations.
+
+    Raises
+    ------
+    ValueError
+        If a parameter of the roughness is not finite or out of range.
+    """
+    length = roughness.short_wavelength / (2 * math.pi)
+    return roughness.rms_slope * length * math.sqrt(moment_ratio(0, 2, roughness))

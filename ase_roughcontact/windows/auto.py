@@ -178,8 +178,10 @@ class AutoWindow:
         overlap = self.footprint.box_below(self._wall.cutoff - height)
         self._overlap_size = overlap.size
         if self._rises:
-            near = atoms.calc.state(atoms).gap < self._wall.cutoff
-            self._in_range = Box.bounding(near, window_of(grid_of(atoms)).start)
+            grid = grid_of(atoms)
+            gap = contact_of(atoms).gap(displacement(atoms, grid), height)
+            near = gap < self._wall.cutoff
+            self._in_range = Box.bounding(near, window_of(grid).start)
         # a surface that unloads is deeper than one that has not flowed yet
         unloads = self._wall.permanent and load < self._largest_load
         self._largest_load = max(load, self._largest_load)

@@ -15,7 +15,7 @@ import numpy as np
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.theory import Hertz
-from ase_roughcontact.theory.self_affine import band_of, spectral_moment
+from ase_roughcontact.theory.self_affine import rms_height
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import check_memory
@@ -129,16 +129,6 @@ class ExpectedContact:
 
     def _reach(self, level: float) -> float:
         return replace(self.indenter, roughness=None).reach(level, self.spacing)
-
-
-def rms_height(rough: SelfAffine) -> float:
-    """Return the rms height of a self-affine roughness, averaged over its seeds."""
-    if rough.long_wavelength <= rough.short_wavelength:
-        return rough.rms_slope * rough.long_wavelength / (2.0 * math.pi)
-    band = band_of(rough)
-    square, slope = (spectral_moment(m, rough.hurst, *band) for m in (0, 2))
-    unit = rough.short_wavelength / (2.0 * math.pi)
-    return unit * rough.rms_slope * math.sqrt(square / slope)
 
 
 def coarsened(

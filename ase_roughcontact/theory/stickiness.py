@@ -1,0 +1,148 @@
+"""Criteria for whether rough surfaces stick: which pull-off force is left."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ase_roughcontact._util.validation import positive
+from ase_roughcontact.theory.first_asperity import asperity_radius_from_curvature
+from ase_roughcontact.theory.rough_flats import (
+    KAPPA_HARD,
+    flattening_energy,
+    inverse_kappa_attractive,
+)
+from ase_roughcontact.theory.self_affine import (
+    Roughness,
+    numbers_of,
+    rms_height,
+    slope_to_curvature_ratio,
+)
+
+# Parameter of Fuller and Tabor at which 4 % of the pull-off force are left.
+_FULLER_TABOR = 10.0
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """Criterion of stickiness.
+
+    Attributes
+    ----------
+    name : str
+    value : float
+        A measure of roughness over adhesion, dimensionless.
+    limit : float
+        Value below which the surfaces stick.
+    meaning : str
+        What the value is, and which solids and ranges of attraction it is for.
+    reference : str
+    """
+
+    name: str
+    value: float
+    limit: float
+    meaning: str
+    reference: str
+
+    @property
+    def sticky(self) -> bool:
+        """Whether the surfaces stick."""
+        return self.value < self.limit
+
+    def __str__(self) -> str:
+        """Return the name, the result, the value and the limit."""
+        result, sign = ("sticky", "<") if self.sticky else ("not sticky", ">=")
+        return f"{self.name}: {result} ({self.value:.3g} {sign} {self.limit:g})"
+
+
+def stickiness(
+    roughness: Roughness,
+    contact_modulus: float,
+    work_of_adhesion: float,
+    attraction_range: float,
+    kappa_repulsive: float = KAPPA_HARD,
+) -> tuple[Criterion, ...]:
+    """Return what the criteria of the literature say of rough surfaces and a wall.
+
+    Parameters
+    ----------
+    roughness : Roughness
+        Such as `ase_roughcontact.SelfAffine`.
+    contact_modulus : float
+        E*, force per area.
+    work_of_adhesion : float
+        w, energy per area.
+    attraction_range : float
+        D, length.
+    kappa_repulsive : float
+        kappa without the attraction, dimensionless.
+
+    Returns
+    -------
+    tuple of Criterion
+        Fuller and Tabor: E* sigma^(3/2)/(rho^(1/2) w), with the rms height sigma and
+        the radius rho = 2/h'' of asperities. Each of them is a sphere of JKR; at 1, 3
+        and 10 their largest total tension is 73, 36 and 4 % of that at equal heights.
+
+        Persson and Tosatti: `flattening_energy` over w. If it is below one, full
+        contact has less energy than none.
+
+        Pastewka and Robbins: 1/kappa_rep over `inverse_kappa_attractive`. If it is
+        below one, contact spreads without a load.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not finite or out of range, or lambda_L < lambda_s.
+
+    References
+    ----------
+    K. N. G. Fuller, D. Tabor, Proc. R. Soc. Lond. A 345, 327 (1975); B. N. J. Persson,
+    E. Tosatti, J. Chem. Phys. 115, 5597 (2001); L. Pastewka, M. O. Robbins, Proc. Natl.
+    Acad. Sci. USA 111, 3298 (2014).
+
+    Examples
+    --------
+    >>> from ase_roughcontact import SelfAffine
+    >>> from ase_roughcontact.theory import stickiness
+    >>> surface = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=512.0)
+    >>> [criterion.sticky for criterion in stickiness(surface, 1.0, 0.02, 0.5)]
+    [False, False, True]
+    """
+    positive(
+        contact_modulus=contact_modulus,
+        work_of_adhesion=work_of_adhesion,
+        kappa_repulsive=kappa_repulsive,
+    )
+    slope, _, _ = numbers_of(roughness)
+    curvature = slope / slope_to_curvature_ratio(roughness)
+    asperity = float(asperity_radius_from_curvature(curvature))
+    height = rms_height(roughness)
+    attraction = inverse_kappa_attractive(
+        work_of_adhesion, contact_modulus, attraction_range, slope, curvature
+    )
+    return (
+        Criterion(
+            "Fuller-Tabor",
+            contact_modulus * height * math.sqrt(height / asperity) / work_of_adhesion,
+            _FULLER_TABOR,
+            "height of the roughness over that to which asperities stretch: "
+            "independent asperities, short range",
+            "K. N. G. Fuller, D. Tabor, Proc. R. Soc. Lond. A 345, 327 (1975)",
+        ),
+        Criterion(
+            "Persson-Tosatti",
+            flattening_energy(contact_modulus, roughness) / work_of_adhesion,
+            1.0,
+            "energy of full contact over work of adhesion: soft solids, short range",
+            "B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001)",
+        ),
+        Criterion(
+            "Pastewka-Robbins",
+            float(1.0 / (kappa_repulsive * attraction)),
+            1.0,
+            "kappa of the attraction over kappa of the repulsion: stiff solids",
+            "L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014)",
+        ),
+    )

@@ -1,0 +1,95 @@
+"""Criteria of stickiness against their closed forms, and asperities of JKR."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from ase_roughcontact import SelfAffine, theory
+from ase_roughcontact.theory.self_affine import rms_height
+
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 512.0)
+
+
+def criteria(roughness=ROUGH, modulus=1.0, work=0.005, reach=0.245):
+    found = theory.stickiness(roughness, modulus, work, reach)
+    return {criterion.name: criterion for criterion in found}
+
+
+def tension_left(parameter):
+    """Return the largest tension of asperities of JKR over that at equal heights.
+
+    Their heights are normally distributed; R = w = E* = 1.
+    """
+    jkr, spread = theory.JKR(1.0, 1.0, 1.0), parameter ** (2 / 3)
+
+    def force(penetration):
+        radius = float(jkr.contact_radius_from_penetration(penetration))
+        return 4 / 3 * radius**3 - np.sqrt(8 * np.pi * radius**3)
+
+    def total(separation):
+        def density(height):
+            return np.exp(-0.5 * (height / spread) ** 2) / spread / np.sqrt(2 * np.pi)
+
+        lowest = separation + jkr.pull_off_penetration
+        return quad(lambda z: force(z - separation) * density(z), lowest, 8 * spread)[0]
+
+    separations = np.linspace(-0.5, 3.5, 13) * spread
+    return min(map(total, separations)) / jkr.pull_off_force
+
+
+@pytest.mark.parametrize("parameter, left", [(1.0, 0.73), (3.0, 0.36), (10.0, 0.036)])
+def test_tension_at_the_parameter_of_fuller_and_tabor_is_as_documented(parameter, left):
+    assert tension_left(parameter) == pytest.approx(left, rel=0.02)
+
+
+def test_parameter_of_fuller_and_tabor_is_that_of_rms_height_and_curvature():
+    height = rms_height(ROUGH)
+    radius = 2.0 * theory.slope_to_curvature_ratio(ROUGH) / 0.1
+    expected = 3.0 * height**1.5 / radius**0.5 / 0.02
+    found = criteria(modulus=3.0, work=0.02)["Fuller-Tabor"].value
+    assert found == pytest.approx(expected, rel=1e-12)
+
+
+def test_rms_height_is_that_of_realisations():
+    rough = SelfAffine(0.1, 0.5, 8.0, 64.0, seed=1, domain=512.0)
+    assert rms_height(rough) == pytest.approx(rough.statistics().rms_height, rel=0.03)
+
+
+def test_persson_and_tosatti_compare_the_energy_of_flattening():
+    work = theory.flattening_energy(2.0, ROUGH)
+    for factor, sticky in ((0.99, False), (1.01, True)):
+        found = criteria(modulus=2.0, work=factor * work)["Persson-Tosatti"]
+        assert found.value == pytest.approx(1.0 / factor)
+        assert found.sticky is sticky
+
+
+def test_a_single_wave_is_flattened_by_its_closed_form():
+    """U = E* q h^2/4, with the rms height h."""
+    wave = SelfAffine(0.1, 0.8, 8.0, 8.0)
+    q = 2.0 * np.pi / 8.0
+    assert rms_height(wave) == pytest.approx(0.1 / q)
+    found = criteria(wave, work=0.05)["Persson-Tosatti"].value
+    assert found == pytest.approx(q * (0.1 / q) ** 2 / 4.0 / 0.05)
+
+
+@pytest.mark.parametrize("work, printed", [(0.0005, 0.04), (0.005, 0.25)])
+def test_pastewka_and_robbins_have_the_numbers_of_their_paper(work, printed):
+    """1/kappa_att of Appl. Phys. Lett. 108, 221601 (2016), kappa_rep = 2."""
+    found = criteria(work=work, reach=np.sqrt(12.0 * work))["Pastewka-Robbins"]
+    assert found.value == pytest.approx(1.0 / (2.0 * printed), rel=0.15)
+    assert not found.sticky
+
+
+def test_law_of_a_rough_sphere_lists_the_criteria():
+    adhesion = {"work_of_adhesion": 0.03, "attraction_range": 0.5}
+    found = theory.regime(1.0, 1000.0, 1.0, ROUGH, **adhesion)
+    assert found.criteria == theory.stickiness(ROUGH, 1.0, *adhesion.values())
+    assert "Fuller-Tabor: not sticky (12.9 >= 10)" in str(found)
+    assert "Pastewka-Robbins: sticky (0.372 < 1)" in str(found)
+    assert theory.regime(1.0, 1000.0, 1.0, ROUGH).criteria == ()
+
+
+@pytest.mark.parametrize("name", ["modulus", "work", "reach"])
+def test_criteria_refuse_numbers_that_are_not_positive(name):
+    with pytest.raises(ValueError, match="> 0"):
+        criteria(**{name: -1.0})
