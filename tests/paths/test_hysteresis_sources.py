@@ -47,3 +47,13 @@ def test_lost_energy_converges_with_step_and_spacing(case, energy):
         adhesion = Heterogeneity(patches) if case == "patches" else None
         lost = lost_energy(step, spacing, rough, adhesion)
         assert lost == pytest.approx(energy, rel=0.03, abs=0.01)
+
+
+def test_loop_continues_after_states_in_which_atoms_overlap_with_a_hard_wall():
+    sphere = RoughSphere(20.0)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(0.05, 0.6))
+    options = {"window": "auto", "validity": "ignore", "max_steps": 4}
+    loop = adhesion_loop(atoms, 0.2, 0.2, smallest_step=0.1, **options)
+    assert not all(state.converged for state in loop.approach)
+    assert loop.retraction[-1].repulsive_atoms == 0
