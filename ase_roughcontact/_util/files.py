@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import errno
+import fcntl
 import os
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
-
-try:
-    import fcntl
-except ImportError:  # not on Unix: a second process is not noticed
-    fcntl = None  # type: ignore[assignment]
 
 PathName = str | os.PathLike
 
@@ -43,8 +39,7 @@ def locked(file: PathName) -> Iterator[None]:
     name = f"{os.fspath(file)}.lock"
     with open_file(name, "ab") as lock:
         try:
-            if fcntl is not None:
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             # the process that held the lock may have removed the file meanwhile
             alone = os.path.samestat(os.fstat(lock.fileno()), os.stat(name))
         except (BlockingIOError, FileNotFoundError):

@@ -39,8 +39,7 @@ def _new_pool() -> None:
 
 
 _new_pool()
-if hasattr(os, "register_at_fork"):  # a forked process inherits no threads
-    os.register_at_fork(after_in_child=_new_pool)
+os.register_at_fork(after_in_child=_new_pool)  # a forked process inherits no threads
 
 
 def processors() -> int:

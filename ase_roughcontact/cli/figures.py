@@ -86,26 +86,14 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
 
 
 def draw_loop(loop: AdhesionLoop, file: Path) -> None:
-    """Draw force against depth of an adhesion loop.
-
-    Parameters
-    ----------
-    loop : AdhesionLoop
-    file : path
-    """
+    """Draw force against depth of an adhesion loop."""
     figure = Figure(figsize=(5, 4), layout="constrained")
     plot.plot_loop(figure.subplots(), loop)
     _save(figure, file, dpi=150)
 
 
 def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
-    """Draw force against distance and deflection against distance of a cantilever.
-
-    Parameters
-    ----------
-    curve : CantileverCurve
-    file : path
-    """
+    """Draw force against distance and deflection against distance of a cantilever."""
     figure = Figure(figsize=(5, 4), layout="constrained")
     plot.plot_cantilever(figure.subplots(), curve)
     _save(figure, file, dpi=150)
@@ -152,13 +140,7 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
 
 
 def draw_tradeoff(study: Tradeoff, file: Path) -> None:
-    """Draw errors of choices against their times.
-
-    Parameters
-    ----------
-    study : Tradeoff
-    file : path
-    """
+    """Draw errors of choices against their times."""
     choices = [(c.source, c.label, c.error, c.seconds) for c in study.choices]
     front = [n for n, choice in enumerate(study.choices) if choice in study.front]
     figure = Figure(figsize=(6.5, 4.5), layout="constrained")

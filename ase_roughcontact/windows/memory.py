@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import math
 import os
+import resource
 from itertools import accumulate
 from pathlib import Path
 
 import psutil
-
-try:
-    import resource
-except ImportError:  # not on Unix
-    resource = None  # type: ignore[assignment]
 
 # Bytes for each atom at the peak of a step, also in a window with its margin.
 _PER_ATOM = 400
@@ -131,8 +127,6 @@ def _left_in_group(folder: Path) -> float:
 
 def _address_space() -> float:
     """Return what is left of the limit of the address space (bytes)."""
-    if resource is None:
-        return math.inf
     allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
     if allowed == resource.RLIM_INFINITY:
         return math.inf
