@@ -1,6 +1,20 @@
 """A whole calculation as one object, which can be written as a TOML file.
 
-The built-in scene file, `default_text`, explains every key.
+The built-in scene file, `default_text`, explains every key. A scene is read from the
+top of this list downward:
+
+================================  ====================================================
+``section``                       common to all sections: types, units, names of files
+``config``, ``scan``, ``fields``  the sections, one class each
+``file``                          all sections of a file: read, changed, compared
+``model``, ``solid``              solid, indenter and wall in units of ASE
+``predictions``                   theory for them
+``path``                          targets, atoms, solver and plan
+``scene``                         `Scene`: checks, runs and results
+================================  ====================================================
+
+Each class from ``file`` on is a subclass of the one before it. ``reference``,
+``preview``, ``tradeoff`` and ``fit`` are functions of a scene.
 """
 
 from ase_roughcontact.scene.config import (
