@@ -93,7 +93,7 @@ def test_too_few_atoms(atoms, surface):
 
 def test_a_calculator_that_describes_slabs_in_another_way_is_found_out():
     softer = Softer(dict(fcc_springs(3.6)[0].shells))
-    with pytest.raises(ValueError, match="'long_waves' .* strained bulk"):
+    with pytest.raises(ValueError, match=r"'long_waves' .* strained bulk"):
         CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
 
 
