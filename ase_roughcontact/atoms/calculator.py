@@ -319,12 +319,12 @@ def contact_of(atoms: Atoms) -> Contact:
         If the calculator is not a `RoughContact`, or the atoms are not a grid and an
         indenter.
     """
-    return _model_of(atoms).contact
+    return model_of(atoms).contact
 
 
 def grid_of(atoms: Atoms) -> SurfaceGrid:
     """Return the grid of the surface atoms; see `contact_of`."""
-    return _model_of(atoms).grid
+    return model_of(atoms).grid
 
 
 def wall_of(atoms: Atoms) -> Interaction:
@@ -335,7 +335,7 @@ def wall_of(atoms: Atoms) -> Interaction:
 
 def contact_state(atoms: Atoms) -> ContactState:
     """Return forces, gaps and pressures of the atoms, which the calculator forgets."""
-    return _model_of(atoms).state(atoms)
+    return model_of(atoms).state(atoms)
 
 
 def elastic_pressure(atoms: Atoms) -> np.ndarray:
@@ -351,7 +351,7 @@ def elastic_pressure(atoms: Atoms) -> np.ndarray:
     ndarray, shape (n, m)
         Pressure on the window (eV/Å^3), up to its mean if periodic.
     """
-    return _model_of(atoms).elastic_pressure(atoms)
+    return model_of(atoms).elastic_pressure(atoms)
 
 
 def apply_pressure(
@@ -378,7 +378,7 @@ def apply_pressure(
     ValueError
         If the pressure does not have the shape of the window.
     """
-    _model_of(atoms).apply_pressure(atoms, pressure, height)
+    model_of(atoms).apply_pressure(atoms, pressure, height)
     atoms.calc.reset()
 
 
@@ -398,7 +398,8 @@ def indent(atoms: Atoms) -> None:
         set_kept_depth(atoms, grid_of(atoms), state.plastic_depth)
 
 
-def _model_of(atoms: Atoms) -> ContactModel:
+def model_of(atoms: Atoms) -> ContactModel:
+    """Return what the calculator keeps of the atoms; see `contact_of`."""
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
     return atoms.calc._model(atoms)

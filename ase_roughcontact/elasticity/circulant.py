@@ -22,9 +22,7 @@ from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 
 # Largest padding of a box along x and y: it improves the model, and costs little.
-_PADDING = 32
-# The same for the preconditioner of an exact model.
-_LESS_PADDING = 8
+_PADDING = 16
 # Windows of up to this number of atoms have an exact model, with all of their padding:
 # there, convolutions cost less than what each outer step of a solver adds to them.
 _EXACT_SIZE = 40 * 40
@@ -75,21 +73,25 @@ class CirculantModel:
         )
         self.box = window if self.exact else box
         self.self_compliance = halfspace.self_compliance
-        self._options = {**halfspace.fft, "dtype": self.dtype, "measure": False}
         if self.exact:
             grid, spectrum = halfspace.grid, halfspace.grid_spectrum
         else:
-            grid = _padded(self.box.shape, _PADDING)
+            grid = _padded(self.box.shape)
             spectrum = halfspace.spectrum(grid)
         self._spectrum = self._invertible = spectrum / self.self_compliance
-        self._transform = self._inverse_transform = self._transform_on(grid)
+        self._transform = self._inverse_transform = self._transform_on(grid, halfspace)
         if self.exact and not halfspace.periodic and points > _ONE_GRID_UP_TO:
-            grid = _padded(self.box.shape, _LESS_PADDING)
+            grid = _padded(self.box.shape)
             self._invertible = halfspace.spectrum(grid) / self.self_compliance
-            self._inverse_transform = self._transform_on(grid)
+            self._inverse_transform = self._transform_on(grid, halfspace)
 
-    def _transform_on(self, grid: tuple[int, int]) -> RealFFT2:
-        return RealFFT2(self.box.shape, grid, **self._options)
+    def _transform_on(self, grid: tuple[int, int], halfspace: HalfSpace) -> RealFFT2:
+        """Return a transform on a grid: that of the half space, if it is the same."""
+        own, window = halfspace.window_transform, self.box.shape
+        if (own.window, own.grid, own.dtype) == (window, grid, self.dtype):
+            return own.twin()
+        fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
+        return RealFFT2(window, grid, **fft)
 
     @property
     def work(self) -> int:
@@ -168,9 +170,9 @@ class CirculantModel:
         return lambda pressure, out: transform.filter(pressure, multiplier, out)
 
 
-def _padded(shape: tuple[int, int], padding: int) -> tuple[int, int]:
-    """Return a grid with padding, of fast lengths."""
-    n, m = (fast_length(min(2 * n, n + padding)) for n in shape)
+def _padded(shape: tuple[int, int]) -> tuple[int, int]:
+    """Return a grid with some padding, of fast lengths."""
+    n, m = (fast_length(min(2 * n, n + _PADDING)) for n in shape)
     return n, m
 
 

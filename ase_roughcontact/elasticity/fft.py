@@ -171,6 +171,12 @@ class RealFFT2:
         }
         return partial(RealFFT2, **options), (self.window, self.grid)
 
+    def twin(self) -> RealFFT2:
+        """Return a transform with the same plans and buffers that counts its pairs."""
+        twin = object.__new__(RealFFT2)
+        vars(twin).update(vars(self), pairs=0)
+        return twin
+
     @cached_property
     def spectrum(self) -> np.ndarray:
         """Array for `forward` and `inverse`; `filter` does not need it."""

@@ -11,13 +11,7 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
-from ase_roughcontact.atoms.calculator import (
-    apply_pressure,
-    contact_of,
-    contact_state,
-    elastic_pressure,
-    grid_of,
-)
+from ase_roughcontact.atoms.calculator import apply_pressure, model_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.constraints import Indenter
@@ -206,7 +200,8 @@ class ContactOptimizer(Optimizer):
     def _connect(self) -> None:
         """Read contact, load and constraints off the atoms."""
         name = type(self).__name__
-        self.contact = contact_of(self.atoms)
+        self._model = model_of(self.atoms)
+        self.contact = self._model.contact
         wall = self.contact.interaction
         if not self.supports(wall):
             if self.hard_walls:
@@ -227,8 +222,8 @@ class ContactOptimizer(Optimizer):
 
     def _start(self) -> np.ndarray | None:
         """Return the pressure of the atoms, None if flat; set energy and force."""
-        pressure = elastic_pressure(self.atoms)
-        values = displacement(self.atoms, grid_of(self.atoms))
+        pressure = self._model.elastic_pressure(self.atoms)
+        values = displacement(self.atoms, self._model.grid)
         height = float(self.atoms.positions[-1, 2])
         area = self.contact.halfspace.cell_area
         n, m = pressure.shape
@@ -240,7 +235,7 @@ class ContactOptimizer(Optimizer):
             self._force = np.inf
         else:
             # results of the calculator would take memory during the run
-            state = contact_state(self.atoms)
+            state = self._model.state(self.atoms)
             self._energy = state.energy + load_energy
             self._force = float(np.abs(state.forces).max())
             if not self.indenter.fixed:

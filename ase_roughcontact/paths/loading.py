@@ -232,10 +232,15 @@ def _relax(
             first = finished.steps[-1].step + 1
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
-            info = {"load_step": asdict(step), "path": path.of_step(number)}
-            write(step, partial(snapshot, stepper.atoms, **info))
+            write(step, partial(_frame, stepper.atoms, step, path))
             report(number, step.validity)
             yield step
+
+
+def _frame(atoms: Atoms, step: LoadStep, path: PathDescription) -> Atoms:
+    """Return the frame of a step for the trajectory."""
+    info = {"load_step": asdict(step), "path": path.of_step(step.step)}
+    return snapshot(atoms, **info)
 
 
 def _single_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:

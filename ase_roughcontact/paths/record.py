@@ -81,7 +81,7 @@ def _gap_error(step: RelaxedStep) -> float:
 
 
 def _largest_force(step: RelaxedStep) -> float:
-    forces = step.atoms.get_forces()
+    forces = step.forces
     return float(np.einsum("ij,ij->i", forces, forces).max() ** 0.5)
 
 

@@ -8,7 +8,9 @@ from functools import cached_property
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.calculator import model_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.response import HeightResponse, height_response
@@ -88,9 +90,23 @@ class RelaxedStep:
         return self.atoms.calc.state(self.atoms)
 
     @cached_property
+    def forces(self) -> np.ndarray:
+        """Forces on all atoms, those of constraints included, shape (N, 3) (eV/Å)."""
+        return self.atoms.get_forces()
+
+    @cached_property
+    def _model(self) -> ContactModel:
+        return model_of(self.atoms)
+
+    @property
     def contact(self) -> Contact:
         """Half space, indenter and wall."""
-        return contact_of(self.atoms)
+        return self._model.contact
+
+    @property
+    def grid(self) -> SurfaceGrid:
+        """Grid of the surface atoms."""
+        return self._model.grid
 
     @property
     def halfspace(self) -> HalfSpace:

@@ -226,9 +226,9 @@ class Stepper:
 
     def _run_optimizer(self, statistics: SolverStatistics, tolerance: float) -> None:
         """Run the optimizer once, and add its cost to the statistics."""
-        halfspace = contact_of(self.atoms).halfspace
-        before = halfspace.pairs
         optimizer = self._optimizer(self.atoms, logfile=None)
+        counts = hasattr(optimizer, "pairs")
+        before = 0 if counts else contact_of(self.atoms).halfspace.pairs
         statistics.converged = bool(
             optimizer.run(fmax=tolerance, steps=self._max_steps)
         )
@@ -237,7 +237,8 @@ class Stepper:
         steps = int(optimizer.nsteps)
         statistics.tolerance = tolerance
         statistics.iterations += steps
-        statistics.pairs += float(getattr(optimizer, "pairs", halfspace.pairs - before))
+        pairs = optimizer.pairs if counts else contact_of(self.atoms).halfspace.pairs
+        statistics.pairs += float(pairs - before)
         statistics.message = ""
         if not statistics.converged:
             default = f"not converged after {steps} steps"

@@ -17,7 +17,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import grid_of, wall_of
+from ase_roughcontact.atoms.calculator import wall_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.substrate import fcc_spacing
@@ -213,7 +213,7 @@ def _contact_radius(step: RelaxedStep) -> float:
     indenter = step.atoms.calc.parameters["indenter"]
     if getattr(indenter, "profile", "") != "paraboloid":
         return math.nan
-    grid = grid_of(step.atoms)
+    grid = step.grid
     distances = (
         start + grid.spacing * index
         for start, index in zip(grid.origin, step.state.contact.nonzero(), strict=True)

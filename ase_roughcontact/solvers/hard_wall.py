@@ -166,7 +166,8 @@ def active_set(
     for state in _solve(contact, height, load, start, gap, options):
         energy = state.energy + contact.plastic_work
         if external is not None:
-            _check_load(external, (height, state.height))
+            if state.converged:
+                _check_load(external, (height, state.height))
             energy += external(state.height)[0]
         yield Relaxation(
             pressure=state.pressure,

@@ -28,9 +28,14 @@ def open_sides(contact: np.ndarray, periodic: bool) -> np.ndarray:
     ndarray of int, shape (n, m)
         From 0 to 4; zero for atoms that are not in contact.
     """
-    mask = np.pad(contact, 1, mode="wrap" if periodic else "constant")
-    sides = (mask[:-2, 1:-1], mask[2:, 1:-1], mask[1:-1, :-2], mask[1:-1, 2:])
-    return contact * (4 - np.sum(sides, axis=0))
+    open_ = np.full(contact.shape, 4)
+    for rows, mask in ((open_, contact), (open_.T, contact.T)):
+        rows[1:] -= mask[:-1]
+        rows[:-1] -= mask[1:]
+        if periodic:
+            rows[0] -= mask[-1]
+            rows[-1] -= mask[0]
+    return contact * open_
 
 
 def continuum_area(area: float, perimeter: float, spacing: float) -> float:

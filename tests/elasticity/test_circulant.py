@@ -36,6 +36,16 @@ def test_the_model_of_a_small_window_is_exact_and_covers_it(rng):
     assert covering_model(halfspace, Box((0, 0), (5, 5))) is model
 
 
+def test_pairs_of_model_and_half_space_are_counted_apart():
+    halfspace = FreeHalfSpace((12, 15), 2.0, 5.0)
+    model = covering_model(halfspace, Box((3, 3), (2, 2)))
+    halfspace.displacement(np.ones((12, 15)))
+    for function in (model.compliance, model.stiffness):
+        function(np.ones((12, 15)))
+    assert halfspace.pairs == 1
+    assert model.work == 2 * np.prod(halfspace.grid)
+
+
 @pytest.mark.parametrize(
     "shape, dtype, atol",
     [((50, 44), np.float64, 1e-12), ((140, 130), np.float32, 1e-4)],
