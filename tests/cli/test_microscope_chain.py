@@ -1,4 +1,8 @@
-"""From the files of a microscope to a fit and a page: scan, force curve, report."""
+"""From the files of a microscope to a fit and a page: scan, force curve, report.
+
+The scan has tilt, drift, noise and missing points; the curve has noise, an unknown zero
+of the height, and a deflection with an offset and a drift.
+"""
 
 import csv
 import re
@@ -11,6 +15,8 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
 
 PIXEL, SIDE = 1.0, 48  # nm, points
+WORK, OFFSET, SLOPE = 0.08, 0.4, -0.03  # J/m², nN, nN/nm
+STIFFNESS = 10.0  # N/m
 SCENE = """
 [substrate]
 material = "Si"
@@ -52,7 +58,7 @@ def scan(rng, missing=0.003):
 
 
 def write_curve(exact, file, rng):
-    """Both branches at 100 heights of the base, with noise and another zero."""
+    """Both branches at 100 heights of the base, with noise, drift and other zeros."""
     with open(exact) as table:
         rows = list(csv.DictReader(table))
     lines = ["branch,distance (nm),deflection (nm),force (nN)"]
@@ -65,9 +71,9 @@ def write_curve(exact, file, rng):
         upward = np.argsort(base, kind="stable")
         places = np.linspace(base.min(), 2.5, 100)[::order]
         noisy = np.interp(places, base[upward], force[upward])
-        noisy += rng.normal(0.0, 0.05, len(places))
+        noisy += rng.normal(0.0, 0.05, len(places)) + OFFSET + SLOPE * (places - 2.5)
         lines += [
-            f"{branch},{12.3 + z},{f / 10.0},{f}"
+            f"{branch},{12.3 + z},{f / STIFFNESS},{f}"
             for z, f in zip(places, noisy, strict=True)
         ]
     file.write_text("\n".join(lines))
@@ -91,23 +97,33 @@ def test_scenes_of_all_formats_have_the_same_tip(name, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("name", WRITERS)
 def test_a_scan_and_a_force_curve_become_a_fit_and_a_page(
-    tmp_path, monkeypatch, capsys
+    name, tmp_path, monkeypatch, capsys
 ):
     pytest.importorskip("SurfaceTopography")
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(7)
-    write_gwy(tmp_path / "scan.gwy", scan(rng), (PIXEL, PIXEL))
-    (tmp_path / "my.toml").write_text(SCENE)
+    missing = 0.003 if name in WITH_MISSING else 0.0
+    WRITERS[name](tmp_path / name, scan(rng, missing), (PIXEL, PIXEL))
+    text = SCENE.replace("scan.gwy", name)
+    (tmp_path / "my.toml").write_text(text)
     assert main(["run", "my.toml", "--out", "results", "--quiet"]) == 0
     write_curve("results/cantilever.csv", tmp_path / "curve.csv", rng)
-    (tmp_path / "fit.toml").write_text(SCENE.replace("0.08", "0.05"))
+    (tmp_path / "fit.toml").write_text(text.replace(str(WORK), "0.05"))
     capsys.readouterr()
-    assert main(["fit", "curve.csv", "fit.toml"]) == 0
-    found = re.search(r"work_of_adhesion +(\S+) ± (\S+) J/m²", capsys.readouterr().out)
-    work, error = map(float, found.groups())
-    assert abs(work - 0.08) < 2 * error < 0.02
+    free = "work_of_adhesion,force_offset,force_slope"
+    assert main(["fit", "curve.csv", "fit.toml", "--free", free]) == 0
+    printed = capsys.readouterr().out
+    for parameter, true, largest in (
+        ("work_of_adhesion", WORK, 0.01),
+        ("force_offset", OFFSET, 0.03),
+        ("force_slope", SLOPE, 0.02),
+    ):
+        found = re.search(rf"{parameter} +(\S+) ± (\S+) ", printed)
+        value, error = map(float, found.groups())
+        assert abs(value - true) < 3 * error < 3 * largest
     assert main(["report", "results"]) == 0
     page = (tmp_path / "results" / "report.html").read_text()
-    assert page.count("<img") == 5 and "scan.gwy" in page
+    assert page.count("<img") == 5 and name in page
     assert "With a cantilever of 10 N/m" in page
