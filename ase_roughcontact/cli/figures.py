@@ -190,6 +190,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
 def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
     scene = reference.scene
     by_height = scene.path.control == "height"
+    along = "depth" if scene.path.is_loop else "penetration"  # as in the tables
     first_contact = steps[0].height + steps[0].penetration
     theory: dict[str, tuple[FloatArray, FloatArray]] = {}
     # the penetration of a rough sphere is relative to its highest peak, not its mean
@@ -207,7 +208,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         [step.normal_force for step in steps],
         theory,
         None if theory else reference.smooth.pull_off_force or None,
-        "height of the indenter (Å)" if by_height else "penetration (Å)",
+        "height of the indenter (Å)" if by_height else f"{along} (Å)",
         [step.converged for step in steps],
         f"pull-off: theory, {reference.smooth.sphere}",
         _column(steps, "height_error"),

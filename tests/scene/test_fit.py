@@ -182,6 +182,7 @@ def test_a_baseline_is_recovered_from_a_curve_with_noise(measured):
     assert list(values) == list(names)
     assert values["force_offset"] == pytest.approx(found.values[1], abs=0.01)
     assert residual < trials[0][1]
+    assert trials[0][0]["force_offset"] == pytest.approx(offset, abs=0.03)
     # without its offset the curve has another work of adhesion
     smooth = smooth_fit(scene(), drifted, free[::2]).work_of_adhesion
     assert smooth == pytest.approx(smooth_fit(scene(), measured).work_of_adhesion, 0.05)
