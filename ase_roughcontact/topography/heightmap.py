@@ -312,6 +312,11 @@ class HeightMap:
         )
         return x, y
 
+    @property
+    def mean_height(self) -> float:
+        """Mean of the heights of the map (length)."""
+        return float(self._values.mean())
+
     def statistics(self) -> Statistics:
         """Return the rms height, slope and curvature of the map.
 

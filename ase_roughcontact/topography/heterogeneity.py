@@ -35,8 +35,9 @@ class Heterogeneity:
         and y from the axis, arrays which broadcast (length); or `SelfAffine` for a
         random field with a spectrum and a seed.
     rms : float, optional
-        Root mean square of f about its mean, to which a map or a random field is
-        scaled; required for a random field. By default the pattern is f itself.
+        Root mean square of f, to which a map less its mean or a random field is
+        scaled, so that the mean work of adhesion is that of the wall; required for a
+        random field. By default the pattern is f itself, with its mean.
 
     Raises
     ------
@@ -111,7 +112,9 @@ class Heterogeneity:
             except ValueError as error:  # in the words of surfaces, as of roughness
                 raise ValueError(f"work of adhesion: {error}") from error
             if self.rms is not None:
-                values = values * (self.rms / self.pattern.statistics().rms_height)
+                mean = getattr(self.pattern, "mean_height", 0.0)
+                scale = self.rms / self.pattern.statistics().rms_height
+                values = scale * (values - mean)
         else:
             x, y = (
                 start + spacing * np.arange(n)

@@ -67,9 +67,13 @@ def test_map_and_function_are_the_relative_deviation():
     assert_allclose(factors, np.column_stack([expected, expected]))
 
 
-def test_map_can_be_scaled_to_an_rms():
-    factors = Heterogeneity(MAP, rms=0.1).factors((40, 40), 1.0, (-20.0, -20.0))
+def test_map_scaled_to_an_rms_has_the_mean_of_the_wall():
+    """A map in any unit, such as of the work of adhesion itself."""
+    values = 50.0 + 20.0 * MAP.heights((40, 40), 1.0, (-20.0, -20.0))
+    scaled = Heterogeneity(HeightMap(values, 1.0), rms=0.1)
+    factors = scaled.factors((40, 40), 1.0, (-20.0, -20.0))
     assert factors.std() == pytest.approx(0.1, rel=1e-6)
+    assert factors.mean() == pytest.approx(1.0, abs=1e-9)
 
 
 def test_negative_works_of_adhesion_are_cut_off():
