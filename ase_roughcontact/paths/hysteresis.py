@@ -81,7 +81,8 @@ def adhesion_loop(
         Penetration at which to turn, counted from where the indenter first repels the
         flat substrate (Å). If negative, the indenter stays in the attractive range.
     step : float
-        Largest step (Å).
+        Largest step (Å). A loop begins and ends at the cutoff of the wall, so that a
+        long tail takes a number of states that is the cutoff over the step.
     smallest_step : float, optional
         Size below which steps are not halved (Å), and jumps are bracketed. By default
         1/256 of `step`.

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -201,6 +201,10 @@ class ContactEnergy:
             return 0.0
         self.wall, violation = self.wall.updated(state.opening, state.height)
         return violation
+
+    def stiffen_wall(self, factor: float) -> None:
+        """Multiply the stiffness of a hard wall's augmented Lagrangian."""
+        self.wall = replace(self.wall, stiffness=factor * self.wall.stiffness)
 
     def recomputed(self, state: EnergyState) -> EnergyState:
         """Return the same state with its opening from a new convolution."""

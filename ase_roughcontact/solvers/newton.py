@@ -44,6 +44,10 @@ _ROUNDING = "rounding errors hide any further decrease of the energy"
 _VIOLATED = "updates of the reaction do not decrease overlaps with the hard wall"
 # Number of updates of the reaction that must have decreased the violation.
 _UPDATES = 30
+# An update that leaves more than this part of the violation makes the wall stiffer, by
+# this factor: near an instability, the minimum is one of the augmented Lagrangian, and
+# updates converge, only if it is stiff enough.
+_SLOW_UPDATE, _STIFFER = 0.7, 3.0
 _TOO_SLOW = "the energy decreases too slowly to matter"
 
 
@@ -266,6 +270,8 @@ class _ReactionUpdates:
     def finished(self, state: EnergyState) -> bool:
         """Update the reaction; return whether it and the state were the solution."""
         violation = self._energy.update_reaction(state)
+        if self._violations and violation > _SLOW_UPDATE * self._violations[-1]:
+            self._energy.stiffen_wall(_STIFFER)
         self._violations.append(violation)
         if self.is_last and violation <= self._gap:
             return True

@@ -25,6 +25,8 @@ _ASPHER = 1e-7
 _TAMAAS = 1e-6
 # Steps of Tamaas' saturated solver, whose answer does not change after the first 100.
 _SATURATED_STEPS = 100
+# With adhesion, and the number of steps after which it does not end otherwise.
+_TAMAAS_ADHESION, _TAMAAS_STEPS = 1e-9, 3000
 
 
 def timed(function: Callable, *args: Any, **kwargs: Any) -> tuple[float, Any]:
@@ -77,7 +79,7 @@ def solve_ours_ase(problem: Problem) -> Answer:
     setup, atoms = timed(prepare)
     seconds, optimizer = timed(solve)
     answer = partial(Answer, setup, seconds, optimizer.nsteps, optimizer.pairs)
-    if problem.hard:
+    if problem.wall.hard:
         return answer(pressure=atoms.calc.state(atoms).pressure)
     grid = FreeHalfSpace.padded_shape(problem.shape)
     return answer(displacement=atoms.positions[:-1, 2].reshape(grid))
@@ -126,6 +128,38 @@ def solve_tamaas(problem: Problem) -> Answer:
         return model, solver
 
     setup, (model, solver) = timed(prepare)
+    seconds, _ = timed(solver.solve, problem.load / problem.n**2)
+    return Answer(setup, seconds, pressure=np.array(model.traction))
+
+
+def solve_tamaas_adhesion(problem: Problem) -> Answer:
+    """Tamaas: conjugate gradients after Rey in the gap, with an adhesive functional."""
+    import tamaas as tm
+
+    def prepare() -> Any:
+        tm.initialize(available_threads())
+        tm.set_log_level(tm.LogLevel.error)
+        side, surface = float(problem.n), -problem.heights
+        model = tm.ModelFactory.createModel(
+            tm.model_type.basic_2d, [side, side], list(problem.shape)
+        )
+        model.E, model.nu = 1.0, 0.0
+        kinds = tm.PolonskyKeerRey.gap, tm.PolonskyKeerRey.pressure
+        solver = tm.PolonskyKeerRey(model, surface, _TAMAAS_ADHESION, *kinds)
+        forms = {
+            "exponential": tm.ExponentialAdhesionFunctional,
+            "dugdale": tm.MaugisAdhesionFunctional,
+        }
+        functional = forms[problem.wall.kind](surface)
+        functional.parameters = {
+            "surface_energy": problem.wall.work_of_adhesion,
+            "rho": problem.wall.attraction_range,
+        }
+        solver.addFunctionalTerm(functional)
+        solver.max_iter = _TAMAAS_STEPS
+        return model, solver, functional
+
+    setup, (model, solver, _) = timed(prepare)
     seconds, _ = timed(solver.solve, problem.load / problem.n**2)
     return Answer(setup, seconds, pressure=np.array(model.traction))
 
@@ -206,6 +240,22 @@ def solve_adhesion(problem: Problem, method: str) -> Answer:
     return Answer(setup, seconds, result.nit, displacement=displacement)
 
 
+def solve_adhesion_bounded(problem: Problem) -> Answer:
+    """Adhesion's system with bounds, with our wall as its potential, by L-BFGS-B."""
+    from Adhesion.System import BoundedSmoothContactSystem
+    from adhesion_wall import Wall
+
+    setup, (halfspace, surface) = timed(_contactmechanics, problem)
+    system = BoundedSmoothContactSystem(halfspace, Wall(problem.wall), surface)
+    many = 100_000
+    limits = {"gtol": TOLERANCE, "ftol": 0.0, "maxiter": many, "maxfun": many}
+    seconds, result = timed(
+        system.minimize_proxy, offset=-problem.height, options=limits
+    )
+    displacement = -np.reshape(result.x, (2 * problem.n, 2 * problem.n))
+    return Answer(setup, seconds, result.nit, displacement=displacement)
+
+
 def _contactmechanics(problem: Problem) -> tuple[Any, Any]:
     from ContactMechanics import FreeFFTElasticHalfSpace, PeriodicFFTElasticHalfSpace
     from SurfaceTopography import Topography
@@ -238,4 +288,20 @@ SOFT: dict[str, Solver] = {
     "adhesion-numpi": partial(solve_adhesion, method="numpi"),
     "adhesion-newton": partial(solve_adhesion, method="newton"),
 }
-SOLVERS = {"hard": HARD, "plastic": PLASTIC, "soft": SOFT}
+ADHESIVE: dict[str, Solver] = {
+    "ours": solve_ours,
+    "ours-ase": solve_ours_ase,
+    "adhesion-bounded": solve_adhesion_bounded,
+}
+ADHESIVE_PERIODIC: dict[str, Solver] = {
+    "ours": solve_ours,
+    "ours-ase": solve_ours_ase,
+    "tamaas-adhesion": solve_tamaas_adhesion,
+}
+SOLVERS = {
+    "hard": HARD,
+    "plastic": PLASTIC,
+    "adhesive": ADHESIVE,
+    "adhesive-periodic": ADHESIVE_PERIODIC,
+    "soft": SOFT,
+}

@@ -42,7 +42,7 @@ from pathlib import Path
 
 import codes
 import numpy as np
-from codes import HARD, SOFT, SOLVERS, Solver, timed
+from codes import SOLVERS, Solver, timed
 from problems import WALLS, Answer, Problem, optimality_residuals
 
 COLUMNS = {
@@ -88,7 +88,7 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    names = list(HARD | SOFT)
+    names = list({name: None for solvers in SOLVERS.values() for name in solvers})
     parser.add_argument("--sizes", type=int, nargs="+", default=[512, 1024])
     parser.add_argument("--problems", nargs="+", choices=WALLS, default=list(WALLS))
     parser.add_argument("--codes", nargs="+", choices=names, default=names)

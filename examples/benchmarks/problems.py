@@ -16,6 +16,8 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact import (
+    DugdaleWall,
+    ExponentialWall,
     HardWall,
     LennardJones93,
     PlasticWall,
@@ -35,6 +37,9 @@ WALLS: dict[str, Interaction] = {
     "plastic": PlasticWall(0.03),
     "plastic-periodic": PlasticWall(0.03),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "exponential": ExponentialWall(0.005, 0.5),
+    "exponential-periodic": ExponentialWall(0.005, 0.5),
+    "dugdale-periodic": DugdaleWall(0.005, 0.5, relative_taper=0.0),
     "adhesive-0.0005": LennardJones93.full(1.0, 0.0005),
     "adhesive-0.005": LennardJones93.full(1.0, 0.005),
 }
@@ -49,8 +54,9 @@ ROUNDING = 1e-6
 class Problem:
     """One input for every code.
 
-    A hard wall is pressed down with the load. A soft wall stands at the height at which
-    it carries the load, because not every peer can take a load there.
+    A hard wall is pressed down with the load. A wall with attraction, or a soft one,
+    stands at the height at which it carries the load, because not every peer can take a
+    load there.
     """
 
     kind: str
@@ -77,8 +83,8 @@ class Problem:
 
     @property
     def hard(self) -> bool:
-        """Hard or soft wall."""
-        return self.wall.hard
+        """Hard wall without attraction."""
+        return self.wall.hard and not self.wall.attractive
 
     @property
     def plastic(self) -> bool:
@@ -87,7 +93,9 @@ class Problem:
 
     @property
     def solvers(self) -> str:
-        """Kind of solvers: for hard, plastic or soft walls."""
+        """Kind of solvers: for hard, plastic, adhesive hard or soft walls."""
+        if self.wall.hard and not self.hard:
+            return "adhesive-periodic" if self.periodic else "adhesive"
         return "plastic" if self.plastic else "hard" if self.hard else "soft"
 
     @property
@@ -172,6 +180,8 @@ def optimality_residuals(problem: Problem, answer: Answer) -> dict[str, float]:
     contact = problem.contact()
     if problem.hard:
         return _hard(problem, contact, answer.pressure)
+    if problem.wall.hard:
+        return _adhesive(problem, contact, answer)
     values = answer.displacement
     if values.size == 0:
         values = contact.halfspace.padded_displacement(answer.pressure)
@@ -202,4 +212,25 @@ def _hard(problem: Problem, contact: Contact, pressure: np.ndarray) -> dict[str,
         "tension": max(0.0, -float(pressure.min())),
         "plastic": float(np.count_nonzero(plastic)),
         "excess": max(0.0, float(pressure.max()) - hardness),
+    }
+
+
+def _adhesive(problem: Problem, contact: Contact, answer: Answer) -> dict[str, float]:
+    """Gap and reaction exclude each other: the smaller one must be zero."""
+    pressure, (n, m) = answer.pressure, problem.shape
+    if pressure.size == 0:
+        pressure = contact.elastic_pressure(answer.displacement)[:n, :m]
+    gap = problem.heights - contact.halfspace.displacement(pressure)
+    height = problem.height
+    if problem.periodic:  # pressed by the load: the height follows
+        height = -float(gap.min())
+    gap += height
+    reaction = pressure - contact.wall(np.maximum(gap, 0.0))[1]
+    gap_of_reaction = contact.halfspace.self_compliance * reaction
+    return {
+        "area": float(np.count_nonzero(reaction > gap / contact.halfspace.spacing)),
+        "height": height,
+        "load error": abs(float(pressure.sum()) / problem.load - 1.0),
+        "gap": float(abs(np.minimum(gap, gap_of_reaction)).max()),
+        "overlap": max(0.0, -float(gap.min())),
     }

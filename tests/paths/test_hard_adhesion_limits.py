@@ -63,16 +63,8 @@ def test_rigid_sphere_has_the_pull_off_of_dmt():
         assert forces[0] > forces[1] + 0.1  # the largest tension is at first touch
 
 
-@pytest.mark.slow  # up to 188 x 188 atoms
-@pytest.mark.parametrize(
-    "radius, work, reach, jkr_excess",
-    [
-        (400.0, 0.1, 1.0, 0.03),  # Maugis parameter 1.8, zone of tension 7.9 a0
-        (1000.0, 0.1, 0.675, 0.013),  # 3.6 and 3.6 a0; JKR + 0.8 % in theory
-    ],
-)
-def test_dugdale_wall_tends_to_the_pull_off_of_jkr(radius, work, reach, jkr_excess):
-    """The indenter is pulled to both sides of the largest tension of theory."""
+def pull_off(radius, work, reach):
+    """Return the largest tension of a path to both sides of that of theory."""
     theory = MaugisDugdale(radius, 1.0, work, reach)
     *_, depth = theory.state(theory.stability_limit("load"))
     unit = np.cbrt(work**2 * radius)
@@ -81,4 +73,15 @@ def test_dugdale_wall_tends_to_the_pull_off_of_jkr(radius, work, reach, jkr_exce
     assert forces[-1] > forces[-2]  # beyond the largest tension
     expected = theory.pull_off_force / (np.pi * work * radius)
     assert min(forces) == pytest.approx(expected, rel=0.005)
-    assert min(forces) == pytest.approx(-1.5, rel=jkr_excess)
+    return min(forces)
+
+
+@pytest.mark.slow  # up to 188 x 188 atoms
+def test_dugdale_wall_tends_to_the_pull_off_of_jkr():
+    """Ranges that the atoms resolve; theory deviates from JKR by the square of them."""
+    radius, work = 1000.0, 0.1
+    ranges = np.array([2.0, 1.4, 1.0])  # zones of tension from 31 to 7.9 a0
+    found = [pull_off(radius, work, reach) for reach in ranges]
+    assert (np.diff(found) > 0.0).all() and found[-1] > -1.53
+    limit = np.polynomial.Polynomial.fit(ranges**2, found, 2)(0.0)
+    assert limit == pytest.approx(-1.5, rel=0.005)

@@ -7,8 +7,10 @@ from ase_roughcontact import (
     DugdaleWall,
     HeightMap,
     Heterogeneity,
+    PowerLawWall,
     RoughContact,
     RoughSphere,
+    SelfAffine,
     adhesion_loop,
     substrate,
 )
@@ -47,6 +49,41 @@ def test_lost_energy_converges_with_step_and_spacing(case, energy):
         adhesion = Heterogeneity(patches) if case == "patches" else None
         lost = lost_energy(step, spacing, rough, adhesion)
         assert lost == pytest.approx(energy, rel=0.03, abs=0.01)
+
+
+@pytest.mark.slow  # loops of up to 90 x 90 atoms
+def test_random_roughness_pins_the_edge_of_a_contact():
+    """Energy is lost all along the way; a smooth sphere jumps in and out once."""
+    wall, unit = DugdaleWall(0.1, 0.8), np.cbrt(0.1**2 * 200.0)
+
+    def lost(rough, depth):
+        sphere = RoughSphere(200.0, rough)
+        atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+        atoms.calc = RoughContact(sphere, 1.0, wall)
+        options = {"window": "auto", "validity": "ignore", "tolerance": 3e-3}
+        loop = adhesion_loop(atoms, depth * unit, 0.5 * unit, **options)
+        assert all(state.converged for state in (*loop.approach, *loop.retraction))
+        assert loop.dissipated_energy == pytest.approx(
+            loop.energy_lost_in_jumps, rel=0.01
+        )
+        return loop.dissipated_energy / np.cbrt(0.1**5 * 200.0**4)
+
+    smooth = [lost(None, depth) for depth in (0.5, 2.0)]
+    assert smooth[1] == pytest.approx(smooth[0], rel=0.005)
+    rough = SelfAffine(0.2, 0.8, 12.0, 24.0, seed=1, domain=192.0)
+    assert lost(rough, 2.0) > 1.3 * lost(rough, 0.5) > 1.5
+
+
+@pytest.mark.slow  # 92 states of up to 58 x 58 atoms
+def test_states_next_to_instabilities_converge():
+    """There the reaction of the wall needs a stiffer augmented Lagrangian."""
+    sphere = RoughSphere(RADIUS, SelfAffine(0.1, 0.8, 8.0, 32.0, seed=1))
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, PowerLawWall(0.05, 0.5))
+    unit = np.cbrt(0.05**2 * RADIUS)
+    options = {"window": "auto", "validity": "ignore", "tolerance": 3e-3}
+    loop = adhesion_loop(atoms, 0.5 * unit, 0.5 * unit, **options)
+    assert all(state.converged for state in (*loop.approach, *loop.retraction))
 
 
 def test_loop_continues_after_states_in_which_atoms_overlap_with_a_hard_wall():
