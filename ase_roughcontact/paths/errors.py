@@ -33,7 +33,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.theory.counted_area import grid_error
 
 # Factor of the error of the height by the grid: measured on rough spheres and flats by
@@ -66,12 +66,12 @@ class Errors(NamedTuple):
     height: float
 
 
-def estimated_errors(step: RelaxedStep) -> Errors:
-    """Return the errors of area, force and height that a relaxed step has.
+def estimated_errors(step: RelaxedContact) -> Errors:
+    """Return the estimated errors of area, force and height.
 
     Parameters
     ----------
-    step : RelaxedStep
+    step : RelaxedContact
 
     Returns
     -------
@@ -94,7 +94,7 @@ def estimated_errors(step: RelaxedStep) -> Errors:
     return Errors(area + force / pressure, relaxation + force, 0.0)
 
 
-def continuum_area_error(step: RelaxedStep) -> float:
+def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
     of_grid = grid_error(
         step.perimeter, step.state.cell_area, step.coarse_area is not None
@@ -102,7 +102,7 @@ def continuum_area_error(step: RelaxedStep) -> float:
     return of_grid + step.lost_slope * step.state.contact_area
 
 
-def _relaxation(step: RelaxedStep) -> float:
+def _relaxation(step: RelaxedContact) -> float:
     """Return the error of the force at a fixed height, by the tolerance (eV/Å)."""
     state, response = step.state, step.response
     if np.isinf(response.force):  # full contact of a hard wall: no atom can open
@@ -119,7 +119,7 @@ def _relaxation(step: RelaxedStep) -> float:
     return abs(float(change)) + float(rounding)
 
 
-def _grid_height(step: RelaxedStep) -> float:
+def _grid_height(step: RelaxedContact) -> float:
     """Return the error of the height under a load, or at a penetration (Å)."""
     halfspace, state = step.halfspace, step.state
     force = abs(state.normal_force) * step.perimeter * halfspace.spacing**2
@@ -140,7 +140,7 @@ def _second_differences(heights: np.ndarray) -> float:
     return float(sides.sum() - 4.0 * around[1, 1])
 
 
-def _single_contact(step: RelaxedStep) -> tuple[float, float]:
+def _single_contact(step: RelaxedContact) -> tuple[float, float]:
     """Return radius, and side of the cell (Å), infinite if images are meant or none."""
     radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
     if not step.halfspace.periodic or radius == math.inf:
@@ -148,14 +148,14 @@ def _single_contact(step: RelaxedStep) -> tuple[float, float]:
     return radius, min(step.halfspace.shape) * step.halfspace.spacing
 
 
-def _cell_height(step: RelaxedStep) -> float:
+def _cell_height(step: RelaxedContact) -> float:
     """Return the shift of the height by the images of a periodic cell (Å)."""
     _, side = _single_contact(step)
     compliance = 1.0 / (math.pi * step.halfspace.contact_modulus * side)
     return _SUM_OF_INVERSES * compliance * abs(step.state.normal_force)
 
 
-def _cell_area(step: RelaxedStep) -> float:
+def _cell_area(step: RelaxedContact) -> float:
     """Return the area that the images of a periodic cell take (Å^2)."""
     radius, side = _single_contact(step)
     curvature = _SUM_OF_CUBES * abs(step.state.normal_force) / (2.0 * math.pi * side**3)

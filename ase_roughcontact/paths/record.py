@@ -23,7 +23,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ase_roughcontact.paths.errors import estimated_errors
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.validity import violations
 from ase_roughcontact.theory.counted_area import continuum_area
@@ -148,18 +147,18 @@ class LoadStep:
         "area",
     )
     area_error: float = column(
-        lambda s: estimated_errors(s).area,
+        lambda s: s.errors.area,
         "estimated error of the area, that of atoms or of the continuum, whichever is "
         "asked for; the true error is below twice the estimate in nine of ten cases",
         "Å^2",
     )
     force_error: float = column(
-        lambda s: estimated_errors(s).force,
+        lambda s: s.errors.force,
         "estimated error of the force; under a load what its balance lacks",
         "eV/Å",
     )
     height_error: float = column(
-        lambda s: estimated_errors(s).height,
+        lambda s: s.errors.height,
         "estimated error of the height; zero at a given height or penetration",
         "Å",
     )

@@ -1,4 +1,4 @@
-"""Relaxed atoms of a step, from which results and checks are calculated."""
+"""Relaxed step of a path, from which the columns of its result are calculated."""
 
 from __future__ import annotations
 
@@ -6,18 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from ase import Atoms
 
-from ase_roughcontact.atoms.calculator import model_of
-from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.elasticity.halfspace import HalfSpace
-from ase_roughcontact.solvers.response import HeightResponse, height_response
-from ase_roughcontact.theory.counted_area import open_sides
-
-# Relative residual of the equations for the contact stiffness; see `height_response`.
-_RESIDUAL = 1e-2
+from ase_roughcontact.paths.errors import Errors, estimated_errors
+from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 
 
 @dataclass
@@ -41,14 +32,12 @@ class SolverStatistics:
     pairs: float = 0.0
 
 
-@dataclass(frozen=True)
-class RelaxedStep:
-    """Relaxed atoms, from which the columns of a step are calculated.
+@dataclass(frozen=True, kw_only=True)
+class RelaxedStep(RelaxedContact):
+    """Relaxed contact of a step, with what it cost.
 
     Attributes
     ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
     number : int
         Number of the step, from zero.
     first_contact : float
@@ -58,79 +47,15 @@ class RelaxedStep:
         Wall-clock time of the relaxation.
     hardness : float
         Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
-    control : {"penetrations", "heights", "loads"}
-        What the path prescribes.
-    continuum : bool
-        Whether the continuum is asked for, and not the model of atoms.
-    lost_slope : float
-        Part of the rms slope that a coarse grid can't resolve, and that is lost.
-    coarse_area : float or None
-        Contact area on a grid of twice the spacing, if it was calculated (Å^2).
     """
 
-    atoms: Atoms
     number: int
     first_contact: float
     statistics: SolverStatistics
     seconds: float
     hardness: float = np.nan
-    control: str = "heights"
-    continuum: bool = False
-    lost_slope: float = 0.0
-    coarse_area: float | None = None
-
-    @property
-    def height(self) -> float:
-        """Height of the indenter (Å)."""
-        return float(self.atoms.positions[-1, 2])
 
     @cached_property
-    def state(self) -> ContactState:
-        """Forces, gaps and pressures, calculated from the positions."""
-        return self.atoms.calc.state(self.atoms)
-
-    @cached_property
-    def forces(self) -> np.ndarray:
-        """Forces on all atoms, those of constraints included, shape (N, 3) (eV/Å)."""
-        return self.atoms.get_forces()
-
-    @cached_property
-    def _model(self) -> ContactModel:
-        return model_of(self.atoms)
-
-    @property
-    def contact(self) -> Contact:
-        """Half space, indenter and wall."""
-        return self._model.contact
-
-    @property
-    def grid(self) -> SurfaceGrid:
-        """Grid of the surface atoms."""
-        return self._model.grid
-
-    @property
-    def halfspace(self) -> HalfSpace:
-        """The elastic half space, with the shapes of window and FFT grid."""
-        return self.contact.halfspace
-
-    @property
-    def touches(self) -> bool:
-        """Whether the wall repels an atom."""
-        return self.state.repulsive_atoms > 0
-
-    @cached_property
-    def perimeter(self) -> float:
-        """Length of the boundary of the contact along the lines of the grid (Å)."""
-        sides = open_sides(self.state.contact, self.halfspace.periodic)
-        return float(sides.sum()) * self.halfspace.spacing
-
-    @property
-    def mean_pressure(self) -> float:
-        """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
-        pressures = self.state.pressure[self.state.contact]
-        return float(pressures.mean()) if pressures.size else 0.0
-
-    @cached_property
-    def response(self) -> HeightResponse:
-        """Change of the relaxed contact by a unit of height."""
-        return height_response(self.contact, self.state, _RESIDUAL)
+    def errors(self) -> Errors:
+        """Estimated errors of area, force and height."""
+        return estimated_errors(self)

@@ -147,16 +147,16 @@ class Stepper:
                 statistics.converged = False
                 statistics.message = f"coarser grid: {coarse.statistics.message}"
         return RelaxedStep(
-            self.atoms,
-            number,
-            self.windows.first_contact,
-            statistics,
-            time.perf_counter() - start,
-            self._hardness,
-            self.control,
-            self._continuum,
-            self._lost_slope,
-            coarse_area,
+            atoms=self.atoms,
+            number=number,
+            first_contact=self.windows.first_contact,
+            statistics=statistics,
+            seconds=time.perf_counter() - start,
+            hardness=self._hardness,
+            control=self.control,
+            continuum=self._continuum,
+            lost_slope=self._lost_slope,
+            coarse_area=coarse_area,
         )
 
     def restart_from(self, frame: Atoms) -> None:

@@ -112,6 +112,22 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     assert line["units"] == {**UNITS, "largest_gap": "Å"}
 
 
+def test_own_columns_use_the_errors_that_were_estimated_once():
+    seen = []
+
+    @dataclass(frozen=True)
+    class StepWithErrors(LoadStep):
+        relative_error: float = column(
+            lambda s: seen.append(s.errors) or s.errors.force / s.state.normal_force,
+            "error of the force, relative to it",
+        )
+        errors: int = column(lambda s: seen.append(s.errors) or 3, "number of errors")
+
+    (step,) = load_path(make_atoms(), [0.4], record=StepWithErrors)
+    assert seen[0] is seen[1]
+    assert step.relative_error == step.force_error / step.normal_force > 0.0
+
+
 def test_path_with_an_own_column_is_resumed(tmp_path):
     options = {"record": StepWithLargestGap, "trajectory": tmp_path / "sweep.traj"}
     (first,) = load_path(make_atoms(), [0.4], **options)

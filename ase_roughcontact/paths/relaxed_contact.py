@@ -1,0 +1,100 @@
+"""Relaxed contact, from which results, their errors and checks are calculated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from ase import Atoms
+
+from ase_roughcontact.atoms.calculator import model_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.model import ContactModel
+from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.solvers.response import HeightResponse, height_response
+from ase_roughcontact.theory.counted_area import open_sides
+
+# Relative residual of the equations for the contact stiffness; see `height_response`.
+_RESIDUAL = 1e-2
+
+
+@dataclass(frozen=True, kw_only=True)
+class RelaxedContact:
+    """Relaxed atoms, and the question that they answer.
+
+    Attributes
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    control : {"penetrations", "heights", "loads"}
+        What the path prescribes.
+    continuum : bool
+        Whether the continuum is asked for, and not the model of atoms.
+    lost_slope : float
+        Part of the rms slope that a coarse grid can't resolve, and that is lost.
+    coarse_area : float or None
+        Contact area on a grid of twice the spacing, if it was calculated (Å^2).
+    """
+
+    atoms: Atoms
+    control: str = "heights"
+    continuum: bool = False
+    lost_slope: float = 0.0
+    coarse_area: float | None = None
+
+    @property
+    def height(self) -> float:
+        """Height of the indenter (Å)."""
+        return float(self.atoms.positions[-1, 2])
+
+    @cached_property
+    def state(self) -> ContactState:
+        """Forces, gaps and pressures, calculated from the positions."""
+        return self.atoms.calc.state(self.atoms)
+
+    @cached_property
+    def forces(self) -> np.ndarray:
+        """Forces on all atoms, those of constraints included, shape (N, 3) (eV/Å)."""
+        return self.atoms.get_forces()
+
+    @cached_property
+    def _model(self) -> ContactModel:
+        return model_of(self.atoms)
+
+    @property
+    def contact(self) -> Contact:
+        """Half space, indenter and wall."""
+        return self._model.contact
+
+    @property
+    def grid(self) -> SurfaceGrid:
+        """Grid of the surface atoms."""
+        return self._model.grid
+
+    @property
+    def halfspace(self) -> HalfSpace:
+        """The elastic half space, with the shapes of window and FFT grid."""
+        return self.contact.halfspace
+
+    @property
+    def touches(self) -> bool:
+        """Whether the wall repels an atom."""
+        return self.state.repulsive_atoms > 0
+
+    @cached_property
+    def perimeter(self) -> float:
+        """Length of the boundary of the contact along the lines of the grid (Å)."""
+        sides = open_sides(self.state.contact, self.halfspace.periodic)
+        return float(sides.sum()) * self.halfspace.spacing
+
+    @property
+    def mean_pressure(self) -> float:
+        """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
+        pressures = self.state.pressure[self.state.contact]
+        return float(pressures.mean()) if pressures.size else 0.0
+
+    @cached_property
+    def response(self) -> HeightResponse:
+        """Change of the relaxed contact by a unit of height."""
+        return height_response(self.contact, self.state, _RESIDUAL)
