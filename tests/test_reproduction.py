@@ -103,9 +103,11 @@ def test_curves_have_a_row_a_load_and_a_column_a_realisation(examples):
         "target": np.array([2.0, 1.0, 2.0]),
         "seed": np.array([0, 0, 1]),
         "contact_area": np.array([7.0, 5.0, 8.0]),
+        "continuum_area": np.array([6.0, 4.5, np.nan]),
     }
     (curve,) = examples["paper"].curves(table)
     np.testing.assert_array_equal(curve.areas, [[5.0, np.nan], [7.0, 8.0]])
+    np.testing.assert_array_equal(curve.corrected, [[4.5, np.nan], [6.0, np.nan]])
     np.testing.assert_allclose(curve.hertz, Hertz(100.0, 1.0).contact_area([1.0, 2.0]))
 
 
@@ -166,5 +168,7 @@ def test_page_tells_when_it_has_no_place_for_numbers(examples):
 def test_kappa_of_an_exactly_linear_area_is_found(examples):
     loads = np.geomspace(1e-3, 1e6, 60)
     area = 2.5 * loads / 0.1 * np.array([[1.0], [1.2]])
-    curve = examples["paper"].Curve("hard", 1e5, 0.1, 0.0, loads, area.T)
-    np.testing.assert_allclose(examples["numbers"].kappas(curve), [2.5, 3.0])
+    curve = examples["paper"].Curve("hard", 1e5, 0.1, 0.0, loads, area.T, area.T / 2)
+    kappas = examples["numbers"].kappas
+    np.testing.assert_allclose(kappas(curve, curve.areas), [2.5, 3.0])
+    np.testing.assert_allclose(kappas(curve, curve.corrected), [1.25, 1.5])

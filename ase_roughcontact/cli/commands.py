@@ -85,15 +85,15 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
 
     The choices are tolerance or grid, free or periodic boundary, wall, theory instead
     of simulation, and number of surfaces. The cheapest numerical settings for a wanted
-    error of the area are printed and checked on another surface, and error against
-    time is drawn.
+    error of the area, the force or the height are printed and checked on another
+    surface, and error against time is drawn.
 
     Exit status: 0 the settings have the wanted error, 1 none have, 2 the scene is
     invalid.
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
-    study = tradeoff(checked_scene(options), options.error)
+    study = tradeoff(checked_scene(options), options.error, of=options.error_of)
     figures.draw_tradeoff(study, options.picture)
     if options.json:
         for choice in study.choices:
@@ -101,6 +101,7 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
                 **asdict(choice),
                 "on_front": choice in study.front,
                 "in_plan": choice in study.plan,
+                "error_of": study.of,
                 "error_wanted": study.wanted,
                 "error_of_check": study.checked,
             }

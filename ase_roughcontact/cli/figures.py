@@ -144,7 +144,7 @@ def draw_tradeoff(study: Tradeoff, file: Path) -> None:
     choices = [(c.source, c.label, c.error, c.seconds) for c in study.choices]
     front = [n for n, choice in enumerate(study.choices) if choice in study.front]
     figure = Figure(figsize=(6.5, 4.5), layout="constrained")
-    plot.plot_tradeoff(figure.subplots(), choices, front, study.wanted)
+    plot.plot_tradeoff(figure.subplots(), choices, front, study.wanted, study.of)
     _save(figure, file, dpi=120)
 
 

@@ -147,7 +147,14 @@ def _add_tradeoff(parser: argparse.ArgumentParser) -> None:
         "--error",
         type=float,
         default=1e-2,
-        help="wanted relative error of the area (default: %(default)s)",
+        help="wanted relative error (default: %(default)s)",
+    )
+    parser.add_argument(
+        "--error-of",
+        choices=["area", "force", "height"],
+        default="area",
+        help="answer that has the error; that of the height is relative to the "
+        "penetration (default: %(default)s)",
     )
     _add_picture(parser, "tradeoff.png")
     _add_output(parser, "per choice")

@@ -8,6 +8,8 @@ and Hill.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from matscipy.elasticity import coalesce_elastic_constants
 
@@ -132,6 +134,7 @@ def crystal_constants(symbol: str) -> tuple[float, float, float]:
     return CRYSTALS[symbol]
 
 
+@cache
 def crystal_modulus(symbol: str) -> float:
     """Return the contact modulus of the isotropic average of a crystal (GPa).
 

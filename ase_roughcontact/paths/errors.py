@@ -97,9 +97,22 @@ def estimated_errors(step: RelaxedContact) -> Errors:
 def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
     of_grid = grid_error(
-        step.perimeter, step.state.cell_area, step.coarse_area is not None
+        step.perimeter,
+        step.state.cell_area,
+        step.coarse_area is not None,
+        _softness(step),
     )
     return of_grid + step.lost_slope * step.state.contact_area
+
+
+def _softness(step: RelaxedContact) -> float:
+    """Return contact modulus over stiffness of a wall where it begins to repel (Å)."""
+    wall = step.contact.interaction
+    if wall.hard:
+        return 0.0
+    closest = np.array([np.nextafter(wall.contact_distance, 0.0)])
+    stiffness = float(wall.evaluate(closest)[2][0])
+    return step.halfspace.contact_modulus / stiffness
 
 
 def _relaxation(step: RelaxedContact) -> float:

@@ -17,6 +17,7 @@ def plot_tradeoff(
     choices: Sequence[tuple[str, str, float, float]],
     front: Collection[int] = (),
     wanted: float | None = None,
+    of: str = "area",
 ) -> Any:
     """Plot error against time, with the Pareto front as a line.
 
@@ -30,6 +31,8 @@ def plot_tradeoff(
         Numbers of the choices than which no other is both faster and more accurate.
     wanted : float, optional
         Wanted error, drawn as a horizontal line.
+    of : str
+        The answer that has the errors.
 
     Returns
     -------
@@ -56,7 +59,8 @@ def plot_tradeoff(
         axes.plot(times[along], errors[along], "k-", lw=0.8, label="Pareto front")
     if wanted is not None:
         axes.axhline(wanted, color=GREY, ls="--", lw=0.8, label="wanted error")
-    axes.set(xscale="log", yscale="log", xlabel="time (s)", ylabel="error of the area")
+    axes.set(xscale="log", yscale="log")
+    axes.set(xlabel="time (s)", ylabel=f"error of the {of}")
     axes.legend(fontsize=7)
     return axes
 

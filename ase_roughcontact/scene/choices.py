@@ -22,7 +22,7 @@ class Choice:
         theory or realisations.
     label : str
     error : float
-        Largest relative error of the contact area of any step.
+        Largest relative error of the answer of any step.
     seconds : float
         Wall-clock time (s).
     memory : float
@@ -46,7 +46,7 @@ class Tradeoff:
     Attributes
     ----------
     wanted : float
-        Total relative error of the area.
+        Total relative error.
     steps : tuple of str
         Targets of the calculated steps.
     choices : tuple of Choice
@@ -55,6 +55,9 @@ class Tradeoff:
     checked : float
         Error of the plan on a surface, or at loads, that it was not made for; NaN
         without a plan.
+    of : {"area", "force", "height"}
+        The answer that has the errors; that of the height is relative to the
+        penetration.
     """
 
     wanted: float
@@ -62,6 +65,7 @@ class Tradeoff:
     choices: tuple[Choice, ...]
     plan: tuple[Choice, ...] = ()
     checked: float = math.nan
+    of: str = "area"
 
     @property
     def kept(self) -> bool:
@@ -106,7 +110,8 @@ class Tradeoff:
         width = max(len(choice.label) for choice in self.choices)
         front = self.front
         lines = [
-            f"{'source':<14}{'choice':<{width}}  area error  time (s)  memory (GB)"
+            f"{'source':<14}{'choice':<{width}}{self.of:>6} error  time (s)  "
+            "memory (GB)"
         ]
         lines += [
             f"{c.source:<14}{c.label:<{width}}{cell(c.error, 12, '.1e')}"
@@ -116,8 +121,9 @@ class Tradeoff:
         ]
         lines += [
             "",
-            "Errors: largest relative error of the area of any step, with all other "
-            "numerical choices as accurate as possible.",
+            f"Errors: largest relative error of the {self.of} of any step"
+            + (", relative to the penetration" if self.of == "height" else "")
+            + ", with all other numerical choices as accurate as possible.",
             f"*: no other choice is both faster and more accurate. Steps: "
             f"{', '.join(self.steps)}.",
             "",

@@ -1,21 +1,26 @@
-"""Preview of a scene: its steps, or some of them, on a much coarser grid."""
+"""Preview of a scene: a few of its steps on a much coarser grid."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange, regrid
 
 # Ratios of the spacings, tried in this order; the first one costs a sixteenth.
 _RATIOS = (4, 2, 1)
 # Part of the points and steps that are calculated: the time of small windows is hardly
-# that of their points.
-_PART = 1 / 96
+# that of their points. A step that does not follow the one before it takes about twice
+# the iterations under a wall with attraction.
+_PART, _PART_WITH_ATTRACTION = 1 / 128, 1 / 256
+# Level of the solver's tolerance, and the ratio of those of a loop.
+_LEVEL, _LOOSER = "fast", 10.0
 # Part of the rms slope above which a grid loses too much.
 _LARGEST_LOSS = 0.5
 
@@ -24,9 +29,11 @@ def preview(scene: Scene) -> Scene:
     """Return a scene that shows the results of another one in a part of its time.
 
     It asks for the continuum on a grid of up to four times the spacing, without the
-    waves that this grid can't resolve, at every sixth step or fewer. A crystal of
-    atoms becomes an isotropic solid of the same contact modulus. The errors are
-    estimated as in any scene.
+    waves that this grid can't resolve, at an eighth of the steps or fewer, with
+    attraction a sixteenth, and at least one: the last one and some before, but not the
+    first, which is the least accurate on such a grid. A crystal of atoms becomes an
+    isotropic solid of the same contact modulus. The errors are estimated as in any
+    scene.
 
     Parameters
     ----------
@@ -42,15 +49,15 @@ def preview(scene: Scene) -> Scene:
         if ratio == 1 or _is_possible(coarse):
             break
     if coarse.path.is_loop:
-        return coarse
-    every = math.ceil(1.0 / (_PART * ratio**2))
-    number = len(scene.steps)
-    count = min(number, max(2, math.ceil(number / every)))
-    if coarse.path.values is None:
-        return coarse.with_values({"path.steps": count})
-    kept = np.linspace(0, number - 1, count).round().astype(int)
-    values = tuple(coarse.path.values[i] for i in kept)
-    return coarse.with_values({"path.values": values})
+        tolerance = _LOOSER * coarse.path.tolerance
+        return coarse.with_values({"path.tolerance": tolerance})
+    part = _PART_WITH_ATTRACTION if scene.wall.attractive else _PART
+    steps = scene.steps / UNITS[scene.path.unit]
+    count = max(1, math.floor(part * ratio**2 * len(steps)))
+    kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
+    values: Any = tuple(steps[kept].tolist())
+    path = PathConfig(scene.path.control, values=values)
+    return coarse.with_values({"path": path})
 
 
 def _continuum(scene: Scene) -> Scene:
@@ -65,7 +72,13 @@ def _continuum(scene: Scene) -> Scene:
             spacing=scene.spacing,
             contact_modulus=scene.contact_modulus / UNITS["GPa"],
         )
-    return scene.with_values({"substrate": replace(solid, model="continuum")})
+    return scene.with_values(
+        {
+            "substrate": replace(solid, model="continuum"),
+            "solver.accuracy": _LEVEL,
+            "solver.fmax": None,
+        }
+    )
 
 
 def _coarser(change: GridChange, ratio: int) -> GridChange:

@@ -1,20 +1,21 @@
 """Trade-off between accuracy and cost: the error budget of a scene.
 
 Each choice changes one thing in a scene whose other choices are the most accurate ones.
-The areas of a few steps are compared with those of that scene.
+The areas, forces or heights of a few steps are compared with those of that scene.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import FloatArray, integer, positive
+from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
 from ase_roughcontact.paths.accuracy import LEVELS, OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene.choices import Choice, Tradeoff
@@ -36,10 +37,53 @@ _NUMERICAL = ("tolerance", "grid", "cutoff", "boundary")
 _RUNS = 16
 # Part of the wanted error that a plan may have on the steps it is made for.
 _SAFETY = 0.7
+# Columns of the answers, that of the area is the scene's, and of what their errors are
+# relative to.
+_COLUMNS = {
+    "area": ("", ""),
+    "force": ("normal_force", "normal_force"),
+    "height": ("height", "penetration"),
+}
+# Answers that a path prescribes.
+_PRESCRIBED = {"loads": "force", "heights": "height", "penetrations": "height"}
+
+
+@dataclass(frozen=True)
+class _Answers:
+    """Areas (Å^2), forces (eV/Å) or heights (Å) of steps, and their costs.
+
+    Attributes
+    ----------
+    values, errors : ndarray, shape (steps,)
+        With the estimated errors.
+    scale : ndarray, shape (steps,)
+        That errors are relative to: the values, or for heights the penetrations.
+    seconds : float
+        Wall-clock time (s).
+    memory : float
+        Estimated peak memory (bytes).
+    """
+
+    values: FloatArray
+    errors: FloatArray
+    scale: FloatArray
+    seconds: float
+    memory: float
+
+    def error(self, exact: _Answers, estimated: bool = False) -> float:
+        """Return the largest relative error, with that estimated or without."""
+        differences = abs(self.values - exact.values) + estimated * self.errors
+        touching = exact.scale > 0.0
+        return float((differences[touching] / exact.scale[touching]).max())
 
 
 def tradeoff(
-    scene: Scene, error: float = 1e-2, *, steps: int = 3, seconds: float = 120.0
+    scene: Scene,
+    error: float = 1e-2,
+    *,
+    of: str = "area",
+    steps: int = 3,
+    seconds: float = 120.0,
 ) -> Tradeoff:
     """Measure the errors and costs of choices, and check the cheapest plan.
 
@@ -47,7 +91,10 @@ def tradeoff(
     ----------
     scene : Scene
     error : float
-        Total relative error of the area that is wanted.
+        Total relative error that is wanted.
+    of : {"area", "force", "height"}
+        The answer that has this error. The error of the height is relative to the
+        penetration.
     steps : int
         Number of steps of the path to calculate, the first and the last one included.
     seconds : float
@@ -62,7 +109,8 @@ def tradeoff(
     Raises
     ------
     ValueError
-        If an argument is out of range, or the scene is invalid.
+        If an argument is out of range, the scene is invalid, or its path prescribes
+        the answer.
 
     Notes
     -----
@@ -71,28 +119,38 @@ def tradeoff(
     """
     positive(error=error, seconds=seconds)
     integer("steps", steps, 1)
+    lookup(of, _COLUMNS, "answer")
+    if of == _PRESCRIBED[scene.control]:
+        raise ValueError(
+            f"the path prescribes the {of}, which has no error: ask for that of the "
+            f"area or the {'height' if of == 'force' else 'force'}"
+        )
     best = _best(scene)
     targets = _targets(best, steps, seconds / _RUNS)
-    exact = _areas(best, targets)[0]
+    exact = _answers(best, targets, of)
     variants = [("scene", "as given", {}), *_variants(best)]
     choices = []
     for source, label, settings in variants:
         tried = best.with_values(settings) if settings else scene
-        found = _measured(tried, targets, exact, tried == best, seconds / _RUNS)
+        found = _measured(tried, targets, of, seconds / _RUNS)
         if found:
-            choices.append(Choice(source, label, *found, settings))
-    choices += _theory(best, targets, exact)
-    choices += _realisations(scene, targets)
+            # the most accurate scene has the error that it estimates
+            error_found = found.error(exact, estimated=tried == best)
+            cost = found.seconds, found.memory
+            choices.append(Choice(source, label, error_found, *cost, settings))
+    if of == "area":
+        choices += _theory(best, targets, exact)
+    choices += _realisations(scene, targets, of)
     plan = _cheapest(choices, _SAFETY * error)
     unit = scene.path.unit
     shown = tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets)
     if not plan:
-        return Tradeoff(error, shown, tuple(choices))
+        return Tradeoff(error, shown, tuple(choices), of=of)
     values = {key: value for each in plan for key, value in each.settings.items()}
     other, others = _unseen(best, targets)
-    truth = _areas(other, others)[0]
-    checked = _error(_areas(other.with_values(values), others)[0], truth)
-    return Tradeoff(error, shown, tuple(choices), plan, checked)
+    truth = _answers(other, others, of)
+    checked = _answers(other.with_values(values), others, of).error(truth)
+    return Tradeoff(error, shown, tuple(choices), plan, checked, of)
 
 
 def _targets(scene: Scene, steps: int, seconds: float) -> list[float]:
@@ -151,49 +209,43 @@ def _variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _measured(
-    scene: Scene,
-    targets: Sequence[float],
-    exact: FloatArray,
-    estimated: bool,
-    seconds: float,
-) -> tuple[float, float, float] | None:
-    """Return error, time and memory; None if it is impossible or takes too long.
-
-    The most accurate scene has the error that it estimates.
-    """
+    scene: Scene, targets: Sequence[float], of: str, seconds: float
+) -> _Answers | None:
+    """Return answers and costs; None if it is impossible or takes too long."""
     try:
         plan = plan_path(scene.atoms(), scene.control, targets, scene.window)
     except ValueError:
         return None
     if not plan.runs or plan.seconds > seconds:
         return None
-    areas, errors, time, memory = _areas(scene, targets)
-    error = _error(areas + errors if estimated else areas, exact)
-    return error, time, memory
+    return _answers(scene, targets, of)
 
 
-def _theory(best: Scene, targets: Sequence[float], exact: FloatArray) -> list[Choice]:
+def _theory(best: Scene, targets: Sequence[float], exact: _Answers) -> list[Choice]:
     """Return the choice of Eq. (4), or of Hertz for a smooth sphere, under loads."""
     if best.control != "loads" or best.wall.attractive:
         return []
     label = "Hertz" if best.rough is None else "Eq. (4)"
-    error = _error(np.asarray(best.predicted_area(targets)), exact)
+    areas = np.asarray(best.predicted_area(targets))
+    error = replace(exact, values=areas).error(exact)
     return [Choice("theory", label, error, 0.0)]
 
 
-def _realisations(scene: Scene, targets: Sequence[float]) -> list[Choice]:
-    """Return standard errors of the mean area over numbers of realisations."""
+def _realisations(scene: Scene, targets: Sequence[float], of: str) -> list[Choice]:
+    """Return standard errors of the mean answer over numbers of realisations."""
     if scene.roughness is None:
         return []
-    first, areas, time, memory = scene.roughness.seed, [], 0.0, 0.0
+    first = scene.roughness.seed
     fast = scene.with_values({"solver.accuracy": "fast"})
-    for seed in range(first, first + _PILOT):
-        of_seed = _areas(fast.with_values({"roughness.seed": seed}), targets)
-        areas.append(of_seed[0])
-        time, memory = time + of_seed[2] / _PILOT, max(memory, of_seed[3])
-    mean = np.mean(areas, axis=0)
-    touching = mean > 0.0
-    spread = (np.std(areas, axis=0, ddof=1)[touching] / mean[touching]).max(initial=0.0)
+    found = [
+        _answers(fast.with_values({"roughness.seed": seed}), targets, of)
+        for seed in range(first, first + _PILOT)
+    ]
+    scale = np.mean([each.scale for each in found], axis=0)
+    deviation = np.std([each.values for each in found], axis=0, ddof=1)
+    spread = (deviation[scale > 0.0] / scale[scale > 0.0]).max(initial=0.0)
+    time = sum(each.seconds for each in found) / _PILOT
+    memory = max(each.memory for each in found)
     return [
         Choice("realisations", str(n), float(spread / math.sqrt(n)), n * time, memory)
         for n in _COUNTS
@@ -223,18 +275,13 @@ def _unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[flo
     return scene, list((between[1:] + between[:-1]) / 2.0)
 
 
-def _areas(
-    scene: Scene, targets: Sequence[float]
-) -> tuple[FloatArray, FloatArray, float, float]:
-    """Return areas and their estimated errors (Å^2), time (s) and memory (bytes)."""
+def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
+    """Relax the steps of a scene."""
+    columns = (name or scene.area_column for name in _COLUMNS[of])
     steps = list(scene.relax(targets, validity="ignore"))
-    areas = np.array([getattr(step, scene.area_column) for step in steps])
-    errors = np.array([step.area_error for step in steps])
-    time, memory = sum(s.seconds for s in steps), max(s.memory for s in steps)
-    return areas, errors, time, memory
-
-
-def _error(areas: FloatArray, exact: FloatArray) -> float:
-    """Return the largest relative error of areas."""
-    touching = exact > 0.0
-    return float(abs(areas / np.where(touching, exact, 1.0) - 1.0)[touching].max())
+    values, scales, errors = (
+        np.array([getattr(step, name) for step in steps])
+        for name in (*columns, f"{of}_error")
+    )
+    seconds, memory = sum(s.seconds for s in steps), max(s.memory for s in steps)
+    return _Answers(values, errors, abs(scales), seconds, memory)

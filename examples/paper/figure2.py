@@ -82,6 +82,8 @@ def draw(table: Path, picture: Path) -> None:
         axes.set(xscale="log", yscale="log", xlabel="normal force $N/N_c$", **LIMITS)
         axes.axhline(1.0, color="0.6", lw=0.7, zorder=0)
     adhesive.set_ylim(3e-3, 3e3)
+    corrected = {"color": "k", "ms": 3, "label": "corrected for the grid"}
+    hard.plot([], [], ".", **corrected)
     adhesive.plot([], [], "k-", lw=0.8, label=r"Eq. (4) with $f$ of rough flats")
     adhesive.plot([], [], "k:", lw=0.8, label=r"Eq. (4) with $\kappa_\mathrm{adh}$")
     for axes in (hard, adhesive):
@@ -91,7 +93,10 @@ def draw(table: Path, picture: Path) -> None:
 
 
 def draw_repulsive(axes: Any, curve: Curve) -> None:
-    """Mean and standard deviation of the realisations, and the first asperity."""
+    """Mean and standard deviation of the realisations, and the first asperity.
+
+    Dots are means of areas corrected for the grid.
+    """
     load = curve.loads / curve.theory.crossover_load
     ratio = curve.areas / curve.hertz[:, None]
     mean, deviation = np.nanmean(ratio, axis=1), np.nanstd(ratio, axis=1)
@@ -101,6 +106,8 @@ def draw_repulsive(axes: Any, curve: Curve) -> None:
     style = {"fmt": marker, "color": colour, "ms": 4, "lw": 0.8, "mfc": "white"}
     name = f"$R$ = {curve.radius:g} $a_0$, $h'_\\mathrm{{rms}}$ = {curve.slope:g}"
     axes.errorbar(load[seen], mean[seen], deviation[seen], label=name, **style)
+    corrected = (curve.corrected / curve.hertz[:, None]).mean(axis=1)
+    axes.plot(load[seen], corrected[seen], ".", color="k", ms=3, zorder=3)
     rho = curve.theory.asperity_radius
     plateau = low_load_plateau(rho, curve.radius)
     end = (rho / curve.radius) ** 2  # N_c(rho)

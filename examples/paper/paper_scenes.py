@@ -133,7 +133,9 @@ class Curve:
     loads : ndarray, shape (k,)
         N/(E* a0^2), rising.
     areas : ndarray, shape (k, seeds)
-        A/a0^2, NaN where a realisation is missing.
+        A/a0^2, the number of atoms in contact, NaN where a realisation is missing.
+    corrected : ndarray, shape (k, seeds)
+        Under a hard wall the area of the continuum, corrected for the grid, in a0^2.
     """
 
     kind: str
@@ -142,6 +144,7 @@ class Curve:
     work: float
     loads: np.ndarray
     areas: np.ndarray
+    corrected: np.ndarray
 
     @property
     def hertz(self) -> np.ndarray:
@@ -165,8 +168,10 @@ def curves(table: Mapping[str, np.ndarray]) -> list[Curve]:
         used = np.array([other == key for other in keys])
         loads, row = np.unique(table["target"][used], return_inverse=True)
         seeds, column = np.unique(table["seed"][used], return_inverse=True)
-        areas = np.full((len(loads), len(seeds)), np.nan)
+        areas, corrected = np.full((2, len(loads), len(seeds)), np.nan)
         areas[row, column] = table["contact_area"][used]
         kind, radius, slope, work = key
-        found.append(Curve(kind, radius, slope, work, loads, areas))
+        if kind == "hard":
+            corrected[row, column] = table["continuum_area"][used]
+        found.append(Curve(kind, radius, slope, work, loads, areas, corrected))
     return found

@@ -109,16 +109,16 @@ def linear_range(curve: Curve) -> tuple[float, float]:
     return ABOVE * scales.asperity_load, BELOW * scales.crossover_load
 
 
-def kappas(curve: Curve) -> np.ndarray:
+def kappas(curve: Curve, areas: np.ndarray) -> np.ndarray:
     """Kappa of each realisation in the linear range, NaN with less than three steps."""
     least, largest = linear_range(curve)
     used = (curve.loads >= least) & (curve.loads <= largest)
-    found = np.full(curve.areas.shape[1], np.nan)
-    for seed, areas in enumerate(curve.areas[used].T):
-        if np.count_nonzero(np.isfinite(areas)) >= 3:
-            known = np.isfinite(areas)
-            data = curve.loads[used][known], areas[known]
-            fit = fit_kappa(*data, curve.slope, 1.0, area_error=areas[known])
+    found = np.full(areas.shape[1], np.nan)
+    for seed, values in enumerate(areas[used].T):
+        known = np.isfinite(values)
+        if np.count_nonzero(known) >= 3:
+            data = curve.loads[used][known], values[known]
+            fit = fit_kappa(*data, curve.slope, 1.0, area_error=values[known])
             found[seed] = fit.kappa
     return found
 
@@ -127,7 +127,8 @@ def kappa(table: Table) -> Iterator[str]:
     """Kappa of the walls that only repel."""
     rows = []
     for curve in curves(table):
-        found = kappas(curve)
+        found = kappas(curve, curve.areas)
+        corrected = kappas(curve, curve.corrected)
         if curve.kind == "adhesive" or not np.isfinite(found).any():
             continue
         ends = *linear_range(curve), curve.loads[-1]
@@ -135,8 +136,10 @@ def kappa(table: Table) -> Iterator[str]:
         span = f"{radii[0]:.0f} to {radii[1]:.0f}"
         paper = f"{curve.theory.kappa_repulsive:g}"
         sphere = curve.kind, f"{curve.radius:g}", curve.slope
-        rows.append((*sphere, span, paper, mean_and_error(found)))
-    yield from markdown("wall, R/a0, h'rms, contact radii/a0, paper, found", rows)
+        both = mean_and_error(found), mean_and_error(corrected)
+        rows.append((*sphere, span, paper, *both))
+    head = "wall, R/a0, h'rms, contact radii/a0, paper, counted, corrected"
+    yield from markdown(head, rows)
 
 
 def asperity(table: Table) -> Iterator[str]:

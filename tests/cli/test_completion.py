@@ -52,7 +52,7 @@ def script(tmp_path_factory):
             ],
         ),
         (["run", "my.toml", "--o"], ["--out"]),
-        (["tradeoff", "--e"], ["--error"]),
+        (["tradeoff", "--e"], ["--error", "--error-of"]),
         (["run", "--quiet", "--j"], ["--json"]),
         ([""], COMMANDS),
         (["run", "my"], ["my.toml"]),

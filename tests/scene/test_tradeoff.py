@@ -90,6 +90,40 @@ def test_front_has_the_choices_that_no_other_beats_in_both():
     assert "No plan has an error of 0.1" in str(found) and not found.kept
 
 
+@pytest.mark.parametrize("of, control", [("height", "load"), ("force", "penetration")])
+def test_errors_of_other_answers_are_those_against_a_finer_grid(of, control):
+    target = 10.0 if control == "load" else 3.0
+    values = {"sphere.radius": 50.0, "roughness.long_wavelength": 8.0}
+    values |= {"path.control": control, "path.values": (target,)}
+    given = scene().with_values(values)
+    found = errors_of(tradeoff(given, 0.05, of=of), "grid")
+    column = {"height": "height", "force": "normal_force"}[of]
+
+    def answers(**grid):
+        steps = list(given.with_values(grid).relax(validity="ignore"))
+        return np.array([[getattr(s, column), s.penetration] for s in steps]).T
+
+    (coarse, _), (fine, depth) = (
+        answers(**{key: value})
+        for key, value in (("solver.accuracy", "fast"), ("substrate.refine", 4))
+    )
+    scale = depth if of == "height" else fine
+    error = (abs(coarse - fine) / scale).max()
+    assert found["fast"] == pytest.approx(error, abs=2e-3)
+    assert found["high"] < 0.3 * found["fast"]
+
+
+@pytest.mark.parametrize(
+    "of, control", [("force", "load"), ("height", "height"), ("height", "penetration")]
+)
+def test_an_answer_that_the_path_prescribes_has_no_error(of, control):
+    given = scene().with_values({"path.control": control})
+    with pytest.raises(ValueError, match=f"the path prescribes the {of}"):
+        tradeoff(given, of=of)
+    with pytest.raises(ValueError, match="unknown answer"):
+        tradeoff(given, of="depth")
+
+
 def test_realisations_make_up_for_what_the_plan_leaves():
     grid = Choice("grid", "fast", 0.06, 1.0, 0.0, {"solver.accuracy": "fast"})
     found = made(("realisations", "1", 0.4, 1.0), plan=(grid,), checked=0.06)
@@ -104,8 +138,9 @@ def test_command_prints_table_or_lines_and_draws(tmp_path, capsys):
     file, picture = tmp_path / "my.toml", tmp_path / "t.png"
     file.write_text(TEXT.format(model="atoms"))
     command = ["tradeoff", str(file), "--error", "0.05", "--picture", str(picture)]
-    assert main([*command, "--json"]) == 0
+    assert main([*command, "--json", "--error-of", "height"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
+    assert lines[0]["error_of"] == "height"
     assert {"source", "error", "seconds", "on_front", "in_plan"} <= set(lines[0])
     assert lines[0]["units"] == {"memory": "bytes", "seconds": "s"}
     assert picture.stat().st_size > 1000
