@@ -8,7 +8,7 @@ The contact area of rough spheres from the first contact to the limit of Hertz::
 
 Steps that the table ``results/figure2-*.csv`` does not contain yet are calculated, in
 parallel, and added to it. ``--draw`` only draws. At ``--scale quick`` this takes
-minutes; all steps of the figure as printed (``--scale paper``) took 3.8 h.
+minutes; all steps of the figure as printed (``--scale paper``) take four hours.
 
 .. image:: ../../images/figure2.png
 """
@@ -82,8 +82,8 @@ def draw(table: Path, picture: Path) -> None:
         axes.set(xscale="log", yscale="log", xlabel="normal force $N/N_c$", **LIMITS)
         axes.axhline(1.0, color="0.6", lw=0.7, zorder=0)
     adhesive.set_ylim(3e-3, 3e3)
-    corrected = {"color": "k", "ms": 3, "label": "corrected for the grid"}
-    hard.plot([], [], ".", **corrected)
+    hard.plot([], [], "ko", ms=4, mfc="white", label="number of atoms")
+    hard.plot([], [], "k.", ms=3, label="corrected for the grid")
     adhesive.plot([], [], "k-", lw=0.8, label=r"Eq. (4) with $f$ of rough flats")
     adhesive.plot([], [], "k:", lw=0.8, label=r"Eq. (4) with $\kappa_\mathrm{adh}$")
     for axes in (hard, adhesive):
@@ -107,7 +107,7 @@ def draw_repulsive(axes: Any, curve: Curve) -> None:
     name = f"$R$ = {curve.radius:g} $a_0$, $h'_\\mathrm{{rms}}$ = {curve.slope:g}"
     axes.errorbar(load[seen], mean[seen], deviation[seen], label=name, **style)
     corrected = (curve.corrected / curve.hertz[:, None]).mean(axis=1)
-    axes.plot(load[seen], corrected[seen], ".", color="k", ms=3, zorder=3)
+    axes.plot(load[seen], corrected[seen], "k.", ms=3, zorder=3)
     rho = curve.theory.asperity_radius
     plateau = low_load_plateau(rho, curve.radius)
     end = (rho / curve.radius) ** 2  # N_c(rho)
