@@ -79,7 +79,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         Under a given load the error of the force is what the indenter's balance lacks;
         at a given height that of the height is zero.
     """
-    unbalanced = abs(float(step.atoms.get_forces()[-1, 2]))
+    unbalanced = abs(float(step.forces[-1, 2]))
     if not step.touches:
         return Errors(0.0, unbalanced, 0.0)
     stiffness, pressure = abs(step.response.force), step.state.contact_pressure

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import model_of
