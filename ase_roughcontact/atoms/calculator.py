@@ -76,8 +76,8 @@ class RoughContact(Calculator):
         Constant force that presses the indenter down (eV/Å), unless it is fixed.
     fft : dict, optional
         Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`,
-        `measure`. All other arithmetic uses as many threads as ``OMP_NUM_THREADS`` or
-        `kernels.threads` say, by default all processors.
+        `measure`. All other arithmetic uses ``OMP_NUM_THREADS`` threads, by default one
+        per processor.
 
     Raises
     ------
