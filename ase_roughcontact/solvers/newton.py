@@ -85,7 +85,9 @@ def newton_krylov(
     ------
     Relaxation
         The start, and the state after each step. The last one is converged, or has a
-        message with the reason why there is no further step. The energy never rises.
+        message with the reason why there is no further step. The energy never rises,
+        except that of the augmented Lagrangian by an update of the reaction of a hard
+        wall.
 
     Raises
     ------

@@ -35,7 +35,13 @@ WALLS = {
     "exponential": ExponentialWall,
     "power law": PowerLawWall,
 }
-RANGES, SLOPES, SEEDS = (0.5, 1.0, 2.0), (0.1,), (1, 2, 3, 4)
+# the cutoff of the power law at D = 2 is 40 a0
+RANGES = {
+    "Dugdale": (0.5, 1.0, 2.0),
+    "exponential": (0.5, 1.0, 2.0),
+    "power law": (0.5, 1.0),
+}
+SLOPES, SEEDS = (0.1,), (1, 2, 3, 4)
 CASE = ("wall", "range", "slope", "seed")
 FIELDS = (*CASE, "pull-off", "area", "lost", "states", "pairs", "converged")
 
@@ -47,9 +53,11 @@ def main():
     parser.add_argument("--report", action="store_true")
     options = parser.parse_args()
     known = {} if not options.table.exists() else read(options.table)
-    cases = [("Dugdale", reach, 0.0, 0) for reach in RANGES]
+    cases = [("Dugdale", reach, 0.0, 0) for reach in RANGES["Dugdale"]]
     cases += [
-        (w, d, slope, s) for s, slope, w, d in product(SEEDS, SLOPES, WALLS, RANGES)
+        (wall, reach, slope, seed)
+        for seed, slope, (wall, ranges) in product(SEEDS, SLOPES, RANGES.items())
+        for reach in ranges
     ]
     for case in cases:
         if not options.report and tuple(map(str, case)) not in known:

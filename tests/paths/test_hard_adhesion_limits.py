@@ -85,3 +85,9 @@ def test_dugdale_wall_tends_to_the_pull_off_of_jkr():
     assert (np.diff(found) > 0.0).all() and found[-1] > -1.53
     limit = np.polynomial.Polynomial.fit(ranges**2, found, 2)(0.0)
     assert limit == pytest.approx(-1.5, rel=0.005)
+
+
+@pytest.mark.slow  # 30 s: up to 540 x 540 atoms
+def test_pull_off_is_within_a_percent_of_jkr_at_a_resolved_range():
+    """The zone of tension has 7.9 a0, Maugis' parameter is 3.7."""
+    assert pull_off(3500.0, 0.1, 1.0) == pytest.approx(-1.5, rel=0.01)

@@ -64,7 +64,7 @@ def test_random_roughness_pins_the_edge_of_a_contact():
         loop = adhesion_loop(atoms, depth * unit, 0.5 * unit, **options)
         assert all(state.converged for state in (*loop.approach, *loop.retraction))
         assert loop.dissipated_energy == pytest.approx(
-            loop.energy_lost_in_jumps, rel=0.01
+            loop.energy_lost_in_jumps, rel=0.02
         )
         return loop.dissipated_energy / np.cbrt(0.1**5 * 200.0**4)
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ase_roughcontact.cli.description import description
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -115,3 +116,13 @@ def test_equation_4_with_adhesion_is_not_shown_below_its_range():
     assert list(np.isnan(area)) == [True, True, False, False]
     assert area[3] == scene.predicted_area(9.0 * smallest)
     assert "too small below about" in reference.explanation
+
+
+def test_description_of_a_rough_adhesive_scene_lists_criteria_of_stickiness():
+    reference = reference_for(adhesive(ROUGH, 0.5))
+    names = ["Fuller-Tabor", "Persson-Tosatti", "Pastewka-Robbins"]
+    assert [criterion.name for criterion in reference.criteria] == names
+    assert "Rough flats: Fuller-Tabor: " in description(reference)
+    assert reference_for(adhesive(SMOOTH, 0.5)).criteria == ()
+    one_wave = ROUGH + "short_wavelength = 16.0\n"
+    assert len(reference_for(adhesive(one_wave, 0.5)).criteria) == 3
