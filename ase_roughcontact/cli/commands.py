@@ -116,7 +116,7 @@ def completion(options: argparse.Namespace) -> int:
     """Print a script that completes commands and options in a shell.
 
     It needs shtab (pip install '.[completion]' in the folder of the source code). For
-    bash:
+    bash::
 
       ase-roughcontact completion > ~/.ase-roughcontact-completion
       echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc

@@ -13,7 +13,7 @@ from ase_roughcontact._util.units import FORCES, LENGTHS
 from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.scene.force_curve import ForceCurve
 
-_HEAD = re.compile(r"\s*([^(]*?)\s*(?:\((.*)\))?\s*")
+_HEAD = re.compile(r"\s*([^([]*?)\s*(?:[([](.*)[])])?\s*")
 
 
 def read_curve(
@@ -24,10 +24,12 @@ def read_curve(
     Parameters
     ----------
     file : path
-        CSV with a header. Columns are ``depth (nm)``, or ``distance (nm)`` of the base
-        and ``deflection (nm)`` of the cantilever, and ``force (nN)``, which may be
-        left out beside a deflection if the stiffness is given; or those of
-        ``curve.csv``. Units are in parentheses.
+        CSV with a header, separated by commas, or by semicolons or tabs with decimal
+        points or commas; lines that begin with # are left out. Columns are ``depth
+        (nm)``, or ``distance (nm)`` of the base and ``deflection (nm)`` of the
+        cantilever, and ``force (nN)``, which may be left out beside a deflection if the
+        stiffness is given; or those of ``curve.csv``. Units are in parentheses or
+        brackets.
     branch : str, optional
         Value of the column ``branch``: "approach" or "retraction".
     stiffness : float, optional
@@ -43,8 +45,10 @@ def read_curve(
     ValueError
         If a column is missing, or a value is not a number.
     """
-    with file.open(newline="", encoding="utf-8-sig") as table:
-        rows = list(csv.DictReader(table))
+    text = file.read_text(encoding="utf-8-sig", errors="replace")
+    lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"]
+    separator = max(",;\t", key=lines[0].count) if lines else ","
+    rows = list(csv.DictReader(lines, delimiter=separator))
     if not rows:
         raise ValueError(f"{file} contains no rows")
     if branch is not None:
@@ -92,6 +96,6 @@ _COLUMNS = {
 
 def _numbers(file: Path, head: str, rows: list[dict]) -> FloatArray:
     try:
-        return np.array([float(row[head]) for row in rows])
-    except (TypeError, ValueError) as error:
+        return np.array([float(row[head].replace(",", ".")) for row in rows])
+    except (AttributeError, ValueError) as error:
         raise ValueError(f"{file}: column {head!r} must be numbers: {error}") from error

@@ -36,19 +36,19 @@ def ensemble(options: argparse.Namespace) -> int:
     r"""Run a scene for all combinations of some values, in parallel.
 
     The steps are stored in an ASE database. An interrupted ensemble is resumed by
-    running it again. For five realisations of the roughness on two spheres:
+    running it again. For five realisations of the roughness on two spheres::
 
       ase-roughcontact ensemble my.toml --set roughness.seed=0,1,2,3,4 \
                                         --set sphere.radius=100.0,1000.0
 
     With --error, realisations are added until the standard error of the mean area at
     every step is below it. Each load gets as many as it needs, which a pilot of 8
-    predicts:
+    predicts::
 
       ase-roughcontact ensemble my.toml --error 0.05
 
     With --scheduler, the workers of a Dask cluster calculate, on any number of
-    machines:
+    machines::
 
       dask scheduler --port 8786
       dask worker tcp://HOST:8786 --nthreads 1

@@ -35,7 +35,7 @@ def make_parser() -> argparse.ArgumentParser:
         added = subparsers.add_parser(
             name,
             help=summary,
-            description=inspect.getdoc(function),
+            description=(inspect.getdoc(function) or "").replace("::\n", ":\n"),
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
         added.set_defaults(function=function)

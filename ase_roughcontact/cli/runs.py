@@ -33,7 +33,7 @@ def run(options: argparse.Namespace) -> int:
     """Press the sphere of a scene into the substrate, step by step.
 
     Without a scene file the built-in scene is run. "ase-roughcontact scene" prints it,
-    as a template with a description of each key. Files in the output folder:
+    as a template with a description of each key. Files in the output folder::
 
       curve.csv    one line per step: heights and penetrations in Å, forces in eV/Å,
                    areas in Å^2, energies in eV
@@ -45,6 +45,8 @@ def run(options: argparse.Namespace) -> int:
                    (2016), and with adhesion JKR, DMT and Maugis-Dugdale
       force.png    force against penetration or height; for paths of these, and for
                    paths with tension
+      loop.png     force against depth of a loop; with a cantilever also
+                   cantilever.png and cantilever.csv, its force curve
       contact.png  maps of the contact pressure of four steps
       scene.toml   the scene
 

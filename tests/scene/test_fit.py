@@ -259,6 +259,11 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     np.testing.assert_allclose(curve.base, [40.0, 60.0])
     file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,3\n4,2,5\n6,0,1\n")
     assert read_curve(file).stiffness == pytest.approx(0.2 * NN)  # another zero of one
+    file.write_text("# tip 3\n\nDistance [nm];Deflection [nm]\n5,5;1,5\n4;2\n")
+    np.testing.assert_allclose(read_curve(file, None, 0.3).depth, [-70.0, -60.0])
+    file.write_text("distance (nm)\tdeflection (nm)\n5\n")
+    with pytest.raises(ValueError, match=r"column 'deflection \(nm\)' must be numbers"):
+        read_curve(file)
     file.write_text("distance (nm),deflection (nm)\n5,1\n4,2\n6,0\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
     with pytest.raises(ValueError, match="without a force the scene needs cantilever"):
