@@ -81,14 +81,16 @@ def test_derivatives_are_those_of_differences():
     heights = touch - np.array([2.0, 0.5])
     _, derivatives = forces_and_derivatives(scene(), heights, list(FREE), 1e-10)
     values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 3.0}
-    for i, (name, value) in enumerate(values.items()):
-        key, unit = FREE[name]
+    for i, (name, value) in enumerate([*values.items(), ("height", 10.0)]):
         step = 1e-4 * value
 
-        def force(x, key=key, unit=unit):
-            unit = unit.replace("²", "^2")
-            changed = scene().with_values({key: f"{x:.17g} {unit}"})
-            return forces_and_derivatives(changed, heights, [], 1e-10)[0]
+        def force(x, name=name, value=value):
+            changed, shift = scene(), x - value
+            if name in FREE:
+                key, unit = FREE[name]
+                unit, shift = unit.replace("²", "^2"), 0.0
+                changed = changed.with_values({key: f"{x:.17g} {unit}"})
+            return forces_and_derivatives(changed, heights + shift, [], 1e-10)[0]
 
         near = force(value + step) - force(value - step)
         far = force(value + 2 * step) - force(value - 2 * step)
