@@ -325,6 +325,7 @@ def test_scene_prints_the_built_in_scene(capsys):
 
 def test_the_package_runs_as_a_module(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["ase-roughcontact", "scene"])
+    monkeypatch.delitem(sys.modules, "ase_roughcontact.__main__", raising=False)
     with pytest.raises(SystemExit) as status:
         runpy.run_module("ase_roughcontact", run_name="__main__")
     assert status.value.code == 0
