@@ -235,22 +235,27 @@ class _DefectCorrection:
         return trial
 
     def _covering_model(self, violation: float) -> CirculantModel:
-        """Return a model of all atoms that may touch, the last one if it suffices.
-
-        It is exact on small windows, and where so many atoms are in contact that the
-        errors of the longest waves would slow down the convergence.
-        """
+        """Return a model of all atoms that may touch, the last one if it suffices."""
         if self._model is None or _overlaps_outside(self._model.box, self._gap):
             near = (self._pressure > 0.0) | (self._gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
-            in_contact, options = int((self._pressure > 0.0).sum()), self._options
-            exact = (
-                near.size <= options.exact_size
-                or in_contact >= options.exact_contact * near.size
-            )
+            exact = self._needs_exact_model()
             self._model = covering_model(self._halfspace, box, exact=exact)
         return self._model
+
+    def _needs_exact_model(self) -> bool:
+        """Return whether an exact model pays: on small windows and for many atoms.
+
+        Where much of the window is in elastic contact, the errors of a circulant model
+        in the longest waves would slow down the convergence.
+        """
+        size, options = self._pressure.size, self._options
+        if size <= options.exact_size:
+            return True
+        in_contact = np.count_nonzero(self._pressure)
+        elastic = self._hardness == math.inf
+        return elastic and bool(in_contact >= options.exact_contact * size)
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G p``, and count its transforms."""

@@ -144,7 +144,7 @@ class ActiveSetOptions:
 
     coarsest: int = 32
     largest_gap: float = 1e-6
-    coarse_gap: float = 0.1
+    coarse_gap: float = 0.07
     full_contact: float = 0.8
     largest_crop: float = 0.5
     exact_size: int = 64 * 64
