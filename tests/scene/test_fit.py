@@ -44,6 +44,7 @@ cantilever = {stiffness}
 """
 NN = UNITS["nN"]
 NOISE = 0.02 * NN
+OFFSET, SLOPE = 0.3, -0.02  # of the baseline (nN, nN/nm)
 ZERO = 37.0  # height at which the depth of the curves is zero
 
 
@@ -72,8 +73,21 @@ def measured():
 
 
 @pytest.fixture(scope="module")
-def fitted(measured):
-    return fit_curve(scene(work=0.085), measured)
+def drifted(measured):
+    height = (measured.base - measured.base.max()) / UNITS["nm"]
+    return measured.less(-NN * (OFFSET + SLOPE * height))
+
+
+@pytest.fixture(scope="module")
+def trials():
+    return []
+
+
+@pytest.fixture(scope="module")
+def fitted(drifted, trials):
+    free = ["force_offset", "work_of_adhesion", "force_slope"]
+    start = scene(work=0.085)
+    return fit_curve(start, drifted, free, lambda *trial: trials.append(trial))
 
 
 def test_derivatives_are_those_of_differences():
@@ -111,19 +125,38 @@ def test_a_curve_has_branches_jumps_and_noise(measured):
     assert ForceCurve(measured.depth, measured.force).branches[0].jump is not None
 
 
-def test_the_work_of_adhesion_is_recovered_from_a_curve_with_jumps(fitted, measured):
+def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(fitted, drifted):
     assert fitted.converged
-    assert fitted.names == ("work_of_adhesion", "height_offset")
-    assert abs(fitted.values[0] - 0.1) < 2 * fitted.errors[0] < 0.005
-    assert abs(fitted.values[1] - ZERO / 10) < 3 * fitted.errors[1] < 0.01
+    names = ("work_of_adhesion", "force_offset", "force_slope", "height_offset")
+    assert fitted.names == names
+    assert fitted.units == ("J/m²", "nN", "nN/nm", "nm")
+    true = np.array([0.1, OFFSET, SLOPE, ZERO / 10])
+    assert (abs(fitted.values - true) < 3 * fitted.errors).all()
+    assert (fitted.errors < [0.0025, 0.01, 0.005, 0.0034]).all()
     assert fitted.noise == pytest.approx(NOISE, rel=0.2)
-    assert -1.0 < fitted.correlation[0, 1] < 0.0
+    assert -1.0 < fitted.correlation[0, -1] < 0.0
     np.testing.assert_allclose(np.diag(fitted.correlation), 1.0)
     assert "work_of_adhesion" in str(fitted) and "J/m²" in str(fitted)
     # all forces are those of the fit, but at the jumps, which are not compared
     assert np.count_nonzero(~fitted.compared) < 10
-    residual = (fitted.fitted - measured.force)[fitted.compared]
+    residual = (fitted.fitted - drifted.force)[fitted.compared]
     assert np.abs(residual).max() < 5 * NOISE
+
+
+def test_trials_of_a_fit_begin_with_the_force_of_the_free_tip(fitted, trials):
+    first, largest = trials[0]
+    last, residual = trials[-1]
+    assert list(first) == list(fitted.names)
+    assert first["force_offset"] == pytest.approx(OFFSET, abs=0.03)
+    assert last["force_offset"] == pytest.approx(fitted.values[1], abs=0.01)
+    assert residual < largest
+
+
+def test_a_smooth_sphere_has_the_same_work_without_the_baseline(measured, drifted):
+    found = smooth_fit(scene(), drifted, ["force_offset", "force_slope"])
+    without = smooth_fit(scene(), measured).work_of_adhesion
+    assert found.work_of_adhesion == pytest.approx(without, rel=0.05)
+    assert smooth_fit(scene(), drifted).work_of_adhesion < 0.9 * without
 
 
 def test_derivatives_of_residuals_are_those_of_differences(measured):
@@ -161,34 +194,6 @@ def test_the_fit_of_a_smooth_sphere_is_that_of_theory(radius, modulus, name, sti
     smooth = smooth_fit(start, curve)
     assert smooth.theory == theory.name
     assert smooth.work_of_adhesion == pytest.approx(0.1, rel=0.02)
-
-
-def test_a_baseline_is_recovered_from_a_curve_with_noise(measured):
-    offset, slope = 0.3, -0.02  # nN, nN/nm
-    height = (measured.base - measured.base.max()) / UNITS["nm"]
-    drifted = measured.less(-NN * (offset + slope * height))
-    np.testing.assert_allclose(drifted.base, measured.base)
-    trials = []
-    free = ["force_offset", "work_of_adhesion", "force_slope"]
-    found = fit_curve(
-        scene(work=0.085), drifted, free, lambda *trial: trials.append(trial)
-    )
-    names = ("work_of_adhesion", "force_offset", "force_slope", "height_offset")
-    assert found.names == names
-    assert found.units == ("J/m²", "nN", "nN/nm", "nm")
-    true = np.array([0.1, offset, slope, ZERO / 10])
-    assert (abs(found.values - true) < 3 * found.errors).all()
-    assert (found.errors[1:3] < [0.01, 0.005]).all()
-    assert np.abs((found.fitted - drifted.force)[found.compared]).max() < 5 * NOISE
-    values, residual = trials[-1]
-    assert list(values) == list(names)
-    assert values["force_offset"] == pytest.approx(found.values[1], abs=0.01)
-    assert residual < trials[0][1]
-    assert trials[0][0]["force_offset"] == pytest.approx(offset, abs=0.03)
-    # without its offset the curve has another work of adhesion
-    smooth = smooth_fit(scene(), drifted, free[::2]).work_of_adhesion
-    assert smooth == pytest.approx(smooth_fit(scene(), measured).work_of_adhesion, 0.05)
-    assert smooth_fit(scene(), drifted).work_of_adhesion < 0.9 * smooth
 
 
 def test_derivatives_to_the_baseline_are_those_of_differences(measured):
