@@ -41,7 +41,7 @@ RANGES = {
     "exponential": (0.5, 1.0, 2.0),
     "power law": (0.5, 1.0),
 }
-SLOPES, SEEDS = (0.1,), (1, 2, 3, 4)
+SLOPES, SEEDS = (0.1,), (1, 2, 3, 5)
 CASE = ("wall", "range", "slope", "seed")
 FIELDS = (*CASE, "pull-off", "area", "lost", "states", "pairs", "converged")
 
