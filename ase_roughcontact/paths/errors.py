@@ -21,9 +21,11 @@ They add up from three sources:
   .. math:: \frac{3.9003\, N}{\pi E^* L}, \qquad
             \frac{\delta A}{A} = \frac{2}{3}\, \frac{9.0336\, R N}{2 \pi E^* L^3}.
 
-  The numbers are the sums of 1/r and 1/r^3 over a square lattice, the first of them
-  with a uniform background. Waves of a few spacings are stiffer or softer than those of
-  a free half space, which adds the error of a grid.
+  A contact without images has the compliance dZ/dN of the cell plus that of this shift,
+  from which the error of the force at a given height follows. The numbers are the sums
+  of 1/r and 1/r^3 over a square lattice, the first of them with a uniform background.
+  Waves of a few spacings are stiffer or softer than those of a free half space, which
+  adds the error of a grid.
 """
 
 from __future__ import annotations
@@ -84,14 +86,24 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         return Errors(0.0, unbalanced, 0.0)
     stiffness, pressure = abs(step.response.force), step.state.contact_pressure
     relaxation = _relaxation(step)
-    shift = (_grid_height(step) if step.continuum else 0.0) + _cell_height(step)
+    compliance = _cell_compliance(step)
+    shift = compliance * abs(step.state.normal_force)
+    if step.continuum:
+        shift += _grid_height(step)
     area = _cell_area(step) + relaxation / pressure
     if step.continuum:
         area += continuum_area_error(step)
     if step.control == "loads":
         return Errors(area, unbalanced, shift + (relaxation + unbalanced) / stiffness)
-    force = stiffness * shift
+    force = _force_change(shift, 1.0 / stiffness + compliance)
     return Errors(area + force / pressure, relaxation + force, 0.0)
+
+
+def _force_change(shift: float, compliance: float) -> float:
+    """Return the force by a shift of a contact without images (eV/Å)."""
+    if not shift:
+        return 0.0
+    return shift / compliance if compliance else math.inf
 
 
 def continuum_area_error(step: RelaxedContact) -> float:
@@ -161,11 +173,10 @@ def _single_contact(step: RelaxedContact) -> tuple[float, float]:
     return radius, min(step.halfspace.shape) * step.halfspace.spacing
 
 
-def _cell_height(step: RelaxedContact) -> float:
-    """Return the shift of the height by the images of a periodic cell (Å)."""
+def _cell_compliance(step: RelaxedContact) -> float:
+    """Return the shift of the height by the images of a cell per force (Å^2/eV)."""
     _, side = _single_contact(step)
-    compliance = 1.0 / (math.pi * step.halfspace.contact_modulus * side)
-    return _SUM_OF_INVERSES * compliance * abs(step.state.normal_force)
+    return _SUM_OF_INVERSES / (math.pi * step.halfspace.contact_modulus * side)
 
 
 def _cell_area(step: RelaxedContact) -> float:

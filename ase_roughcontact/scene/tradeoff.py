@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
 from ase_roughcontact.paths.accuracy import LEVELS, OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.choices import Choice, Tradeoff
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
@@ -35,6 +36,9 @@ _CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0), 30.0
 _NUMERICAL = ("tolerance", "grid", "cutoff", "boundary")
 # Number of choices among which the time is divided.
 _RUNS = 16
+# Number of plans that are calculated as a whole: times that multiply are right within a
+# factor of two or three.
+_TRIED = 3
 # Part of the wanted error that a plan may have on the steps it is made for.
 _SAFETY = 0.7
 # Columns of the answers, that of the area is the scene's, and of what their errors are
@@ -141,15 +145,14 @@ def tradeoff(
     if of == "area":
         choices += _theory(best, targets, exact)
     choices += _realisations(scene, targets, of)
-    plan = _cheapest(choices, _SAFETY * error)
+    plan = _fastest(best, _cheapest(choices, _SAFETY * error), targets)
     unit = scene.path.unit
     shown = tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets)
     if not plan:
         return Tradeoff(error, shown, tuple(choices), of=of)
-    values = {key: value for each in plan for key, value in each.settings.items()}
     other, others = _unseen(best, targets)
     truth = _answers(other, others, of)
-    checked = _answers(other.with_values(values), others, of).error(truth)
+    checked = _answers(_planned(other, plan), others, of).error(truth)
     return Tradeoff(error, shown, tuple(choices), plan, checked, of)
 
 
@@ -252,8 +255,8 @@ def _realisations(scene: Scene, targets: Sequence[float], of: str) -> list[Choic
     ]
 
 
-def _cheapest(choices: Sequence[Choice], wanted: float) -> tuple[Choice, ...]:
-    """Return the numerical choices with the least time whose errors suffice."""
+def _cheapest(choices: Sequence[Choice], wanted: float) -> list[tuple[Choice, ...]]:
+    """Return the combinations of numerical choices that seem the fastest."""
     groups = [[c for c in choices if c.source == source] for source in _NUMERICAL]
     combined = [
         combination
@@ -261,9 +264,25 @@ def _cheapest(choices: Sequence[Choice], wanted: float) -> tuple[Choice, ...]:
         if sum(choice.error for choice in combination) <= wanted
     ]
     # each time is that of one change: the times relative to the most accurate multiply
-    return min(
-        combined, key=lambda plan: math.prod(c.seconds for c in plan), default=()
-    )
+    combined.sort(key=lambda plan: math.prod(choice.seconds for choice in plan))
+    return combined[:_TRIED]
+
+
+def _fastest(
+    best: Scene, plans: Sequence[tuple[Choice, ...]], targets: Sequence[float]
+) -> tuple[Choice, ...]:
+    """Return the plan that takes the least time, if calculated; empty without any."""
+
+    def seconds(plan: tuple[Choice, ...]) -> float:
+        return sum(step.seconds for step in _relaxed(_planned(best, plan), targets))
+
+    return min(plans, key=seconds, default=())
+
+
+def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
+    """Return the scene with the settings of a plan."""
+    settings = [choice.settings.items() for choice in plan]
+    return scene.with_values(dict(chain.from_iterable(settings)))
 
 
 def _unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[float]]:
@@ -276,12 +295,17 @@ def _unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[flo
 
 
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
-    """Relax the steps of a scene."""
+    """Return answers and costs of the steps of a scene."""
     columns = (name or scene.area_column for name in _COLUMNS[of])
-    steps = list(scene.relax(targets, validity="ignore"))
+    steps = _relaxed(scene, targets)
     values, scales, errors = (
         np.array([getattr(step, name) for step in steps])
         for name in (*columns, f"{of}_error")
     )
     seconds, memory = sum(s.seconds for s in steps), max(s.memory for s in steps)
     return _Answers(values, errors, abs(scales), seconds, memory)
+
+
+def _relaxed(scene: Scene, targets: Sequence[float]) -> list[LoadStep]:
+    """Relax the steps of a scene."""
+    return list(scene.relax(targets, validity="ignore"))

@@ -8,10 +8,11 @@
 *cell*: periodic cells of 2 to 4 diameters of the contact, against a free boundary.
 *grid*: the continuum on grids of a0 and a0/2, against the limit of a0/4 and a0/8.
 *levels*: larger contacts at the levels of accuracy, against the same.
+*adhesion*: contacts at the levels of accuracy under adhesive walls, against the same.
 
 Spheres have a radius of 200 a0 and roughness from 4 to 32 a0, for the levels 1000 and
-4000 a0 and 4 to 128 a0. They are relaxed at a load and at a height. Lengths are in a0,
-and the contact modulus is 1.
+4000 a0 and 4 to 128 a0. Works of adhesion are 0.01 and 0.05 E* a0. The spheres are
+relaxed at a load and at a height. Lengths are in a0, and the contact modulus is 1.
 """
 
 import argparse
@@ -46,6 +47,7 @@ CASE = ("study", "wall", "radius", "slope", "hurst", "seed", "contact", "setting
 ANSWERS = ("area", "height", "area_at_height", "force")
 FIELDS = (*CASE, *(n + part for n in ANSWERS for part in ("", "_error")), "cpu")
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+ADHESIVE = {f"w = {w}": LennardJones93.adhesive(1.0, 1.0, w) for w in (0.01, 0.05)}
 SLOPES = (0.05, 0.1)
 # not those from which the estimates follow (grid_error.py): Hurst exponent and seed
 UNSEEN = ((0.6, 11), (0.6, 12), (0.7, 13))
@@ -70,6 +72,7 @@ SETTINGS = {
         "a0/8": {"refine": 8, "accuracy": 1e-6},
     },
 }
+SETTINGS["adhesion"] = SETTINGS["levels"]
 # Settings with which the others are compared.
 REFERENCES = ("exact", "a0/4", "a0/8")
 
@@ -82,6 +85,10 @@ def cases(study):
         ):
             yield wall, radius, 0.1, hurst, seed, 128.0
         return
+    if study == "adhesion":
+        for wall, (hurst, seed) in product(ADHESIVE, ((0.8, 31), (0.6, 32))):
+            yield wall, 200.0, 0.1, hurst, seed, 20.0
+        return
     unseen = UNSEEN_IN_CELLS if study == "cell" else UNSEEN
     for wall, slope, (hurst, seed), contact in product(
         WALLS, SLOPES, unseen, (8.0, 14.0)
@@ -92,12 +99,13 @@ def cases(study):
 def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
     """Return the row of a case."""
     longest, domain = (128.0, 512.0) if study == "levels" else (32.0, 128.0)
+    domain *= 2.0 if study == "adhesion" else 1.0
     rough = SelfAffine(slope, hurst, 4.0, longest, seed=seed, domain=domain)
     sphere = RoughSphere(radius, rough)
     cell = int(setting) if study == "cell" and setting != "exact" else 0
     options = dict(SETTINGS[study][setting], window="fixed" if cell else "auto")
     column = "contact_area"
-    if study in ("grid", "levels"):
+    if study in ("grid", "levels", "adhesion"):
         options["model"] = "continuum"
         if setting not in REFERENCES:  # their counts are extrapolated
             column = "continuum_area"
@@ -108,7 +116,7 @@ def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
         atoms = substrate(
             "Cu", (side, side), sphere, spacing=1.0, periodic=periodic, fixed=fixed
         )
-        atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+        atoms.calc = RoughContact(sphere, 1.0, (WALLS | ADHESIVE)[wall])
         (step,) = load_path(atoms, **target, **options, validity="ignore")
         return step
 
@@ -116,7 +124,7 @@ def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
     step = relaxed(loads=[Hertz(radius, 1.0).force(contact)])
     cpu = time.process_time() - start
     row = [getattr(step, column), step.area_error, step.height, step.height_error]
-    if study == "levels":
+    if study in ("levels", "adhesion"):
         row += [np.nan] * 4
     else:
         step = relaxed(heights=[usual_height(wall, sphere, contact)])
@@ -212,7 +220,7 @@ def report():
 
 def draw():
     """Draw the error of the area against the time, by level and wall."""
-    figure = Figure(figsize=(5, 3.6), layout="constrained")
+    figure = Figure(figsize=(5, 4), layout="constrained")
     axes = figure.subplots()
     errors = compared(read())
     for (wall, marker), (level, colour) in product(
@@ -223,9 +231,13 @@ def draw():
         label = f"{level}, {wall} wall"
         axes.plot(seconds, true, marker, color=colour, mfc=face, label=label)
         axes.axhline(LEVELS[level], color=colour, lw=0.8, ls=":")
+        goal = f"{level}: {100 * LEVELS[level]:g} % allowed"
+        place = {"transform": axes.get_yaxis_transform(), "ha": "right", "va": "bottom"}
+        if wall == "hard":
+            axes.text(0.99, LEVELS[level], goal, color=colour, fontsize=8, **place)
     axes.set(xscale="log", yscale="log")
     axes.set(xlabel="CPU time of a step (s)", ylabel="true relative error of the area")
-    axes.legend(fontsize=8, ncols=2)
+    figure.legend(loc="outside upper center", fontsize=8, ncols=2)
     figure.savefig(IMAGE, dpi=120)
 
 

@@ -79,6 +79,17 @@ def test_images_of_a_periodic_cell_shift_the_height_and_take_area(cell):
     assert periodic.area_error < 0.06 * free.contact_area
 
 
+@pytest.mark.parametrize("cell", [32, 48])
+def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
+    free, periodic = (
+        relaxed("repulsive", fixed=True, heights=[-0.5], smooth=True, cell=c)
+        for c in (0, cell)
+    )
+    error = periodic.normal_force - free.normal_force
+    assert error > 0.5 * free.normal_force
+    assert periodic.force_error == pytest.approx(error, rel=0.25)
+
+
 def test_cell_of_a_flat_surface_is_no_error():
     rough = SelfAffine(0.1, 0.65, 4.0, 16.0, seed=1, domain=32.0)
     flat = RoughSphere(np.inf, rough)

@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -88,6 +89,26 @@ def test_front_has_the_choices_that_no_other_beats_in_both():
     starred = [line for line in str(found).splitlines() if line.endswith("  *")]
     assert len(starred) == 3
     assert "No plan has an error of 0.1" in str(found) and not found.kept
+
+
+def test_fastest_plans_are_calculated_as_a_whole(monkeypatch):
+    relaxed, relax = [], Scene.relax
+
+    def noted(self, *args, **options):
+        relaxed.append(self)
+        return relax(self, *args, **options)
+
+    monkeypatch.setattr(Scene, "relax", noted)
+    found = tradeoff(scene(), 0.1, steps=1)
+    settings = {k: v for each in found.plan for k, v in each.settings.items()}
+    assert {"solver.accuracy", "substrate.periodic"} <= settings.keys()
+    seed = scene().roughness.seed
+    wholes = {
+        (each.solver.accuracy, each.substrate.periodic)
+        for each in relaxed
+        if each.solver.accuracy != "high" and each.roughness.seed == seed
+    }
+    assert len(wholes & set(product(("fast", "normal"), (False, True)))) >= 3
 
 
 @pytest.mark.parametrize("of, control", [("height", "load"), ("force", "penetration")])
