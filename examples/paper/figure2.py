@@ -8,7 +8,7 @@ The contact area of rough spheres from the first contact to the limit of Hertz::
 
 Steps that the table ``results/figure2-*.csv`` does not contain yet are calculated, in
 parallel, and added to it. ``--draw`` only draws. At ``--scale quick`` this takes
-minutes; all steps of the figure as printed (``--scale paper``) take four hours.
+minutes; all steps of the figure as printed (``--scale paper``) take four to five hours.
 
 .. image:: ../../images/figure2.png
 """
