@@ -122,7 +122,8 @@ def assert_energy_falls(contact, states, load):
     energies = np.array([minimised(contact, state, load) for state in states])
     assert np.isfinite(energies).all()
     wall = contact.interaction
-    if not (wall.hard and wall.attractive):  # updates of the reaction raise the energy
+    # updates of the reaction, and whole steps with the inverse of a wall, may raise it
+    if not (wall.hard and wall.attractive) and not wall.invertible:
         # rounding errors of the terms of the energy, which are larger at the start
         assert (np.diff(energies) <= 1e-12 * abs(energies).max()).all()
 

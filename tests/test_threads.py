@@ -88,7 +88,7 @@ class Broken(RepulsiveLennardJones93):
 
     def evaluate(self, gap):
         energy, pressure, stiffness = super().evaluate(gap)
-        return energy, np.where(gap < 0.5, np.nan, pressure), stiffness
+        return energy, np.where(gap < 0.9, np.nan, pressure), stiffness
 
 
 @pytest.mark.parametrize("row", [0, SIDE - 1])

@@ -40,6 +40,9 @@ class Interaction(ABC):
     attractive : bool
         Whether the wall is attractive at any gap; by default if it has a work of
         adhesion.
+    invertible : bool
+        Whether the wall is repulsive and defines `inverse`, with which solvers need
+        fewer steps; by default False.
     hard : bool
         Whether the wall is a constraint, ``g >= 0, p >= 0, g p = 0``, instead of a
         function of the gap; by default False.
@@ -66,6 +69,7 @@ class Interaction(ABC):
     contact_distance: float
     work_of_adhesion: float
     attraction_range: float
+    invertible: ClassVar[bool] = False
     hard: ClassVar[bool] = False
     hardness: float = math.inf
     permanent: bool = False
@@ -139,6 +143,22 @@ class Interaction(ABC):
             ``V`` (energy per area), ``-V'`` (pressure) and ``V''`` (pressure per
             length).
         """
+
+    def inverse(self, pressure: np.ndarray) -> Profile:
+        """Return the gaps at given pressures, for `invertible` walls.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (k,)
+            Not negative (pressure).
+
+        Returns
+        -------
+        gap, exact, stiffness : ndarray, shape (k,)
+            Gaps with small errors, and the exact pressure and stiffness there. At zero
+            pressure the stiffness is that just within the range of the wall.
+        """
+        raise NotImplementedError(f"{type(self).__name__} has no inverse")
 
     @property
     def attractive(self) -> bool:

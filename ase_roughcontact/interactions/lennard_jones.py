@@ -12,6 +12,7 @@ from ase_roughcontact._util.validation import nonnegative, positive
 from ase_roughcontact.interactions.base import Interaction, Profile
 from ase_roughcontact.interactions.forms import (
     nine_three,
+    nine_three_inverse,
     smooth_tail,
     switched_off,
     taylor,
@@ -279,6 +280,7 @@ class RepulsiveLennardJones93(LennardJones93):
     """
 
     kind = "repulsive"
+    invertible = True
     work_of_adhesion = 0.0
     attraction_range = 0.0
 
@@ -297,6 +299,17 @@ class RepulsiveLennardJones93(LennardJones93):
     def cutoff(self) -> float:  # type: ignore[override]
         """Gap of the minimum, at which the wall ends."""
         return self.distance
+
+    def inverse(self, pressure: np.ndarray) -> Profile:
+        """Return the gaps at given pressures; see `Interaction.inverse`."""
+        depth = self.stiffness * self.distance**2 / 27.0
+        gap, exact, stiffness = nine_three_inverse(pressure, self.distance, depth)
+        inside = np.flatnonzero(gap < self.core)
+        if inside.size:
+            _, exact[inside], stiffness[inside] = self.evaluate(np.array(self.core))
+            gap[inside] = self.core - (pressure - exact)[inside] / stiffness[inside]
+            exact[inside] = pressure[inside]
+        return gap, exact, stiffness
 
     def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
         rows[:, np.flatnonzero(gap >= self.distance)] = 0.0

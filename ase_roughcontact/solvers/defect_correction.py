@@ -299,13 +299,11 @@ def _initial_pressure(
             return clip_to_sum(push, total, hardness)
         return with_sum(start, total, hardness, push)
     if start is None or not start.any():
-        start = _winkler_pressure(contact.heights, total, stiffness)
+        start = winkler_pressure(contact.heights, total, stiffness)
     return start * (total / start.sum())
 
 
-def _winkler_pressure(
-    heights: np.ndarray, total: float, stiffness: float
-) -> np.ndarray:
+def winkler_pressure(heights: np.ndarray, total: float, stiffness: float) -> np.ndarray:
     """Return the pressure of an elastic foundation (independent springs) by its sum."""
     above = heights - heights.min()
     h = np.sort(above, axis=None)

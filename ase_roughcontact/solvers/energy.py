@@ -32,6 +32,8 @@ from ase_roughcontact._util.kernels import (
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.solvers.defect_correction import winkler_pressure
 from ase_roughcontact.solvers.local_wall import LocalWall
 from ase_roughcontact.solvers.relaxation import External
 
@@ -65,6 +67,11 @@ class EnergyState:
         Largest force on an atom of the surface.
     energy, rounding : float
         Energy and an estimate of its rounding error.
+    exact : bool
+        Whether the opening comes from a convolution of this pressure.
+    residual_norm : float
+        Norm of the scaled residual if the wall is linearised at the gaps at which it
+        has the pressures ``q``; infinite if it is linearised at the present gaps.
     """
 
     pressure: np.ndarray
@@ -77,6 +84,13 @@ class EnergyState:
     surface_error: float
     energy: float
     rounding: float
+    exact: bool
+    residual_norm: float
+
+    @property
+    def by_pressure(self) -> bool:
+        """Whether the wall is linearised at the gaps at which it has the pressures."""
+        return self.residual_norm < math.inf
 
     @property
     def error(self) -> float:
@@ -121,6 +135,7 @@ class ContactEnergy:
         self.contact = contact
         self.wall = LocalWall.of(contact)
         self.area = contact.halfspace.cell_area
+        self.invertible = contact.interaction.invertible
         self.loaded = external is not None
         self.external = external or (lambda height: (0.0, 0.0))
 
@@ -134,7 +149,13 @@ class ContactEnergy:
         return np.negative(displacement, out=displacement)
 
     def state(
-        self, pressure: np.ndarray, height: float, opening: np.ndarray | None = None
+        self,
+        pressure: np.ndarray,
+        height: float,
+        opening: np.ndarray | None = None,
+        *,
+        exact: bool = False,
+        by_pressure: bool = False,
     ) -> EnergyState:
         """Evaluate the energy and its gradient.
 
@@ -144,19 +165,35 @@ class ContactEnergy:
         height : float
         opening : ndarray, shape (n, m), optional
             That of `opening`; by default it is calculated.
+        exact : bool
+            Whether a given opening comes from a convolution.
+        by_pressure : bool
+            Whether to linearise the wall, which must have an inverse, at the gaps at
+            which it has the given pressures; by default at the present gaps.
 
         Returns
         -------
         EnergyState
         """
         if opening is None:
-            opening = self.opening(pressure)
+            opening, exact = self.opening(pressure), True
         residual, stiffness = np.empty(opening.shape), np.empty(opening.shape)
         active = np.empty(opening.shape, bool)
-        stored, magnitude, pushed = self.wall.evaluate(
-            residual, stiffness, active, pressure, opening, height
-        )
-        if self.contact.halfspace.periodic and active.all():
+        fields = residual, stiffness, active, pressure, opening
+        residual_norm = math.inf
+        if by_pressure:
+            stored, pushed, error, square = _by_pressure(
+                *fields,
+                self.contact.heights,
+                height,
+                self.contact.interaction,
+                self.contact.halfspace.self_compliance,
+            )
+            magnitude, residual_norm = stored, square**0.5
+        else:
+            stored, magnitude, pushed = self.wall.evaluate(*fields, height)
+            error = max_abs(residual)
+        if self.contact.halfspace.periodic and active.all() and not by_pressure:
             # the energy does not depend on the mean of q: set it to that of p
             shift = float(residual.mean())
             pressure, residual = pressure + shift, residual - shift
@@ -173,9 +210,11 @@ class ContactEnergy:
             stiffness=stiffness,
             residual=residual,
             load_residual=force,
-            surface_error=self.area * max_abs(residual),
+            surface_error=self.area * error,
             energy=elastic + self.area * stored + outside,
             rounding=_ROUNDING * magnitudes,
+            exact=exact,
+            residual_norm=residual_norm,
         )
 
     def set_reaction(self, state: EnergyState) -> EnergyState:
@@ -186,7 +225,9 @@ class ContactEnergy:
         if not self.contact.interaction.hard:
             return state
         self.wall = self.wall.with_reaction(state.pressure, state.opening, state.height)
-        return self.state(state.pressure, state.height, state.opening)
+        return self.state(
+            state.pressure, state.height, state.opening, exact=state.exact
+        )
 
     def update_reaction(self, state: EnergyState) -> float:
         """Update the reaction of a hard wall.
@@ -278,6 +319,18 @@ class ContactEnergy:
                 return root
         return None
 
+    def foundation_height(self, load: float) -> float:
+        """Return the height at which an elastic foundation carries a load.
+
+        The springs have the compliance of an atom and of an invertible wall at its
+        contact distance.
+        """
+        heights, wall = self.contact.heights, self.contact.interaction
+        softness = 1.0 / wall.inverse(np.zeros(1))[2][0]
+        stiffness = 1.0 / (self.contact.halfspace.self_compliance + softness)
+        pressure = winkler_pressure(heights, load / self.area, stiffness)
+        return wall.contact_distance - heights.min() - pressure.max() / stiffness
+
     def slope(self, state: EnergyState, increment: Increment) -> float:
         """Return the first derivative of the energy along an increment."""
         work = dot(state.residual, increment.opening)
@@ -337,6 +390,61 @@ class ContactEnergy:
             (self.contact.heights + opening).argmin(), opening.shape
         )
         return Box((int(i), int(j)), (1, 1))
+
+
+def _sums_and_largest(
+    results: list[tuple[float, float, float, float]],
+) -> tuple[float, float, float, float]:
+    stored, pushed, error, square = zip(*results, strict=True)
+    return sum(stored), sum(pushed), float(np.max(error)), sum(square)  # or NaN
+
+
+@rowwise(_sums_and_largest)
+def _by_pressure(
+    residual: np.ndarray,
+    stiffness: np.ndarray,
+    active: np.ndarray,
+    pressure: np.ndarray,
+    opening: np.ndarray,
+    heights: np.ndarray,
+    height: float,
+    wall: Interaction,
+    compliance: float,
+) -> tuple[float, float, float, float]:
+    """Set ``r = p + D (w - g) - q`` and ``D``, with the gap w where ``p = max(q, 0)``.
+
+    Where ``p + min(D, 1/c) (w - g) < 0``, with the self-compliance c, the wall loses
+    contact: ``r = -q`` and ``D = 0``.
+
+    Returns
+    -------
+    float, float, float, float
+        The sums of ``V(g)`` and ``p(g)``, ``max |p(g) - q|``, and the sum of
+        ``r^2 / (1 + c D)``.
+    """
+    gap = heights + opening
+    gap += height
+    np.less(gap, wall.cutoff, out=active)
+    active |= pressure != 0.0
+    residual[:] = stiffness[:] = 0.0
+    k = np.flatnonzero(active)
+    if not k.size:
+        return 0.0, 0.0, 0.0, 0.0
+    g, q = gap.take(k), pressure.take(k)
+    energy, now, _ = wall.evaluate(g)
+    at, target, d = wall.inverse(np.maximum(q, 0.0))
+    at -= g
+    held = target + at * np.minimum(d, 1.0 / compliance) > 0.0
+    at *= d
+    target += at
+    d *= held
+    target *= held
+    target -= q
+    stiffness.put(k, d)
+    residual.put(k, target)
+    error = max_abs(now - q)
+    square = inner(target / (1.0 + compliance * d), target)
+    return float(energy.sum()), float(now.sum()), error, square
 
 
 @rowwise(np.add)

@@ -7,7 +7,7 @@ of the indenter; see `energy` for the energy :math:`E(q, Z)` that is minimised.
    tolerance, and interpolate its pressure.
 2. Calculate the opening :math:`G q` by a convolution and the forces on the atoms and
    the indenter from it. Stop if the largest one is below the tolerance.
-3. Make a Newton step; see `newton_step`. It updates :math:`G q` without a convolution.
+3. Make a Newton step; see `newton_step`.
 4. Under a repulsive wall, move the indenter alone if only its force exceeds the
    tolerance.
 5. Repeat 3 and 4 until the forces are below the tolerance, then return to 2. If no
@@ -86,8 +86,8 @@ def newton_krylov(
     Relaxation
         The start, and the state after each step. The last one is converged, or has a
         message with the reason why there is no further step. The energy never rises,
-        except that of the augmented Lagrangian by an update of the reaction of a hard
-        wall.
+        except with `invertible` walls, and that of the augmented Lagrangian by an
+        update of the reaction of a hard wall.
 
     Raises
     ------
@@ -134,13 +134,15 @@ def _initial_state(
 ) -> tuple[EnergyState, float]:
     """Return the state to start from, and the FFT pairs that it costs."""
     pairs = 0.0
+    invertible = energy.invertible
     if start is not None:
-        state = energy.state(np.asarray(start, float), height)
+        state = energy.state(np.asarray(start, float), height, by_pressure=invertible)
         if not _is_far(energy, state, options):
             return state, 1.0
         pairs = 1.0
     start, height, coarse_pairs = _cold_start(energy, height, options)
-    return energy.state(start, height), pairs + coarse_pairs + 1.0
+    state = energy.state(start, height, by_pressure=invertible)
+    return state, pairs + coarse_pairs + 1.0
 
 
 def _is_far(
@@ -163,6 +165,11 @@ def _cold_start(
     """Return an initial pressure and height, and the FFT pairs that they cost."""
     contact = energy.contact
     if not can_coarsen(contact, options.coarsest):
+        load = -energy.external(height)[1]
+        held = energy.spring_stiffness(height) > 0.0
+        if energy.loaded and energy.invertible and load > 0.0 and not held:
+            height = energy.foundation_height(load)
+            return np.zeros(contact.heights.shape), height, 0.0
         carrying = energy.carrying_height() if energy.loaded else None
         height = height if carrying is None else carrying
         return np.zeros(contact.heights.shape), height, 0.0
@@ -171,7 +178,8 @@ def _cold_start(
     halfspace = coarse.contact.halfspace
     residual = options.coarse_residual * halfspace.contact_modulus
     tolerance = residual * halfspace.cell_area
-    states = _relax(coarse, coarse.state(start, height), tolerance, options)
+    first = coarse.state(start, height, by_pressure=coarse.invertible)
+    states = _relax(coarse, first, tolerance, options)
     for _, state in zip(range(options.coarse_steps), states, strict=False):
         pairs += state.pairs
     share = start.size / contact.heights.size
@@ -203,14 +211,14 @@ def _relax(
         )
 
     progress = _Progress(state, options)
-    exact, restarted = True, False  # whether G q comes from a convolution of q
+    restarted = False
     reaction = _ReactionUpdates(energy, tolerance, options)
     while True:
         target = reaction.target
-        if state.error <= target and reaction.is_last and not exact:
+        if state.error <= target and reaction.is_last and not state.exact:
             state = energy.recomputed(state)
             state = balance_load(energy, state, tolerance, options.load_steps)
-            progress.best, exact = state, True
+            progress.best = state
         if state.error <= target:
             if reaction.finished(state):
                 yield report(converged=True)
@@ -218,7 +226,9 @@ def _relax(
             if reaction.stuck:
                 yield report(message=f"stalled: {_VIOLATED}")
                 return
-            state = energy.state(state.pressure, state.height, state.opening)
+            state = energy.state(
+                state.pressure, state.height, state.opening, exact=state.exact
+            )
             progress = _Progress(state, options)
             continue
         yield report()
@@ -231,13 +241,13 @@ def _relax(
         else:
             new = balance_load(energy, new, tolerance, options.load_steps)
             progress.add(state, new)
-            state, exact = new, False
+            state = new
         if progress.obstacle:
             state = energy.recomputed(progress.best)
             if restarted and not state.error <= tolerance:
                 break
             newton.restart()
-            progress, exact, restarted = _Progress(state, options), True, True
+            progress, restarted = _Progress(state, options), True
     obstacle = progress.obstacle + precision_advice(energy.contact.halfspace)
     if not math.isfinite(state.error):
         obstacle = "energy or pressure of the wall are not finite"

@@ -1,9 +1,12 @@
-"""A step of Newton's method for a soft wall, which lowers the energy.
+"""A step of Newton's method for a soft wall.
 
-1. Solve Newton's equations for an increment ``(x, z)`` with the circulant model, to a
-   tenth of the residual. Calculate its opening ``G x``: the only exact convolution. If
-   the exact equations are not satisfied better than by ``x = 0``, solve them with the
-   model as the preconditioner.
+If the inverse of a repulsive wall is known, the equation of an atom is ``w(q) = g``
+with the gap ``w`` at which the wall has the pressure ``q``, and ``q = 0`` out of
+contact (semismooth Newton method). Since ``w`` is nearly linear, whole steps converge.
+If the residual has not decreased in several of them, and for all other walls, a step
+lowers the energy:
+
+1. Solve Newton's equations for an increment ``(x, z)``; see `newton_equations`.
 2. Under attraction, or if the step before has not decreased the largest force to 30 %,
    minimise the quadratic model of the energy over the span of this increment and the
    last ones before it, with the exact Hessian. Negative curvatures count as positive,
@@ -15,6 +18,11 @@
 While forces are large, the negative stiffness of an attractive wall is set to zero: the
 equations are positive definite, and the surface follows the state that a slow approach
 would find. It is included for the quadratic convergence at the end.
+
+References
+----------
+M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 865 (2002) (semismooth Newton
+methods and active sets).
 """
 
 from __future__ import annotations
@@ -23,12 +31,8 @@ import math
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import linear_combination, norm
-from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
-from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState, Increment
-from ase_roughcontact.solvers.gcr import gcr
-from ase_roughcontact.solvers.newton_system import NewtonSystem
+from ase_roughcontact.solvers.newton_equations import NewtonEquations
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 
 
@@ -44,7 +48,7 @@ class NewtonStepper:
 
     def __init__(self, energy: ContactEnergy, options: NewtonKrylovOptions) -> None:
         halfspace = energy.contact.halfspace
-        self._energy, self._halfspace, self._options = energy, halfspace, options
+        self._energy, self._options = energy, options
         self._convex = True
         # forces below which the negative stiffness is included
         modulus = halfspace.contact_modulus
@@ -56,17 +60,18 @@ class NewtonStepper:
             self._least_curvature = options.attractive_least_curvature
         self._history: list[Increment] = []
         self._last_error = math.inf
-        self._model: CirculantModel | None = None
-        self._model_work = 0
+        self._equations = NewtonEquations(energy, options)
+        self._inverse = energy.invertible
+        self._best: EnergyState | None = None
+        self._futile = 0
 
     @property
     def pairs(self) -> float:
         """FFT pairs so far, normalised to one pair on the grid of the half space."""
-        full = math.prod(self._halfspace.grid)
-        return self._halfspace.pairs + self._model_work / full
+        return self._equations.pairs
 
     def step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
-        """Return a state of lower energy; None if none is found.
+        """Return the next state; None if none is found.
 
         Parameters
         ----------
@@ -78,7 +83,11 @@ class NewtonStepper:
         if energy.loaded and not energy.supports_indenter(state):
             return self._lowered(state)
         reduction = max(options.forcing, 0.3 * tolerance / state.error)
-        increment = self._newton_increment(state, reduction)
+        if self._inverse:
+            new, state = self._inverse_step(state, reduction)
+            if new is not None:
+                return new
+        increment = self._equations.increment(state, self._convex, reduction)
         if increment is None or not (
             self._convex or self._is_minimum(state, increment)
         ):
@@ -98,7 +107,32 @@ class NewtonStepper:
 
     def restart(self) -> None:
         """Discard earlier increments, and include the negative stiffness."""
-        self._history, self._convex = [], False
+        self._history, self._convex, self._inverse = [], False, False
+
+    def _inverse_step(
+        self, state: EnergyState, reduction: float
+    ) -> tuple[EnergyState | None, EnergyState]:
+        """Return the state after a step with the inverse of the wall.
+
+        If several steps have not decreased the residual: None, and the best state so
+        far, linearised in the gaps.
+        """
+        energy = self._energy
+        if not state.by_pressure:
+            state = energy.state(
+                state.pressure, state.height, state.opening, by_pressure=True
+            )
+        if self._best is None or state.residual_norm < self._best.residual_norm:
+            self._best, self._futile = state, 0
+        else:
+            self._futile += 1
+        new = None
+        if self._futile <= self._options.watchdog:
+            new = self._equations.inverse_step(state, reduction)
+        if new is None:
+            best, self._best = self._best, None
+            state = energy.state(best.pressure, best.height, best.opening)
+        return new, state
 
     def _combined(self, state: EnergyState, increment: Increment) -> Increment:
         """Combine an increment with earlier ones, unless it is good enough alone."""
@@ -132,67 +166,6 @@ class NewtonStepper:
         """Return whether the energy falls along an increment, and is convex."""
         falls = self._energy.slope(state, increment) < 0.0
         return falls and self._energy.hessian(state, [increment])[0, 0] > 0.0
-
-    def _newton_increment(
-        self, state: EnergyState, reduction: float
-    ) -> Increment | None:
-        """Solve Newton's equations; None if nothing resists a change of height."""
-        stiffness = state.stiffness[state.box.slices]
-        if self._convex:
-            stiffness = np.maximum(stiffness, 0.0)
-        spring, load = None, 0.0
-        if self._energy.loaded:
-            area = self._halfspace.cell_area
-            spring = self._energy.spring_stiffness(state.height) / area
-            load = float(state.residual.sum()) - state.load_residual / area
-        model = self._covering_model(state.box)
-        work = model.work
-        system = NewtonSystem(model, state.box, stiffness, spring)
-        increment = self._solve(system, state, load, reduction)
-        self._model_work += model.work - work
-        return increment
-
-    def _covering_model(self, box: Box) -> CirculantModel:
-        """Return a model that covers a box, the last one if it does."""
-        if self._model is None or not self._model.box.contains(box):
-            self._model = covering_model(self._halfspace, box)
-        return self._model
-
-    def _solve(
-        self, system: NewtonSystem, state: EnergyState, load: float, reduction: float
-    ) -> Increment | None:
-        """Solve by the model; if its error is too large, by exact Krylov steps."""
-        box, options = state.box, self._options
-        right = system.scaled(state.residual[box.slices])
-        change = system.solve(right, load, reduction, options.krylov_steps)
-        if change is None:
-            return None
-        increment = self._increment(state, change)
-        if system.exact:
-            return increment
-        image = system.applied(change, increment.opening[box.slices])
-        accepted = options.exact_residual * max(norm(right), norm(image))
-        residual = linear_combination([(1.0, right), (-1.0, image)])
-        if norm(residual) <= accepted:
-            return increment
-
-        def apply(change: np.ndarray) -> np.ndarray:
-            opening = self._increment(state, change).opening
-            return system.applied(change, opening[box.slices])
-
-        def precondition(residual: np.ndarray) -> np.ndarray:
-            change = system.solve(residual, 0.0, reduction, options.krylov_steps)
-            return np.append(residual, 0.0) if change is None else change
-
-        steps = options.exact_krylov_steps
-        change += gcr(apply, precondition, residual, accepted, steps)
-        return self._increment(state, change)
-
-    def _increment(self, state: EnergyState, change: np.ndarray) -> Increment:
-        """Return the increment of a flat change of pressure and height."""
-        pressure = np.zeros(state.pressure.shape)
-        pressure[state.box.slices] = change[:-1].reshape(state.box.shape)
-        return Increment(pressure, self._energy.opening(pressure), float(change[-1]))
 
 
 def combine(
@@ -298,7 +271,7 @@ def balance_load(
         if not stiffness > 0.0:
             break
         height = state.height + force / stiffness
-        moved = energy.state(state.pressure, height, state.opening)
+        moved = energy.state(state.pressure, height, state.opening, exact=state.exact)
         rises = moved.energy > state.energy + state.rounding
         if rises or not moved.error < state.error:
             break

@@ -51,6 +51,8 @@ from ase_roughcontact.solvers.gcr import gcr
 # The missing load changes the residual of the pressures. What is smaller than this part
 # of that residual is lost in single precision.
 _LEAST_RESIDUAL = 0.01
+# Residual due to a missing load that counts as small, relative to what may be left.
+_SMALL_LOAD = 0.1
 
 
 class NewtonSystem:
@@ -88,6 +90,11 @@ class NewtonSystem:
         count, softness = _weights(self._weight, self._stiff, self._d)
         self._stiff_weight = self._stiff * self._weight
         self._inverse = model.preconditioner(softness / count) if count else None
+
+    @property
+    def work(self) -> int:
+        """Grid points that the model has transformed, forward and back."""
+        return self._model.work
 
     def scaled(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``W r``.
@@ -146,7 +153,7 @@ class NewtonSystem:
         model = self._model
         unit = max(max_abs(right), abs(load) / right.size) or 1.0
         load = load / unit
-        response, resistance = self._height_response()
+        response, resistance, push = self._height_response()
         if self._spring is not None and not resistance > 0.0:
             return None
 
@@ -159,8 +166,11 @@ class NewtonSystem:
         solution[:] = 0.0
         residual = self._embedded(right.reshape(self._stiffness.shape), 1.0 / unit)
         first = norm(residual)
+        # a load that is all but carried needs no transform of its own
+        small = abs(load) * push <= _SMALL_LOAD * reduction * first * resistance
         if load and self._spring is not None:
             self._balanced(solution, load, response, resistance)
+        if load and self._spring is not None and not small:
             terms = [(1.0, residual), (-1.0, self._apply_model(solution))]
             linear_combination(terms, out=residual)
         tolerance = reduction * max(first, _LEAST_RESIDUAL * norm(residual))
@@ -182,14 +192,15 @@ class NewtonSystem:
         change[-1] = z
         return change
 
-    def _height_response(self) -> tuple[np.ndarray, float]:
-        """Return the response ``M W D 1`` to a change of height, and its resistance."""
+    def _height_response(self) -> tuple[np.ndarray, float, float]:
+        """Return ``M W D 1``, the resistance to a change of height, and ``|W D 1|``."""
         response = np.empty_like(self._d)
         if self._spring is None:
-            return response, 0.0
-        self._precondition(self._d * self._weight, response)
+            return response, 0.0, 0.0
+        push = self._d * self._weight
+        self._precondition(push, response)
         spring = self._spring * self._model.self_compliance
-        return response, float(response.sum()) + spring
+        return response, float(response.sum()) + spring, norm(push)
 
     def _apply_model(self, change: np.ndarray) -> np.ndarray:
         """Return ``W [x + D (C x + z)]``."""

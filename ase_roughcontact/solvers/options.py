@@ -30,11 +30,17 @@ class NewtonKrylovOptions:
         residual of the state.
     krylov_steps : int
         Maximum number of Krylov steps with the circulant model.
+    dense_atoms, dense_window : int
+        Largest number of atoms in contact with a repulsive wall, and longest side of
+        the window, for which the linear system is solved by dense matrices.
     exact_residual : float
         If the solution of the model leaves a larger relative residual of the exact
         system, it preconditions Krylov steps with the exact Green's function.
     exact_krylov_steps : int
         Maximum number of such steps.
+    inverse_residual : float
+        The same as `exact_residual` for steps with the inverse of a repulsive wall that
+        have not decreased the residual.
     attraction_residual : float
         Residual pressure below which the negative stiffness of an attractive wall is
         included, in contact moduli.
@@ -60,6 +66,9 @@ class NewtonKrylovOptions:
         `reaction_forcing`.
     reaction_forcing : float
         The same for the next updates, relative to the violation at the last one.
+    watchdog : int
+        Number of steps with the inverse of a repulsive wall that need not decrease the
+        residual before one must lower the energy.
     patience : int
         Number of steps without progress after which the solver stops.
     stagnation_steps : int
@@ -76,8 +85,11 @@ class NewtonKrylovOptions:
     max_indenter_move: float = 3.0
     forcing: float = 0.1
     krylov_steps: int = 40
+    dense_atoms: int = 200
+    dense_window: int = 64
     exact_residual: float = 1.0
     exact_krylov_steps: int = 10
+    inverse_residual: float = 0.3
     attraction_residual: float = 0.3
     slow_fall: float = 0.3
     history: int = 3
@@ -89,6 +101,7 @@ class NewtonKrylovOptions:
     largest_gap: float = 1e-6
     first_violation: float = 0.03
     reaction_forcing: float = 3.0
+    watchdog: int = 5
     patience: int = 5
     stagnation_steps: int = 50
     stagnation_fall: float = 1e8

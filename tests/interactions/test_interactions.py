@@ -57,6 +57,26 @@ def derivative(function, gap, step, side):
     return weights @ function(gap + step * offsets[:, None])
 
 
+@pytest.mark.parametrize("name", ["repulsive", "stiff repulsive"])
+def test_the_inverse_of_a_wall_returns_the_gaps_of_pressures(name):
+    wall = EXAMPLES[name]
+    unit = wall.stiffness * wall.distance
+    given = unit * np.append(0.0, np.geomspace(1e-6, 150.0, 400))
+    gap, exact, stiff = wall.inverse(given)
+    assert_allclose(exact[1:], pressure(wall, gap[1:]), rtol=1e-11, atol=1e-14 * unit)
+    assert_allclose(stiff[1:], stiffness(wall, gap[1:]), rtol=1e-12)
+    assert (gap[0], exact[0], stiff[0]) == pytest.approx((A0, 0.0, wall.stiffness))
+    error = abs(exact - given) / stiff / gap
+    assert error[given <= unit].max() < 1e-10
+    assert error.max() < 2e-4
+
+
+def test_walls_without_an_inverse_say_so():
+    assert [w.invertible for w in (ADHESIVE, FULL, HardWall())] == [False] * 3
+    with pytest.raises(NotImplementedError, match="no inverse"):
+        ADHESIVE.inverse(np.zeros(1))
+
+
 def gaps_and_derivatives(function, low, high):
     """Gaps of a piece, its ends among them, and differences taken within it."""
     gaps = np.linspace(low, high, 31)

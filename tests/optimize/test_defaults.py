@@ -177,7 +177,8 @@ def test_a_stiff_spring_costs_as_many_iterations_as_a_fixed_indenter(stiffness):
     fixed = NewtonKrylov(atoms, logfile=None)
     assert fixed.run(fmax=1e-9)
     assert spring.nsteps <= 1.2 * fixed.nsteps
-    assert spring.pairs <= 1.3 * fixed.pairs
+    # the response to a change of the height is one more pair in every step
+    assert spring.pairs <= 1.2 * fixed.pairs + spring.nsteps
 
 
 # Residuals of the optimality conditions of a hard wall

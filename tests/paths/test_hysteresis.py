@@ -262,9 +262,9 @@ def test_automatic_windows_lead_to_the_same_loop():
 
 def test_step_that_does_not_converge_is_halved():
     options = {"fmax": 1e-7, "tolerance": 10.0, "smallest_step": 1e-3}
-    whole = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.25, 0.25, **options)
+    whole = adhesion_loop(sphere_above(20.0, 1e-4, 12), 0.25, 0.25, **options)
     limited = adhesion_loop(
-        sphere_above(20.0, 0.0, 12), 0.25, 0.25, max_steps=6, **options
+        sphere_above(20.0, 1e-4, 12), 0.25, 0.25, max_steps=6, **options
     )
     assert max(r.iterations for r in whole.approach) > 6
     assert max(r.iterations for r in limited.approach) <= 6

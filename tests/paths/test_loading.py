@@ -272,7 +272,8 @@ def test_rounding_of_a_target_near_zero_does_not_make_another_path(tmp_path):
 
 
 def test_another_small_load_on_a_path_to_large_ones_is_another_path(tmp_path):
-    options = {"trajectory": tmp_path / "sweep.traj", "max_steps": 1}
+    path = {"trajectory": tmp_path / "sweep.traj", "max_steps": 1}
+    options = {**path, "edge": "ignore"}
     list(load_path(make_atoms(fixed=False), loads=[1e-14, 1e-12, 1e3], **options))
     with pytest.raises(ValueError, match=r"loads\[0\] was 1e-14, is 2e-14"):
         atoms = make_atoms(fixed=False)
