@@ -15,7 +15,9 @@ model. With the set :math:`A` of atoms in contact, repeat
    does, continue with 2,
 
 until the set does not change and the violation is small enough. The linear systems are
-solved inexactly, since the sets of the first iterations are wrong anyway.
+solved inexactly, since the sets of the first iterations are wrong anyway. A set that
+still changes after several updates may cycle: from then on each system is solved twice
+as exactly as the last one.
 
 All fields are arrays on the box of the model, in its precision and in units of the
 violation; the set is an array of zeros and ones. Without lists of atoms a step costs
@@ -77,6 +79,8 @@ class ComplementarityProblem:
         self._direction = np.empty_like(self._pressure)
         self._scratch = np.empty_like(self._pressure)
         self._height_change = 0.0
+        self._forcing = options.forcing
+        self._loose = options.loose_updates  # that are left
         self._steps = options.inner_steps  # that are left
         # the model of a periodic surface in full contact is singular at a fixed height
         self._may_be_singular = model.singular and not loaded
@@ -96,6 +100,9 @@ class ComplementarityProblem:
         """
         while True:
             self._steps -= 1
+            self._loose -= 1
+            if self._loose < 0:
+                self._forcing *= 0.5
             self._open_lowest_pressure()
             self._clip()
             if not self._close_gaps(target) or self._steps <= 0:
@@ -166,9 +173,8 @@ class ComplementarityProblem:
         count = int(np.count_nonzero(self._contact))
         if not count:
             return self._exchange(target)
-        forcing = self._options.forcing
         largest = self._update_residual(count)
-        stage = max(target, forcing * max(largest, self._overlap()))
+        stage = max(target, self._forcing * max(largest, self._overlap()))
         self._direction[:] = 0.0
         last_work = math.inf
         while self._steps > 0:
@@ -177,7 +183,7 @@ class ComplementarityProblem:
                     return True
                 if largest <= target:
                     return False
-                stage = max(target, forcing * largest)
+                stage = max(target, self._forcing * largest)
             last_work = self._advance(count, last_work)
             largest = self._update_residual(count)
             self._steps -= 1

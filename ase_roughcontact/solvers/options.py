@@ -142,6 +142,9 @@ class ActiveSetOptions:
         Violation that the conjugate gradients may leave before the set of atoms in
         contact is updated, relative to the present one, for elastic and for plastic
         contact.
+    loose_updates : int
+        Number of updates of the set with this violation. At each further one it is
+        halved, so that the set cannot cycle.
     inner_steps : int
         Maximum number of steps of conjugate gradients and updates of the set for a
         correction.
@@ -166,6 +169,7 @@ class ActiveSetOptions:
     exact_contraction: float = 1000.0
     forcing: float = 0.3
     plastic_forcing: float = 0.2
+    loose_updates: int = 6
     inner_steps: int = 300
     slow_contraction: float = 0.15
     history: int = 2

@@ -56,6 +56,7 @@ ACTIVE_SET = {
     "contraction": (0.01, 0.3),
     "exact_contraction": (10.0, 1e5),
     "forcing": (0.03, 0.1, 0.5),
+    "loose_updates": (3, 1000),
     "slow_contraction": (0.0, 0.3, 1.0),
     "history": (0, 1, 5),
 }
