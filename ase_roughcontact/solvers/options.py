@@ -101,7 +101,7 @@ class NewtonKrylovOptions:
     largest_gap: float = 1e-6
     first_violation: float = 0.03
     reaction_forcing: float = 3.0
-    watchdog: int = 5
+    watchdog: int = 10
     patience: int = 5
     stagnation_steps: int = 50
     stagnation_fall: float = 1e8

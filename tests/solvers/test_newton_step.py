@@ -10,6 +10,7 @@ from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import LennardJones93
+from ase_roughcontact.solvers.dense import DenseEquations, solve_positive
 from ase_roughcontact.solvers.energy import ContactEnergy, Increment
 from ase_roughcontact.solvers.gcr import gcr
 from ase_roughcontact.solvers.newton import newton_krylov
@@ -104,6 +105,28 @@ def test_newton_equations_are_those_of_dense_algebra(held, rng, solid):
         matrix[-1, -1] = 0.0
     expected = np.linalg.solve(matrix, np.append(residual.ravel(), load))
     np.testing.assert_allclose(change, expected, atol=2e-4 * abs(expected).max())
+
+
+@pytest.mark.parametrize("spring, load", [(None, 0.0), (0.3, 0.2)])
+def test_dense_equations_are_those_of_numpy(spring, load, rng):
+    shape = (12, 11)
+    halfspace = FreeHalfSpace(shape, 1.0, 1.0)
+    unit = np.zeros(shape)
+    unit[0, 0] = 1.0
+    d = rng.uniform(0.5, 20.0, shape) * (rng.random(shape) < 0.7)
+    r = rng.normal(size=shape) * (rng.random(shape) < 0.8)
+    dense = DenseEquations(-halfspace.displacement(unit))
+    x, z = dense.solve(d, r, spring, load)
+    opening = -halfspace.displacement(x)
+    assert np.allclose(x + d * (opening + z), r, rtol=0.0, atol=1e-12)
+    if spring is None:
+        assert z == 0.0
+    else:
+        assert x.sum() - spring * z == pytest.approx(load, abs=1e-12)
+
+
+def test_a_matrix_that_is_not_positive_definite_has_no_dense_solution():
+    assert solve_positive(-np.eye(70), np.ones((70, 1))) is None
 
 
 def test_a_height_that_nothing_resists_has_no_solution(solid):
