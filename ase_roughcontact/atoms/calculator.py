@@ -296,6 +296,11 @@ class RoughContact(Calculator):
             modulus = halfspace.contact_modulus
             interaction = LennardJones93.repulsive(modulus, grid.spacing)
         heterogeneity = parameters["heterogeneity"]
+        if heterogeneity and not interaction.attractive:
+            raise ValueError(
+                "heterogeneity needs an interaction with attraction, got "
+                f"{interaction!r}"
+            )
         adhesion = grid.adhesion(heterogeneity) if heterogeneity else None
         return Contact(halfspace, grid.heights(indenter), interaction, adhesion)
 

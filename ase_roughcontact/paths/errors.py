@@ -84,19 +84,28 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     unbalanced = abs(float(step.forces[-1, 2]))
     if not step.touches:
         return Errors(0.0, unbalanced, 0.0)
-    stiffness, pressure = abs(step.response.force), step.state.contact_pressure
+    stiffness = abs(step.response.force)
+    # all atoms in contact may be in plastic contact
+    softness = 1.0 / stiffness if stiffness else math.inf
     relaxation = _relaxation(step)
     compliance = _cell_compliance(step)
     shift = compliance * abs(step.state.normal_force)
     if step.continuum:
         shift += _grid_height(step)
-    area = _cell_area(step) + relaxation / pressure
+    area = _cell_area(step) + _area_change(step, relaxation)
     if step.continuum:
         area += continuum_area_error(step)
     if step.control == "loads":
-        return Errors(area, unbalanced, shift + (relaxation + unbalanced) / stiffness)
-    force = _force_change(shift, 1.0 / stiffness + compliance)
-    return Errors(area + force / pressure, relaxation + force, 0.0)
+        return Errors(area, unbalanced, shift + (relaxation + unbalanced) * softness)
+    force = _force_change(shift, softness + compliance)
+    return Errors(area + _area_change(step, force), relaxation + force, 0.0)
+
+
+def _area_change(step: RelaxedContact, force: float) -> float:
+    """Return the area that carries a force, at most all of the contact (Å^2)."""
+    area, pressure = step.state.contact_area, step.state.contact_pressure
+    # the attraction of a wall may cancel its reaction
+    return force / pressure if force < pressure * area else area
 
 
 def _force_change(shift: float, compliance: float) -> float:

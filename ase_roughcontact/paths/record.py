@@ -87,12 +87,11 @@ def _largest_force(step: RelaxedStep) -> float:
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
     if step.coarse_area is not None:
-        return 2.0 * area - step.coarse_area
-    if not step.contact.interaction.hard:
-        return area
-    corrected = continuum_area(area, step.perimeter, step.halfspace.spacing)
+        area = 2.0 * area - step.coarse_area
+    elif step.contact.interaction.hard:
+        area = continuum_area(area, step.perimeter, step.halfspace.spacing)
     # with plastic contact to the edge there is nothing to correct, and A >= N/H
-    return max(corrected, step.state.normal_force / step.state.hardness)
+    return max(area, step.state.normal_force / step.state.hardness)
 
 
 def _memory(step: RelaxedStep) -> float:

@@ -1,4 +1,4 @@
-"""Criteria for whether rough surfaces stick: which pull-off force is left."""
+"""Criteria for whether rough surfaces stick."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class FixedWindow:
             return False
         acts = atoms.calc.state(atoms).pressure != 0.0
         if acts[[0, -1]].any() or acts[:, [0, -1]].any():
-            advice = "give a larger shape"
+            advice = "give a larger shape or 'auto'"
             if not isinstance(atoms.calc.parameters["indenter"], RoughSphere):
                 advice += " (or edge='ignore' if the indenter ends there)"
             raise RuntimeError(

@@ -37,8 +37,10 @@ CASES = (
 
 def loop_of(slope, seed, depth, step, spacing):
     """Return an adhesion loop."""
-    rough = SelfAffine(slope, 0.8, 12.0, 24.0, seed=seed, domain=192.0)
-    sphere = RoughSphere(RADIUS, rough if slope else None)
+    rough = None
+    if slope:
+        rough = SelfAffine(slope, 0.8, 12.0, 24.0, seed=seed, domain=192.0)
+    sphere = RoughSphere(RADIUS, rough)
     atoms = substrate("Cu", (16, 16), sphere, spacing=spacing)
     atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(WORK, RANGE))
     unit = np.cbrt(WORK**2 * RADIUS)

@@ -18,6 +18,7 @@ from scipy.constants import e
 
 from ase_roughcontact import (
     HardWall,
+    Heterogeneity,
     LennardJones93,
     RoughContact,
     RoughSphere,
@@ -314,6 +315,13 @@ BAD_PARAMETERS = [
 def test_unknown_precision_is_refused_at_construction(dtype):
     with pytest.raises(ValueError, match=f"must be float32 or float64, got '{dtype}'"):
         RoughContact(SPHERE, 1.0, fft={"dtype": dtype})
+
+
+def test_heterogeneity_without_attraction_is_refused():
+    atoms = make_atoms(HardWall())
+    atoms.calc.set(heterogeneity=Heterogeneity(lambda x, y: 0.1 * np.cos(x)))
+    with pytest.raises(ValueError, match=r"an interaction with attraction, got HardW"):
+        atoms.get_potential_energy()
 
 
 @pytest.mark.parametrize("name, value", BAD_PARAMETERS)

@@ -44,6 +44,8 @@ def steps_on_flat(wall, spacing, loads=LOADS, **options):
         (["...", "xxx", "..."], True, 6),
         (["...", "xxx", "..."], False, 8),
         (["xxx", "xxx", "xxx"], True, 0),
+        (["x..", "...", "x.."], True, 6),
+        (["xx.", "...", "..."], True, 6),
         (["xxx", "x.x", "xxx"], False, 16),
     ],
 )
@@ -81,6 +83,8 @@ def test_corrected_area_of_plastic_contact_is_at_least_load_over_hardness():
         assert corrected < step.normal_force / 0.02 == step.continuum_area
         assert step.continuum_area == pytest.approx(limit.continuum_area, rel=0.02)
         assert step.contact_area > 1.02 * limit.continuum_area
+    (light, *_) = steps_on_flat(PlasticWall(0.02), 1.0, loads[:1], model="continuum")
+    assert light.continuum_area == light.normal_force / 0.02
 
 
 def test_area_under_a_wall_of_finite_stiffness_needs_no_correction():

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import (
+    ExponentialWall,
     HardWall,
     LennardJones93,
     RoughContact,
@@ -166,3 +167,12 @@ def test_nine_of_ten_errors_of_the_grid_are_within_twice_the_estimate(control):
     for values in errors.values():
         assert len(values) == 52
         assert share_within_twice(values) >= 0.9
+
+
+def test_error_of_the_area_is_at_most_the_area_where_attraction_cancels_reaction():
+    tip = RoughSphere(0.5)
+    atoms = substrate("Cu", (9, 9), tip, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(tip, 1.0, ExponentialWall(0.01, 0.005))
+    _, step = load_path(atoms, loads=[0.01, 0.0], validity="ignore")
+    assert step.contact_area == step.area_error == 1.0
+    assert abs(step.mean_pressure) < 1e-12

@@ -14,6 +14,7 @@ from ase_roughcontact.interactions import (
     PowerLawWall,
 )
 from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.local_wall import LocalWall
 from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.solvers.response import height_response
 
@@ -152,6 +153,15 @@ def test_adhesion_of_patches_is_that_of_each_patch(wall):
     pressure = contact.wall(np.maximum(gap, 0.0))[1]
     assert (pressure[:, : n // 2] == 0.0).all() and pressure.min() < -0.01
     assert reaction.min() > -1e-6
+
+
+def test_stiffness_of_the_augmented_lagrangian_follows_the_strongest_attraction():
+    """It has to exceed the negative stiffness of the attraction everywhere."""
+    factors = np.ones((32, 32))
+    factors[3, 4] = 2.5
+    short = ExponentialWall(0.05, 0.05)
+    stiffness = LocalWall.of(contact_of(short, adhesion=factors)).stiffness
+    assert stiffness > 2.5 * 0.05 / 0.05**2
 
 
 def test_hard_wall_without_attraction_is_refused():

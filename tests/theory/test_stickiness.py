@@ -83,7 +83,10 @@ def test_pastewka_and_robbins_have_the_numbers_of_their_paper(work, printed):
 def test_law_of_a_rough_sphere_lists_the_criteria():
     adhesion = {"work_of_adhesion": 0.03, "attraction_range": 0.5}
     found = theory.regime(1.0, 1000.0, 1.0, ROUGH, **adhesion)
-    assert found.criteria == theory.stickiness(ROUGH, 1.0, *adhesion.values())
+    assert found.criteria == theory.stickiness(ROUGH, 1.0, **adhesion)
+    soft = {"kappa_repulsive": theory.KAPPA_REPULSIVE, **adhesion}
+    found_soft = theory.regime(1.0, 1000.0, 1.0, ROUGH, **soft)
+    assert found_soft.criteria == theory.stickiness(ROUGH, 1.0, **soft)
     assert "Fuller-Tabor: not sticky (12.9 >= 10)" in str(found)
     assert "Pastewka-Robbins: sticky (0.372 < 1)" in str(found)
     assert theory.regime(1.0, 1000.0, 1.0, ROUGH).criteria == ()
