@@ -24,7 +24,7 @@ from ase_roughcontact import (
 )
 
 RADIUS, WORK, RANGE = 200.0, 0.1, 0.8
-TABLE = Path("rough_hysteresis.csv")
+TABLE = Path(__file__).with_name("rough_hysteresis.csv")
 CASE = ("slope", "seed", "depth", "step", "spacing")
 FIELDS = (*CASE, "lost", "jumps in", "jumps out", "pull-off", "states", "converged")
 CASES = (

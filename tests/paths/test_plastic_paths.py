@@ -62,6 +62,16 @@ def test_atoms_in_plastic_contact_are_counted_apart():
     assert step.gap_error < 1e-6
 
 
+def test_a_contact_that_flows_everywhere_has_a_force_but_no_height():
+    wall, ball = PlasticWall(1e-4), RoughSphere(20.0)
+    for control, target in (("penetrations", 0.3), ("loads", 37e-4)):
+        atoms = atoms_of(wall, (12, 12), fixed=control != "loads", sphere=ball)
+        (step,) = load_path(atoms, **{control: [target]}, validity="ignore")
+        assert step.plastic_atoms == step.repulsive_atoms == 37
+        assert step.contact_stiffness == 0.0 and step.force_error < 1e-9
+        assert step.height_error == (math.inf if control == "loads" else 0.0)
+
+
 def test_elastic_walls_have_no_plastic_contact():
     for wall in (None, HardWall(), PlasticWall(math.inf)):
         _, (step,) = steps_of(wall, [1.0])
