@@ -11,9 +11,15 @@ They add up from three sources:
 
   under soft and hard walls.
 - *Grid*, if the continuum is asked for. Errors of the area are those of
-  `counted_area`. On a grid of spacing :math:`\Delta x` the height under a load N is
-  wrong by about :math:`c\, N S_d \Delta x^2/(A^2 E^*)`, with the area A and its
-  perimeter :math:`S_d`. Under a given penetration its zero, the lowest point of the
+  `counted_area`. On a grid of spacing :math:`\Delta x` the height under a load is wrong
+  by about
+
+  .. math:: \frac{0.04\, \Delta x^2 S_d}{A^{3/2}\, dN/dZ} a_0^2 \sum |p|, \qquad
+            \frac{0.006\, \Delta x^2 S_d}{A^2 E^*} a_0^2 \sum |p|
+
+  in a free and a periodic half space, with the area A and its perimeter :math:`S_d`:
+  attraction adds to the forces that a grid can't resolve, and next to an instability
+  the contact is compliant. Under a given penetration its zero, the lowest point of the
   indenter, is found to a quarter of the second differences there.
 - *Cell.* Images of the contact in a square cell of side L shift the height, and press
   the surroundings down, by
@@ -40,7 +46,7 @@ from ase_roughcontact.theory.counted_area import grid_error
 
 # Factor of the error of the height by the grid: measured on rough spheres and flats by
 # examples/benchmarks/grid_error.py.
-_HEIGHT_FACTOR = {False: 0.035, True: 0.006}  # free and periodic half space
+_HEIGHT_FACTOR = {False: 0.04, True: 0.006}  # free and periodic half space
 # Part of the sum of second differences by which the lowest point of a grid is too high
 # on average.
 _LOWEST_POINT = 1.0 / 24.0
@@ -156,8 +162,13 @@ def _relaxation(step: RelaxedContact) -> float:
 def _grid_height(step: RelaxedContact) -> float:
     """Return the error of the height under a load, or at a penetration (Å)."""
     halfspace, state = step.halfspace, step.state
-    force = abs(state.normal_force) * step.perimeter * halfspace.spacing**2
-    error = force / (state.contact_area**2 * halfspace.contact_modulus)
+    width = math.sqrt(state.contact_area)
+    if halfspace.periodic:
+        stiffness = halfspace.contact_modulus * width
+    else:
+        stiffness = abs(step.response.force)
+    forces = float(abs(state.pressure).sum()) * state.cell_area
+    error = forces * step.perimeter * halfspace.spacing**2 / (width**3 * stiffness)
     error *= _HEIGHT_FACTOR[halfspace.periodic]
     if step.control == "penetrations":
         error += _LOWEST_POINT * _second_differences(step.contact.heights)

@@ -86,8 +86,12 @@ def cases(study):
             yield wall, radius, 0.1, hurst, seed, 128.0
         return
     if study == "adhesion":
-        for wall, (hurst, seed) in product(ADHESIVE, ((0.8, 31), (0.6, 32))):
-            yield wall, 200.0, 0.1, hurst, seed, 20.0
+        seeds, contacts = (
+            ((0.8, 31), (0.6, 32), (0.7, 33), (0.5, 34)),
+            (8.0, 14.0, 20.0),
+        )
+        for contact, wall, (hurst, seed) in product(contacts, ADHESIVE, seeds):
+            yield wall, 200.0, 0.1, hurst, seed, contact
         return
     unseen = UNSEEN_IN_CELLS if study == "cell" else UNSEEN
     for wall, slope, (hurst, seed), contact in product(

@@ -21,6 +21,7 @@ from ase_roughcontact.theory import Hertz
 
 TABLE = "examples/benchmarks/answer_errors.csv"
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
+ADHESIVE = {"adhesive": LennardJones93.adhesive(1.0, 1.0, 0.05)}
 RADIUS = 100.0
 
 
@@ -31,7 +32,7 @@ def relaxed(wall, seed=5, cell=0, fixed=False, smooth=False, **options):
     atoms = substrate(
         "Cu", (side, side), sphere, spacing=1.0, periodic=cell > 0, fixed=fixed
     )
-    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+    atoms.calc = RoughContact(sphere, 1.0, (WALLS | ADHESIVE)[wall])
     target = {} if fixed else {"loads": [Hertz(RADIUS, 1.0).force(10.0)]}
     window = "fixed" if cell else "auto"
     (step,) = load_path(atoms, **target, **options, window=window, validity="ignore")
@@ -70,6 +71,12 @@ def test_grid_is_an_error_of_the_continuum_only(wall):
     assert abs(coarse.continuum_area - fine.continuum_area) < 2.0 * coarse.area_error
 
 
+def test_grid_height_counts_the_forces_of_attraction():
+    coarse, fine = (relaxed("adhesive", refine=n) for n in (1, 4))
+    error = abs(coarse.height - fine.height)
+    assert 0.5 * error < coarse.height_error < 3.0 * error
+
+
 @pytest.mark.parametrize("cell", [48, 96])
 def test_images_of_a_periodic_cell_shift_the_height_and_take_area(cell):
     free, periodic = (relaxed("repulsive", smooth=True, cell=c) for c in (0, cell))
@@ -89,6 +96,8 @@ def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
     error = periodic.normal_force - free.normal_force
     assert error > 0.5 * free.normal_force
     assert periodic.force_error == pytest.approx(error, rel=0.25)
+    area = periodic.contact_area - free.contact_area
+    assert periodic.area_error > 0.5 * area
 
 
 def test_cell_of_a_flat_surface_is_no_error():
