@@ -9,6 +9,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line
 from ase_roughcontact.cli.curves import read_curve
+from ase_roughcontact.cli.description import bodies, cantilever_note
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.fit import fit_curve
@@ -36,8 +37,9 @@ def plan(options: argparse.Namespace) -> int:
     """
     scene, heading = checked_scene(options), ""
     if scene.path.is_loop:
-        scene = scene.deepest_state
+        note, scene = cantilever_note(scene), scene.deepest_state
         heading = "The deepest state of the loop, of tens of states:\n"
+        heading = note + heading
     planned, unit = scene.plan(), report.target_unit(scene)
     if options.json:
         for step in planned.steps:
@@ -45,7 +47,7 @@ def plan(options: argparse.Namespace) -> int:
     elif not options.quiet:
         printed = printed_unit(unit)
         table = planned.table(f"{scene.path.control} ({printed})", UNITS[printed])
-        print(heading + table)
+        print(f"{bodies(scene)}\n\n{heading}{table}")
     return 0 if planned.runs else 1
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import warnings
 from collections.abc import Mapping
 from typing import Any
 
@@ -26,6 +27,8 @@ def checked_scene(options: argparse.Namespace) -> Scene:
     text, name = scene_text(options)
     scene = Scene.parse(text, name)
     scene.check(name)
+    for warning in scene.warnings:
+        warnings.warn(warning, stacklevel=2)
     return scene
 
 

@@ -7,6 +7,7 @@ import math
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
+from ase_roughcontact.scene.scan_summary import scan_line
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -24,21 +25,67 @@ def description(reference: Reference) -> str:
     str
     """
     scene, smooth = reference.scene, reference.smooth
-    lines = [
-        f"{label_of(scene.substrate, scene.solid)}, spacing {scene.spacing:.3f} Å, "
-        f"{_hardness(scene)}; "
-        f"sphere of radius {scene.radius / UNITS['nm']:.4g} nm, {scene.wall.label}"
-    ]
+    lines = [bodies(scene)]
     if reference.explanation:
         lines.append(f"Theory: {reference.explanation}")
     if reference.criteria:
         criteria = "; ".join(map(str, reference.criteria))
-        lines.append(f"Rough flats: {criteria}")
+        lines.append(f"Stickiness of flat surfaces with this roughness: {criteria}")
     if scene.area_column == "continuum_area":
         lines.append(_grid(scene))
     if smooth.pull_off_force < 0.0:
         lines.append(f"Pull-off force: {pull_off_text(reference)}")
     return "\n".join(lines)
+
+
+def bodies(scene: Scene) -> str:
+    """Return a description of solid, indenter, wall and scan.
+
+    Parameters
+    ----------
+    scene : Scene
+
+    Returns
+    -------
+    str
+    """
+    radius = f"radius {scene.radius / UNITS['nm']:.4g} nm"
+    indenter = f"sphere of {radius}"
+    if scene.whole_tip is not None:
+        indenter = f"scanned tip ({radius}, fitted to the scan)"
+    line = (
+        f"{label_of(scene.substrate, scene.solid)}, spacing {scene.spacing:.3f} Å, "
+        f"{_hardness(scene)}; {indenter}, {scene.wall.label}"
+    )
+    if scene.scan is None or scene.topography is None:
+        return line
+    return f"{line}\n{scan_line(scene.topography)}"
+
+
+def cantilever_note(scene: Scene) -> str:
+    """Return what the cantilever of a loop must hold; empty without a cantilever.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a loop.
+
+    Returns
+    -------
+    str
+        With an empty line below.
+    """
+    if scene.cantilever is None:
+        return ""
+    depth = scene.loop_options["deepest"]
+    # the base at the deepest state must be lower than when the free tip jumps in
+    force = scene.cantilever * max(depth, 0.0) / UNITS["nN"]
+    return (
+        f"Cantilever of {scene.cantilever / UNITS['J/m^2']:.4g} N/m: if the contact "
+        f"still pulls with more than about {force:.2g} nN at a depth of "
+        f"{depth / UNITS['nm']:.3g} nm, the tip\njumps in beyond it: then give a "
+        "larger deepest, or a stiffer cantilever.\n\n"
+    )
 
 
 def _hardness(scene: Scene) -> str:

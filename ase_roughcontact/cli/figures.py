@@ -194,7 +194,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     first_contact = steps[0].height + steps[0].penetration
     theory: dict[str, tuple[FloatArray, FloatArray]] = {}
     # the penetration of a rough sphere is relative to its highest peak, not its mean
-    if scene.rough is None:
+    if scene.rough is None and scene.whole_tip is None:
         area = max(getattr(step, scene.area_column) for step in steps)
         largest = _EXTENT * math.sqrt(area / np.pi) + scene.spacing
         for curve in _smooth(reference):

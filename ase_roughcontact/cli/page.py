@@ -77,7 +77,7 @@ def page(
         f"<h1>{html.escape(folder.resolve().name)}</h1>",
         _paragraphs(description(reference)),
         _paragraphs(values.strip()),
-        _warnings(steps),
+        _warnings(reference.scene.warnings, steps),
         *(_figure(folder / name, text) for name, text in _FIGURES.items()),
         "<h2>Steps</h2>",
         _table(steps),
@@ -97,14 +97,17 @@ def _paragraphs(text: str) -> str:
     return f"<p>{html.escape(text)}</p>" if text else ""
 
 
-def _warnings(steps: Sequence[LoadStep]) -> str:
-    """Return the steps that are no results and the limits of the model."""
+def _warnings(warnings: Sequence[str], steps: Sequence[LoadStep]) -> str:
+    """Return warnings, steps that are no results, and the limits of the model."""
     lines = [
-        f"Step {step.step} did not converge: {step.message}"
-        for step in steps
-        if not step.converged
+        *warnings,
+        *(
+            f"Step {step.step} did not converge: {step.message}"
+            for step in steps
+            if not step.converged
+        ),
+        *report.exceeded_limits(steps),
     ]
-    lines += report.exceeded_limits(steps)
     if not lines:
         return "<p>All steps converged within the limits of the model.</p>"
     return f'<div class="warning">{html.escape(chr(10).join(lines))}</div>'

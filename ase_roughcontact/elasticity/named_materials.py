@@ -158,6 +158,18 @@ MATERIALS = {
 }
 
 
+# Other names, which are suggestions only.
+_OTHER_NAMES = {
+    "silicon nitride": "Si3N4",
+    "silica": "SiO2",
+    "glass": "SiO2",
+    "quartz": "SiO2",
+    "silicon oxide": "SiO2",
+    "silicon dioxide": "SiO2",
+    "diamond-like carbon": "DLC",
+    "silicone": "PDMS",
+    "polydimethylsiloxane": "PDMS",
+}
 _CRYSTALS = {each: Material(crystal_modulus(each), _HIRTH, each) for each in CRYSTALS}
 _KNOWN = _CRYSTALS | MATERIALS
 
@@ -181,6 +193,7 @@ def material(name: str) -> Material:
     """
     if name not in _KNOWN:
         words = {each.lower(): each for each in _KNOWN}
+        words |= _OTHER_NAMES
         words |= {atomic_names[atomic_numbers[s]].lower(): s for s in CRYSTALS}
         similar = get_close_matches(name[:100].lower(), words, n=1)
         hint = f"did you mean {words[similar[0]]!r}? " if similar else ""

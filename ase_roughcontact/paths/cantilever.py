@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import trapezoid
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.paths.instabilities import AdhesionLoop, Jump, interpolated
 
@@ -132,9 +133,10 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     turn = deepest.height - deepest.normal_force / stiffness
     if approach.distance[-1] != turn:
         raise ValueError(
-            f"the tip on a cantilever of {stiffness:g} eV/Å^2 jumps in beyond the "
-            f"deepest state of the loop, at a penetration of {deepest.penetration:g} "
-            "Å: choose a deeper one, or a stiffer cantilever"
+            f"the tip on a cantilever of {stiffness / UNITS['J/m^2']:.4g} N/m jumps in "
+            "beyond the deepest state of the loop, at a penetration of "
+            f"{deepest.penetration / UNITS['nm']:.4g} nm: choose a deeper one, or a "
+            "stiffer cantilever"
         )
     retraction = _followed(*up, loop.retraction_jumps, stiffness, 1.0)
     return CantileverCurve(stiffness, approach, retraction)

@@ -289,7 +289,10 @@ def _misses_first_contact(atoms: Atoms) -> bool:
 
 
 def _contact_width(atoms: Atoms, control: str, target: float) -> float:
-    """Return the width of the Hertzian contact in atoms; zero if it is not known."""
+    """Return the width of the Hertzian contact in atoms; zero if it is not known.
+
+    Zero also if the rigid indenter is in the range of the wall only inside the window.
+    """
     contact = contact_of(atoms)
     halfspace, wall = contact.halfspace, contact.interaction
     radius = getattr(atoms.calc.parameters["indenter"], "radius", 0.0)
@@ -304,9 +307,17 @@ def _contact_width(atoms: Atoms, control: str, target: float) -> float:
         )
     else:
         height = target if control == "heights" else contact.first_contact - target
+        if not _at_edge(contact.heights < wall.cutoff - height):
+            return 0.0
         # the depth of the mean sphere, not that of the lowest atom
         a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
     return 2.0 * a / halfspace.spacing
+
+
+def _at_edge(inside: np.ndarray) -> bool:
+    """Return whether a window has any of some atoms on its edge."""
+    rows, columns = inside[[0, -1]], inside[:, [0, -1]]
+    return bool(rows.any() or columns.any())
 
 
 def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:

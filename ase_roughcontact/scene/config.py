@@ -86,11 +86,14 @@ class SubstrateConfig(Section):
 
 @dataclass(frozen=True)
 class SphereConfig(Section):
-    """``[sphere]``: radius in units of the spacing if no unit is given."""
+    """``[sphere]``: radius in units of the spacing if no unit is given.
+
+    The radius infinity means that a scan is the whole indenter.
+    """
 
     title = "sphere"
 
-    radius: float | str = 1000.0
+    radius: float | str | None = None
     unit: str = "a0"
     material: str = ""
     profile: str = "paraboloid"

@@ -36,6 +36,8 @@ from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 # Hardness (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_HARDNESS = 1e3
+# Radius of the sphere if none is given, in units of the spacing.
+_DEFAULT_RADIUS = 1000.0
 
 
 @dataclass(frozen=True)
@@ -187,9 +189,27 @@ class Model(SceneFile):
         return self.grids.change.surface(self.surface, self.spacing)
 
     @property
+    def scan(self) -> HeightMap | None:
+        """Scan of one of the bodies; None if there is none."""
+        if self.topography is None or self.roughness is not None:
+            return None
+        return self.topography.surface
+
+    @property
+    def whole_tip(self) -> HeightMap | None:
+        """Scan that is the whole indenter, for which the radius is infinity."""
+        return self.scan if self.sphere.radius == math.inf else None
+
+    @property
     def radius(self) -> float:
-        """Radius of the sphere (Å)."""
+        """Radius of the sphere (Å); of a whole tip that of curvature of the scan."""
+        tip = self.whole_tip
+        if tip is not None:
+            return self._radius_of_tip(tip)
         given, units = self.sphere.radius, lengths(self.spacing)
+        if given is None:
+            self._check_default_radius()
+            return _DEFAULT_RADIUS * self.spacing
         radius = self.sphere.plain(["radius"], units, "a0", self.sphere.unit).radius
         if not (isinstance(given, str) and 0.0 < radius < math.inf):
             positive(radius=given)
@@ -199,6 +219,38 @@ class Model(SceneFile):
                 f"{given!r}, {radius:.3g} a0"
             )
         return radius * self.spacing
+
+    def _radius_of_tip(self, tip: HeightMap) -> float:
+        role: Any = self.topography and self.topography.role
+        if role != "indenter" or tip.periodic:
+            raise ValueError(
+                "radius = inf means that the scan is the whole tip, for a scan with "
+                f'role = "indenter" that is not periodic, got role = "{role}", '
+                f"periodic = {str(tip.periodic).lower()}: give the radius of the sphere"
+            )
+        if tip.tip.radius == math.inf:
+            raise ValueError(
+                "radius = inf means that the scan is the whole tip, but it is not "
+                "convex around its highest point: is the height reversed, or the scan "
+                "that of a part of the tip? Else give the radius of the sphere"
+            )
+        return tip.tip.radius
+
+    def _check_default_radius(self) -> None:
+        """Raise an error if a scanned indenter has no given radius."""
+        if self.topography is None or self.topography.role != "indenter":
+            return
+        scan: Any = self.scan
+        nm = f"{scan.tip.radius / UNITS['nm']:.3g} nm"
+        shape = (
+            f"the scan itself has a radius of about {nm} at its highest point"
+            if scan.tip.is_tip
+            else "the scan does not say whether it is that of a whole tip"
+        )
+        raise ValueError(
+            f"{shape}: give radius = inf if it is the whole tip, or the radius of the "
+            "sphere that it is the roughness of"
+        )
 
     @property
     def self_affine(self) -> SelfAffine | None:
@@ -211,15 +263,20 @@ class Model(SceneFile):
 
     @property
     def rough(self) -> SelfAffine | HeightMap | None:
-        """Roughness of the sphere, self-affine or measured; None if it is smooth."""
-        if self.topography is not None and self.roughness is None:
-            return self.topography.surface
+        """Roughness of the sphere, self-affine or measured; None if it is smooth.
+
+        None also for a whole tip, for which theory is that of a smooth sphere.
+        """
+        if self.roughness is None and self.topography is not None:
+            return None if self.sphere.radius == math.inf else self.scan
         return self.self_affine
 
     @property
     def surface(self) -> RoughSphere:
         """Surface of the indenter."""
         profile: Any = self.sphere.profile
+        if self.whole_tip is not None:
+            return RoughSphere(math.inf, self.whole_tip)
         return RoughSphere(self.radius, self.rough, profile)
 
     @property

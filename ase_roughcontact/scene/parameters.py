@@ -45,6 +45,10 @@ def value_of(scene: Scene, name: str) -> float:
     -------
     float
     """
+    if name == "radius" and scene.whole_tip is not None:
+        raise ValueError(
+            "radius can't be fitted: the scan is the whole tip (radius = inf)"
+        )
     values = {
         "work_of_adhesion": lambda: scene.wall.work_of_adhesion / UNITS["J/m²"],
         "contact_modulus": lambda: scene.contact_modulus / UNITS["GPa"],

@@ -184,11 +184,13 @@ def _rough(smooth: Reference) -> Reference:
             f"it to {work / UNITS['J/m^2']:.3g} J/m²: {flattened.explanation}"
         )
         return replace(flattened, explanation=explanation)
-    reason = f"rough flats adhere ({inverse_kappa})"
+    reason = f"flat surfaces with this roughness adhere ({inverse_kappa})"
     if work > 0.0:
         reason = (
             f"the contact at zero load (radius {radius / UNITS['nm']:.2g} nm) is "
             "smaller than half the longest wavelength "
             f"({half_wave / UNITS['nm']:.2g} nm)"
         )
-    return replace(smooth, explanation=f"no closed form, as {reason}; {comparison}")
+    return replace(
+        smooth, explanation=f"none for this contact, as {reason}; {comparison}"
+    )

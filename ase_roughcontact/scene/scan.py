@@ -56,7 +56,14 @@ class TopographyConfig(Section):
         except OSError as error:
             message = f"cannot read a scan from {self.file!r}: {error}"
             raise ValueError(message) from error
-        return _read(self, changed)
+        surface = _read(self, changed)
+        if self.center == "highest" and surface.extent == 0.0:
+            raise ValueError(
+                "the highest point is on the edge of the scan: is the height reversed, "
+                "or the role wrong? Else give a margin, the distance from the edges at "
+                "which the highest point is sought"
+            )
+        return surface
 
 
 @lru_cache(maxsize=4)

@@ -20,6 +20,7 @@ from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.path import ContactPath
+from ase_roughcontact.scene.scan_summary import scan_warnings
 from ase_roughcontact.windows.memory import check_roughness, points_of
 from ase_roughcontact.windows.regrid import GridChange
 
@@ -97,6 +98,13 @@ class Scene(ContactPath):
             values["substrate.spacing"] = None
         return self.with_values(values)
 
+    @property
+    def warnings(self) -> list[str]:
+        """What is doubtful about the scan; empty if there is nothing, or no scan."""
+        if self.scan is None or self.topography is None:
+            return []
+        return scan_warnings(self.topography, self.radius, self.whole_tip is not None)
+
     def check(self, name: str = "scene") -> None:
         """Raise an error if a value is out of range or inconsistent with others.
 
@@ -121,8 +129,8 @@ class Scene(ContactPath):
                 "shape",
             ],
             "roughness": ["self_affine"],
-            "topography": ["rough"],
-            "sphere": ["surface"],
+            "topography": ["scan"],
+            "sphere": ["radius", "surface"],
             "solver": ["fmax", "accuracy", "optimizer", "max_steps"],
             "interaction": ["wall", "hardness"],
             "heterogeneity": ["local_adhesion"],

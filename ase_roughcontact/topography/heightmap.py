@@ -28,9 +28,13 @@ from ase_roughcontact.topography.spectrum import (
     power_spectrum,
     statistics,
 )
+from ase_roughcontact.topography.tip_fit import TipFit
 
 # Distance, in steps of the map, within which a grid point counts as a point of the map.
 _ROUNDING = 1e-9
+# Steps within which the coefficients of a spline lie that its value at a place is a
+# mean of, near an edge, too.
+_SUPPORT = 4
 
 
 class HeightMap:
@@ -53,6 +57,11 @@ class HeightMap:
         Position (x, y) on the axis of the indenter, counted from element (0, 0)
         (length). By default that of element (n//2, m//2).
 
+    Attributes
+    ----------
+    missing : int
+        Number of points of the scan that were not measured, and are interpolated.
+
     Raises
     ------
     ValueError
@@ -70,6 +79,7 @@ class HeightMap:
         self._values = height_array(heights)
         self.spacing = axis_spacings(spacing)
         self.periodic = bool(periodic)
+        self.missing = 0
         middle = [n // 2 * step for n, step in self._axes]
         x, y = middle if center is None else position(center, 1.0)
         self.center = float(x), float(y)
@@ -162,6 +172,7 @@ class HeightMap:
         scan, factor = Scan.of(
             topography, spacing=spacing, unit=unit, periodic=periodic, channel=channel
         )
+        missing = int(np.isnan(scan.heights).sum())
         scan = scan.levelled(detrend).filled()
         if isinstance(center, str):
             lookup(center, {"middle": None, "highest": None}, "center")
@@ -170,7 +181,9 @@ class HeightMap:
         else:
             place = position(center, factor)
         heights, place = scan.lower_side(role, place)
-        return cls(heights, scan.spacing, scan.periodic, place)
+        surface = cls(heights, scan.spacing, scan.periodic, place)
+        surface.missing = missing
+        return surface
 
     @property
     def shape(self) -> Shape:
@@ -254,8 +267,54 @@ class HeightMap:
             return float(self._values.min())
         return self._lowest_coefficient
 
+    def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
+        """Return the distance from the axis beyond which no atom is below a level.
+
+        Parameters
+        ----------
+        level : float
+            Height (length).
+        spacing : float
+            Distance between atoms (length).
+        origin : tuple of float
+            Position (x, y) of one of them relative to the axis (length).
+
+        Returns
+        -------
+        float
+            An upper bound, from the coefficients of the spline (length).
+
+        Raises
+        ------
+        ValueError
+            If the map is periodic.
+        """
+        if self.periodic:
+            raise ValueError(
+                "automatic windows need a sphere of finite radius, or the scan of a "
+                f"whole tip, got {self!r}: choose a fixed window"
+            )
+        low = self._coefficients < level
+        if not low.any():
+            return 0.0
+        x, y = (
+            np.abs(np.arange(n) * step - middle) + _SUPPORT * step
+            for middle, (n, step) in zip(self.center, self._axes, strict=True)
+        )
+        return float(np.hypot(x[:, None], y[None, :])[low].max())
+
     @cached_property
+    def tip(self) -> TipFit:
+        """Paraboloid around the lowest point of the map."""
+        return TipFit.of(self._values, self.spacing)
+
+    @property
     def _lowest_coefficient(self) -> float:
+        return float(self._coefficients.min())
+
+    @cached_property
+    def _coefficients(self) -> FloatArray:
+        """Coefficients of the B-splines, between which the spline is everywhere."""
         c = self._values
         for axis in (0, 1):
             _check_points(c.shape[axis])
@@ -264,7 +323,7 @@ class HeightMap:
             ends = "periodic" if self.periodic else "not-a-knot"
             points = np.arange(c.shape[axis])
             c = make_interp_spline(points, c, 3, axis=axis, bc_type=ends).c
-        return float(c.min())
+        return c
 
     def centered(self, center: Point) -> HeightMap:
         """Return the same map with another place on the axis of the indenter.

@@ -136,10 +136,10 @@ class Scan:
         ValueError
             If the name is unknown.
         """
-        if detrend is None or detrend == "none":
+        if detrend is None:
             return self
         trends = {"mean": _polynomial(0), "plane": _polynomial(1)}
-        trends |= {"curvature": _polynomial(2), "lines": _lines}
+        trends |= {"curvature": _polynomial(2), "lines": _lines, "none": np.zeros_like}
         trend = lookup(detrend, trends, "way to detrend")
         return replace(self, heights=self.heights - trend(self.heights))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,9 @@ def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
         ) from error
     if not path.is_file():
         raise FileNotFoundError("there is no such file")
-    with open_topography(str(path)) as reader:
+    # scipy warns when a NetCDF file is closed before its arrays, which are copied
+    with warnings.catch_warnings(), open_topography(str(path)) as reader:
+        warnings.filterwarnings("ignore", "Cannot close a netcdf_file")
         names = [each.name for each in reader.channels]
         if isinstance(channel, str):
             channel = lookup(

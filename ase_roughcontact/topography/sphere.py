@@ -29,7 +29,8 @@ class RoughSphere:
     Parameters
     ----------
     radius : float
-        R (length); infinity for a nominally flat indenter.
+        R (length); infinity for a nominally flat indenter, and for a whole tip, whose
+        scan is the roughness.
     roughness : Surface, optional
         Roughness h, with its origin on the axis of the sphere; by default none.
     profile : {"paraboloid", "sphere"}
@@ -133,10 +134,12 @@ class RoughSphere:
         """
         rough: Any = self.roughness
         if self.radius == math.inf:
-            raise ValueError(
-                "automatic windows need a sphere of finite radius, got "
-                f"{self!r}: choose a fixed window"
-            )
+            if not hasattr(rough, "reach"):
+                raise ValueError(
+                    "automatic windows need a sphere of finite radius, or the scan of "
+                    f"a whole tip, got {self!r}: choose a fixed window"
+                )
+            return rough.reach(level, spacing, origin)
         if rough is not None and not hasattr(rough, "lowest"):
             raise ValueError(
                 "automatic windows need a roughness with a method lowest, such as "

@@ -73,7 +73,8 @@ class AutoWindow:
         # whether the surface rises above its plane somewhere
         self._rises = self._wall.attractive or solid.bulges
         self._adhesion: AdhesionEstimate | None = None
-        if self._wall.attractive and isinstance(indenter, RoughSphere):
+        radius = getattr(indenter, "radius", math.inf)
+        if self._wall.attractive and radius < math.inf:
             self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
         self._plastic = self._wall.hardness < math.inf
         self._expected: ExpectedContact | None = None

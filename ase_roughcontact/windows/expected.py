@@ -123,11 +123,15 @@ class ExpectedContact:
         level -= self._depth_of_roughness  # by which asperities hold the sphere up
         if control == "penetrations":
             return level + target
+        if self.indenter.radius == math.inf:
+            return level
         sphere = Hertz(self.indenter.radius, modulus)
         radius = float(sphere.contact_radius(np.maximum(target, 0.0)))
         return level + radius**2 / self.indenter.radius
 
     def _reach(self, level: float) -> float:
+        if self.indenter.radius == math.inf:  # of a whole tip nothing is known
+            return 0.0
         return replace(self.indenter, roughness=None).reach(level, self.spacing)
 
 

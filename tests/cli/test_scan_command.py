@@ -7,7 +7,7 @@ import sys
 
 import numpy as np
 import pytest
-from small_scene import SMALL
+from small_scene import LOOP, SMALL
 
 from ase_roughcontact.cli import main
 
@@ -58,3 +58,47 @@ def test_a_missing_reader_of_scans_is_named_in_a_line(
     (line,) = capsys.readouterr().err.splitlines()
     assert "scan.gwy needs the package SurfaceTopography" in line
     assert "pip install '.[topography]' in the folder of the source code" in line
+
+
+def test_plan_run_and_page_show_what_was_read_from_a_scan(scene, tmp_path, capsys):
+    scan = np.loadtxt("data/scan.txt")
+    highest = np.argwhere(scan == scan[4:-4, 4:-4].max())[0][::-1] * 0.25
+    scan[30, 2] = np.nan
+    header = "Width: 10 nm\nHeight: 10 nm\nValue units: pm"
+    np.savetxt("data/scan.txt", scan, header=header)
+    (tmp_path / scene).write_text(
+        SMOOTH + SECTION + 'center = "highest"\nmargin = "1 nm"\n'
+    )
+    parts = (
+        "scan.txt: 10 x 10 nm, 40 x 40 points, 1 (0.062 %) missing, rms height 0.0202 nm",
+        f"highest at ({highest[0]:g}, {highest[1]:g}) nm",
+    )
+    texts = []
+    for command in (["plan", scene], ["run", scene, "--out", "results"]):
+        main(command)
+        texts.append(capsys.readouterr().out)
+    main(["report", "results"])
+    texts.append((tmp_path / "results" / "report.html").read_text())
+    for text in texts:
+        assert [part for part in parts if part not in text] == [], text
+    assert "sphere of radius 15.3" in texts[0]
+
+
+@pytest.mark.filterwarnings("default:scan.txt")
+def test_doubts_about_a_scan_are_warnings(scene, tmp_path, capsys):
+    header = "Width: 10 nm\nHeight: 10 nm\nValue units: pm"
+    np.savetxt("data/scan.txt", 1e-3 * np.loadtxt("data/scan.txt"), header=header)
+    main(["plan", scene])
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "warning: scan.txt: the rms slope is 8.1e-05" in line
+    main(["run", scene, "--out", "results", "--quiet"])
+    main(["report", "results"])
+    page = (tmp_path / "results" / "report.html").read_text()
+    assert "scan.txt: the rms slope is" in page
+
+
+def test_the_plan_of_a_loop_says_what_its_cantilever_holds(tmp_path, capsys):
+    (tmp_path / "loop.toml").write_text(LOOP.replace("60.0", "0.2"))
+    main(["plan", str(tmp_path / "loop.toml")])
+    note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.03"
+    assert note in capsys.readouterr().out

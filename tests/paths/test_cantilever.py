@@ -15,6 +15,7 @@ from ase_roughcontact import (
     adhesion_loop,
     substrate,
 )
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.cantilever import cantilever_curve
 
 STIFFNESS = 2.0
@@ -99,5 +100,8 @@ def test_a_cantilever_that_jumps_beyond_the_loop_is_refused():
     shallow = replace(
         loop(), approach=loop().approach[: last + 1], retraction=(jump.after,)
     )
-    with pytest.raises(ValueError, match="jumps in beyond the deepest state"):
+    given = (
+        rf"of {STIFFNESS / UNITS['J/m^2']:.4g} N/m jumps in beyond the deepest .* nm"
+    )
+    with pytest.raises(ValueError, match=given):
         cantilever_curve(shallow, STIFFNESS)

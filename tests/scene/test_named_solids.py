@@ -133,3 +133,12 @@ def test_a_loop_is_read_as_it_is_written():
     again = Scene.parse(loop.toml)
     again.check()
     assert again == loop
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [("silicon nitride", "Si3N4"), ("silica", "SiO2"), ("glass", "SiO2")],
+)
+def test_everyday_names_of_materials_lead_to_their_formulas(name, meant):
+    with pytest.raises(ValueError, match=f"did you mean '{meant}'"):
+        Scene.parse(f'[substrate]\nmaterial = "{name}"').spacing  # noqa: B018

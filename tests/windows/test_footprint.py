@@ -58,8 +58,12 @@ def test_lattice_may_be_shifted_relative_to_the_axis():
 
 @pytest.mark.parametrize(
     "surface",
-    [rough_sphere().roughness, RoughSphere(np.inf), HeightMap(np.eye(4), 1.0)],
-    ids=["self-affine", "flat", "map"],
+    [
+        rough_sphere().roughness,
+        RoughSphere(np.inf),
+        HeightMap(np.eye(4), 1.0, periodic=True),
+    ],
+    ids=["self-affine", "flat", "periodic map"],
 )
 def test_unbounded_surface_needs_a_fixed_window(surface):
     with pytest.raises(ValueError, match=r"automatic windows.*need.*fixed\s+window"):

@@ -1,0 +1,89 @@
+"""Radius of curvature of a scanned tip, by a paraboloid around its lowest point."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ase_roughcontact._util.validation import FloatArray, Point
+
+# A paraboloid is within 7 % of the height of a sphere up to this part of its radius.
+_PART_OF_RADIUS = 0.5
+# Smallest radius of the fitted disc, in steps of the map, and number of fits.
+_LEAST_STEPS, _FITS = 4, 4
+# Share of the variance above which the shape of a scan is that of a tip.
+_SHARE_OF_A_TIP = 0.75
+
+
+@dataclass(frozen=True)
+class TipFit:
+    """Paraboloid around the lowest point of a height map.
+
+    Attributes
+    ----------
+    radius : float
+        Radius of curvature; infinity if the map isn't convex there (length).
+    share : float
+        Share of the variance of the heights around this point, up to the nearest edge
+        of the map, that a paraboloid explains.
+    """
+
+    radius: float = math.inf
+    share: float = 0.0
+
+    @property
+    def is_tip(self) -> bool:
+        """Whether the curvature is more than that of a rough flat surface."""
+        return self.radius < math.inf and self.share > _SHARE_OF_A_TIP
+
+    @classmethod
+    def of(cls, heights: FloatArray, spacing: Point) -> TipFit:
+        """Fit a paraboloid with the same curvature along x and y.
+
+        Parameters
+        ----------
+        heights : ndarray, shape (n, m)
+            Lower side of an indenter (length).
+        spacing : (float, float)
+            Distance between points along x and y (length).
+
+        Returns
+        -------
+        TipFit
+            Of a disc around the lowest point, as large as the map allows, and at most
+            half as wide as the radius of curvature in it.
+        """
+        i, j = np.unravel_index(np.argmin(heights), heights.shape)
+        x = spacing[0] * (np.arange(heights.shape[0], dtype=float) - i)
+        y = spacing[1] * (np.arange(heights.shape[1], dtype=float) - j)
+        widest = float(min(-x[0], x[-1], -y[0], y[-1]))
+        least = _LEAST_STEPS * max(spacing)
+        if widest < least:
+            return cls()
+        curvature, share = _paraboloid(heights, x, y, widest)
+        for _ in range(_FITS):
+            if curvature <= 0.0:
+                return cls()
+            disc = max(least, min(widest, _PART_OF_RADIUS / curvature))
+            curvature, _share = _paraboloid(heights, x, y, disc)
+        return cls(1.0 / curvature, share) if curvature > 0.0 else cls()
+
+
+def _paraboloid(
+    heights: FloatArray, x: NDArray[Any], y: NDArray[Any], disc: float
+) -> tuple[float, float]:
+    """Return the curvature in a disc, and the share of the variance it explains."""
+    x, y = np.meshgrid(x, y, indexing="ij")
+    inside = x**2 + y**2 <= disc**2
+    x, y = x[inside], y[inside]
+    matrix = np.stack([np.ones(len(x)), x, y, 0.5 * (x**2 + y**2)], axis=1)
+    scale = np.abs(matrix).max(axis=0)
+    values = heights[inside]
+    found, *_ = np.linalg.lstsq(matrix / scale, values, rcond=None)
+    variance = float(values.var())
+    rest = float((values - matrix / scale @ found).var())
+    return float(found[3] / scale[3]), 1.0 - rest / variance if variance else 0.0

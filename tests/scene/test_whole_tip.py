@@ -1,0 +1,157 @@
+"""Scenes with the scan of a whole tip, and doubtful scans."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
+
+X, Y = np.meshgrid(np.arange(-30.0, 34.0), np.arange(-33.0, 31.0), indexing="ij")
+TIP = -(4.0 * X**2 + 4.0 * Y**2) / 200.0  # Å, radius 100 Å at a spacing of 2 Å
+TEXT = """
+[substrate]
+spacing = 2.0
+contact_modulus = 100.0
+hardness = inf
+[sphere]
+radius = inf
+[topography]
+file = "scan.npy"
+role = "indenter"
+unit = "Å"
+spacing = 2.0
+detrend = "none"
+center = "highest"
+[path]
+control = "load"
+values = [2.0, 40.0]
+"""
+
+
+@pytest.fixture
+def read(tmp_path):
+    def scene(heights=TIP, **changes):
+        np.save(tmp_path / "scan.npy", heights)
+        text = TEXT
+        for old, new in changes.pop("lines", {}).items():
+            assert old in text
+            text = text.replace(old, new)
+        (tmp_path / "scene.toml").write_text(text)
+        return Scene.read(tmp_path / "scene.toml")
+
+    return scene
+
+
+def steps(scene):
+    return [(s.normal_force, s.penetration, s.contact_area) for s in scene.relax()]
+
+
+ROUGH = SelfAffine(0.05, 0.8, 8.0, 32.0, seed=1).heights((64, 64), 2.0)
+LOADS = 'control = "load"\nvalues = [2.0, 40.0]'
+DEPTHS = 'control = "penetration"\nvalues = [0.5, 1.5]'
+ADHESIVE = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n[path]'
+
+
+@pytest.mark.parametrize(
+    "lines", [{}, {LOADS: DEPTHS}, {LOADS: DEPTHS, "[path]": ADHESIVE}]
+)
+def test_the_scan_of_a_paraboloid_gives_the_steps_of_a_sphere(read, lines):
+    whole = read(lines=lines)
+    assert whole.surface == RoughSphere(np.inf, whole.scan)
+    sphere = whole.with_values({"sphere.radius": "10 nm", "topography": None})
+    assert whole.plan().runs
+    assert np.array(steps(whole)) == pytest.approx(np.array(steps(sphere)), rel=1e-4)
+
+
+def test_a_plan_of_a_rough_tip_runs_as_the_tip_does(read):
+    lines = {LOADS: DEPTHS}
+    free = read(TIP + ROUGH, lines=lines)
+    shape = {"spacing = 2.0\ncontact": "shape = [50, 50]\nspacing = 2.0\ncontact"}
+    fixed = read(TIP + ROUGH, lines=lines | shape)
+    assert free.plan().runs
+    assert fixed.plan().runs
+    assert np.array(steps(free)) == pytest.approx(np.array(steps(fixed)), rel=1e-3)
+
+
+def test_a_plan_of_a_tip_on_a_wide_sphere_in_a_fixed_window_runs(read):
+    lines = {
+        LOADS: DEPTHS,
+        "spacing = 2.0\ncontact": "shape = [50, 50]\nspacing = 2.0\ncontact",
+        "radius = inf": 'radius = "1 mm"',
+    }
+    assert read(lines=lines).plan().runs
+
+
+def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
+    scene = read()
+    assert scene.radius == pytest.approx(100.0)
+    assert scene.rough is None
+    smooth = reference_for(scene).smooth
+    assert (smooth.name, smooth.radius) == ("Hertz", scene.radius)
+    assert scene.warnings == []
+
+
+@pytest.mark.parametrize(
+    ("lines", "heights", "message"),
+    [
+        ({"radius = inf": ""}, TIP, "radius of about 10 nm .* radius = inf"),
+        ({"radius = inf": ""}, ROUGH, "does not say .* radius = inf"),
+        ({"indenter": "substrate"}, TIP, 'radius = inf .* role = "substrate"'),
+        ({'center = "highest"': "periodic = true"}, TIP, "periodic = true"),
+        ({}, -TIP, "on the edge of the scan: is the height reversed"),
+        ({'center = "highest"': ""}, -TIP, "not convex .* is the height reversed"),
+        ({'"none"': '"nome"'}, TIP, "did you mean 'none'"),
+    ],
+)
+def test_tips_without_a_radius_or_with_a_wrong_one_are_refused(
+    read, lines, heights, message
+):
+    with pytest.raises(ValueError, match=message):
+        read(heights, lines=lines)
+
+
+def test_a_substrate_and_a_sphere_without_a_scan_have_a_default_radius(read):
+    lines = {"radius = inf": "", "indenter": "substrate"}
+    assert read(ROUGH, lines=lines).radius == 1000.0 * 2.0
+    assert Scene.parse("").radius == 1000.0 * Scene.parse("").spacing
+
+
+def test_the_radius_of_a_whole_tip_is_not_fitted(read):
+    from ase_roughcontact.scene.parameters import value_of
+
+    with pytest.raises(ValueError, match="radius can't be fitted"):
+        value_of(read(), "radius")
+
+
+SPHERE = {"radius = inf": 'radius = "30 nm"', '"indenter"': '"substrate"'}
+HOLES = ROUGH.copy()
+HOLES[20:40] = np.nan
+
+
+@pytest.mark.parametrize(
+    ("heights", "lines", "message"),
+    [
+        (HOLES, {}, "31 % of the points are missing"),
+        (np.zeros((64, 64)), {'center = "highest"': ""}, "all heights are the same"),
+        (1e-4 * ROUGH, {}, "rms slope is 4.49e-06"),
+        (30.0 * ROUGH, {}, "rms slope is 1.35, usual"),
+        (
+            200.0 * ROUGH,
+            {"radius = inf": 'radius = "1 nm"'},
+            "radius of the sphere, 1 nm",
+        ),
+        (ROUGH, {"spacing = 2.0\ndet": 'spacing = "0.1 mm"\ndet'}, "6.4 mm wide"),
+        (TIP, {'"indenter"': '"indenter"'}, "radius of about 10 nm at its"),
+    ],
+)
+def test_doubtful_scans_are_named(read, heights, lines, message):
+    warnings = read(heights, lines=SPHERE | lines).warnings
+    assert any(message in each for each in warnings), warnings
+
+
+def test_usual_scans_are_not_doubted(read):
+    for lines in (SPHERE, SPHERE | {'"indenter"': '"indenter"'}):
+        scene = read(ROUGH, lines=lines)
+        assert scene.warnings == []
+        assert isinstance(scene.rough, HeightMap)

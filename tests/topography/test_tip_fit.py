@@ -1,0 +1,61 @@
+"""Radius and reach of a scan that is a whole tip."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
+from ase_roughcontact.windows.footprint import Footprint
+
+X, Y = np.meshgrid(np.arange(-32.0, 32.0), np.arange(-30.0, 34.0), indexing="ij")
+TIP = (X**2 + Y**2) / 40.0
+ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1).heights((64, 64), 1.0)
+
+
+@pytest.mark.parametrize("spacing", [1.0, 2.5])
+def test_the_radius_of_a_paraboloid_is_exact(spacing):
+    tip = HeightMap(TIP, spacing).tip
+    assert tip.radius == pytest.approx(20.0 * spacing**2)
+    assert tip.share == pytest.approx(1.0)
+    assert tip.is_tip
+
+
+def test_the_radius_of_a_sphere_is_that_of_its_apex():
+    sphere = 80.0 - np.sqrt(80.0**2 - X**2 - Y**2)
+    assert HeightMap(sphere, 1.0).tip.radius == pytest.approx(80.0, rel=0.05)
+
+
+def test_roughness_and_tilt_change_the_radius_little():
+    tip = HeightMap(TIP + ROUGH + 0.05 * X, 1.0).tip
+    assert tip.is_tip
+    assert tip.radius == pytest.approx(20.0, rel=0.15)
+
+
+@pytest.mark.parametrize("heights", [ROUGH, -TIP, TIP[32:], np.zeros((9, 9))])
+def test_roughness_a_reversed_tip_and_an_edge_are_no_tips(heights):
+    assert not HeightMap(heights, 1.0).tip.is_tip
+
+
+@pytest.mark.parametrize("level", [0.2, 1.0, 5.0])
+def test_no_point_beyond_the_reach_is_below_the_level(level):
+    surface = HeightMap(TIP + ROUGH, 1.0, center=(32.0, 30.0))
+    x = np.arange(-29.0, 29.0, 0.25)
+    low = surface.heights((len(x), len(x)), 0.25, (-29.0, -29.0)) < level
+    farthest = np.hypot(x[:, None], x[None, :])[low].max()
+    reach = RoughSphere(np.inf, surface).reach(level, 0.25)
+    assert farthest <= reach < farthest + 10.0
+
+
+def test_a_level_below_the_map_reaches_nothing():
+    assert HeightMap(TIP, 1.0).reach(-1.0, 1.0) == 0.0
+
+
+def test_windows_of_a_tip_follow_from_its_scan():
+    surface = HeightMap(TIP, 1.0, center=(32.0, 30.0))
+    whole = Footprint(RoughSphere(np.inf, surface), 0.5)
+    assert whole.box_below(1.0) == Footprint(RoughSphere(20.0), 0.5).box_below(1.0)
+
+
+def test_missing_points_are_counted():
+    scan = -TIP.copy()
+    scan[:3, 1] = np.nan
+    assert HeightMap.from_topography(scan, "indenter", spacing=1.0).missing == 3
