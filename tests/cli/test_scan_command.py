@@ -70,7 +70,7 @@ def test_plan_run_and_page_show_what_was_read_from_a_scan(scene, tmp_path, capsy
         SMOOTH + SECTION + 'center = "highest"\nmargin = "1 nm"\n'
     )
     parts = (
-        "scan.txt: 10 x 10 nm, 40 x 40 points, 1 (0.062 %) missing, rms height 0.0202 nm",
+        "scan.txt: 10 x 10 nm, 40 x 40 points, 1 (0.062 %) missing, rms height 0.02",
         f"highest at ({highest[0]:g}, {highest[1]:g}) nm",
     )
     texts = []
@@ -90,7 +90,7 @@ def test_doubts_about_a_scan_are_warnings(scene, tmp_path, capsys):
     np.savetxt("data/scan.txt", 1e-3 * np.loadtxt("data/scan.txt"), header=header)
     main(["plan", scene])
     (line,) = capsys.readouterr().err.splitlines()
-    assert "warning: scan.txt: the rms slope is 8.1e-05" in line
+    assert "warning: scan.txt: the rms slope is 8.11e-05" in line
     main(["run", scene, "--out", "results", "--quiet"])
     main(["report", "results"])
     page = (tmp_path / "results" / "report.html").read_text()

@@ -1,5 +1,8 @@
 """Scans of surfaces: roles, units, files, missing points, tilt, places."""
 
+import gc
+import warnings
+
 import numpy as np
 import pytest
 from microscope_files import WITH_MISSING, WRITERS
@@ -416,3 +419,13 @@ def test_a_sphere_on_a_scan_is_on_the_place_that_was_chosen():
     sphere = RoughSphere(50.0, surface)
     assert sphere.heights((1, 1), 1.0)[0, 0] == -SCAN.max()
     assert sphere.heights((3, 3), 1.0, (-1.0, -1.0)).argmin() == 4
+
+
+def test_files_of_netcdf_are_closed_without_a_warning(tmp_path):
+    scan = np.ma.masked_equal(SCAN, SCAN[1, 1])
+    Topography(scan, SCAN.shape, unit="nm").to_netcdf(str(tmp_path / "scan.nc"))
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        HeightMap.from_topography(tmp_path / "scan.nc", "substrate")
+        gc.collect()
+    assert not [each for each in found if "netcdf" in str(each.message)]
