@@ -45,6 +45,15 @@ def test_no_point_beyond_the_reach_is_below_the_level(level):
     assert farthest <= reach < farthest + 10.0
 
 
+def test_the_reach_has_the_places_between_points():
+    heights = np.zeros((40, 40))
+    heights[25, 20] = -1.0
+    surface = HeightMap(heights, 1.0)
+    x = np.arange(-10.0, 10.0, 0.1)
+    low = surface.heights((len(x), len(x)), 0.1, (-10.0, -10.0)) < -0.1
+    assert 5.3 < np.hypot(x[:, None], x[None, :])[low].max() <= surface.reach(-0.1, 0.1)
+
+
 def test_a_level_below_the_map_reaches_nothing():
     assert HeightMap(TIP, 1.0).reach(-1.0, 1.0) == 0.0
 
