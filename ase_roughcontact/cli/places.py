@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,8 +12,11 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene
 from ase_roughcontact.ensemble.places import Place, as_map, run_places
+from ase_roughcontact.scene import Scene
 
 _HEADER = "   x (nm)    y (nm)   load (nN)   area (nm²)   pull-off force (nN)"
+# Number of points of the scan along its longer side in the figure.
+_POINTS = 256
 # Attributes in the figure, with their units and labels.
 _MAPS = {
     "contact_area": ("nm²", "contact area"),
@@ -23,9 +27,10 @@ _MAPS = {
 def places(options: argparse.Namespace) -> int:
     """Run a scene with the tip at a grid of places on its scan, in parallel.
 
-    Draws maps of the contact area and of the pull-off force: DIR/places.csv and
-    DIR/places.png. The margin of [topography] keeps the places away from the edges. An
-    interrupted run is resumed by running it again.
+    Draws the scan and maps of the contact area and of the pull-off force,
+    DIR/places.png, and writes them in nm and nN, DIR/places.csv. The margin of
+    [topography] keeps the places away from the edges. An interrupted run is resumed by
+    running it again.
 
     Exit status: 0 all places have a result, 1 some have none, 2 the scene or the folder
     is invalid.
@@ -42,7 +47,7 @@ def places(options: argparse.Namespace) -> int:
     files = [options.out / "places.csv"]
     if any(place.converged for place in found):
         files.append(options.out / "places.png")
-        _draw(found, files[-1])
+        _draw(found, scene, files[-1])
     if not options.quiet:
         print("\n".join(map(str, files)))
     if failed:
@@ -61,21 +66,43 @@ def _row(place: Place) -> str:
     )
 
 
-def _draw(found: list[Place], file: Path) -> None:
-    """Draw maps of the area, and of the pull-off force if there is any."""
+def _draw(found: list[Place], scene: Scene, file: Path) -> None:
+    """Draw the scan, and maps of the area and of the pull-off force if there is any."""
     from matplotlib.figure import Figure
 
+    from ase_roughcontact import plot
     from ase_roughcontact._util.files import replaced
 
     shown = [name for name in _MAPS if np.nansum(as_map(found, name)[2]) > 0.0]
-    figure = Figure(figsize=(4 * max(len(shown), 1), 3.4), layout="constrained")
-    for axes, name in zip(np.ravel(figure.subplots(1, len(shown))), shown, strict=True):
+    figure = Figure(figsize=(4 * (len(shown) + 1), 3.4), layout="constrained")
+    first, *others = figure.subplots(1, len(shown) + 1, sharex=True, sharey=True)
+    image = first.pcolormesh(*_scan(scene), cmap="gray", shading="nearest")
+    figure.colorbar(image, label="height of the scan (nm)")
+    x, y = np.transpose([(each.x, each.y) for each in found]) / UNITS["nm"]
+    first.plot(x, y, ".", color=plot.ORANGE, ms=3, label="places")
+    first.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)", aspect="equal")
+    for axes, name in zip(others, shown, strict=True):
         unit, label = _MAPS[name]
         x, y, values = as_map(found, name)
         image = axes.pcolormesh(
             x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit], shading="nearest"
         )
         figure.colorbar(image, label=f"{label} ({unit})")
-        axes.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)", aspect="equal")
+        axes.set(xlabel="$x$ (nm)", aspect="equal")
     with replaced(file) as name:
         figure.savefig(name, format="png", dpi=150)
+
+
+def _scan(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return positions on the scan and its heights after detrending (nm)."""
+    config: Any = scene.topography
+    surface = config.surface
+    sides = (np.array(surface.shape) - 1) * surface.spacing
+    step = float(sides.max()) / _POINTS
+    n, m = (int(side / step + 1e-9) + 1 for side in sides)
+    x, y = surface.center
+    heights = -surface.heights((n, m), step, (-x, -y))
+    if config.role == "indenter":  # which is turned over around y
+        heights = heights[::-1]
+    x, y = (step * np.arange(count) / UNITS["nm"] for count in (n, m))
+    return x, y, heights.T / UNITS["nm"]

@@ -7,15 +7,25 @@ import math
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, as_completed
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.files import locked, open_file, replaced
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.scene import Scene
+
+# Attributes of a place that are numbers, and their units in the file.
+_UNITS = {
+    "x": "nm",
+    "y": "nm",
+    "normal_force": "nN",
+    "contact_area": "nm²",
+    "pull_off_force": "nN",
+}
 
 
 @dataclass(frozen=True)
@@ -63,8 +73,8 @@ def run_places(
     shape : (int, int)
         Number of places along x and y.
     folder : path
-        For ``places.csv``, with a line for each `Place` as soon as it is calculated,
-        and ``scene.toml``.
+        For ``places.csv``, with a line in nm and nN for each `Place` as soon as it is
+        calculated, and ``scene.toml``.
     executor : Executor, optional
         See `run_ensemble`.
     workers : int, optional
@@ -116,18 +126,20 @@ def read_places(file: str | Path) -> list[Place]:
     ValueError
         If the file is damaged.
     """
-    kinds: dict[str, Callable[[str], Any]]
-    kinds = {"converged": lambda text: text == "True", "message": str}
     try:
         with open(file, newline="", encoding="utf-8") as table:
             lines = table.readlines()
         if lines and not lines[-1].endswith("\n"):  # a run was killed in this line
             del lines[-1]
         return [
-            Place(**{k: kinds.get(k, float)(v) for k, v in row.items()})
+            Place(
+                **{name: _number(row, name) for name in _UNITS},
+                converged=row["converged"] == "True",
+                message=row["message"],
+            )
             for row in csv.DictReader(lines)
         ]
-    except (TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{file} is damaged ({error}): delete it") from error
 
 
@@ -143,16 +155,11 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
 def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
     """Return the places of an earlier run of the scene in a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    inputs, results = folder / "scene.toml", folder / "places.csv"
+    scene.check_folder(folder)
+    results = folder / "places.csv"
     if results.exists():
-        changes = scene.changes_from(Scene.read(inputs))
-        if changes:
-            raise ValueError(
-                f"{folder} contains places of another scene: {'; '.join(changes)}. "
-                "Give another folder, or delete this one"
-            )
         return {(each.x, each.y): each for each in read_places(results)}
-    scene.write_inputs(inputs)
+    scene.write_inputs(folder / "scene.toml")
     return {}
 
 
@@ -182,21 +189,32 @@ def _open_table(
     found: dict[tuple[float, float], Place], file: Path
 ) -> Iterator[Callable[[Place], None]]:
     """Write the known places, and return a function that appends one more."""
-    names = [each.name for each in fields(Place)]
     text: dict[str, Any] = {"newline": "", "encoding": "utf-8"}
     with locked(file):
         with replaced(file) as name, open(name, "w", **text) as table:
-            rows = csv.DictWriter(table, names)
-            rows.writeheader()
-            rows.writerows(map(asdict, found.values()))
+            rows = csv.writer(table)
+            heads = [f"{name} ({unit})" for name, unit in _UNITS.items()]
+            rows.writerow([*heads, "converged", "message"])
+            rows.writerows(map(_row, found.values()))
         with open_file(file, "a", **text) as table:
-            rows = csv.DictWriter(table, names)
+            rows = csv.writer(table)
 
             def write(place: Place) -> None:
-                rows.writerow(asdict(place))
+                rows.writerow(_row(place))
                 table.flush()
 
             yield write
+
+
+def _row(place: Place) -> list[Any]:
+    numbers = (getattr(place, name) / UNITS[unit] for name, unit in _UNITS.items())
+    return [*(f"{x:.12g}" for x in numbers), place.converged, place.message]
+
+
+def _number(row: dict[str, str], name: str) -> float:
+    unit = _UNITS[name]
+    value = UNITS[unit] * float(row[f"{name} ({unit})"])
+    return round(value, 6) if name in ("x", "y") else value  # as by `_grid`
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -48,7 +48,8 @@ class CantileverBranch:
     Attributes
     ----------
     distance : ndarray, shape (k,)
-        Height of the base, monotonic; twice the same at a jump (Å).
+        Height of the base, monotonic, from or to where the tip is free; twice the same
+        at a jump (Å).
     force : ndarray, shape (k,)
         Normal force (eV/Å).
     deflection : ndarray, shape (k,)
@@ -123,12 +124,13 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     The tip has no inertia: it does not oscillate after a jump.
     """
     positive(stiffness=stiffness)
-    down = interpolated(loop.approach, loop.approach_jumps)
-    height, force = interpolated(loop.retraction, loop.retraction_jumps)
+    first, down = interpolated(loop.approach, loop.approach_jumps)
+    last, up = interpolated(loop.retraction, loop.retraction_jumps)
     # beyond the loop the tip is free; a soft cantilever may get there from afar
-    free = height[-1] + 1.1 * max(0.0, -force.min()) / stiffness
-    up = np.append(height, free), np.append(force, 0.0)
-    approach = _followed(*down, loop.approach_jumps, stiffness, -1.0)
+    free = max(first[0], last[-1]) + 1.1 * max(0.0, -up.min()) / stiffness
+    first, down = np.append(free, first), np.append(0.0, down)
+    last, up = np.append(last, free), np.append(up, 0.0)
+    approach = _followed(first, down, loop.approach_jumps, stiffness, -1.0)
     deepest = loop.retraction[0]
     turn = deepest.height - deepest.normal_force / stiffness
     if approach.distance[-1] != turn:
@@ -138,7 +140,7 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
             f"{deepest.penetration / UNITS['nm']:.4g} nm: choose a deeper one, or a "
             "stiffer cantilever"
         )
-    retraction = _followed(*up, loop.retraction_jumps, stiffness, 1.0)
+    retraction = _followed(last, up, loop.retraction_jumps, stiffness, 1.0)
     return CantileverCurve(stiffness, approach, retraction)
 
 

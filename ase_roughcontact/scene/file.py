@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import filecmp
 import json
 import math
 import re
@@ -145,7 +146,10 @@ class SceneFile:
         return replace(self, **changes)
 
     def changes_from(self, old: SceneFile) -> list[str]:
-        """Return descriptions of the keys whose values differ from those of another."""
+        """Return descriptions of the keys whose values differ from those of another.
+
+        Files are the same if their contents are.
+        """
         values = old.entries(), self.entries()
         changes = []
         for title in SECTIONS:
@@ -154,8 +158,18 @@ class SceneFile:
                 f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
                 for key in {**was, **now}
                 if was.get(key) != now.get(key)
+                and not (
+                    key in SECTIONS[title].file_keys
+                    and _same_contents(was.get(key, ""), now.get(key, ""))
+                )
             ]
         return changes
+
+
+def _same_contents(first: str, second: str) -> bool:
+    """Return whether files exist and have the same contents."""
+    exist = Path(first).is_file() and Path(second).is_file()
+    return exist and filecmp.cmp(first, second, shallow=False)
 
 
 def load_toml(text: str) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -170,8 +170,8 @@ class Scene(ContactPath):
         Parameters
         ----------
         folder : path, optional
-            Folder of the files `run` writes, created if necessary. A loop in it is
-            replaced.
+            Folder of the files `run` writes, created if necessary. A run of this loop
+            in it is replaced.
         callback : callable, optional
             Called with each state.
         validity : {"warn", "raise", "ignore"}
@@ -186,7 +186,8 @@ class Scene(ContactPath):
         Raises
         ------
         ValueError
-            If the path is not a loop, or invalid.
+            If the path is not a loop, or invalid, or the folder contains results of
+            another scene, with the differences.
         """
         if not self.path.is_loop:
             raise ValueError('the path is not a loop: give [path] kind = "loop"')
@@ -195,6 +196,7 @@ class Scene(ContactPath):
         files: dict[str, Any] = {}
         if folder is not None:
             folder = _results_folder(folder)
+            self.check_folder(folder)
             files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
 
         def report(state: LoadStep) -> None:
@@ -274,6 +276,7 @@ class Scene(ContactPath):
         self.check_path()
         report = ValidityReport(validity)
         folder = _results_folder(folder)
+        self.check_folder(folder, ["places.csv"])
         file = folder / "scene.toml"
         files: dict[str, Any] = {
             "trajectory": folder / "sweep.traj",
@@ -288,9 +291,8 @@ class Scene(ContactPath):
             if not changes:
                 raise
             raise ValueError(
-                f"{folder} contains a run of another scene: {'; '.join(changes)}. Give "
-                "another folder, or delete this one; a path can be extended only by "
-                "steps after its last one"
+                f"{_another(folder, changes)}; a path can be extended only by steps "
+                "after its last one"
             ) from error
         with closing(path):
             for number, step in enumerate(path):
@@ -298,6 +300,28 @@ class Scene(ContactPath):
                     self.write_inputs(file, text)
                 report(number, step.validity)
                 yield step
+
+    def check_folder(
+        self, folder: Path, results: Sequence[str] = ("sweep.traj", "places.csv")
+    ) -> None:
+        """Raise an error if a folder contains results of another scene.
+
+        Parameters
+        ----------
+        folder : path
+        results : sequence of str
+            Names of the files that are results.
+
+        Raises
+        ------
+        ValueError
+            With the differences of the scenes, or if the folder has results, but no
+            scene.
+        """
+        if any((folder / name).exists() for name in results):
+            changes = self.changes_from(Scene.read(folder / "scene.toml"))
+            if changes:
+                raise ValueError(_another(folder, changes))
 
     @property
     def _solver_options(self) -> dict[str, Any]:
@@ -335,6 +359,13 @@ def _results_folder(folder: str | Path) -> Path:
         raise ValueError(f"{folder} is a file, give a folder for the results")
     path.mkdir(parents=True, exist_ok=True)
     return path
+
+
+def _another(folder: Path, changes: Sequence[str]) -> str:
+    return (
+        f"{folder} contains results of another scene: {'; '.join(changes)}. Give "
+        "another folder, or delete this one"
+    )
 
 
 def default_text() -> str:

@@ -390,4 +390,4 @@ def test_folder_with_more_steps_of_another_scene_is_refused(scene, tmp_path, cap
     text = SMALL.replace("steps = 2", "steps = 1").replace("radius = 60", "radius = 70")
     other.write_text(text)
     assert main(["run", str(other), "--out", out]) == 2
-    assert "contains a run of another scene" in capsys.readouterr().err
+    assert "contains results of another scene" in capsys.readouterr().err

@@ -1,10 +1,12 @@
 """Loops from a scene file and from the command line."""
 
 import csv
+import shutil
 
 import numpy as np
 import pytest
-from small_scene import LOOP
+from matplotlib.axes import Axes
+from small_scene import LOOP, SMALL
 
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
@@ -167,3 +169,71 @@ def test_a_wall_beyond_the_roughness_is_an_error_before_a_loop_begins(
 def test_steps_are_no_loop():
     with pytest.raises(ValueError, match="the path is not a loop"):
         Scene.default().loop()
+
+
+def test_a_loop_does_not_replace_the_results_of_another_scene(run, tmp_path, capsys):
+    folder = shutil.copytree(run, tmp_path / "results")
+    results = {
+        name: (folder / name).read_bytes() for name in ("curve.csv", "sweep.traj")
+    }
+    scene = tmp_path / "other.toml"
+    scene.write_text(LOOP.replace("0.15 nm", "0.14 nm"))
+    assert main(["run", str(scene), "--out", str(folder)]) == 2
+    assert 'deepest was "0.15 nm", is "0.14 nm"' in capsys.readouterr().err
+    (folder / "scene.toml").write_text(SMALL)  # results of a path of steps
+    scene.write_text(LOOP)
+    assert main(["run", str(scene), "--out", str(folder)]) == 2
+    assert "results of another scene" in capsys.readouterr().err
+    (folder / "scene.toml").unlink()
+    assert main(["run", str(scene), "--out", str(folder)]) == 2
+    assert "can't read the scene" in capsys.readouterr().err
+    assert {name: (folder / name).read_bytes() for name in results} == results
+
+
+def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
+    folder, scene = tmp_path / "results", tmp_path / "other.toml"
+    folder.mkdir()
+    (folder / "places.csv").touch()
+    (folder / "scene.toml").write_text(SMALL.replace("60.0", "61.0"))
+    for text in (SMALL, LOOP):
+        scene.write_text(text)
+        assert main(["run", str(scene), "--out", str(folder)]) == 2
+        assert "[sphere] radius was 61.0" in capsys.readouterr().err
+    assert not (folder / "sweep.traj").exists()
+
+
+def test_a_copy_of_a_scan_is_the_same_scan(tmp_path):
+    for name, heights in (("here", [1.0]), ("copy", [1.0]), ("other", [2.0])):
+        (tmp_path / name).mkdir()
+        np.save(tmp_path / name / "scan.npy", heights)
+    here, copy, other = (
+        Scene.parse(f'[topography]\nfile = "{tmp_path}/{name}/scan.npy"')
+        for name in ("here", "copy", "other")
+    )
+    assert here.changes_from(copy) == []
+    assert len(here.changes_from(other)) == 1
+
+
+def test_the_approach_of_a_cantilever_begins_with_a_free_tip(run):
+    with open(run / "cantilever.csv") as table:
+        rows = list(csv.DictReader(table))
+    first, last = rows[0], rows[-1]
+    assert first["distance (nm)"] == last["distance (nm)"]
+    assert float(first["force (nN)"]) == 0.0
+
+
+def test_the_deepest_state_of_a_loop_is_among_the_maps(run, monkeypatch):
+    titles = []
+    monkeypatch.setattr(Axes, "set_title", lambda _, text, **__: titles.append(text))
+    assert main(["figure", str(run)]) == 0
+    with open(run / "curve.csv") as table:
+        states = list(csv.DictReader(table))
+    deepest = max(states, key=lambda state: float(state["penetration"]))
+    force = f"{float(deepest['normal_force']) / UNITS['nN']:.3g} nN"
+    assert any(force in title for title in titles)
+
+
+def test_a_grid_of_places_is_two_numbers(capsys):
+    with pytest.raises(SystemExit):
+        main(["places", "scene.toml", "--grid", "4"])
+    assert "--grid: must be NxM, such as 4x4, got '4'" in capsys.readouterr().err

@@ -6,6 +6,7 @@ from operator import attrgetter
 import numpy as np
 import pytest
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_places, run_places
 from ase_roughcontact.scene import Scene
@@ -45,6 +46,16 @@ class Here(Executor):
         return future
 
 
+def assert_same(found, expected):
+    """Compare places, of which a file has other units than the calculation."""
+    for place, other in zip(found, expected, strict=True):
+        assert (place.x, place.y) == (other.x, other.y)
+        for name in ("normal_force", "contact_area", "pull_off_force"):
+            near = pytest.approx(getattr(other, name), rel=1e-11)
+            assert getattr(place, name) == near
+        assert (place.converged, place.message) == (other.converged, other.message)
+
+
 @pytest.fixture
 def scene_of(tmp_path):
     x, y = 0.25 * np.arange(41)[:, None], 0.25 * np.arange(33)
@@ -73,7 +84,7 @@ def test_a_place_has_the_forces_of_a_scene_with_that_center(scene_of, tmp_path, 
     lowest = min(first.normal_force, last.normal_force)
     assert found[0].pull_off_force == pytest.approx(max(0.0, -lowest))
     assert found[0].normal_force != pytest.approx(found[1].normal_force, rel=0.1)
-    assert sorted(read_places(tmp_path / "out" / "places.csv"), key=key) == found
+    assert_same(sorted(read_places(tmp_path / "out" / "places.csv"), key=key), found)
 
 
 def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
@@ -103,10 +114,14 @@ def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path)
     first = list(run_places(scene, (2, 1), tmp_path / "out", Here()))
     text = table.read_text()
     table.write_text(text[:-20])
-    assert read_places(table) == first[:1]
+    assert_same(read_places(table), first[:1])
+    heads = "x (nm),y (nm),normal_force (nN),contact_area (nm²),pull_off_force (nN),"
+    assert text.startswith(heads)
+    force = float(text.splitlines()[1].split(",")[2])
+    assert force == pytest.approx(first[0].normal_force / UNITS["nN"])
     executor = Here()
     run = run_places(scene, (2, 1), tmp_path / "out", executor)
-    assert sorted(run, key=attrgetter("x")) == sorted(first, key=attrgetter("x"))
+    assert_same(*(sorted(each, key=attrgetter("x")) for each in (run, first)))
     assert executor.count == 1 and table.read_text() == text
 
 
@@ -141,3 +156,12 @@ def test_the_command_draws_maps(scene_of, tmp_path, capsys, monkeypatch):
     lines = capsys.readouterr().out.splitlines()
     assert "contact" not in lines[1] and len(lines) == 5
     assert (tmp_path / "out" / "places.png").stat().st_size > 5_000
+
+
+def test_places_do_not_replace_the_scene_of_a_run(scene_of, tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "sweep.traj").touch()
+    scene_of(LOOP).write_inputs(out / "scene.toml")
+    with pytest.raises(ValueError, match="contains results of another scene"):
+        list(run_places(scene_of(STEPS), (1, 1), out, Here()))

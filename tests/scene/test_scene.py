@@ -142,7 +142,7 @@ def test_the_text_of_a_scene_is_that_scene(scene):
 def test_a_folder_with_results_of_another_scene_is_an_error(tmp_path):
     next(Scene.parse(SMALL).run(tmp_path))
     other = Scene.parse(SMALL.replace("radius = 60.0", "radius = 61.0"))
-    with pytest.raises(ValueError, match="contains a run of another scene"):
+    with pytest.raises(ValueError, match="contains results of another scene"):
         next(other.run(tmp_path))
 
 
@@ -150,7 +150,7 @@ def test_the_error_of_a_changed_scene_lists_the_changes(tmp_path):
     next(Scene.parse(SMALL).run(tmp_path))
     path = "first = 0.2\nlast = 0.6\nsteps = 2"
     changed = SMALL.replace("60.0", "61.0").replace(path, "values = [0.3]")
-    with pytest.raises(ValueError, match="contains a run of another scene") as error:
+    with pytest.raises(ValueError, match="contains results of another scene") as error:
         next(Scene.parse(changed).run(tmp_path))
     assert "[sphere] radius was 60.0, is 61.0" in str(error.value)
     assert "[path] values was not given, is [0.3]" in str(error.value)
