@@ -67,7 +67,9 @@ UNITS: dict[str, float] = {
 QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.]\S*)\s*")
 
 
-def quantity(name: str, text: str, units: Mapping[str, float]) -> float:
+def quantity(
+    name: str, text: str, units: Mapping[str, float], example: str = ""
+) -> float:
     """Return the value of a number with a unit.
 
     Parameters
@@ -78,6 +80,8 @@ def quantity(name: str, text: str, units: Mapping[str, float]) -> float:
         Such as ``"3 nm"``.
     units : mapping
         Values of the units, such as `LENGTHS`.
+    example : str
+        Unit that an error gives as an example; by default a usual one.
 
     Returns
     -------
@@ -92,7 +96,7 @@ def quantity(name: str, text: str, units: Mapping[str, float]) -> float:
     found = QUANTITY.fullmatch(text)
     if not found:
         known = ("nm", "nN", "GPa", "J/m^2")
-        unit = next((each for each in known if each in units), next(iter(units)))
+        unit = example or next((k for k in known if k in units), next(iter(units)))
         raise ValueError(
             f"{name} must be a number, or a string of a number and a unit such as "
             f'"3 {unit}", got {text!r}'

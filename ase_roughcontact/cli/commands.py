@@ -7,14 +7,14 @@ from dataclasses import asdict
 
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.common import checked_scene, json_line
+from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.description import bodies, cantilever_note
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
-from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.fit import Fit, fit_curve
 from ase_roughcontact.scene.force_curve import BASELINE
-from ase_roughcontact.scene.smooth_fit import smooth_fit
+from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 
@@ -55,15 +55,18 @@ def fit(options: argparse.Namespace) -> int:
     """Fit parameters of a scene to a measured force curve by least squares.
 
     The derivatives follow from the relaxed states. Data, fit and residuals are drawn.
-    The curve is a CSV file with the columns "force (nN)" and "depth (nm)", or "distance
-    (nm)" of the base and "deflection (nm)" of the cantilever; the zero of the depth is
-    fitted. With force_offset among the free parameters the zero of the force is fitted,
-    too, and with force_slope a drift that is linear in the height of the base. Beside
-    it, the work of adhesion of a smooth sphere is fitted by the theory (DMT, JKR,
-    Maugis-Dugdale) that applies.
+    The curve is a CSV file with the columns "distance (nm)" of the base, positive away
+    from the surface, and "force (nN)" or "deflection (nm)" of the cantilever, negative
+    in tension; or "force (nN)" and "depth (nm)" = -(distance + deflection). The zero of
+    the depth is fitted. With force_offset among the free parameters the zero of the
+    force is fitted, too, and with force_slope a drift that is linear in the height of
+    the base. Beside it, the work of adhesion of a smooth sphere is fitted by the theory
+    (DMT, JKR, Maugis-Dugdale) that applies.
 
-    Each trial, in which the scene is pressed in and pulled off again, prints a line on
-    the error output: the residuals relative to the noise, and the parameters.
+    Warnings tell of residuals far above the noise, and of a free part of the curve that
+    is not at zero force. Each trial, in which the scene is pressed in and pulled off
+    again, prints a line on the error output: the residuals relative to the noise, and
+    the parameters.
 
     Exit status: 0 the fit has converged, 1 it has not, 2 the scene or the table is
     invalid.
@@ -72,14 +75,40 @@ def fit(options: argparse.Namespace) -> int:
 
     scene = checked_scene(options)
     curve = read_curve(options.curve, options.branch, scene.cantilever)
+    trials = report.print_trial if prints_text(options) else None
     free = [name.strip() for name in options.free.split(",")]
-    found = fit_curve(scene, curve, free, None if options.quiet else report.print_trial)
+    found = fit_curve(scene, curve, free, trials)
     smooth = None
     if scene.wall.attractive:
         smooth = smooth_fit(scene, curve, [name for name in free if name in BASELINE])
     figures.draw_fit(found, smooth, options.picture)
-    print("\n".join(map(str, filter(None, (found, smooth, options.picture)))))
+    if options.json:
+        print(_fit_line(found, smooth))
+    else:
+        print("\n".join(map(str, filter(None, (found, smooth, options.picture)))))
     return 0 if found.converged else 1
+
+
+def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
+    """Return a fit as a line of JSON."""
+    values = dict(zip(found.names, found.values.tolist(), strict=True))
+    return json_line(
+        {
+            **values,
+            "errors": dict(zip(found.names, found.errors.tolist(), strict=True)),
+            "correlation": found.correlation.tolist(),
+            "noise": found.noise / UNITS["nN"],
+            "smooth_sphere": smooth and smooth.work_of_adhesion,
+            "theory": smooth and smooth.theory,
+            "converged": found.converged,
+            "warnings": found.warnings,
+        },
+        {
+            **dict(zip(found.names, found.units, strict=True)),
+            "noise": "nN",
+            "smooth_sphere": "J/m²",
+        },
+    )
 
 
 def measure_tradeoff(options: argparse.Namespace) -> int:

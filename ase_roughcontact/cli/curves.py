@@ -9,10 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from ase_roughcontact._util.units import FORCES, LENGTHS
-from ase_roughcontact._util.validation import FloatArray, lookup
+from ase_roughcontact._util.units import FORCES, LENGTHS, UNITS
+from ase_roughcontact._util.validation import FloatArray, finite, lookup, shown
 from ase_roughcontact.scene.force_curve import ForceCurve
 
+# Key of the number of a line in its row.
+_LINE = "line of the file"
+# Relative difference up to which stiffnesses of the cantilever are the same.
+_SAME_STIFFNESS = 0.02
 _HEAD = re.compile(r"\s*([^([]*?)\s*(?:[([](.*)[])])?\s*")
 
 
@@ -26,8 +30,8 @@ def read_curve(
     file : path
         CSV with a header, separated by commas, or by semicolons or tabs with decimal
         points or commas; lines that begin with # are left out. Columns are ``depth
-        (nm)``, or ``distance (nm)`` of the base and ``deflection (nm)`` of the
-        cantilever, and ``force (nN)``, which may be left out beside a deflection if the
+        (nm)`` and ``force (nN)``; or ``distance (nm)`` of the base with ``deflection
+        (nm)`` of the cantilever and ``force (nN)``, one of which may be left out if the
         stiffness is given; or those of ``curve.csv``. Units are in parentheses or
         brackets.
     branch : str, optional
@@ -43,14 +47,10 @@ def read_curve(
     Raises
     ------
     ValueError
-        If a column is missing, or a value is not a number.
+        If a column is missing, a value is not a finite number, or forces over
+        deflections are not the stiffness.
     """
-    text = file.read_text(encoding="utf-8-sig", errors="replace")
-    lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"]
-    separator = max(",;\t", key=lines[0].count) if lines else ","
-    rows = list(csv.DictReader(lines, delimiter=separator))
-    if not rows:
-        raise ValueError(f"{file} contains no rows")
+    rows = _rows(file)
     if branch is not None:
         rows = [row for row in rows if row.get("branch") == branch]
         if not rows:
@@ -66,21 +66,69 @@ def read_curve(
     force = columns.get("force", columns.get("normal_force"))
     depth = columns.get("depth", columns.get("penetration"))
     bend = columns.get("deflection")
+    if bend is not None and force is not None and np.ptp(bend) > 0.0:
+        # a slope, as either may have another zero
+        stiffness = _checked(file, float(np.polyfit(bend, force, 1)[0]), stiffness)
+    if stiffness is not None:
+        if force is None and bend is not None:
+            force = stiffness * bend
+        if bend is None and force is not None:
+            bend = force / stiffness
     if depth is None and bend is not None and "distance" in columns:
         depth = -(columns["distance"] + bend)
-    if force is None and bend is not None and stiffness is not None:
-        force = stiffness * bend
     if force is None or depth is None:
-        raise ValueError(
-            f"{file} needs the columns force (nN) and depth (nm), or distance (nm) and "
-            f"deflection (nm), got {', '.join(map(str, rows[0]))}; without a force the "
-            'scene needs cantilever in [path] of kind = "loop"'
-        )
+        raise ValueError(_missing(file, list(rows[0]), stiffness))
+    return ForceCurve(depth, force, math.inf if stiffness is None else stiffness)
+
+
+def _rows(file: Path) -> list[dict]:
+    """Return the rows by the heads of the columns, with their lines under `_LINE`."""
+    text = file.read_text(encoding="utf-8-sig", errors="replace")
+    lines = {
+        number: line
+        for number, line in enumerate(text.splitlines(), start=1)
+        if line.strip() and line[0] != "#"
+    }
+    head = next(iter(lines.values()), "")
+    rows = csv.DictReader(lines.values(), delimiter=max(",;\t", key=head.count))
+    numbered = [
+        {**row, _LINE: number}
+        for row, number in zip(rows, list(lines)[1:], strict=False)
+    ]
+    if not numbered:
+        raise ValueError(f"{file} contains no rows")
+    return numbered
+
+
+def _checked(file: Path, slope: float, stiffness: float | None) -> float:
+    """Return the stiffness of a cantilever, which a table must not contradict."""
     if stiffness is None:
-        stiffness = math.inf
-        if bend is not None and np.ptp(bend) > 0.0:  # either may have another zero
-            stiffness = float(np.polyfit(bend, force, 1)[0])
-    return ForceCurve(depth, force, stiffness)
+        return slope
+    if not math.isclose(slope, stiffness, rel_tol=_SAME_STIFFNESS):
+        unit = UNITS["N/m"]
+        raise ValueError(
+            f"{file}: forces over deflections give a cantilever of {slope / unit:.4g} "
+            f"N/m, the scene {stiffness / unit:.4g} N/m: correct cantilever in [path], "
+            "or leave out the column that is wrong"
+        )
+    return stiffness
+
+
+def _missing(file: Path, heads: list, stiffness: float | None) -> str:
+    """Return the message for a table without the necessary columns."""
+    got = ", ".join(str(head) for head in heads if head != _LINE)
+    message = (
+        f"{file} needs the columns distance (nm) and force (nN), or distance (nm) and "
+        f"deflection (nm), or depth (nm) and force (nN), got {got}: rename them, such "
+        "as the height of the piezo, positive away from the surface, to distance"
+    )
+    if stiffness is None:
+        message += (
+            ". Without deflection or force the scene needs the stiffness of the "
+            'cantilever, as deflection = force/stiffness: [path] kind = "loop" and '
+            'cantilever = "5 N/m"'
+        )
+    return message
 
 
 # Columns with their default unit, that of curve.csv, and the known ones.
@@ -95,7 +143,15 @@ _COLUMNS = {
 
 
 def _numbers(file: Path, head: str, rows: list[dict]) -> FloatArray:
-    try:
-        return np.array([float(row[head].replace(",", ".")) for row in rows])
-    except (AttributeError, ValueError) as error:
-        raise ValueError(f"{file}: column {head!r} must be numbers: {error}") from error
+    numbers = []
+    for row in rows:
+        try:
+            number = float(row[head].replace(",", "."))
+            finite(**{head: number})
+        except (AttributeError, ValueError) as error:
+            raise ValueError(
+                f"{file}, line {row[_LINE]}: {head} must be a finite number, got "
+                f"{shown(row[head])}: correct the line, or delete it"
+            ) from error
+        numbers.append(number)
+    return np.array(numbers)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from ase.io import read, write
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
@@ -31,8 +32,13 @@ from ase_roughcontact.theory import SphereTheory
 NN = UNITS["nN"]
 # Number of maps in a figure.
 _MAPS = 4
+# Space around maps with titles (inches).
+_PADDING = 0.12
 # Maps share their range if their widths differ by at most this factor.
 _SHARED_RANGE = 3.0
+# Part of the largest tension from which points belong to the part under tension, and
+# least margin beside it, relative to the curve.
+_TENSION, _LEAST_MARGIN = 0.5, 0.03
 # Number of points of a curve of theory, and its extent relative to that of the steps.
 _POINTS, _EXTENT = 60, 1.2
 
@@ -114,29 +120,55 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
         Fit of a smooth sphere.
     file : path
     """
-    figure = Figure(figsize=(5, 5), layout="constrained")
-    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    distance, nanonewton = fit.distance / UNITS["nm"], UNITS["nN"]
-    outside = distance[~fit.compared], fit.force[~fit.compared] / nanonewton
-    inside = distance[fit.compared], fit.force[fit.compared] / nanonewton
-    upper.plot(*inside, "o", color=plot.GREY, ms=5, label="measured")
-    if outside[0].size:
-        hollow = {"color": plot.GREY, "mfc": "white", "ms": 5}
-        upper.plot(*outside, "o", **hollow, label="measured at a jump, not compared")
-    curves = [("fit", fit.fitted, plot.BLUE)]
+    curves = [("fit", fit.fitted, plot.BLUE, 2.0, "-")]
     if smooth is not None:
-        curves.insert(0, ("smooth sphere", smooth.fitted, plot.ORANGE))
-    for label, force, colour in curves:
-        upper.plot(distance, force / nanonewton, color=colour, lw=1, label=label)
-        residual = (force - fit.force) / nanonewton
-        shown = distance[fit.compared], residual[fit.compared]
-        lower.plot(*shown, ".", color=colour, ms=4)
-    upper.set_ylabel("normal force $N$ (nN)")
+        curves.append(("smooth sphere", smooth.fitted, plot.ORANGE, 1.2, "--"))
+    figure = Figure(figsize=(5, 7), layout="constrained")
+    upper, lower, detail = figure.subplots(3, 1, height_ratios=(3, 1.3, 3))
+    _draw_curves(upper, fit, curves, size=2)
+    _draw_curves(detail, fit, curves, size=3)
+    _cut_to_tension(detail, fit)
+    for _, force, colour, _, _ in curves:
+        residual = (force - fit.force)[fit.compared] / NN
+        distance = fit.distance[fit.compared] / UNITS["nm"]
+        lower.plot(distance, residual, ".", color=colour, ms=3)
     lower.axhline(0.0, color="black", lw=0.5)
     lower.set_ylabel("residual (nN)")
-    lower.set_xlabel("distance of the base (nm)")
-    figure.legend(loc="outside upper center", ncols=2)
+    lower.sharex(upper)
+    for letter, axes in zip("abc", (upper, lower, detail), strict=True):
+        axes.set_xlabel("distance of the base (nm)")
+        axes.set_title(f"({letter})", loc="left", fontsize="medium")
+    handles, labels = upper.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=2)
     _save(figure, file, dpi=150)
+
+
+def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> None:
+    """Draw measured points, hollow where they are not compared, below some curves."""
+    distance, force = fit.distance / UNITS["nm"], fit.force / NN
+    points = {"color": plot.GREY, "ms": size}
+    inside, outside = fit.compared, ~fit.compared
+    axes.plot(distance[inside], force[inside], "o", **points, label="measured")
+    if outside.any():
+        label = "measured at a jump, not compared"
+        hollow = distance[outside], force[outside]
+        axes.plot(*hollow, "o", **points, mfc="white", label=label)
+    for name, fitted, colour, width, line in curves:
+        axes.plot(distance, fitted / NN, line, color=colour, lw=width, label=name)
+    axes.set_ylabel("normal force $N$ (nN)")
+
+
+def _cut_to_tension(axes: Any, fit: Fit) -> None:
+    """Limit axes to the part of a curve under tension, with as much compression."""
+    distance, force = fit.distance / UNITS["nm"], fit.force / NN
+    free = fit.far_force / NN
+    tension = free - force.min()
+    part = distance[force < free - _TENSION * tension]
+    if part.size:
+        margin = max(2.0 * np.ptp(part), _LEAST_MARGIN * np.ptp(distance))
+        ends = part.min() - margin, part.max() + margin
+        axes.set_xlim(np.clip(ends, distance.min(), distance.max()))
+        axes.set_ylim(free - 1.2 * tension, free + tension)
 
 
 def draw_tradeoff(study: Tradeoff, file: Path) -> None:
@@ -221,14 +253,17 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
 def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
     touching = [step for step in steps if step.repulsive_atoms]
-    chosen = np.unique(np.linspace(0, len(touching) - 1, _MAPS).round().astype(int))
-    shown = [touching[i] for i in chosen]
+    chosen = np.linspace(0, len(touching) - 1, _MAPS).round().astype(int)
+    deepest = int(np.argmax(_column(touching, "penetration")))
+    chosen[np.argmin(abs(chosen - deepest))] = deepest
+    shown = [touching[i] for i in np.unique(chosen)]
     titles = [
         f"({letter}) {_title(reference.scene, steps, step)}"
         for letter, step in zip("abcd", shown, strict=False)
     ]
-    height = 3.3 + 0.3 * max(title.count("\n") for title in titles)
-    figure = Figure(figsize=(2.6 * len(shown) + 0.8, height), layout="constrained")
+    height = 3.6 + 0.3 * max(title.count("\n") for title in titles)
+    layout = ConstrainedLayoutEngine(h_pad=_PADDING)
+    figure = Figure(figsize=(2.6 * len(shown) + 0.8, height), layout=layout)
     (panels,) = figure.subplots(1, len(shown), squeeze=False)
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]

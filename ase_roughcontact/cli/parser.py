@@ -174,12 +174,18 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
         "--branch", choices=["approach", "retraction"], help="rows of a column branch"
     )
     _add_picture(parser, "fit.png")
-    parser.add_argument("--quiet", action="store_true", help="print no trials")
+    output = parser.add_mutually_exclusive_group()
+    output.add_argument("--quiet", action="store_true", help="print no trials")
+    output.add_argument("--json", action="store_true", help="print a line of JSON")
 
 
 def _grid(text: str) -> tuple[int, int]:
     """Return the numbers of a grid ``NxM``."""
-    n, m = (int(number) for number in text.split("x"))
+    try:
+        n, m = (int(number) for number in text.split("x"))
+    except ValueError as error:
+        message = f"must be NxM, such as 4x4, got {text!r}"
+        raise argparse.ArgumentTypeError(message) from error
     return n, m
 
 

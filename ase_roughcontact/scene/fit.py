@@ -16,6 +16,8 @@ from ase_roughcontact.scene.parameters import FREE
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 
+# Part of the expected error from which a difference is far above it.
+_FAR_ABOVE = 3.0
 # Relative change of parameters, and of the sum of squares, at which a fit ends.
 _CONVERGED = 1e-5
 
@@ -44,6 +46,11 @@ class Fit:
         Standard deviation of the residuals of the compared points (eV/Å).
     converged : bool
         Whether the least-squares solution has converged.
+    far_force : float
+        Median of the measured forces furthest from the surface (eV/Å).
+    warnings : tuple of str
+        Reasons to doubt the fit: residuals far above the noise of neighbouring points,
+        or a free tip with a force that is not fitted.
     """
 
     names: tuple[str, ...]
@@ -57,9 +64,11 @@ class Fit:
     compared: np.ndarray
     noise: float
     converged: bool
+    far_force: float
+    warnings: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """Return parameters with standard errors, correlations and noise."""
+        """Return parameters with standard errors, correlations, noise and warnings."""
         lines = [
             f"{name:<18}{value:12.5g} ± {error:.2g} {unit}"
             for name, value, error, unit in zip(
@@ -72,6 +81,7 @@ class Fit:
             for i, a in enumerate(self.names)
             for j, b in enumerate(self.names[:i])
         ]
+        lines += [f"warning: {warning}" for warning in self.warnings]
         return "\n".join(lines if self.converged else [*lines, "NOT CONVERGED"])
 
 
@@ -107,7 +117,8 @@ def fit_curve(
     Raises
     ------
     ValueError
-        If a parameter is unknown, or there are too few points.
+        If a parameter is unknown, there are too few points, or the wall of the scene
+        has no work of adhesion that could be fitted.
 
     Notes
     -----
@@ -121,7 +132,26 @@ def fit_curve(
             f"a fit of {len(free) + 1} parameters needs at least {len(free) + 2} "
             f"points, got {len(curve.depth)}"
         )
-    problem = Residuals(scene, curve, free)
+    if "work_of_adhesion" in free and not scene.wall.attractive:
+        raise ValueError(
+            "work_of_adhesion can't be fitted, as the wall of the scene only repels: "
+            'give [interaction] kind = "adhesive", or other free parameters'
+        )
+    try:
+        return _fitted(Residuals(scene, curve, free), curve, callback)
+    except (ValueError, RuntimeError) as error:
+        if not curve.doubts:
+            raise
+        message = f"{curve.doubts[0]} The fit ended with: {error}"
+        raise ValueError(message) from error
+
+
+def _fitted(
+    problem: Residuals,
+    curve: ForceCurve,
+    callback: Callable[[dict[str, float], float], None] | None,
+) -> Fit:
+    """Return the solution of the least-squares problem."""
 
     def residuals_of(x: FloatArray) -> FloatArray:
         residuals = problem.of(x)[0]
@@ -144,6 +174,7 @@ def fit_curve(
     noise = curve.noise * math.sqrt(np.sum(residuals[compared] ** 2) / degrees)
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * (noise / curve.noise) ** 2
     deviation = np.sqrt(np.diag(covariance))
+    fitted, kept = problem.forces(solution.x), compared[: len(curve.depth)]
     return Fit(
         problem.names,
         problem.units,
@@ -152,8 +183,34 @@ def fit_curve(
         covariance / np.outer(deviation, deviation),
         curve.base,
         curve.force,
-        problem.forces(solution.x),
-        compared[: len(curve.depth)],
+        fitted,
+        kept,
         noise,
         bool(solution.success),
+        curve.far_force,
+        (*curve.doubts, *_warnings(problem, curve, fitted, noise)),
     )
+
+
+def _warnings(
+    problem: Residuals, curve: ForceCurve, fitted: FloatArray, noise: float
+) -> list[str]:
+    """Return reasons to doubt a fit with the given forces and residuals."""
+    found = []
+    expected = max(curve.noise, problem.tolerance * float(abs(curve.force).max()))
+    if noise > _FAR_ABOVE * expected:
+        found.append(
+            f"the residuals of {noise / UNITS['nN']:.3g} nN are far above the noise of "
+            f"the curve, {curve.noise / UNITS['nN']:.3g} nN: the scene does not "
+            "describe it, or a column is not what it should be (depth = -(distance + "
+            "deflection)), and the errors of the parameters are not valid"
+        )
+    is_free = abs(fitted[curve.far]).max() < curve.noise
+    if "force_offset" not in problem.names and is_free:
+        error = noise / math.sqrt(len(curve.far))
+        if abs(curve.far_force) > _FAR_ABOVE * error:
+            found.append(
+                f"the free part of the curve is at {curve.far_force / UNITS['nN']:.3g} "
+                "nN, not zero: give force_offset in --free, too"
+            )
+    return found

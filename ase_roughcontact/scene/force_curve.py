@@ -20,6 +20,8 @@ _FAR = 0.1
 # median of its absolute value.
 _SECOND_DIFFERENCE = math.sqrt(6.0)
 _MEDIAN = 0.6745
+# The force falls towards the surface by at least this many times the noise.
+_FALLS = 8.0
 # Number of points over which the force at the turn is averaged.
 _NEAR = 10
 # A change of the force between two points is a jump from this many times the noise.
@@ -112,9 +114,30 @@ class ForceCurve:
 
     @property
     def far_force(self) -> float:
-        """Median force of the points furthest from the surface (eV/Å)."""
-        number = math.ceil(_FAR * len(self.force))
-        return float(np.median(self.force[np.argsort(self.base)[-number:]]))
+        """Median force of the `far` points (eV/Å)."""
+        return float(np.median(self.force[self.far]))
+
+    @property
+    def far(self) -> np.ndarray:
+        """Numbers of the points furthest from the surface, a tenth of all."""
+        return np.argsort(self.base)[-self._tenth :]
+
+    @property
+    def doubts(self) -> list[str]:
+        """What in the forces is unusual; empty if there is nothing."""
+        near = float(np.median(self.force[np.argsort(self.base)[: self._tenth]]))
+        if near >= self.far_force - _FALLS * self.noise:
+            return []
+        far, low = (f"{force / UNITS['nN']:.3g}" for force in (self.far_force, near))
+        return [
+            f"the force is {far} nN where the base is highest and {low} nN where it is "
+            "lowest: is it negative in tension, the distance positive away from the "
+            "surface, and the depth, -(distance + deflection), positive into it?"
+        ]
+
+    @property
+    def _tenth(self) -> int:
+        return math.ceil(_FAR * len(self.force))
 
     def less(self, baseline: FloatArray) -> ForceCurve:
         """Return the curve without a baseline of the deflection.

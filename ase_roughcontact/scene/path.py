@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -33,6 +34,8 @@ AnyPath = TypeVar("AnyPath", bound="ContactPath")
 
 # Shape of the atoms before a window is chosen.
 _FIRST_SHAPE = (8, 8)
+# Number of steps up to which an error lists them.
+_MOST_LISTED = 20
 # Height of the indenter before a step, in units of the spacing.
 _FAR_ABOVE = 1e6
 
@@ -209,17 +212,38 @@ class ContactPath(Predictions):
             return
         if self.shape:
             return
-        expected, control, unit = self.expected_contact, self.control, self.path.unit
-        steps = self.steps
-        deepest = float(steps.min() if control == "heights" else steps.max())
-        step = f"[path] {control.rstrip('s')} of {deepest / UNITS[unit]:g} {unit}"
-        try:
-            expected.check_surface(control, deepest)
-            expected.check_memory(control, deepest)
-        except ValueError as error:
-            raise ValueError(f"{step}: {error}") from error
-        except MemoryError as error:
-            raise MemoryError(f"{step}: {error}") from error
+        expected, control = self.expected_contact, self.control
+        steps = np.sort(self.steps)
+        if control == "heights":  # the deepest one last
+            steps = steps[::-1]
+        problems = dict[int, ValueError | MemoryError]()
+
+        def fails(number: int) -> bool:
+            try:
+                expected.check_surface(control, float(steps[number]))
+                expected.check_memory(control, float(steps[number]))
+            except (ValueError, MemoryError) as error:
+                problems[number] = error
+            return number in problems
+
+        if fails(len(steps) - 1):
+            first = bisect_left(range(len(steps)), True, key=fails)
+            error = problems[first]
+            kind = MemoryError if isinstance(error, MemoryError) else ValueError
+            raise kind(self._without(steps[first:], str(error))) from error
+
+    def _without(self, failing: np.ndarray, problem: str) -> str:
+        """Return a message that steps can't be calculated, and how to omit them."""
+        unit = UNITS[self.path.unit]
+        first, last = failing[[0, -1]] / unit
+        kept = self.steps[~np.isin(self.steps, failing)] / unit
+        which = f"{first:g}" if first == last else f"{first:g} to {last:g}"
+        text = f"[path] {self.path.control} of {which} {self.path.unit}: {problem}"
+        if not kept.size:
+            return text
+        if kept.size > _MOST_LISTED:
+            return f"{text}; or leave out the {len(failing)} steps from {first:g} on"
+        return f"{text}; or give values = [{', '.join(f'{k:.6g}' for k in kept)}]"
 
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.

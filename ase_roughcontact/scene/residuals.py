@@ -65,10 +65,13 @@ class Residuals:
         First unknowns, and the units of the parameters for one of the unknowns.
     bounds : (ndarray, ndarray)
         Limits of the unknowns.
+    tolerance : float
+        Relative error of the calculated forces.
     """
 
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
         self._scene, self._curve = scene, curve
+        self.tolerance = scene.path.tolerance
         self._free = tuple(name for name in free if name in FREE)
         lines = tuple(name for name in free if name in BASELINE)
         self._baseline = curve.baseline(lines)

@@ -53,7 +53,12 @@ class Section:
     def __post_init__(self) -> None:
         """Convert quantities with a unit to numbers."""
         for key, unit in self.units.items():
-            value = _number(key, getattr(self, key), units_like(unit), UNITS[unit])
+            value = getattr(self, key)
+            if isinstance(value, str):
+                try:
+                    value = quantity(key, value, units_like(unit), unit) / UNITS[unit]
+                except ValueError as error:
+                    raise ValueError(f"[{self.title}] {error}") from error
             object.__setattr__(self, key, value)
 
     @classmethod

@@ -14,6 +14,7 @@ from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.fit import fit_curve
 from ase_roughcontact.scene.force_curve import ForceCurve
 from ase_roughcontact.scene.parameters import FREE, forces_and_derivatives
@@ -269,15 +270,83 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     file.write_text("# tip 3\n\nDistance [nm];Deflection [nm]\n5,5;1,5\n4;2\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).depth, [-70.0, -60.0])
     file.write_text("distance (nm)\tdeflection (nm)\n5\n")
-    with pytest.raises(ValueError, match=r"column 'deflection \(nm\)' must be numbers"):
+    message = r"line 2: deflection \(nm\) must be a finite number, got None"
+    with pytest.raises(ValueError, match=message):
         read_curve(file)
     file.write_text("distance (nm),deflection (nm)\n5,1\n4,2\n6,0\n")
     np.testing.assert_allclose(read_curve(file, None, 0.3).force, [3.0, 6.0, 0.0])
-    with pytest.raises(ValueError, match="without a force the scene needs cantilever"):
-        read_curve(file)
+    for column in ("deflection", "force"):  # without a stiffness
+        file.write_text(f"distance (nm),{column}\n5,1\n4,2\n6,0\n")
+        with pytest.raises(
+            ValueError, match=r"Without .* deflection = force/stiffness"
+        ):
+            read_curve(file)
+    forces = read_curve(file, None, 0.3 * NN)
+    np.testing.assert_allclose(forces.base, [50.0, 40.0, 60.0])
+    np.testing.assert_allclose(forces.depth, -forces.base - forces.force / (0.3 * NN))
     file.write_text("depth (nm)\n1.0\n")
-    with pytest.raises(ValueError, match=r"needs the columns force \(nN\) and depth"):
+    with pytest.raises(ValueError, match=r"needs the columns .*, got depth \(nm\): "):
         read_curve(file)
+
+
+def test_a_table_must_not_contradict_the_cantilever_of_the_scene(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,5\n4,2,10\n6,0,0\n")
+    unit = UNITS["N/m"]
+    assert read_curve(file, None, 5.0 * unit).stiffness == pytest.approx(5.0 * unit)
+    message = r"give a cantilever of 5 N/m, the scene 0\.5 N/m: correct cantilever"
+    with pytest.raises(ValueError, match=message):
+        read_curve(file, None, 0.5 * unit)
+
+
+def test_a_number_that_is_missing_in_a_table_is_named_with_its_line(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("# tip 3\n\ndepth (nm),force (nN)\n1,2\n\n2,NaN\n")
+    message = r"line 6: force \(nN\) must be a finite number, got 'NaN'"
+    with pytest.raises(ValueError, match=message):
+        read_curve(file)
+
+
+def reversed_force(curve):
+    """Curve whose forces have the wrong sign, at the same heights of the base."""
+    bend = curve.force / curve.stiffness
+    return ForceCurve(-curve.base + bend, -curve.force, curve.stiffness)
+
+
+def test_a_curve_with_a_wrong_sign_is_doubtful(measured):
+    assert measured.doubts == []
+    bend = measured.force / measured.stiffness
+    away = ForceCurve(measured.base - bend, measured.force, measured.stiffness)
+    for wrong in (away, reversed_force(measured)):
+        (doubt,) = wrong.doubts
+        assert "is it negative in tension, the distance positive away" in doubt
+
+
+def test_the_error_of_a_fit_tells_of_a_wrong_sign(measured):
+    small = scene().with_values({"substrate.shape": (2, 2)})
+    with pytest.raises(ValueError, match=r"negative in tension, .* ended with: .*edge"):
+        fit_curve(small, reversed_force(measured))
+
+
+def test_a_fit_tells_of_a_free_tip_that_is_not_at_zero_force(fitted, measured):
+    assert fitted.warnings == ()
+    offset = ForceCurve(measured.depth, measured.force + 0.1 * NN, measured.stiffness)
+    found = fit_curve(scene(), offset, [])
+    assert "free part of the curve is at 0.107 nN, not zero" in found.warnings[-1]
+    assert f"warning: {found.warnings[-1]}" in str(found)
+
+
+def test_a_fit_tells_of_residuals_above_the_noise(measured):
+    bend = measured.force / measured.stiffness
+    wrong = ForceCurve(bend - measured.base, measured.force)  # not -(base + bend)
+    (warning,) = fit_curve(scene(), wrong, []).warnings
+    assert re.match(r"the residuals of 0\.\d+ nN are far above the noise", warning)
+
+
+def test_a_repulsive_wall_has_no_work_of_adhesion_to_be_fitted(measured):
+    hard = scene().with_values({"interaction": InteractionConfig(kind="hard")})
+    with pytest.raises(ValueError, match="as the wall of the scene only repels"):
+        fit_curve(hard, measured)
 
 
 @pytest.mark.parametrize(

@@ -87,3 +87,23 @@ def test_a_domain_below_the_contact_is_an_error_in_spacings_as_the_key_is():
     text = DOMAIN.replace("shape = [40, 40], periodic = true", "")
     with pytest.raises(ValueError, match=r"a domain of \d+ spacings or more$"):
         list(Scene.parse(text.replace("1.0", "1e4")).relax())
+
+
+def test_a_stiffness_without_a_unit_in_a_string_names_section_and_unit():
+    message = r'\[path\] cantilever must be .* such as "3 N/m", got \'5\''
+    with pytest.raises(ValueError, match=message):
+        Scene.parse('[path]\nkind = "loop"\ncantilever = "5"')
+
+
+def test_loads_that_are_too_large_are_left_out_of_the_values():
+    text = """
+[roughness]
+long_wavelength = 16.0
+domain = 64.0
+[path]
+control = "load"
+values = [1.0, 10.0, 1e6, 1e8]
+"""
+    message = r"load of 1e\+06 to 1e\+08 nN: atoms .*; or give values = \[1, 10\]"
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(text).check_path()
