@@ -144,7 +144,7 @@ POWER_LAW = {
     "exponent": 2.5,
     "relative_cutoff": 12.0,
 }
-PLASTIC = {"kind": "plastic", "permanent": True}
+PLASTIC = {"kind": "plastic", "permanent": True, "hardness": 0.4}
 OF_WALLS = {
     "interaction.attraction_range": (
         POWER_LAW,
@@ -158,6 +158,7 @@ OF_WALLS = {
         12.0 * 1.5 * A0,
     ),
     "interaction.permanent": (PLASTIC, lambda wall: wall.permanent, True),
+    "interaction.hardness": (PLASTIC, lambda wall: wall.hardness, 0.4 * GPA),
 }
 # Keys that replace others, tested separately.
 INSTEAD = {
