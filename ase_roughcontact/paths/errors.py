@@ -85,7 +85,8 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     -------
     Errors
         Under a given load the error of the force is what the indenter's balance lacks;
-        at a given height that of the height is zero.
+        at a given height that of the height is zero. That of the area of a periodic
+        cell is at most the cell.
     """
     unbalanced = abs(float(step.forces[-1, 2]))
     if not step.touches:
@@ -102,9 +103,18 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     if step.continuum:
         area += continuum_area_error(step)
     if step.control == "loads":
-        return Errors(area, unbalanced, shift + (relaxation + unbalanced) * softness)
+        height = shift + (relaxation + unbalanced) * softness
+        return Errors(_within_cell(step, area), unbalanced, height)
     force = _force_change(shift, softness + compliance)
-    return Errors(area + _area_change(step, force), relaxation + force, 0.0)
+    area += _area_change(step, force)
+    return Errors(_within_cell(step, area), relaxation + force, 0.0)
+
+
+def _within_cell(step: RelaxedContact, area: float) -> float:
+    """Return an error of the area, at most that of a periodic cell (Å^2)."""
+    if not step.halfspace.periodic:
+        return area
+    return min(area, step.state.cell_area * step.state.gap.size)
 
 
 def _area_change(step: RelaxedContact, force: float) -> float:

@@ -127,10 +127,10 @@ def load_path(
     ------
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
-        constraint does not fit it, or the trajectory to resume from is damaged or of
-        another path. With a trajectory, if the indenter has no `todict`. With automatic
-        windows, if the indenter is not bounded, or its roughness not defined where
-        atoms could touch.
+        constraint does not fit it, a grid is given twice or its spacing is not relative
+        to a0, or the trajectory to resume from is damaged or of another path. With a
+        trajectory, if the indenter has no `todict`. With automatic windows, if the
+        indenter is not bounded, or its roughness not defined where atoms could touch.
     RuntimeError
         If the contact reaches the edge of a fixed window, or another run is writing
         `trajectory`, or has written it since it was read. With ``validity="raise"``, if
@@ -156,6 +156,8 @@ def load_path(
         "edge": edge,
         "hardness": hardness,
     }
+    if spacing is not None and GridChange.of(spacing=spacing) is None:
+        raise ValueError(f"spacing must be like 'a0/2' or '2 a0', got {spacing!r}")
     given = GridChange.of(refine, coarsen, spacing)
     if _asks_for_continuum(model, given):
         grids = _grids(atoms, accuracy, window) if given is None else Grids(given)

@@ -101,6 +101,17 @@ def test_estimate_of_the_error_is_that_of_the_table():
     assert of_atoms.area_error < 1e-3 * of_atoms.contact_area
 
 
+def test_wall_is_soft_on_grids_that_are_fine_for_its_softness():
+    """From a quarter of the correction to all of it, half where dx^2 = 6 l^2."""
+    correction = 100.0 - continuum_area(100.0, 40.0, 2.0)
+    parts = [
+        (grid_error(40.0, 4.0, softness=2.0 / np.sqrt(ratio)) - 2.0) / correction
+        for ratio in (1e-3, 1.0, 6.0, 54.0, 1e9)
+    ]
+    assert parts == pytest.approx([0.25, 0.25, 0.5, 0.9, 1.0])
+    assert grid_error(40.0, 4.0) == pytest.approx(0.25 * correction + 2.0)
+
+
 def test_nine_of_ten_errors_are_within_twice_the_estimate():
     """Cases from which the estimate does not follow, on grids of a0 and a0/2."""
     with open("examples/benchmarks/grid_error.csv", newline="") as file:

@@ -100,6 +100,58 @@ def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
     assert periodic.area_error > 0.5 * area
 
 
+def on_smooth_sphere(wall, loads, radius=RADIUS, cell=0, refine=None):
+    """Steps at the loads of contacts of given radii by Hertz."""
+    sphere, side = RoughSphere(radius), cell or 8
+    atoms = substrate(
+        "Cu", (side, side), sphere, spacing=1.0, periodic=cell > 0, fixed=False
+    )
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    loads = [Hertz(radius, 1.0).force(contact) for contact in loads]
+    window = "fixed" if cell else "auto"
+    return list(
+        load_path(atoms, loads=loads, refine=refine, window=window, validity="ignore")
+    )
+
+
+def test_images_of_a_cell_take_the_area_that_they_bend_away():
+    error = estimate = 0.0
+    for contact, cell in ((20.0, 64), (20.0, 80), (30.0, 120)):
+        free, periodic = (
+            on_smooth_sphere(HardWall(), [contact], radius=300.0, cell=side)[0]
+            for side in (0, cell)
+        )
+        error += free.contact_area - periodic.contact_area
+        estimate += periodic.area_error
+    assert estimate == pytest.approx(error, rel=0.2)
+
+
+def test_single_atoms_of_a_rough_contact_are_an_error_of_a_cell():
+    for seed in range(6):
+        free, periodic = (relaxed("hard", seed, cell=side) for side in (0, 64))
+        error = abs(free.contact_area - periodic.contact_area)
+        assert error <= 2.0 * periodic.area_error
+
+
+def test_error_of_the_area_is_at_most_the_cell():
+    sphere = RoughSphere(RADIUS)
+    atoms = substrate("Cu", (32, 32), sphere, spacing=1.0, periodic=True)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS["repulsive"])
+    (full,) = load_path(atoms, [1.5], validity="ignore")
+    assert full.area_error == full.contact_area == 1024.0
+
+
+def test_soft_wall_on_a_coarse_grid_is_as_wrong_as_its_stiffness_says():
+    wall, contacts = LennardJones93.repulsive(4.0, 1.0), np.arange(6.0, 13.0)
+    coarse, fine = (on_smooth_sphere(wall, contacts, refine=n) for n in (1, 4))
+    error, estimate = (
+        sum(step.continuum_area for step in coarse)
+        - sum(step.continuum_area for step in fine),
+        sum(step.area_error for step in coarse),
+    )
+    assert estimate == pytest.approx(error, rel=0.3)
+
+
 def test_cell_of_a_flat_surface_is_no_error():
     rough = SelfAffine(0.1, 0.65, 4.0, 16.0, seed=1, domain=32.0)
     flat = RoughSphere(np.inf, rough)

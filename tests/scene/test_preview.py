@@ -54,6 +54,19 @@ def test_grid_and_steps_fit_the_scene(substrate, path, spacing, steps):
     assert list(coarse.path.values) == steps
 
 
+def test_grid_loses_at_most_half_the_slope():
+    short = {"roughness.hurst": 0.1, "roughness.long_wavelength": 16.0}
+    coarse = preview(scene().with_values(short))
+    assert coarse.grids.change.label == "2 a0"
+    coarser = coarse.with_values({"substrate.coarsen": 4, "substrate.refine": None})
+    assert coarse.lost_slope < 0.5 < coarser.lost_slope < 0.6
+
+
+def test_tolerance_of_forces_is_not_kept():
+    tight = scene().with_values({"solver.fmax": 1e-9})
+    assert preview(tight).solver.fmax is None
+
+
 def test_built_in_scene_is_planned_in_a_tenth_of_its_time():
     full = Scene.default()
     assert preview(full).plan().seconds < 0.1 * full.plan().seconds

@@ -1,13 +1,14 @@
 """Error budget of a scene, and the cheapest plan for a wanted error."""
 
 import json
+from dataclasses import replace
 from functools import cache
-from itertools import product
 
 import numpy as np
 import pytest
 
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.figures import draw_tradeoff
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.choices import Choice, Tradeoff
 from ase_roughcontact.scene.tradeoff import tradeoff
@@ -53,6 +54,46 @@ def test_errors_of_grids_are_those_against_finer_ones():
     assert errors_of(study(), "grid")["high"] < 0.01
 
 
+def test_most_accurate_scene_has_the_error_that_it_estimates():
+    steps = scene().with_values({"solver.accuracy": "high"}).relax()
+    estimate = max(step.area_error / step.continuum_area for step in steps)
+    assert errors_of(study(), "grid")["high"] == pytest.approx(estimate)
+    assert errors_of(study(), "boundary")["free"] == pytest.approx(estimate)
+
+
+def test_error_of_one_realisation_is_the_spread_of_four():
+    fast = scene().with_values({"solver.accuracy": "fast"})
+    first = fast.roughness.seed
+    areas = [
+        [
+            step.continuum_area
+            for step in fast.with_values({"roughness.seed": n}).relax()
+        ]
+        for n in range(first, first + 4)
+    ]
+    spread = np.std(areas, axis=0, ddof=1) / np.mean(areas, axis=0)
+    assert errors_of(study(), "realisations")["1"] == pytest.approx(spread.max())
+
+
+def test_error_of_the_height_is_relative_to_the_penetration():
+    found = tradeoff(scene(), of="height", steps=1)
+    assert not errors_of(found, "theory")
+    high = scene().with_values({"solver.accuracy": "high"})
+    (hard,), (soft,) = (
+        high.with_values({"interaction.kind": kind, "path.values": (30.0,)}).relax()
+        for kind in ("hard", "repulsive")
+    )
+    error = abs(hard.height - soft.height) / hard.penetration
+    assert errors_of(found, "wall")["repulsive instead"] == pytest.approx(error)
+
+
+def test_steps_out_of_contact_have_no_relative_error():
+    away = {"path.control": "height", "path.values": (50.0, -1.0)}
+    found = tradeoff(scene().with_values(away), 0.5)
+    assert found.choices
+    assert np.all(np.isfinite([choice.error for choice in found.choices]))
+
+
 def test_all_sources_are_compared():
     sources = {choice.source for choice in study().choices}
     assert sources == {"scene", "grid", "boundary", "wall", "theory", "realisations"}
@@ -91,24 +132,33 @@ def test_front_has_the_choices_that_no_other_beats_in_both():
     assert "No plan has an error of 0.1" in str(found) and not found.kept
 
 
-def test_fastest_plans_are_calculated_as_a_whole(monkeypatch):
-    relaxed, relax = [], Scene.relax
+def test_table_and_picture_name_the_answer(tmp_path):
+    of_area, of_height = (
+        made(("grid", "fast", 0.1, 1.0), of=of) for of in ("area", "height")
+    )
+    assert "area error  time" in str(of_area)
+    assert "height error  time" in str(of_height)
+    pictures = []
+    for number, found in enumerate((of_area, of_area, of_height)):
+        draw_tradeoff(found, tmp_path / f"{number}.png")
+        pictures.append((tmp_path / f"{number}.png").read_bytes())
+    assert pictures[0] == pictures[1] != pictures[2]
 
-    def noted(self, *args, **options):
-        relaxed.append(self)
-        return relax(self, *args, **options)
 
-    monkeypatch.setattr(Scene, "relax", noted)
-    found = tradeoff(scene(), 0.1, steps=1)
-    settings = {k: v for each in found.plan for k, v in each.settings.items()}
-    assert {"solver.accuracy", "substrate.periodic"} <= settings.keys()
-    seed = scene().roughness.seed
-    wholes = {
-        (each.solver.accuracy, each.substrate.periodic)
-        for each in relaxed
-        if each.solver.accuracy != "high" and each.roughness.seed == seed
-    }
-    assert len(wholes & set(product(("fast", "normal"), (False, True)))) >= 3
+def test_fastest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
+    """Products of single times: 80, 160 and 320 with a cell, 400 and more without."""
+    single = {"fast": 10.0, "normal": 20.0, "high": 40.0}
+    with_cell = {"fast": 5.0, "normal": 3.0, "high": 8.0}
+    relax = Scene.relax
+
+    def timed(self, *args, **options):
+        times = with_cell if self.substrate.periodic else single
+        for step in relax(self, *args, **options):
+            yield replace(step, seconds=times[self.solver.accuracy])
+
+    monkeypatch.setattr(Scene, "relax", timed)
+    plan = tradeoff(scene(), 1.0, steps=1).plan
+    assert [each.label for each in plan] == ["normal", "cell of 2 diameters"]
 
 
 @pytest.mark.parametrize("of, control", [("height", "load"), ("force", "penetration")])

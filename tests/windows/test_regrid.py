@@ -51,6 +51,18 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
     np.testing.assert_allclose(fine[::step, ::step], coarse, atol=1e-12)
 
 
+def test_spacing_of_a_path_is_the_grid_of_that_ratio():
+    (a,), (b,) = (
+        load_path(make_atoms(), [0.1], window="auto", validity="ignore", **grid)
+        for grid in ({"spacing": "a0/2"}, {"refine": 2})
+    )
+    assert a.window == b.window and a.normal_force == b.normal_force > 0.0
+    with pytest.raises(ValueError, match=r"like 'a0/2' or '2 a0', got '0\.5 a0'"):
+        next(load_path(make_atoms(), [0.1], spacing="0.5 a0"))
+    with pytest.raises(ValueError, match="give refine, coarsen or spacing"):
+        next(load_path(make_atoms(), [0.1], spacing="a0/2", refine=2))
+
+
 def test_smoother_indenter_of_a_coarse_grid_has_the_same_long_waves():
     smooth = ROUGH.band_limited(8.0)
     assert (smooth.short_wavelength, smooth.side) == (8.0, ROUGH.side)

@@ -1,0 +1,165 @@
+"""CPU time and true errors of previews, against the runs that they show.
+
+    OMP_NUM_THREADS=1 python previews.py             # all scenes
+    OMP_NUM_THREADS=1 python previews.py adhesive    # those whose names begin so
+
+Run and preview take turns, three times; times are the least of one thread, with reading
+the scene and writing the files, and may vary by a tenth. Errors are relative to the
+area of the run, that of atoms or of the continuum, at the same step.
+"""
+
+import sys
+import tempfile
+import time
+
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.preview import preview
+
+TURNS = 3
+SCENE = """
+[substrate]
+{substrate}
+[sphere]
+radius = {radius}
+{rough}
+[interaction]
+{wall}
+[path]
+{path}
+"""
+WORK = 'kind = "{}"\nwork_of_adhesion = {}'
+
+
+def scene(
+    seed=None,
+    radius=1000,
+    slope=0.1,
+    long=128.0,
+    hurst=0.8,
+    short=4.0,
+    wall='kind = "repulsive"',
+    substrate='symbol = "Si"',
+    path=(10.0, 3000.0, 12),
+):
+    """Return a scene; without a seed that of a smooth sphere."""
+    if not isinstance(path, str):
+        path = 'first = {}\nlast = {}\nsteps = {}\nscale = "geometric"'.format(*path)
+    rough = ""
+    if seed is not None:
+        rough = (
+            f"[roughness]\nseed = {seed}\nrms_slope = {slope}\nhurst = {hurst}\n"
+            f"long_wavelength = {long}\nshort_wavelength = {short}"
+        )
+    return Scene.parse(
+        SCENE.format(
+            substrate=substrate, radius=radius, rough=rough, wall=wall, path=path
+        )
+    )
+
+
+def scenes():
+    """Return scenes by name."""
+    hard = 'kind = "hard"'
+    found = {
+        f"built-in {seed}": Scene.default().with_values({"roughness.seed": seed})
+        for seed in (1, 2, 3)
+    }
+    found["smooth repulsive"] = scene()
+    found["smooth hard"] = scene(wall=hard)
+    found["smooth adhesive"] = scene(wall=WORK.format("adhesive", 0.05))
+    layer = 'symbol = "Si"\nlayer_thickness = "10 nm"\nlayer_modulus = 20.0'
+    depths = 'control = "penetration"\nfirst = "0.2 nm"\nlast = "2 nm"\nsteps = 12'
+    large = {"radius": 5000, "slope": 0.02, "long": 256.0, "hurst": 0.6}
+    families = {
+        "hard": {"wall": hard},
+        "hard large": large | {"wall": hard, "path": (20.0, 2e4, 10)},
+        "repulsive": {},
+        "repulsive large": large | {"path": (20.0, 2e4, 10)},
+        "repulsive small": {"radius": 100, "long": 64.0, "path": (1.0, 20.0, 6)},
+        "adhesive 0.05": {"wall": WORK.format("adhesive", 0.05)},
+        "adhesive 0.5": {"slope": 0.05, "wall": WORK.format("adhesive", 0.5)},
+        "dugdale": {
+            "radius": 500,
+            "slope": 0.08,
+            "long": 64.0,
+            "wall": WORK.format("dugdale", 0.05),
+            "path": (5.0, 800.0, 12),
+        },
+        "full": {
+            "radius": 100,
+            "slope": 0.05,
+            "long": 32.0,
+            "wall": WORK.format("full", 0.02),
+            "path": (0.5, 100.0, 10),
+        },
+        "plastic": {
+            "substrate": 'symbol = "Cu"',
+            "wall": 'kind = "plastic"',
+            "path": (10.0, 1000.0, 12),
+        },
+        "crystal of EMT": {
+            "substrate": 'calculator = "emt"\nsymbol = "Au"',
+            "radius": 800,
+            "slope": 0.08,
+            "long": 64.0,
+            "path": (4.0, 1000.0, 12),
+        },
+        "continuum": {
+            "substrate": 'symbol = "Si"\nmodel = "continuum"',
+            "wall": hard,
+        },
+        "layer": {"substrate": layer, "path": (2.0, 500.0, 12)},
+        "long waves": {"short": 16.0},
+        "penetration": {"path": depths},
+        "24 steps": {"hurst": 0.5, "wall": hard, "path": (20.0, 5000.0, 24)},
+    }
+    for name, values in families.items():
+        for seed in (5, 6, 7):
+            found[f"{name} {seed}"] = scene(seed, **values)
+    return found
+
+
+def timed(given):
+    """Return CPU time (s) and steps of a run."""
+    with tempfile.TemporaryDirectory() as folder:
+        start = time.process_time()
+        steps = list(given.run(folder, validity="ignore"))
+        return time.process_time() - start, steps
+
+
+def compared(full):
+    """Return both times, and relative errors and their estimates."""
+    coarse = preview(full)
+    turns = [(timed(full), timed(coarse)) for _ in range(TURNS)]
+    seconds = [min(run[0] for run in runs) for runs in zip(*turns, strict=True)]
+    (_, exact), (_, shown) = turns[0]
+    errors = []
+    for target, step in zip(coarse.steps, shown, strict=True):
+        truth = exact[abs(full.steps - target).argmin()]
+        area = getattr(truth, full.area_column)
+        error = abs(step.continuum_area - area)
+        errors.append((error / area, step.area_error / area))
+    return *seconds, errors
+
+
+def main():
+    """Print a line for each scene, and how many errors are within two estimates."""
+    timed(Scene.default().with_values({"path.steps": 2}))
+    chosen = {
+        name: full
+        for name, full in scenes().items()
+        if any(name.startswith(start) for start in sys.argv[1:] or [""])
+    }
+    print("scene               run (s)  part  error of the area / estimate")
+    every = []
+    for name, full in chosen.items():
+        run, shown, errors = compared(full)
+        text = " ".join(f"{error:.3f}/{estimate:.3f}" for error, estimate in errors)
+        print(f"{name:<20}{run:7.2f}{shown / run:6.2f}  {text}", flush=True)
+        every += errors
+    kept = sum(error <= 2.0 * estimate for error, estimate in every)
+    print(f"{kept} of {len(every)} errors in {len(chosen)} scenes within twice")
+
+
+if __name__ == "__main__":
+    main()
