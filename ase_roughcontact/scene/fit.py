@@ -188,7 +188,7 @@ def _fitted(
         noise,
         bool(solution.success),
         curve.far_force,
-        (*curve.doubts, *_warnings(problem, curve, fitted, noise)),
+        tuple(_warnings(problem, curve, fitted, noise)),
     )
 
 
@@ -199,6 +199,7 @@ def _warnings(
     found = []
     expected = max(curve.noise, problem.tolerance * float(abs(curve.force).max()))
     if noise > _FAR_ABOVE * expected:
+        found += curve.doubts
         found.append(
             f"the residuals of {noise / UNITS['nN']:.3g} nN are far above the noise of "
             f"the curve, {curve.noise / UNITS['nN']:.3g} nN: the scene does not "
