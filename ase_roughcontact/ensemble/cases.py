@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact.scene import RoughnessConfig, Scene, TopographyConfig
+from ase_roughcontact.scene.model import DEFAULT_RADIUS
 
 
 def product(scene: Scene, choices: Mapping[str, Iterable]) -> list[Scene]:
@@ -77,6 +78,9 @@ def case_of(scene: Scene) -> str:
         for title, section in scene_as_dict(scene).items()
         if section is not None
     }
+    # without a scan, no radius means this one
+    if values.get("sphere", {}).get("radius") == DEFAULT_RADIUS:
+        del values["sphere"]["radius"]
     text = json.dumps(values, sort_keys=True)
     return "c" + hashlib.sha256(text.encode()).hexdigest()[:15]
 

@@ -37,7 +37,7 @@ from ase_roughcontact.windows.regrid import GridChange, lost_slope
 # Hardness (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_HARDNESS = 1e3
 # Radius of the sphere if none is given, in units of the spacing.
-_DEFAULT_RADIUS = 1000.0
+DEFAULT_RADIUS = 1000.0
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ class Model(SceneFile):
         given, units = self.sphere.radius, lengths(self.spacing)
         if given is None:
             self._check_default_radius()
-            return _DEFAULT_RADIUS * self.spacing
+            return DEFAULT_RADIUS * self.spacing
         radius = self.sphere.plain(["radius"], units, "a0", self.sphere.unit).radius
         if not (isinstance(given, str) and 0.0 < radius < math.inf):
             positive(radius=given)

@@ -53,12 +53,13 @@ class Section:
     def __post_init__(self) -> None:
         """Convert quantities with a unit to numbers."""
         for key, unit in self.units.items():
-            value = getattr(self, key)
-            if isinstance(value, str):
-                try:
-                    value = quantity(key, value, units_like(unit), unit) / UNITS[unit]
-                except ValueError as error:
-                    raise ValueError(f"[{self.title}] {error}") from error
+            units = units_like(unit)
+            try:
+                value = _number(
+                    key, getattr(self, key), units, UNITS[unit], example=unit
+                )
+            except ValueError as error:
+                raise ValueError(f"[{self.title}] {error}") from error
             object.__setattr__(self, key, value)
 
     @classmethod
@@ -174,13 +175,18 @@ def lengths(a0: float) -> dict[str, float]:
 
 
 def _number(
-    key: str, value: Any, units: Mapping[str, float], unit: float, scale: float = 1.0
+    key: str,
+    value: Any,
+    units: Mapping[str, float],
+    unit: float,
+    scale: float = 1.0,
+    example: str = "",
 ) -> Any:
     """Return a quantity or a tuple of them in a unit; `scale` is that of numbers."""
     if isinstance(value, str):
-        return quantity(key, value, units) / unit
+        return quantity(key, value, units, example) / unit
     if isinstance(value, tuple):
-        return tuple(_number(key, each, units, unit, scale) for each in value)
+        return tuple(_number(key, each, units, unit, scale, example) for each in value)
     return value if scale == 1.0 or value is None else value * scale
 
 

@@ -103,12 +103,12 @@ def test_the_advice_is_given_once_and_suffices_for_all_steps():
     "text, message",
     [
         (HUGE_LOAD, r"\[path\] load of 1e\+12 nN: about .* GB of memory"),
-        (LONG_RANGE, r"\[path\] load of 1000 nN: about .* GB of memory"),
+        (LONG_RANGE, r"\[path\] load of 1 to 1000 nN: about .* GB of memory"),
         (LARGE_DOMAIN, r"\[path\] load of 1e\+09 nN: atoms can touch beyond"),
         (
             LARGE_DOMAIN.replace("1.0, 1e9", "-1e5, -1e7")
             + 'control = "height"\n[interaction]\nkind = "hard"\n',
-            r"\[path\] height of -1e\+07 Å: atoms can touch beyond",
+            r"\[path\] height of -100000 to -1e\+07 Å: atoms can touch beyond",
         ),
     ],
     ids=["memory", "range", "domain", "height"],

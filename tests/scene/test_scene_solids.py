@@ -121,7 +121,7 @@ def test_the_soft_base_of_a_stiff_layer_does_not_refuse_a_load():
         Scene.parse(text.replace("steps = 2", "first = 20\nsteps = 2")).check_path()
 
     base = "contact_modulus = 0.1"
-    with pytest.raises(ValueError, match="load of 40 nN: "):
+    with pytest.raises(ValueError, match="load of 20 to 40 nN: "):
         check(base)
     check(f'{base}\nlayer_thickness = "1 µm"\nlayer_modulus = 100.0')
 
