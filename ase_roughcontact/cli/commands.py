@@ -63,8 +63,8 @@ def fit(options: argparse.Namespace) -> int:
     the base. Beside it, the work of adhesion of a smooth sphere is fitted by the theory
     (DMT, JKR, Maugis-Dugdale) that applies.
 
-    Warnings tell of residuals far above the noise, and of a free part of the curve that
-    is not at zero force. Each trial, in which the scene is pressed in and pulled off
+    It warns of residuals far above the noise, and of a free part of the curve that is
+    not at zero force. Each trial, in which the scene is pressed in and pulled off
     again, prints a line on the error output: the residuals relative to the noise, and
     the parameters.
 

@@ -4,7 +4,7 @@ For each trial of the parameters the scene is pressed in and pulled off again, i
 `adhesion_loop`. The curve that a cantilever follows through its states, with its
 snap-in and pull-off, is compared with the measured forces :math:`F_i` at the heights
 :math:`D_i = z_0 - d_i - F_i/k` of the base. The height :math:`z_0`, at which the depth
-is zero, is always free: a microscope does not know where the surface is. A baseline
+is zero, is always free: a microscope does not measure where the surface is. A baseline
 :math:`b_0 + b_1 (D_i - \max D)` of the measured forces, such as that of an unknown zero
 of the deflection, shifts depths and forces together, so that it leaves :math:`D_i` as
 it is.

@@ -63,7 +63,7 @@ def stickiness(
     attraction_range: float,
     kappa_repulsive: float = KAPPA_HARD,
 ) -> tuple[Criterion, ...]:
-    """Return what the criteria of the literature say of rough surfaces and a wall.
+    """Return criteria of the literature for whether rough surfaces stick.
 
     Parameters
     ----------
