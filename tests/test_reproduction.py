@@ -68,6 +68,7 @@ def test_every_row_of_the_table_is_a_step_of_the_scenes(examples, table):
 def test_table_is_small_and_converged(table):
     assert TABLE.stat().st_size < 1e6
     assert table["converged"].all()
+    assert np.isfinite(table["continuum_area"][table["kind"] == "hard"]).all()
     np.testing.assert_allclose(table["normal_force"], table["target"], rtol=1e-3)
 
 
@@ -125,6 +126,23 @@ def test_figure_2_is_drawn_from_a_table_alone(examples, tmp_path):
     examples["2"].main(["--scale", "paper", "--draw", "--out", str(tmp_path)])
     assert is_picture(tmp_path / "figure2-paper.png")
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_figure_2_writes_its_table_once_though_it_is_stopped(
+    examples, tmp_path, monkeypatch
+):
+    written = []
+
+    def stopped(*_, **__):
+        yield from range(3)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(examples["2"], "scenes", lambda scale: [[], []])
+    monkeypatch.setattr(examples["2"], "run_ensemble", stopped)
+    monkeypatch.setattr(examples["2"], "write_csv", lambda *_: written.append(_))
+    with pytest.raises(KeyboardInterrupt):
+        examples["2"].main(["--out", str(tmp_path)])
+    assert len(written) == 1
 
 
 @pytest.mark.slow  # two processes start, and relax eight spheres

@@ -53,12 +53,13 @@ def calculate(scale: str, table: Path, database: Path, workers: int | None) -> N
     if table.exists():
         fill_database(database, table)
     for band in scenes(scale):
-        for progress in run_ensemble(band, database, workers=workers):
-            print(f"\r{progress}", end="    ", flush=True)
-            new = table.with_suffix(".new")
-            write_csv(database, new)
-            new.replace(table)  # whole, whenever this is stopped
-        print()
+        running = run_ensemble(band, database, workers=workers)
+        try:
+            for progress in running:
+                print(f"\r{progress}", end="    ", flush=True)
+        finally:  # also when stopped; not at each step, as it takes seconds
+            print()
+            write_csv(database, table)
 
 
 def draw(table: Path, picture: Path) -> None:
