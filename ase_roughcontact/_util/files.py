@@ -7,7 +7,7 @@ import fcntl
 import os
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,6 +15,8 @@ PathName = str | os.PathLike
 
 # Errors of a file system without locks.
 _NO_LOCKS = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP}
+# Files that this process has locked.
+_held: set[IO[bytes]] = set()
 
 
 @contextmanager
@@ -36,30 +38,70 @@ def locked(file: PathName) -> Iterator[None]:
     RuntimeWarning
         If the file system has no locks.
     """
-    name = f"{os.fspath(file)}.lock"
-    with open_file(name, "ab") as lock:
+    with ExitStack() as stack:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            # the process that held the lock may have removed the file meanwhile
-            alone = os.path.samestat(os.fstat(lock.fileno()), os.stat(name))
-        except (BlockingIOError, FileNotFoundError):
-            alone = False
+            free = stack.enter_context(lock(f"{os.fspath(file)}.lock"))
         except OSError as error:
             if error.errno not in _NO_LOCKS:
                 raise
-            alone = True
+            free = True
             warnings.warn(
                 f"the file system of {os.fspath(file)} has no locks "
                 f"({error.strerror}): make sure that no other run writes this file",
                 RuntimeWarning,
                 stacklevel=2,
             )
-        if not alone:
+        if not free:
             raise RuntimeError(f"another run is writing {os.fspath(file)}")
+        yield
+
+
+@contextmanager
+def lock(name: PathName) -> Iterator[bool]:
+    """Lock a file until the end of the context, or of this process however it ends.
+
+    Parameters
+    ----------
+    name : path
+        Created, and removed in the end.
+
+    Yields
+    ------
+    bool
+        Whether neither another process nor another thread had locked it.
+
+    Raises
+    ------
+    OSError
+        If the file system has no locks, or the file is a symbolic link.
+    """
+    with open_file(name, "ab") as file:
         try:
-            yield
-        finally:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # the process that held the lock may have removed the file meanwhile
+            free = os.path.samestat(os.fstat(file.fileno()), os.stat(name))
+        except (BlockingIOError, FileNotFoundError):
+            free = False
+        except OSError:
             Path(name).unlink(missing_ok=True)
+            raise
+        if free:
+            _held.add(file)
+        try:
+            yield free
+        finally:
+            if free:
+                _held.remove(file)
+                Path(name).unlink(missing_ok=True)
+
+
+def _close_inherited() -> None:
+    """Close the locks in a forked process, which would keep them otherwise."""
+    for file in _held:
+        file.close()
+
+
+os.register_at_fork(after_in_child=_close_inherited)
 
 
 @contextmanager

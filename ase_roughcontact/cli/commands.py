@@ -73,6 +73,7 @@ def fit(options: argparse.Namespace) -> int:
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
+    figures.check_picture(options.picture)
     scene = checked_scene(options)
     curve = read_curve(options.curve, options.branch, scene.cantilever)
     trials = report.print_trial if prints_text(options) else None
@@ -124,6 +125,7 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
 
+    figures.check_picture(options.picture)
     study = tradeoff(checked_scene(options), options.error, of=options.error_of)
     figures.draw_tradeoff(study, options.picture)
     if options.json:

@@ -95,14 +95,14 @@ def draw_loop(loop: AdhesionLoop, file: Path) -> None:
     """Draw force against depth of an adhesion loop."""
     figure = Figure(figsize=(5, 4), layout="constrained")
     plot.plot_loop(figure.subplots(), loop)
-    _save(figure, file, dpi=150)
+    save(figure, file, dpi=150)
 
 
 def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
     """Draw force against distance and deflection against distance of a cantilever."""
     figure = Figure(figsize=(5, 4), layout="constrained")
     plot.plot_cantilever(figure.subplots(), curve)
-    _save(figure, file, dpi=150)
+    save(figure, file, dpi=150)
 
 
 def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:
@@ -140,7 +140,7 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
         axes.set_title(f"({letter})", loc="left", fontsize="medium")
     handles, labels = upper.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside upper center", ncols=2)
-    _save(figure, file, dpi=150)
+    save(figure, file, dpi=150)
 
 
 def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> None:
@@ -177,7 +177,7 @@ def draw_tradeoff(study: Tradeoff, file: Path) -> None:
     front = [n for n, choice in enumerate(study.choices) if choice in study.front]
     figure = Figure(figsize=(6.5, 4.5), layout="constrained")
     plot.plot_tradeoff(figure.subplots(), choices, front, study.wanted, study.of)
-    _save(figure, file, dpi=120)
+    save(figure, file, dpi=120)
 
 
 def _is_compressive(step: LoadStep) -> bool:
@@ -216,7 +216,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         axes.set_title("steps under compression", fontsize="medium")
     if adhesive:
         _legend_below(figure, [axes])
-    _save(figure, file, dpi=150)
+    save(figure, file, dpi=150)
 
 
 def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
@@ -247,7 +247,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         _column(steps, "force_error"),
     )
     _legend_below(figure, [axes])
-    _save(figure, file, dpi=150)
+    save(figure, file, dpi=150)
 
 
 def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> None:
@@ -278,7 +278,7 @@ def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) ->
         plot.scale_bar(panel, "nm")
     figure.colorbar(image, ax=panels, label="pressure (GPa)", shrink=0.8)
     _legend_below(figure, panels)
-    _save(figure, folder / "contact.png", dpi=110)
+    save(figure, folder / "contact.png", dpi=110)
 
 
 def _smooth(reference: Reference) -> tuple[SphereTheory, ...]:
@@ -328,6 +328,20 @@ def _share_range(panels: Sequence[Any]) -> None:
             panel.set(xlim=(-largest, largest), ylim=(-largest, largest))
 
 
-def _save(figure: Figure, file: Path, dpi: float) -> None:
+def check_picture(file: Path) -> None:
+    """Raise `ValueError` if the ending of a file is not that of a format."""
+    formats = Figure().canvas.get_supported_filetypes()
+    if file.suffix and _format(file) not in formats:
+        raise ValueError(
+            f"a picture ends in one of .{', .'.join(sorted(formats))}; got {file.name}"
+        )
+
+
+def save(figure: Figure, file: Path, dpi: float) -> None:
+    """Write a figure, in the format of the file's ending, or PNG without one."""
     with replaced(file) as name:
-        figure.savefig(name, format="png", dpi=dpi)
+        figure.savefig(name, format=_format(file), dpi=dpi)
+
+
+def _format(file: Path) -> str:
+    return file.suffix[1:].lower() or "png"

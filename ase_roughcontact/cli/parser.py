@@ -222,7 +222,7 @@ def _add_picture(parser: argparse.ArgumentParser, default: str) -> None:
         metavar="FILE",
         type=Path,
         default=Path(default),
-        help="figure (default: %(default)s)",
+        help="figure; its ending is the format (default: %(default)s)",
     )
 
 

@@ -71,7 +71,7 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
     from matplotlib.figure import Figure
 
     from ase_roughcontact import plot
-    from ase_roughcontact._util.files import replaced
+    from ase_roughcontact.cli.figures import save
 
     shown = [name for name in _MAPS if np.nansum(as_map(found, name)[2]) > 0.0]
     figure = Figure(figsize=(4 * (len(shown) + 1), 3.4), layout="constrained")
@@ -89,8 +89,7 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
         )
         figure.colorbar(image, label=f"{label} ({unit})")
         axes.set(xlabel="$x$ (nm)", aspect="equal")
-    with replaced(file) as name:
-        figure.savefig(name, format="png", dpi=150)
+    save(figure, file, dpi=150)
 
 
 def _scan(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

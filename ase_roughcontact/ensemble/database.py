@@ -20,14 +20,13 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
 from glob import escape, glob
-from pathlib import Path
 from typing import Any
 
 from ase import Atoms
 from ase.calculators.singlepoint import SinglePointCalculator
 from ase.db import connect
 
-from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.files import PathName, lock
 from ase_roughcontact.ensemble.checks import (
     CHECKSUM,
     checksum,
@@ -68,7 +67,7 @@ class EnsembleDatabase:
         if damage:  # not within the context, which PostgreSQL's can't leave by an error
             raise damage
         for file in glob(f"{escape(self.address)}-*.lock"):
-            with _file_lock(file):
+            with lock(file):
                 pass
 
     def check(self) -> None:
@@ -162,7 +161,7 @@ class EnsembleDatabase:
         """
         if "://" in self.address:
             return _server_lock(self.address, name)
-        return _file_lock(f"{self.address}-{name}.lock")
+        return lock(f"{self.address}-{name}.lock")
 
     def is_locked(self, name: str) -> bool:
         """Whether a name is locked by a process that is alive."""
@@ -234,28 +233,6 @@ def _steps(
     columns = ["id", "key_value_pairs"]
     query = {"record": "step", "columns": columns, "include_data": False, **query}
     return {row.id: (row.case, row.step) for row in db.select(selection, **query)}
-
-
-@contextmanager
-def _file_lock(file: str) -> Iterator[bool]:
-    """Lock an empty SQLite file, which works wherever the database itself does."""
-    connection = sqlite3.connect(
-        file, timeout=0.0, isolation_level=None, check_same_thread=False
-    )
-    with closing(connection):
-        try:
-            connection.execute("PRAGMA journal_mode = MEMORY")  # no second file
-            connection.execute("BEGIN EXCLUSIVE")
-            free = True
-        except sqlite3.OperationalError as error:
-            if "locked" not in str(error):
-                raise
-            free = False
-        try:
-            yield free
-        finally:
-            if free:
-                Path(file).unlink(missing_ok=True)
 
 
 @contextmanager

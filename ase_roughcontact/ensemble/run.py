@@ -31,7 +31,6 @@ def run_ensemble(
     executor: Executor | None = None,
     workers: int | None = None,
     *,
-    checkpoints: PathName | None = None,
     interval: float = 1.0,
     steps: Iterable[Sequence[int]] | None = None,
 ) -> Generator[Progress, None, None]:
@@ -58,11 +57,6 @@ def run_ensemble(
     workers : int, optional
         Number of processes of the default pool. The default is one per processor.
         Unless ``OMP_NUM_THREADS`` is set, they share the processors.
-    checkpoints : path, optional
-        Folder for the last frame of each case with an attractive wall, whose steps
-        depend on the previous ones. Without the frame, an interrupted case is
-        calculated from its first step again. The default is ``<database>-checkpoints``
-        beside an SQLite file, and no checkpoints with PostgreSQL.
     interval : float
         Time between two queries of the database (s).
     steps : iterable of sequence of int, optional
@@ -91,6 +85,10 @@ def run_ensemble(
     ``record=case,state=failed`` with its message, and calculated again by the next run.
     A machine that crashes may hold its locks on a network file system, and thereby its
     cases, until the file server releases them.
+
+    With an attractive wall steps depend on the previous ones. The last frame of each
+    such case is kept in the folder ``<database>-checkpoints`` beside an SQLite file.
+    With PostgreSQL an interrupted case is calculated from its first step again.
     """
     scenes = list(scenes)
     cases = {case_of(scene): scene for scene in scenes}
@@ -108,8 +106,9 @@ def run_ensemble(
     meter = ProgressMeter(dict(largest_first))
     shared = EnsembleDatabase(database_address(database))
     shared.create()
-    if checkpoints is None and "://" not in shared.address:
-        checkpoints = f"{os.path.splitext(shared.address)[0]}-checkpoints"
+    on_server = "://" in shared.address
+    root, _ = os.path.splitext(shared.address)
+    checkpoints = None if on_server else f"{root}-checkpoints"
     calculate = partial(calculate_case, shared, checkpoints)
     tasks = {case: (scene, wanted[case]) for case, scene in cases.items()}
     return _run(shared, tasks, meter, calculate, pool, interval)

@@ -107,10 +107,11 @@ class Tradeoff:
         ]
 
     def __str__(self) -> str:
-        width = max(len(choice.label) for choice in self.choices)
+        labels = "choice", *(choice.label for choice in self.choices)
+        width = 1 + max(map(len, labels))
         front = self.front
         lines = [
-            f"{'source':<14}{'choice':<{width}}{self.of:>6} error  time (s)  "
+            f"{'source':<14}{'choice':<{width}}{f'{self.of} error':>12}  time (s)  "
             "memory (GB)"
         ]
         lines += [

@@ -136,13 +136,30 @@ def test_table_and_picture_name_the_answer(tmp_path):
     of_area, of_height = (
         made(("grid", "fast", 0.1, 1.0), of=of) for of in ("area", "height")
     )
-    assert "area error  time" in str(of_area)
-    assert "height error  time" in str(of_height)
+    for found, name in ((of_area, "area"), (of_height, "height")):
+        heading = ["source", "choice", name, "error", "time", "(s)", "memory", "(GB)"]
+        assert str(found).splitlines()[0].split() == heading
     pictures = []
     for number, found in enumerate((of_area, of_area, of_height)):
         draw_tradeoff(found, tmp_path / f"{number}.png")
         pictures.append((tmp_path / f"{number}.png").read_bytes())
     assert pictures[0] == pictures[1] != pictures[2]
+
+
+@pytest.mark.parametrize(
+    "name, first", [("t.svg", b"<?xml"), ("t.PDF", b"%PDF"), ("t", b"\x89PNG")]
+)
+def test_ending_of_a_picture_is_its_format(tmp_path, name, first):
+    draw_tradeoff(made(("grid", "fast", 0.1, 1.0)), tmp_path / name)
+    assert (tmp_path / name).read_bytes().startswith(first)
+
+
+@pytest.mark.parametrize("command", [["tradeoff"], ["fit", "curve.csv", "my.toml"]])
+def test_unknown_format_of_a_picture_is_refused_before_anything_is_read(
+    command, capsys
+):
+    assert main([*command, "--picture", "a.docx"]) == 2
+    assert "a picture ends in one of ." in capsys.readouterr().err
 
 
 def test_fastest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
