@@ -43,7 +43,7 @@ def ensemble(options: argparse.Namespace) -> int:
 
     With --error, realisations are added until the standard error of the mean area at
     every step is below it. Each load gets as many as it needs, which a pilot of 8
-    predicts::
+    predicts, with the range in which nine of ten predictions are right::
 
       ase-roughcontact ensemble my.toml --error 0.05
 
@@ -148,17 +148,25 @@ def means_table(scene: Scene, sampling: Sampling) -> str:
     unit = printed_unit(report.target_unit(scene))
     target = f"{scene.path.control} ({unit})"
     area = f"mean {report.heading(scene.area_column)}"
-    lines = [f"{target:>16}   {area:>16}   standard error   realisations   expected"]
+    lines = [
+        f"{target:>16}   {area:>16}   standard error   realisations   expected (likely)"
+    ]
     lines += [
         f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
-        f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}   {mean.expected:8d}"
+        f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}   {mean.expected:8d} "
+        f"({_range(mean.likely)})"
         for mean in sampling.means
     ]
     wanted = f"standard error of {100.0 * sampling.wanted:g} %"
     if sampling.done:
         return "\n".join([*lines, f"All areas have a {wanted} or less."])
-    rest = f"About {sampling.missing} more steps for a {wanted}."
+    likely = _range(sampling.likely_missing)
+    rest = f"About {sampling.missing} more steps (likely {likely}) for a {wanted}."
     return "\n".join([*lines, rest])
+
+
+def _range(ends: tuple[int, int]) -> str:
+    return f"{ends[0]} to {ends[1]}"
 
 
 def _values_of_key(text: str) -> tuple[str, list[Any]]:

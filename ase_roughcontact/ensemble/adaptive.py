@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtri
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import integer, positive
@@ -24,6 +25,8 @@ from ase_roughcontact.scene import Scene
 # A standard deviation from few realisations is uncertain: the number of them grows at
 # most by this factor before it is estimated again.
 _GROWTH = 2.0
+# Probabilities that the number that is needed exceeds the ends of its range.
+_RANGE = np.array([0.05, 0.95])
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,9 @@ class MeanArea:
         Standard error of the mean, relative to it.
     expected : int
         Number of realisations after which the error is expected to be the wanted one.
+    likely : (int, int)
+        Range that contains this number with a probability of 90 %, as the variance of
+        ``n`` normally distributed areas is one of ``n - 1`` degrees of freedom.
     """
 
     target: float
@@ -49,15 +55,24 @@ class MeanArea:
     mean: float
     error: float
     expected: int
+    likely: tuple[int, int]
 
     @classmethod
     def of(cls, target: float, areas: np.ndarray, wanted: float) -> MeanArea:
         """Return the mean of areas, and how many more the wanted error needs."""
         mean = float(areas.mean()) if areas.size else math.nan
-        spread = float(areas.std(ddof=1)) / mean if areas.size > 1 < mean else math.inf
-        expected = math.ceil((spread / wanted) ** 2) if spread < math.inf else 0
+        if areas.size < 2 or not mean > 0.0:
+            return cls(target, areas.size, mean, math.inf, 0, (0, 0))
+        spread = float(areas.std(ddof=1)) / mean
+        count, freedom = (spread / wanted) ** 2, areas.size - 1
+        least, most = np.ceil(count * freedom / chdtri(freedom, _RANGE)).astype(int)
         return cls(
-            target, areas.size, mean, spread / math.sqrt(max(areas.size, 1)), expected
+            target,
+            areas.size,
+            mean,
+            spread / math.sqrt(areas.size),
+            math.ceil(count),
+            (int(least), int(most)),
         )
 
 
@@ -87,9 +102,19 @@ class Sampling:
     @property
     def missing(self) -> int:
         """Number of realisations of steps that are expected to be still needed."""
+        return self._missing([mean.expected for mean in self.means])
+
+    @property
+    def likely_missing(self) -> tuple[int, int]:
+        """Sums of the ends of the ranges of the numbers that are still needed."""
+        least, most = zip(*(mean.likely for mean in self.means), strict=True)
+        return self._missing(least), self._missing(most)
+
+    def _missing(self, needed: Sequence[int]) -> int:
+        """Return the number of steps that are missing if these numbers are needed."""
         return sum(
-            max(mean.expected - mean.realisations, 1)
-            for mean in self.means
+            max(number - mean.realisations, 1)
+            for number, mean in zip(needed, self.means, strict=True)
             if mean.error > self.wanted
         )
 

@@ -161,6 +161,21 @@ def test_standard_error_covers_the_mean_of_many_realisations():
     assert 0.91 < np.mean(held) < 0.98
 
 
+@pytest.mark.parametrize("spread", [0.1, 0.31])
+@pytest.mark.parametrize("shape", ["normal", "skewed"])
+def test_range_of_a_pilot_contains_the_number_that_is_needed(spread, shape):
+    """Simulated areas: in about 90 % of the pilots of eight."""
+    rng = np.random.default_rng(1)
+    areas = rng.normal(1.0, spread, (3000, 8))
+    if shape == "skewed":
+        areas = rng.gamma(spread**-2, spread**2, (3000, 8))
+    pilots = [MeanArea.of(1.0, each, 0.02) for each in areas]
+    needed = (spread / 0.02) ** 2
+    inside = [least <= needed <= most for least, most in (p.likely for p in pilots)]
+    assert np.mean(inside) == pytest.approx(0.9, abs=0.04)
+    assert np.mean([p.expected for p in pilots]) == pytest.approx(needed, rel=0.1)
+
+
 @pytest.mark.parametrize(
     "scene, options, message",
     [
@@ -186,13 +201,18 @@ def test_table_has_errors_and_predictions(sampled):
     assert "load (nN)" in header and "mean area (nm²)" in header
     mean = pilot.means[0]
     row = (0.3, mean.mean / 100.0, 100.0 * mean.error, "%", 8, mean.expected)
-    for shown, value in zip(light.split(), row, strict=True):
+    shown_row, likely = light.split("(")
+    assert likely == "{} to {})".format(*mean.likely)
+    for shown, value in zip(shown_row.split(), row, strict=True):
         if value == "%":
             assert shown == value
         else:
             assert float(shown) == pytest.approx(value, rel=0.05)
     assert heavy.split()[0] == "10"
-    assert rest == f"About {pilot.missing} more steps for a standard error of 8 %."
+    assert rest == (
+        f"About {pilot.missing} more steps (likely {mean.likely[0] - 8} to "
+        f"{mean.likely[1] - 8}) for a standard error of 8 %."
+    )
 
 
 def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
@@ -218,9 +238,9 @@ def test_command_prints_the_number_of_steps_that_the_pilot_predicts_before_them(
     copyfile(sampled[0], database)
     command = ["ensemble", str(file), "--database", str(database), "--workers", "1"]
     assert main([*command, "--error", "0.08"]) == 0
-    pilot, rest = capsys.readouterr().out.split("more steps for a standard error", 1)
+    pilot, rest = capsys.readouterr().out.split("for a standard error", 1)
     before, predicted = pilot.rsplit("About ", 1)
-    assert int(predicted) > 0 and "16/16 steps" in before and "8 %" in rest
+    assert int(predicted.split()[0]) > 0 and "16/16 steps" in before and "8 %" in rest
     assert "All areas have" in rest and "All areas have" not in pilot
 
 
