@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.scene import RoughnessConfig, Scene, TopographyConfig
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.model import DEFAULT_RADIUS
 
 
@@ -66,21 +67,19 @@ def case_of(scene: Scene) -> str:
     str
         16 characters.
     """
-    defaults = scene_as_dict(
-        Scene(roughness=RoughnessConfig(), topography=TopographyConfig())
-    )
+    defaults = {
+        title: _json_value(kind().entries()) for title, kind in SECTIONS.items()
+    }
+    defaults["sphere"]["radius"] = DEFAULT_RADIUS  # that of no radius
     values = {
         title: {
             key: _rounded(value)
             for key, value in section.items()
-            if value != defaults[title].get(key)
+            if value is not None and value != defaults[title].get(key)
         }
         for title, section in scene_as_dict(scene).items()
         if section is not None
     }
-    # without a scan, no radius means this one
-    if values.get("sphere", {}).get("radius") == DEFAULT_RADIUS:
-        del values["sphere"]["radius"]
     text = json.dumps(values, sort_keys=True)
     return "c" + hashlib.sha256(text.encode()).hexdigest()[:15]
 

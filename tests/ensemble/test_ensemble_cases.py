@@ -7,6 +7,7 @@ import pytest
 from ensemble_scenes import SCENE, WALLS
 
 from ase_roughcontact.ensemble import case_of, product
+from ase_roughcontact.scene import HeterogeneityConfig
 
 
 def test_product_combines_values_of_keys_and_sections_the_last_fastest():
@@ -48,3 +49,10 @@ def test_case_does_not_depend_on_rounding_errors():
     scenes = product(SCENE, {"path.values": [(1.0, 3.0), (1.0, near)]})
     assert scenes[0].path != scenes[1].path
     assert len({case_of(scene) for scene in scenes}) == 1
+
+
+def test_case_of_a_scene_with_a_local_work_of_adhesion_depends_on_its_seed():
+    scene = SCENE.with_values({"heterogeneity": HeterogeneityConfig(rms=0.3)})
+    others = product(scene, {"heterogeneity.seed": [0, 1]})
+    names = [case_of(each) for each in (SCENE, scene, *others)]
+    assert names[1] == names[2] and len(set(names)) == 3
