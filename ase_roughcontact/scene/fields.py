@@ -61,7 +61,9 @@ class HeterogeneityConfig(Section):
     periodic: bool = True
 
 
-def random_field(section: Section, spacing: float, **more: Any) -> SelfAffine:
+def random_field(
+    section: Section, spacing: float, least_domain: float = 0.0, **more: Any
+) -> SelfAffine:
     """Return a random field in Å.
 
     Parameters
@@ -70,6 +72,9 @@ def random_field(section: Section, spacing: float, **more: Any) -> SelfAffine:
         With `unit` and keys of `SelfAffine`.
     spacing : float
         Atomic spacing a0 (Å).
+    least_domain : float
+        Of the field if the section gives none (Å): the default of `SelfAffine` is
+        doubled until it is that large.
     **more
         Parameters that are not in the section.
 
@@ -85,12 +90,15 @@ def random_field(section: Section, spacing: float, **more: Any) -> SelfAffine:
     entries = section.plain(_LENGTHS, units, unit).entries()
     known = {each.name for each in fields(SelfAffine)}
     rough = SelfAffine(**{k: v for k, v in entries.items() if k in known}, **more)
-    rough = replace(rough, domain=_domain(rough, spacing / scale, unit))
+    domain = _domain(rough, spacing / scale, unit, least_domain / scale)
+    rough = replace(rough, domain=domain)
     given = {name: getattr(rough, name) for name in _LENGTHS}
     return replace(rough, **{k: v * scale for k, v in given.items() if v})
 
 
-def local_adhesion(section: HeterogeneityConfig, spacing: float) -> Heterogeneity:
+def local_adhesion(
+    section: HeterogeneityConfig, spacing: float, least_domain: float
+) -> Heterogeneity:
     """Return the relative work of adhesion that a section describes.
 
     Parameters
@@ -98,6 +106,8 @@ def local_adhesion(section: HeterogeneityConfig, spacing: float) -> Heterogeneit
     section : HeterogeneityConfig
     spacing : float
         Atomic spacing a0 (Å).
+    least_domain : float
+        See `random_field`.
 
     Raises
     ------
@@ -110,7 +120,8 @@ def local_adhesion(section: HeterogeneityConfig, spacing: float) -> Heterogeneit
             "give rms, of a random field, or file, a map of the work of adhesion"
         )
     if section.rms is not None:
-        return Heterogeneity(random_field(section, spacing, rms_slope=1.0), section.rms)
+        field = random_field(section, spacing, least_domain, rms_slope=1.0)
+        return Heterogeneity(field, section.rms)
     values = _matrix(section.file)
     step = section.plain(["spacing"], lengths(spacing), "Å", section.unit)
     deviation = values / values.mean() - 1.0
@@ -132,7 +143,7 @@ def _matrix(file: str) -> np.ndarray:
     return values
 
 
-def _domain(rough: SelfAffine, spacing: float, unit: str) -> float | None:
+def _domain(rough: SelfAffine, spacing: float, unit: str, least: float) -> float | None:
     """Return the domain: the given one, or a whole number of spacings."""
     if rough.short_wavelength < (2.0 - _ROUNDING) * spacing:
         raise ValueError(
@@ -141,6 +152,9 @@ def _domain(rough: SelfAffine, spacing: float, unit: str) -> float | None:
             f"{unit}"
         )
     side = rough.side / spacing
+    if rough.domain is None and least > rough.side:
+        side *= 2 ** math.ceil(math.log2(least / rough.side))
+        return next_fast_len(math.ceil(side - _ROUNDING)) * spacing
     if abs(side - round(side)) <= _ROUNDING:
         return rough.domain
     points = math.ceil(side)

@@ -36,6 +36,9 @@ from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 # Hardness (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_HARDNESS = 1e3
+# Least default period of a local work of adhesion, in units of the radius in which a
+# sphere that touches is in the range of the wall: room for three times that range.
+_ROOM = 4.0
 # Radius of the sphere if none is given, in units of the spacing.
 DEFAULT_RADIUS = 1000.0
 
@@ -304,4 +307,6 @@ class Model(SceneFile):
                 "needs a wall with a work of adhesion, got kind = "
                 f"{self.interaction.kind!r}"
             )
-        return local_adhesion(self.heterogeneity, self.spacing)
+        attraction = self.wall.cutoff - self.wall.contact_distance
+        in_range = math.sqrt(2.0 * self.radius * attraction)
+        return local_adhesion(self.heterogeneity, self.spacing, _ROOM * in_range)

@@ -35,6 +35,18 @@ def test_random_field_in_spacings_is_that_of_its_seed(tmp_path):
     assert len({round(last, 6) for _, last in forces}) == 3
 
 
+@pytest.mark.parametrize(
+    "wall, period",
+    [("exponential", 512.0), ("full", 512.0), ("adhesive", 128.0)],
+)
+def test_default_period_holds_the_window_of_a_long_range(wall, period):
+    text = TEXT.replace("exponential", wall).replace("= 60.0", "= 600.0")
+    scene = Scene.parse(text + RANDOM)
+    assert scene.local_adhesion.pattern.side == period * scene.spacing
+    given = scene.with_values({"heterogeneity.domain": 128.0})
+    assert given.local_adhesion.pattern.side == 128.0 * scene.spacing
+
+
 def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
     values = np.arange(1.0, 17.0).reshape(4, 4)
     np.savetxt(tmp_path / "w.txt", values)
