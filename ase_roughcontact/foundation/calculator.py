@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,7 @@ class ElasticFoundation(Calculator):
         coupled = min(layers, surface.constants.reach)
         self.sites = Sites.of(slab, surface, layers, coupled)
         self._slab = slab.copy()
+        self._held = False
         self.coupling = Coupling(surface, calculator, shape, layers)
 
     @property
@@ -116,16 +118,22 @@ class ElasticFoundation(Calculator):
         """Hold the centre of mass of the lowest layer by a constraint.
 
         It balances loads on the surface. ASE does not remove atoms from a slab that has
-        this constraint: build the slab without, remove atoms, and hold it then.
+        this constraint: build the slab without, remove atoms, and hold it then. A
+        calculation without it, after `Atoms.set_constraint` has replaced it by others
+        that do not hold the layer, is a warning.
 
         Parameters
         ----------
         atoms : Atoms
             Changed in place.
         """
+        atoms.set_constraint([*atoms.constraints, HeldLayer(self._lowest(atoms))])
+        self._held = True
+
+    def _lowest(self, atoms: Atoms) -> np.ndarray:
+        """Return the indices of the atoms of the lowest layer."""
         real = np.flatnonzero(atoms.numbers > 0)
-        lowest = HeldLayer(real[self.sites.indices[-1].ravel()])
-        atoms.set_constraint([*atoms.constraints, lowest])
+        return real[self.sites.indices[-1].ravel()]
 
     def calculate(
         self,
@@ -139,6 +147,7 @@ class ElasticFoundation(Calculator):
         slab = self.atoms[real]
         slab.set_constraint()  # they act on the sum of all forces
         self._check(slab)
+        self._warn_if_released()
         displacement = self.sites.displacement(slab.positions)
         energy, coupled = self.coupling.evaluate(displacement)
         slab.calc = self.calculator
@@ -158,6 +167,20 @@ class ElasticFoundation(Calculator):
                 "as it is"
             )
         return super().get_property(name, atoms, allow_calculation)
+
+    def _warn_if_released(self) -> None:
+        """Warn once if no constraint acts any more on the layer that was held."""
+        if not self._held:
+            return
+        acts_on = [np.ravel(getattr(c, "index", [])) for c in self.atoms.constraints]
+        if not np.isin(self._lowest(self.atoms), np.concatenate([[], *acts_on])).any():
+            self._held = False
+            warnings.warn(
+                "nothing holds the slab under a load any more: set_constraint has "
+                "replaced the constraint of hold. Call hold(atoms) again, or set "
+                "[*atoms.constraints, new]; held=False is for slabs without a load",
+                stacklevel=2,
+            )
 
     def _check(self, slab: Atoms) -> None:
         if not slab.pbc[:2].all() or slab.pbc[2]:

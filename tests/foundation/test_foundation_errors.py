@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from ase.build import bcc100, fcc100
 from ase.calculators.calculator import PropertyNotImplementedError
+from ase.constraints import FixAtoms
 from pair_crystal import pair_potential
 from spring_crystal import Softer, fcc_springs
 
@@ -33,6 +34,27 @@ def test_free_boundaries_along_the_surface(atoms, surface):
         foundation(atoms, surface)
     with pytest.raises(ValueError, match="Free boundaries"):
         atoms.get_forces()
+
+
+def test_a_slab_that_is_not_held_any_more_warns_once(surface):
+    atoms, foundation = crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
+    atoms.set_constraint([*atoms.constraints, FixAtoms([len(atoms) - 1])])
+    atoms.get_forces()
+    atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+    atoms.rattle(1e-3)
+    with pytest.warns(UserWarning, match="set_constraint has replaced"):
+        atoms.get_forces()
+    atoms.rattle(1e-3)
+    atoms.get_forces()
+    foundation.hold(atoms)
+    atoms.rattle(1e-3)
+    atoms.get_forces()
+
+
+def test_the_lowest_layer_may_be_held_by_another_constraint(surface):
+    atoms, _ = crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
+    atoms.set_constraint(FixAtoms(range(12)))
+    atoms.get_forces()
 
 
 def test_another_lattice_constant(surface):

@@ -22,8 +22,8 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity import Crystal
 
 
-def slab(surface, size=(6, 6), layers=2):
-    return crystal_slab("Cu", size, layers, pair_potential(), surface)[0]
+def slab(surface, size=(6, 6), layers=2, **options):
+    return crystal_slab("Cu", size, layers, pair_potential(), surface, **options)[0]
 
 
 def rough_sphere(surface):
@@ -34,7 +34,7 @@ def rough_sphere(surface):
 @pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
 def test_forces_are_minus_the_gradient(request, name):
     surface = request.getfixturevalue(name)
-    atoms = slab(surface, layers=1)
+    atoms = slab(surface, layers=1, held=False)
     indenter = add_indenter(atoms, rough_sphere(surface), load=0.3)
     atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * 0.05
     atoms.positions[-1] -= [1.3, 0.4, 0.9]
