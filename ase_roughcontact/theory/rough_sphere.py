@@ -16,7 +16,11 @@ from ase_roughcontact.theory.rough_flats import (
     mean_contact_pressure,
 )
 from ase_roughcontact.theory.selection import sphere_theory
-from ase_roughcontact.theory.self_affine import Roughness, slope_to_curvature_ratio
+from ase_roughcontact.theory.self_affine import (
+    Roughness,
+    numbers_of,
+    slope_to_curvature_ratio,
+)
 from ase_roughcontact.theory.smooth_sphere import SphereTheory
 
 
@@ -66,6 +70,7 @@ class RoughSphereTheory:
         positive(
             kappa_repulsive=self.kappa_repulsive, asperity_factor=self.asperity_factor
         )
+        numbers_of(self.roughness)
         self._sphere(self.radius, self.work_of_adhesion)
 
     @cached_property

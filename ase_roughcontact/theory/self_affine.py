@@ -13,7 +13,7 @@ from typing import Protocol
 
 from scipy.special import boxcox
 
-from ase_roughcontact._util.validation import finite, positive
+from ase_roughcontact._util.validation import finite, positive, shown
 
 
 class Roughness(Protocol):
@@ -53,12 +53,20 @@ def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
     Raises
     ------
     ValueError
-        If one of them is not finite or out of range.
+        If one of them is missing, not finite or out of range.
     """
-    slope, short = roughness.rms_slope, roughness.short_wavelength
+    try:
+        slope, hurst = roughness.rms_slope, roughness.hurst
+        short = roughness.short_wavelength
+    except AttributeError as error:
+        raise ValueError(
+            "roughness must have rms_slope, hurst, short_wavelength and "
+            "long_wavelength, as SelfAffine and HeightMap do, got "
+            f"{shown(roughness)}: of a RoughSphere give its roughness"
+        ) from error
     positive(rms_slope=slope, short_wavelength=short)
-    check_hurst(roughness.hurst)
-    return slope, roughness.hurst, short
+    check_hurst(hurst)
+    return slope, hurst, short
 
 
 def band_of(roughness: Roughness) -> tuple[float, float, float | None]:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from ase_roughcontact import SelfAffine, theory
+from ase_roughcontact import RoughSphere, SelfAffine, theory
 from ase_roughcontact.theory.self_affine import rms_height
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 512.0)
@@ -96,3 +96,15 @@ def test_law_of_a_rough_sphere_lists_the_criteria():
 def test_criteria_refuse_numbers_that_are_not_positive(name):
     with pytest.raises(ValueError, match="> 0"):
         criteria(**{name: -1.0})
+
+
+@pytest.mark.parametrize(
+    "criterion",
+    [
+        lambda sphere: theory.stickiness(sphere, 1.0, 0.02, 0.5),
+        lambda sphere: theory.regime(1.0, 100.0, 1.0, sphere),
+    ],
+)
+def test_a_sphere_in_place_of_its_roughness_is_an_error_that_says_so(criterion):
+    with pytest.raises(ValueError, match=r"as SelfAffine .*RoughSphere give its rough"):
+        criterion(RoughSphere(100.0, ROUGH))
