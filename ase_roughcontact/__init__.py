@@ -2,8 +2,6 @@
 
 __version__ = "0.1.0"
 
-import warnings
-
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
@@ -42,16 +40,6 @@ from ase_roughcontact.topography import (
     SelfAffine,
 )
 from ase_roughcontact.windows.options import WindowOptions
-
-
-def __getattr__(name: str) -> object:
-    if name == "HardWallCG":
-        warnings.warn(
-            "HardWallCG is deprecated: use ActiveSet", DeprecationWarning, stacklevel=2
-        )
-        return ActiveSet
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-
 
 __all__ = [
     "ActiveSet",

@@ -16,6 +16,8 @@ from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.topography import BoundedSurface, Surface
 
+# Samples of the shape per spacing, between which it is interpolated.
+_SAMPLES = 4
 # Fraction of the cell from which on an atom is at its border.
 _BORDER = 0.49
 _ROUNDING = 1e-9
@@ -49,8 +51,6 @@ class RigidIndenter(Calculator):
         Area A of an atom in the surface (Å^2).
     load : float
         Force L that presses the indenter down, unless it is fixed (eV/Å).
-    samples : int
-        Samples of the shape per spacing, between which it is interpolated.
 
     Raises
     ------
@@ -82,11 +82,10 @@ class RigidIndenter(Calculator):
         spacing: float,
         area: float,
         load: float = 0.0,
-        samples: int = 4,
     ) -> None:
         super().__init__()
         surface(indenter=indenter)
-        positive(spacing=spacing, area=area, samples=samples)
+        positive(spacing=spacing, area=area)
         finite(load=load)
         if not isinstance(interaction, Interaction) or interaction.hard:
             raise ValueError(
@@ -95,7 +94,7 @@ class RigidIndenter(Calculator):
             )
         self.indenter, self.interaction = indenter, interaction
         self.spacing, self.area, self.load = spacing, area, load
-        self._step = spacing / samples
+        self._step = spacing / _SAMPLES
         self._cell = np.zeros((2, 2))
 
     def lowest(self, cell: np.ndarray) -> float:

@@ -55,7 +55,7 @@ class PlasticWall(HardWall):
     Parameters
     ----------
     hardness : float
-        H (pressure).
+        H (pressure; for atoms in eV/Å^3, where 1 GPa is `ase.units.GPa`).
     permanent : bool
         Whether a path keeps the plastic shape: after each step the surface is lowered
         by its plastic depth (`indent`), so that it unloads elastically. By default each

@@ -18,6 +18,8 @@ from ase_roughcontact.paths.record import LoadStep
 
 # Relative rounding of a step.
 _ROUNDING = 1e-6
+# Points of an interpolated branch between two states.
+_POINTS = 32
 
 
 @dataclass(frozen=True)
@@ -242,7 +244,7 @@ def work(before: LoadStep, after: LoadStep) -> float:
 
 
 def interpolated(
-    states: Sequence[LoadStep], jumps: Sequence[Jump], points: int = 32
+    states: Sequence[LoadStep], jumps: Sequence[Jump]
 ) -> tuple[FloatArray, FloatArray]:
     """Return heights and forces on a branch, also between its states.
 
@@ -252,8 +254,6 @@ def interpolated(
         Of an approach or a retraction, in order.
     jumps : sequence of Jump
         Its instabilities, across which nothing is interpolated.
-    points : int
-        Number of intervals between two states.
 
     Returns
     -------
@@ -262,7 +262,7 @@ def interpolated(
         straight lines where a stiffness is not finite (Å, eV/Å).
     """
     unstable = {jump.after.step for jump in jumps}
-    t = np.arange(1, points + 1) / points
+    t = np.arange(1, _POINTS + 1) / _POINTS
     heights = [np.array([states[0].height])]
     forces = [np.array([states[0].normal_force])]
     for before, after in pairwise(states):

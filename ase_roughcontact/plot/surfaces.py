@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 from ase.units import GPa
-from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import ContactMap, radial_average
@@ -110,10 +109,7 @@ def scale_bar(axes: Any, unit: str) -> None:
 
 
 def plot_pressure(
-    axes: Any,
-    contact_map: ContactMap,
-    hertz_radius: float | None = None,
-    bins: int | ArrayLike | None = None,
+    axes: Any, contact_map: ContactMap, hertz_radius: float | None = None
 ) -> Any:
     r"""Plot the pressure averaged over rings against the distance from the axis.
 
@@ -125,14 +121,12 @@ def plot_pressure(
     contact_map : ContactMap
     hertz_radius : float, optional
         Contact radius a of a smooth sphere under the same force (Å).
-    bins : int or array_like, optional
-        Rings, see `radial_average`.
 
     Returns
     -------
     matplotlib Axes
     """
-    average = radial_average(contact_map, bins)
+    average = radial_average(contact_map)
     radius = average.radius / NM
     # undefined, not zero, for rings without atoms in contact
     axes.plot(radius, average.contact_pressure / GPa, "o", label="atoms in contact")
@@ -153,7 +147,6 @@ def plot_spectrum(
     heights: np.ndarray,
     spacing: float,
     roughness: SelfAffine | None = None,
-    label: str = "measured",
 ) -> Any:
     r"""Plot the power spectrum of periodic heights and of a self-affine surface.
 
@@ -174,8 +167,6 @@ def plot_spectrum(
         Distance between them (Å).
     roughness : SelfAffine, optional
         Self-affine surface.
-    label : str
-        Label of the heights.
 
     Returns
     -------
@@ -183,7 +174,7 @@ def plot_spectrum(
     """
     q, density = power_spectrum(heights, spacing)
     shown = density > 1e-12 * density.max()  # without rounding errors
-    axes.loglog(q[shown] * NM, density[shown] / NM**4, "o", label=label)
+    axes.loglog(q[shown] * NM, density[shown] / NM**4, "o", label="measured")
     if roughness is not None:
         ends, values = _self_affine_spectrum(roughness)
         axes.loglog(ends * NM, values / NM**4, "k-", label=r"$q^{-2(1+H)}$")

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-import ase_roughcontact
-from ase_roughcontact import ActiveSet, RoughContact
+from ase_roughcontact import RoughContact
 from ase_roughcontact.atoms import plugin
 
 if sys.version_info < (3, 11):
@@ -37,10 +36,3 @@ def test_module_is_empty_where_ase_has_no_such_plugins(monkeypatch):
     finally:
         monkeypatch.undo()
         importlib.reload(plugin)
-
-
-def test_former_name_of_the_hard_wall_solver_warns():
-    with pytest.warns(DeprecationWarning, match="use ActiveSet"):
-        assert ase_roughcontact.HardWallCG is ActiveSet
-    with pytest.raises(AttributeError, match="'HardWall2'"):
-        _ = ase_roughcontact.HardWall2
