@@ -90,11 +90,11 @@ def test_adhesion_loop_has_the_pull_off_force_of_maugis_and_dugdale(run):
     assert loop.pull_off_force == pytest.approx(force * np.pi * 0.02 * 30, rel=1e-3)
 
 
-def test_hysteresis_of_patches_and_waves(run):
+def test_hysteresis_of_patches_and_roughness(run):
     lost = run("adhesion_hysteresis")[0]["lost"]
     assert abs(lost["smooth and uniform"]) < 0.02
     assert lost["patches of adhesion"] > 0.05  # less than after a deep indentation
-    assert lost["waves on the sphere"] > 0.2
+    assert lost["random roughness"] > 0.2
 
 
 def test_load_sweep_writes_frames_with_columns(run, tmp_path):
