@@ -2,9 +2,11 @@
 
 from concurrent.futures import Executor, Future
 from operator import attrgetter
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
@@ -146,16 +148,45 @@ def test_places_need_a_scan(tmp_path):
         next(run_places(Scene.default(), (1, 1), tmp_path))
 
 
-def test_the_command_draws_maps(scene_of, tmp_path, capsys, monkeypatch):
-    pool = "ase_roughcontact.ensemble.processes.process_pool"
+@pytest.mark.filterwarnings("ignore:scan.txt. the scan itself has a radius")
+@pytest.mark.parametrize("role", ["substrate", "indenter"])
+def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch, role):
+    pool, figures = "ase_roughcontact.ensemble.processes.process_pool", []
     monkeypatch.setattr(pool, lambda workers: Here())
-    scene_of(STEPS)
+
+    def saved(figure, file, **_):
+        figures.append(figure)
+        Path(file).touch()
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+    scene_of(STEPS, role)
     scene, out = str(tmp_path / "scene.toml"), str(tmp_path / "out")
     options = ["--grid", "2x1", "--workers", "1", "--out", out]
     assert main(["places", scene, *options]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert "contact" not in lines[1] and len(lines) == 5
-    assert (tmp_path / "out" / "places.png").stat().st_size > 5_000
+    assert (tmp_path / "out" / "places.png").exists()
+    (figure,) = figures
+    panels, bars = figure.axes[:3], figure.axes[3:]
+    assert [bar.get_ylabel() for bar in bars] == [
+        "height of the scan (nm)",
+        "contact area (nm²)",
+        "pull-off force (nN)",
+    ]
+    (scan,), (area,) = (panel.collections for panel in panels[:2])
+    # the bump of the scan is at (2, 2) nm, where the first place is
+    heights, corners = scan.get_array(), scan.get_coordinates()
+    row, column = np.unravel_index(np.argmax(heights), heights.shape)
+    bump = corners[row : row + 2, column : column + 2].mean(axis=(0, 1))
+    np.testing.assert_allclose(bump, [2.0, 2.0], atol=0.1)
+    assert heights.max() == pytest.approx(0.2, rel=0.01)
+    assert panels[0].get_xlim() == panels[1].get_xlim()
+    (places,) = panels[0].lines
+    np.testing.assert_allclose(sorted(places.get_xdata()), [2.0, 8.0])
+    np.testing.assert_allclose(places.get_ydata(), [2.0, 2.0])
+    found = sorted(read_places(tmp_path / "out" / "places.csv"), key=attrgetter("x"))
+    expected = [[place.contact_area / 100.0 for place in found]]
+    np.testing.assert_allclose(area.get_array(), expected)
 
 
 def test_places_do_not_replace_the_scene_of_a_run(scene_of, tmp_path):

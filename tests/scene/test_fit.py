@@ -2,10 +2,11 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.image import imread
+from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.atoms.calculator import contact_of
@@ -19,7 +20,7 @@ from ase_roughcontact.scene.fit import fit_curve
 from ase_roughcontact.scene.force_curve import ForceCurve
 from ase_roughcontact.scene.parameters import FREE, forces_and_derivatives
 from ase_roughcontact.scene.residuals import Residuals
-from ase_roughcontact.scene.smooth_fit import smooth_fit
+from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.theory import sphere_theory
 
 SCENE = """
@@ -245,13 +246,56 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     assert picture.stat().st_size > 10_000
 
 
-def test_points_that_are_not_compared_are_marked(tmp_path, fitted):
+@pytest.fixture
+def drawn(tmp_path, monkeypatch):
+    """Figure that `draw_fit` saves."""
+
+    def figure_of(fit, smooth=None):
+        figures = []
+
+        def saved(figure, file, **_):
+            figures.append(figure)
+            Path(file).touch()
+
+        monkeypatch.setattr(Figure, "savefig", saved)
+        draw_fit(fit, smooth, tmp_path / "fit.png")
+        return figures[0]
+
+    return figure_of
+
+
+def lines_of(axes):
+    return {line.get_label(): line for line in axes.lines}
+
+
+def test_points_that_are_not_compared_are_marked(drawn, fitted):
+    hollow = "measured at a jump, not compared"
+    line = lines_of(drawn(fitted).axes[0])[hollow]
+    np.testing.assert_allclose(line.get_ydata(), fitted.force[~fitted.compared] / NN)
+    assert line.get_markerfacecolor() == "white"
     alike = replace(fitted, compared=np.ones_like(fitted.compared))
-    for number, each in enumerate([fitted, alike]):
-        draw_fit(each, None, tmp_path / f"{number}.png")
-    marked, plain = (imread(tmp_path / f"{n}.png") for n in range(2))
-    upper = slice(100, marked.shape[0] // 2)  # without the legend and the residuals
-    assert (marked[upper] != plain[upper]).any()
+    assert hollow not in lines_of(drawn(alike).axes[0])
+
+
+def test_a_fit_is_drawn_as_curve_residuals_and_tension(drawn, fitted):
+    smooth = SmoothFit(0.1, "JKR", 0.9 * fitted.fitted)
+    figure = drawn(fitted, smooth)
+    upper, lower, detail = figure.axes
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)"]
+    for axes in (upper, detail):
+        drawn_lines = lines_of(axes)
+        for name, force in (("fit", fitted.fitted), ("smooth sphere", smooth.fitted)):
+            np.testing.assert_allclose(drawn_lines[name].get_ydata(), force / NN)
+    residuals = ((fitted.fitted - fitted.force) / NN)[fitted.compared]
+    np.testing.assert_allclose(lower.lines[0].get_ydata(), residuals)
+    assert lower.get_shared_x_axes().joined(lower, upper)
+    (legend,) = figure.legends  # one for all panels, above them
+    assert len(legend.get_texts()) == 4
+    # the detail shows the largest tension, and not all of the curve
+    low, high = detail.get_ylim()
+    assert low < fitted.force.min() / NN < fitted.far_force / NN < high
+    left, right = detail.get_xlim()
+    assert right - left < 0.9 * np.ptp(fitted.distance) / UNITS["nm"]
 
 
 def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
