@@ -20,7 +20,7 @@ SMALL = {
     "cantilever": {"STEPS": 25},
     "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
-    "adhesion_hysteresis": {"DEEPEST": -0.5},
+    "adhesion_hysteresis": {"DEEPEST": -0.7},
     "ensemble_database": {"SEEDS": 2, "LOADS": (1.0, 3.0), "WORKERS": 1},
     "crystals": {
         "METALS": ("Cu",),

@@ -55,7 +55,7 @@ def wall_of_a_scene(work_of_adhesion, **substrate):
 
 
 def rough_theory(**options):
-    return theory.RoughSphereTheory(roughness=ROUGH.statistics(), **options)
+    return theory.RoughSphereTheory(roughness=ROUGH, **options)
 
 
 SOLID = {"contact_modulus": 1.0, "spacing": 1.0}
