@@ -190,9 +190,13 @@ def _set_linear_combination(
     out: np.ndarray, terms: list[tuple[float, np.ndarray]]
 ) -> None:
     (factor, array), *others = terms
-    np.multiply(array, float(factor), out=out)
+    if others and factor == others[0][0] == 1.0:
+        np.add(array, others[0][1], out=out)
+        others = others[1:]
+    else:
+        np.multiply(array, float(factor), out=out)
     for factor, array in others:
-        out += float(factor) * array
+        out += array if factor == 1.0 else float(factor) * array
 
 
 def array_equal(a: np.ndarray, b: np.ndarray) -> bool:

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,8 @@ from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 _LEAST_SHARED = 256 * 256
 # Rows of a kernel that are evaluated at once, so that temporaries stay in the cache.
 _KERNEL_ROWS = 32
+# Spectra that are kept, and the largest number of points of their grids: 4 MB.
+_KEPT, _LARGEST_KEPT = 32, 256 * 256
 
 
 class HalfSpace(ABC):
@@ -108,9 +110,10 @@ class HalfSpace(ABC):
     def padded_shape(shape: tuple[int, int]) -> tuple[int, int]:
         """Return the shape of the grid for a window of the given shape."""
 
-    @abstractmethod
     def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Return the Fourier transform of the Green's function on a grid.
+
+        Those of small grids are kept, and read-only, if solids are compared by value.
 
         Parameters
         ----------
@@ -122,6 +125,17 @@ class HalfSpace(ABC):
         ndarray, shape (N//2 + 1, M//2 + 1)
             Real (length/pressure). The other rows follow from its evenness.
         """
+        by_value = type(self.solid).__hash__ not in (None, object.__hash__)
+        kept = by_value and math.prod(grid) <= _LARGEST_KEPT
+        make = _kept_spectrum if kept else _new_spectrum
+        return make(type(self), self.solid, self.spacing, grid)
+
+    @staticmethod
+    @abstractmethod
+    def calculate_spectrum(
+        solid: ElasticSolid, spacing: float, grid: tuple[int, int]
+    ) -> np.ndarray:
+        """Return the spectrum of a solid; see `spectrum`."""
 
     @cached_property
     def grid_spectrum(self) -> np.ndarray:
@@ -272,12 +286,15 @@ class PeriodicHalfSpace(HalfSpace):
         """Return the shape itself: a periodic cell needs no padding."""
         return shape
 
-    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
+    @staticmethod
+    def calculate_spectrum(
+        solid: ElasticSolid, spacing: float, grid: tuple[int, int]
+    ) -> np.ndarray:
         """Return ``G(q)`` of the solid, zero at q = 0; see `HalfSpace.spectrum`."""
-        qx, qy = (2 * np.pi * np.fft.rfftfreq(n, self.spacing) for n in grid)
+        qx, qy = (2 * np.pi * np.fft.rfftfreq(n, spacing) for n in grid)
         qx, qy = np.meshgrid(qx, qy, indexing="ij")
-        qx[0, 0] = 1.0 / self.spacing  # any finite wave: the mean is set to zero below
-        spectrum = self.solid.wave_compliance(qx, qy)
+        qx[0, 0] = 1.0 / spacing  # any finite wave: the mean is set to zero below
+        spectrum = solid.wave_compliance(qx, qy)
         spectrum[0, 0] = 0.0
         return spectrum
 
@@ -304,16 +321,28 @@ class FreeHalfSpace(HalfSpace):
         """Return a fast FFT length of at least ``2n - 1`` in each direction."""
         return fast_length(2 * shape[0] - 1), fast_length(2 * shape[1] - 1)
 
-    def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
+    @staticmethod
+    def calculate_spectrum(
+        solid: ElasticSolid, spacing: float, grid: tuple[int, int]
+    ) -> np.ndarray:
         """Transform the cell compliance, wrapped around the grid; see `HalfSpace`."""
         n, m = grid
         rows, columns = np.arange(n // 2 + 1), np.arange(m // 2 + 1)
         kernel = np.empty((rows.size, columns.size))
         for block in np.array_split(rows, math.ceil(rows.size / _KERNEL_ROWS)):
-            kernel[block] = self.solid.cell_compliance(
-                block[:, None], columns, self.spacing
-            )
+            kernel[block] = solid.cell_compliance(block[:, None], columns, spacing)
         return _even_spectrum(_even_spectrum(kernel, m, 1), n, 0)
+
+
+def _new_spectrum(
+    kind: type[HalfSpace], solid: ElasticSolid, spacing: float, grid: tuple[int, int]
+) -> np.ndarray:
+    spectrum = kind.calculate_spectrum(solid, spacing, grid)
+    spectrum.flags.writeable = False
+    return spectrum
+
+
+_kept_spectrum = lru_cache(_KEPT)(_new_spectrum)
 
 
 def _workers(points: int) -> int:

@@ -7,7 +7,7 @@ pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \s
    makes the smallest and the largest gap in contact opposite. Stop if the violation,
    the largest gap in contact or overlap, is below the tolerance.
 2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
-   correction :math:`x` of the pressure, to a tenth of the violation; see `active_set`.
+   correction :math:`x` of the pressure, to 5 % of the violation; see `active_set`.
    The gradient of the model is exact at :math:`p`, so that :math:`E` falls along
    :math:`x`.
 3. Calculate :math:`G x` by a convolution, and shorten :math:`x` to the least energy
@@ -149,14 +149,16 @@ class _DefectCorrection:
     def evaluate(self) -> HardWallState:
         """Calculate the gap; return the present state."""
         gap = linear_combination([(1.0, self._contact.heights), (1.0, self._opening)])
+        highest, minus_lowest, overlap = _extremes(gap, self._pressure, self._hardness)
         if self._load is not None:
-            highest, minus_lowest = _extremes_in_contact(
-                gap, self._pressure, self._hardness
-            )
+            if minus_lowest == -math.inf:  # all atoms are in plastic contact
+                minus_lowest = -highest
             self._height = (minus_lowest - highest) / 2.0
         gap += self._height
         self._gap = gap
-        violation = _violation(gap, self._pressure, self._hardness)
+        # the maximum of NumPy returns NaN if there is one
+        ends = [0.0, highest + self._height, overlap - self._height]
+        violation = float(np.max(ends))
         self._violations.append(violation)
         converged = violation <= self._tolerance
         work, self._work = self._work, 0.0
@@ -355,27 +357,19 @@ def _step_length(
 
 
 @rowwise(np.maximum)
-def _extremes_in_contact(
+def _extremes(
     gap: np.ndarray, pressure: np.ndarray, hardness: float
-) -> tuple[float, float]:
-    """Return the largest gap in contact, and minus the smallest.
+) -> tuple[float, float, float]:
+    """Return the largest gap in contact, and minus the smallest in contact and of all.
 
-    With a hardness: minus the smallest of all atoms that are not in plastic contact.
+    With a hardness, both of these are those of all atoms not in plastic contact.
     """
     gaps = gap[pressure > 0.0]
     highest = float(gaps.max(initial=-math.inf))
     if hardness < math.inf:
-        gaps = gap[pressure < hardness]
-    return highest, -float(gaps.min(initial=math.inf))
-
-
-@rowwise(np.maximum)
-def _violation(gap: np.ndarray, pressure: np.ndarray, hardness: float) -> float:
-    """Return the largest gap in contact, or overlap below the hardness."""
-    in_contact = gap.max(where=pressure > 0.0, initial=0.0)
-    if hardness < math.inf:
-        return float(max(in_contact, -gap.min(where=pressure < hardness, initial=0.0)))
-    return float(np.maximum(in_contact, -gap.min()))
+        gap = gaps = gap[pressure < hardness]
+    lowest, overlap = (float(-g.min(initial=math.inf)) for g in (gaps, gap))
+    return highest, lowest, overlap
 
 
 @rowwise(np.add)

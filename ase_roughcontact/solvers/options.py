@@ -158,16 +158,16 @@ class ActiveSetOptions:
         Number of steps without progress after which the solver stops.
     """
 
-    coarsest: int = 32
+    coarsest: int = 64
     largest_gap: float = 1e-6
     coarse_gap: float = 0.07
     full_contact: float = 0.8
     largest_crop: float = 0.5
     exact_size: int = 64 * 64
     exact_contact: float = 0.5
-    contraction: float = 0.1
+    contraction: float = 0.05
     exact_contraction: float = 1000.0
-    forcing: float = 0.3
+    forcing: float = 0.4
     plastic_forcing: float = 0.2
     loose_updates: int = 6
     inner_steps: int = 300

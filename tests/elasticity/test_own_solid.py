@@ -12,6 +12,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 
 STIFFNESS = 1.5  # of the foundation on the surface
 SPHERE = RoughSphere(radius=20.0)
@@ -79,3 +80,17 @@ def test_contact_modulus_and_solid_exclude_each_other():
     atoms.calc = RoughContact(SPHERE, contact_modulus=1.0, solid=Isotropic(1.0))
     with pytest.raises(ValueError, match="contact_modulus or solid, not both"):
         atoms.get_potential_energy()
+
+
+@pytest.mark.parametrize("kind", [PeriodicHalfSpace, FreeHalfSpace])
+def test_spectra_are_kept_for_equal_solids_only(kind):
+    shape, grid = (8, 6), (20, 15)
+    spectrum = kind(shape, 2.0, 1.5).spectrum(grid)
+    assert kind((5, 5), 2.0, Isotropic(1.5)).spectrum(grid) is spectrum
+    assert not spectrum.flags.writeable
+    for other in (kind(shape, 2.0, 3.0), kind(shape, 1.0, 1.5)):
+        np.testing.assert_allclose(other.spectrum(grid), spectrum / 2.0)
+    solid = Coated(1.5, STIFFNESS)
+    first = kind(shape, 2.0, solid).spectrum(grid)
+    solid.contact_modulus, solid.stiffness = 3.0, 2.0 * STIFFNESS
+    np.testing.assert_allclose(kind(shape, 2.0, solid).spectrum(grid), first / 2.0)
