@@ -7,13 +7,13 @@ pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \s
    makes the smallest and the largest gap in contact opposite. Stop if the violation,
    the largest gap in contact or overlap, is below the tolerance.
 2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
-   correction :math:`x` of the pressure, to 5 % of the violation; see `active_set`.
+   correction :math:`x` of the pressure, to 7 % of the violation; see `active_set`.
    The gradient of the model is exact at :math:`p`, so that :math:`E` falls along
    :math:`x`.
 3. Calculate :math:`G x` by a convolution, and shorten :math:`x` to the least energy
    along it if it is too long by a factor of two or does not change the set in contact.
-4. If the violation had not decreased to 30 % in the step before, minimise the energy
-   over the span of this correction and the two before it instead: they make up for the
+4. If the violation had not decreased to 15 % in the step before, minimise the energy
+   over the span of this correction and the last one instead, which makes up for the
    errors of the model in the longest waves.
 
 With a hardness :math:`H` the pressures are bounded by it, too, and atoms at this bound
@@ -143,7 +143,7 @@ class _DefectCorrection:
             self._opening *= factor
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
-        self._corrections: list[Correction] = []  # the last one first
+        self._corrections: list[Correction] = []  # the last two
         self._length = 1.0
 
     def evaluate(self) -> HardWallState:
@@ -177,15 +177,13 @@ class _DefectCorrection:
 
     def correct(self) -> None:
         """Correct the pressure by the model, so that the energy falls."""
-        violations, options = self._violations, self._options
+        violations = self._violations
         trial = self._solve_model(violations[-1])
         trial_opening = self._opened(trial)
         correction = Correction(trial - self._pressure, trial_opening - self._opening)
-        elastic = self._hardness == math.inf
-        history = options.history if elastic else options.plastic_history
-        self._corrections = [correction, *self._corrections[:history]]
+        self._corrections = [correction, *self._corrections[:1]]
         self._length = 1.0
-        slowest = options.slow_contraction
+        slowest = self._options.slow_contraction
         if len(violations) > 1 and violations[-1] > slowest * violations[-2]:
             self._pressure = self._combined(trial)
             self._opening = self._opened(self._pressure)

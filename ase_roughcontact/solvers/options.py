@@ -150,10 +150,7 @@ class ActiveSetOptions:
         correction.
     slow_contraction : float
         If the violation has decreased by less than this factor, the correction is
-        combined with earlier ones.
-    history, plastic_history : int
-        Number of earlier corrections that are combined with the present one, for
-        elastic and for plastic contact.
+        combined with the last one.
     patience : int
         Number of steps without progress after which the solver stops.
     """
@@ -165,15 +162,13 @@ class ActiveSetOptions:
     largest_crop: float = 0.5
     exact_size: int = 64 * 64
     exact_contact: float = 0.5
-    contraction: float = 0.05
+    contraction: float = 0.07
     exact_contraction: float = 1000.0
     forcing: float = 0.4
     plastic_forcing: float = 0.2
     loose_updates: int = 6
     inner_steps: int = 300
     slow_contraction: float = 0.15
-    history: int = 2
-    plastic_history: int = 1
     patience: int = 10
 
     def __post_init__(self) -> None:

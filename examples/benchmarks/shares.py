@@ -80,7 +80,7 @@ def watch():
     parts.part(recorder, "of", RESULTS)
     LoadStep.of = classmethod(recorder.of)
     shared.part(kernels, "thread_map", "shared")
-    shared.part(RealFFT2, "_each", shared_by_threads)
+    shared.part(RealFFT2, "filter", shared_by_threads)
     return parts.seconds, shared.seconds
 
 

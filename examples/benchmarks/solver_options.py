@@ -53,12 +53,11 @@ ACTIVE_SET = {
     "largest_crop": (0.0, 1.0),
     "exact_size": (0, 1_000_000),
     "exact_contact": (0.3, 2.0),
-    "contraction": (0.01, 0.3),
+    "contraction": (0.03, 0.1, 0.3),
     "exact_contraction": (10.0, 1e5),
     "forcing": (0.03, 0.1, 0.5),
     "loose_updates": (3, 1000),
     "slow_contraction": (0.0, 0.3, 1.0),
-    "history": (0, 1, 5),
 }
 TOLERANCE = 1e-6  # E* a0^2, about 2e-5 of the mean force on an atom in contact
 MOST_STEPS = 2000

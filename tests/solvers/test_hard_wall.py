@@ -346,6 +346,17 @@ def test_a_free_window_nearly_in_contact_needs_few_steps():
     assert few == 2 < len(steps(contact, load, exact_contact=2.0)) - 2
 
 
+def test_combined_corrections_save_transforms():
+    roughness = SelfAffine(0.1, 0.8, 4.0, 256.0, seed=1)
+    contact = contact_of(rough_sphere((256, 256), 2560.0, roughness))
+    load = 0.022 * 256**2  # 40 % of the atoms in contact
+
+    def cost(**options):
+        return sum(step.pairs for step in steps(contact, load, **options))
+
+    assert cost() < 0.9 * cost(slow_contraction=1.0)
+
+
 def test_every_step_carries_the_load(rough):
     contact, load, _ = rough
     forces = [force(contact, step) for step in steps(contact, load, exact_size=0)]
