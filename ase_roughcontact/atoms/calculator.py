@@ -10,24 +10,18 @@ from ase.calculators.calculator import Calculator, all_changes
 from ase.outputs import Properties, all_outputs
 
 from ase_roughcontact._util.kernels import array_equal
-from ase_roughcontact._util.validation import finite, lookup, positive, surface, unknown
+from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import (
-    check_surface,
-    indenter_fixed,
-    surface_id,
-)
-from ase_roughcontact.atoms.model import ContactModel, lattice_of
+from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
+from ase_roughcontact.atoms.model import ContactModel
+from ase_roughcontact.atoms.parameters import checked
 from ase_roughcontact.atoms.plastic_shape import same_depth, set_kept_depth
 from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.elasticity.fft import RealFFT2
-from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.interactions import Interaction, LennardJones93
-from ase_roughcontact.topography import Heterogeneity, Surface
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.topography import Surface
 
 #: Names in `Calculator.results` beside those of ASE.
 CONTACT_PROPERTIES = ["normal_force", "contact_area", "pressure", "gap", "contact"]
-_FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads", "measure"))
 
 
 class RoughContact(Calculator):
@@ -186,7 +180,7 @@ class RoughContact(Calculator):
                 raise TypeError(
                     unknown(name, list(self.default_parameters), "parameter")
                 )
-        kwargs = {name: _checked(name, value) for name, value in kwargs.items()}
+        kwargs = {name: checked(name, value) for name, value in kwargs.items()}
         changed = super().set(**kwargs)
         if set(changed) - {"load"}:
             self._cached_model = None
@@ -270,39 +264,10 @@ class RoughContact(Calculator):
     def _model(self, atoms: Atoms) -> ContactModel:
         """Return the model of the atoms, built anew where their lattice has changed."""
         if self._cached_model is None or not self._cached_model.fits(atoms):
-            grid = SurfaceGrid.of(atoms)
-            lattice = tuple(part.copy() for part in lattice_of(atoms))
-            identity = surface_id(self.parameters["indenter"])
-            self._cached_model = ContactModel(
-                lattice, grid, self._contact(grid), identity
-            )
+            self._cached_model = ContactModel.of(atoms, self.parameters)
         self._cached_model.adopt_depth(atoms)
         check_surface(atoms, self._cached_model.surface_id)
         return self._cached_model
-
-    def _contact(self, grid: SurfaceGrid) -> Contact:
-        parameters = self.parameters
-        solid = parameters["solid"] or parameters["contact_modulus"]
-        indenter, interaction = parameters["indenter"], parameters["interaction"]
-        if indenter is None or solid is None:
-            raise ValueError(
-                "RoughContact needs an indenter and a contact_modulus or solid"
-            )
-        if None not in (parameters["solid"], parameters["contact_modulus"]):
-            raise ValueError("give contact_modulus or solid, not both")
-        halfspace = grid.halfspace(solid, **parameters["fft"])
-        halfspace.solid.check(grid.spacing)
-        if interaction is None:
-            modulus = halfspace.contact_modulus
-            interaction = LennardJones93.repulsive(modulus, grid.spacing)
-        heterogeneity = parameters["heterogeneity"]
-        if heterogeneity and not interaction.attractive:
-            raise ValueError(
-                "heterogeneity needs an interaction with attraction, got "
-                f"{interaction!r}"
-            )
-        adhesion = grid.adhesion(heterogeneity) if heterogeneity else None
-        return Contact(halfspace, grid.heights(indenter), interaction, adhesion)
 
 
 def contact_of(atoms: Atoms) -> Contact:
@@ -408,39 +373,3 @@ def model_of(atoms: Atoms) -> ContactModel:
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
     return atoms.calc._model(atoms)
-
-
-def _checked(name: str, value: Any) -> Any:
-    """Return a parameter in its stored form, or raise `ValueError`."""
-    if name == "load":
-        finite(load=value)
-        return float(value)
-    if name == "fft":
-        return _checked_fft(value)
-    if value is None:
-        return None
-    if name == "solid" and not isinstance(value, ElasticSolid):
-        raise ValueError(f"solid must be an ElasticSolid, got {value!r}")
-    if name == "contact_modulus":
-        positive(contact_modulus=value)
-        return float(value)
-    if name == "interaction" and not isinstance(value, Interaction):
-        raise ValueError(f"interaction must be an Interaction, got {value!r}")
-    if name == "heterogeneity" and not isinstance(value, Heterogeneity):
-        raise ValueError(f"heterogeneity must be a Heterogeneity, got {value!r}")
-    if name == "indenter":
-        surface(indenter=value)
-    return value
-
-
-def _checked_fft(options: Any) -> dict:
-    if not isinstance(options, dict):
-        raise ValueError(f"fft must be a dict of options, got {options!r}")
-    options = dict(options)
-    for key in options:
-        lookup(key, _FFT_OPTIONS, "option of fft")
-    # fails now, and not at the first calculation, if an option is wrong
-    trial = RealFFT2((1, 1), **options)
-    if "dtype" in options:
-        options["dtype"] = trial.dtype.name
-    return options

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.indenter import surface_id
 from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.interactions import LennardJones93
 
 
 def lattice_of(atoms: Atoms) -> tuple[np.ndarray, ...]:
@@ -42,6 +46,14 @@ class ContactModel:
     contact: Contact
     surface_id: str | None
     known: tuple[np.ndarray, float | None, np.ndarray] | None = None
+
+    @classmethod
+    def of(cls, atoms: Atoms, parameters: Mapping[str, Any]) -> ContactModel:
+        """Return the model of atoms for the parameters of `RoughContact`."""
+        grid = SurfaceGrid.of(atoms)
+        lattice = tuple(part.copy() for part in lattice_of(atoms))
+        identity = surface_id(parameters["indenter"])
+        return cls(lattice, grid, _contact(grid, parameters), identity)
 
     def fits(self, atoms: Atoms) -> bool:
         """Return whether the lattice of the atoms is still the same."""
@@ -88,3 +100,26 @@ class ContactModel:
             return None, None
         _, height, pressure = self.known
         return pressure, height
+
+
+def _contact(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Contact:
+    solid = parameters["solid"] or parameters["contact_modulus"]
+    indenter, interaction = parameters["indenter"], parameters["interaction"]
+    if indenter is None or solid is None:
+        raise ValueError(
+            "RoughContact needs an indenter and a contact_modulus or solid"
+        )
+    if None not in (parameters["solid"], parameters["contact_modulus"]):
+        raise ValueError("give contact_modulus or solid, not both")
+    halfspace = grid.halfspace(solid, **parameters["fft"])
+    halfspace.solid.check(grid.spacing)
+    if interaction is None:
+        modulus = halfspace.contact_modulus
+        interaction = LennardJones93.repulsive(modulus, grid.spacing)
+    heterogeneity = parameters["heterogeneity"]
+    if heterogeneity and not interaction.attractive:
+        raise ValueError(
+            f"heterogeneity needs an interaction with attraction, got {interaction!r}"
+        )
+    adhesion = grid.adhesion(heterogeneity) if heterogeneity else None
+    return Contact(halfspace, grid.heights(indenter), interaction, adhesion)

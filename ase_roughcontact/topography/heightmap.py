@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline, make_interp_spline
 
 from ase_roughcontact._util.validation import (
     FloatArray,
@@ -20,6 +19,11 @@ from ase_roughcontact._util.validation import (
     nonnegative,
     window,
 )
+from ase_roughcontact.topography.interpolation import (
+    ROUNDING,
+    interpolated,
+    spline_coefficients,
+)
 from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
@@ -30,8 +34,6 @@ from ase_roughcontact.topography.spectrum import (
 )
 from ase_roughcontact.topography.tip_fit import TipFit
 
-# Distance, in steps of the map, within which a grid point counts as a point of the map.
-_ROUNDING = 1e-9
 # Steps within which the coefficients of a spline lie that its value at a place is a
 # mean of, near an edge, too.
 _SUPPORT = 4
@@ -84,7 +86,7 @@ class HeightMap:
         x, y = middle if center is None else position(center, 1.0)
         self.center = float(x), float(y)
         for name, place, (n, step) in zip("xy", self.center, self._axes, strict=True):
-            if not (-_ROUNDING <= place / step <= n - 1 + _ROUNDING):
+            if not (-ROUNDING <= place / step <= n - 1 + ROUNDING):
                 raise ValueError(
                     f"center must be on the map, which spans {name} = 0 to "
                     f"{(n - 1) * step:g}, got {place:g}"
@@ -222,7 +224,7 @@ class HeightMap:
             places = origin[axis] + spacing * np.arange(shape[axis])
             self._check(axis, places, spacing)
             indices = (places + self.center[axis]) / self.spacing[axis]
-            values = _interpolate(values, indices, axis, self.periodic)
+            values = interpolated(values, indices, axis, self.periodic)
         return np.ascontiguousarray(values)
 
     @property
@@ -263,7 +265,7 @@ class HeightMap:
         """
         offset = np.add(origin, self.center)
         steps = np.array([[spacing, spacing], offset]) / self.spacing
-        if np.abs(steps - np.rint(steps)).max() <= _ROUNDING:
+        if np.abs(steps - np.rint(steps)).max() <= ROUNDING:
             return float(self._values.min())
         return self._lowest_coefficient
 
@@ -315,15 +317,7 @@ class HeightMap:
     @cached_property
     def _coefficients(self) -> FloatArray:
         """Coefficients of the B-splines, between which the spline is everywhere."""
-        c = self._values
-        for axis in (0, 1):
-            _check_points(c.shape[axis])
-            if self.periodic:
-                c = np.concatenate([c, c.take([0], axis)], axis)
-            ends = "periodic" if self.periodic else "not-a-knot"
-            points = np.arange(c.shape[axis])
-            c = make_interp_spline(points, c, 3, axis=axis, bc_type=ends).c
-        return c
+        return spline_coefficients(self._values, self.periodic)
 
     def centered(self, center: Point) -> HeightMap:
         """Return the same map with another place on the axis of the indenter.
@@ -464,7 +458,7 @@ class HeightMap:
         """Raise `ValueError` unless a window lies on the map, or within its period."""
         name, (n, own_step) = "xy"[axis], self._axes[axis]
         extent, period = len(places) * step, n * own_step
-        if self.periodic and extent > period * (1 + _ROUNDING):
+        if self.periodic and extent > period * (1 + ROUNDING):
             raise ValueError(
                 f"a window of {extent:g} along {name} exceeds the period {period:g} of "
                 "the map, so that it would be repeated: choose a smaller window"
@@ -472,32 +466,9 @@ class HeightMap:
         left = 0.0 - self.center[axis]
         right = left + period - own_step
         outside = max(left - places[0], places[-1] - right)
-        if not self.periodic and outside > _ROUNDING * own_step:
+        if not self.periodic and outside > ROUNDING * own_step:
             raise ValueError(
                 f"the window spans {name} = {places[0]:g} to {places[-1]:g}, but the "
                 f"map only {left:g} to {right:g}: choose a smaller window, or a center "
                 "further inside (margin)"
             )
-
-
-def _interpolate(
-    values: FloatArray, indices: NDArray[Any], axis: int, periodic: bool
-) -> FloatArray:
-    """Return values at fractional indices of one axis; exact at whole ones."""
-    n = values.shape[axis]
-    whole = np.rint(indices)
-    if np.abs(indices - whole).max() <= _ROUNDING:
-        return values.take(whole.astype(int) % n, axis)
-    _check_points(n)
-    if periodic:
-        values = np.concatenate([values, values.take([0], axis)], axis)
-        spline = CubicSpline(np.arange(n + 1), values, axis, bc_type="periodic")
-        return spline(indices % n)
-    return CubicSpline(np.arange(n), values, axis)(indices.clip(0, n - 1))
-
-
-def _check_points(n: int) -> None:
-    if n < 4:
-        raise ValueError(
-            f"interpolation needs a map of at least 4 x 4 points, got {n} along a side"
-        )

@@ -1,28 +1,13 @@
-r"""Contact of a rigid surface with an elastic half space: arrays in, arrays out.
-
-The energy of a displacement :math:`u` under an indenter at height :math:`Z` is
-
-.. math:: U(u, Z) = a_0^2 \left[\tfrac12 \sum u\, K u + \sum V(g)\right], \qquad
-          g = Z + h - (u - \langle u \rangle),
-
-summed over the displaced atoms (elastic energy) and those of the window (wall). The
-mean :math:`\langle u \rangle` is that of a periodic cell, and zero for a free half
-space. With the pressure :math:`p = -V'(g)` of the wall, the force on an atom and the
-normal force on the indenter are
-
-.. math:: f = -\frac{\partial U}{\partial u}
-            = -a_0^2 \left[K u + p - \langle p \rangle\right], \qquad
-          N = -\frac{\partial U}{\partial Z} = a_0^2 \sum p.
-"""
+"""Half space, indenter and wall: energy, forces, gap and pressure as arrays."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from ase_roughcontact._util.kernels import rowwise
+from ase_roughcontact.contact.state import ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction, scaled_attraction
 
@@ -33,89 +18,6 @@ _HARD_PRESSURE = 1e-9
 # An atom flows if its pressure is closer than this to the hardness, relative to it, and
 # may overlap if it is closer than this.
 _FLOW_PRESSURE, _OVERLAP_PRESSURE = 1e-9, 1e-3
-
-
-@dataclass(frozen=True, eq=False)
-class ContactState:
-    """Energy, forces and local fields of one configuration.
-
-    Attributes
-    ----------
-    energy : float
-        Elastic and wall energy.
-    energies : ndarray, shape of the displaced atoms
-        Energy of each atom.
-    forces : ndarray, shape of the displaced atoms
-        Force on each atom, positive upward.
-    gap : ndarray, shape (n, m)
-        Distance to the indenter (length).
-    pressure : ndarray, shape (n, m)
-        Pressure of the wall, positive in repulsion.
-    normal_force : float
-        Force of the wall on the indenter, positive upward.
-    cell_area : float
-        Area of an atom.
-    touching : ndarray, shape (n, m), optional
-        Mask of the atoms that touch a hard wall with attraction, where the pressure may
-        be a tension; by default atoms touch where the pressure is repulsive.
-    hardness : float
-        Largest pressure of the wall, by default infinity.
-    kept_depth : ndarray, shape (n, m), optional
-        Plastic depth that the surface has kept from earlier steps (length).
-    """
-
-    energy: float
-    energies: np.ndarray
-    forces: np.ndarray
-    gap: np.ndarray
-    pressure: np.ndarray
-    normal_force: float
-    cell_area: float
-    touching: np.ndarray | None = None
-    hardness: float = math.inf
-    kept_depth: np.ndarray | None = None
-
-    @property
-    def contact(self) -> np.ndarray:
-        """Mask of the atoms that the wall repels, shape (n, m)."""
-        return self.pressure > 0.0 if self.touching is None else self.touching
-
-    @property
-    def repulsive_atoms(self) -> int:
-        """Number of atoms in contact."""
-        return int(np.count_nonzero(self.contact))
-
-    @property
-    def contact_pressure(self) -> float:
-        """Mean magnitude of the pressure on the atoms in contact, zero without any."""
-        pressures = abs(self.pressure[self.contact])
-        return float(pressures.mean()) if pressures.size else 0.0
-
-    @property
-    def attractive_atoms(self) -> int:
-        """Number of other atoms under an attractive pressure."""
-        return int(np.count_nonzero((self.pressure < 0.0) & ~self.contact))
-
-    @property
-    def plastic(self) -> np.ndarray:
-        """Mask of the atoms under the hardness, in plastic contact, shape (n, m)."""
-        return self.pressure >= self.hardness
-
-    @property
-    def plastic_atoms(self) -> int:
-        """Number of atoms in plastic contact, which count as atoms in contact, too."""
-        return int(np.count_nonzero(self.plastic))
-
-    @property
-    def plastic_depth(self) -> np.ndarray:
-        """Depth by which the surface has flowed, shape (n, m) (length)."""
-        depth = np.maximum(-self.gap, 0.0) * self.plastic
-        return depth if self.kept_depth is None else depth + self.kept_depth
-
-    @property
-    def contact_area(self) -> float:
-        """Area of the atoms in contact."""
-        return self.repulsive_atoms * self.cell_area
 
 
 class Contact:

@@ -1,0 +1,65 @@
+"""Checks of the parameters of the calculator."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ase_roughcontact._util.validation import finite, lookup, positive, surface
+from ase_roughcontact.elasticity.fft import RealFFT2
+from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.topography import Heterogeneity
+
+_FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads", "measure"))
+
+
+def checked(name: str, value: Any) -> Any:
+    """Return a parameter of `RoughContact` as it is stored.
+
+    Parameters
+    ----------
+    name : str
+    value : object
+        As the user gives it.
+
+    Returns
+    -------
+    object
+
+    Raises
+    ------
+    ValueError
+        If it is not valid.
+    """
+    if name == "load":
+        finite(load=value)
+        return float(value)
+    if name == "fft":
+        return _checked_fft(value)
+    if value is None:
+        return None
+    if name == "solid" and not isinstance(value, ElasticSolid):
+        raise ValueError(f"solid must be an ElasticSolid, got {value!r}")
+    if name == "contact_modulus":
+        positive(contact_modulus=value)
+        return float(value)
+    if name == "interaction" and not isinstance(value, Interaction):
+        raise ValueError(f"interaction must be an Interaction, got {value!r}")
+    if name == "heterogeneity" and not isinstance(value, Heterogeneity):
+        raise ValueError(f"heterogeneity must be a Heterogeneity, got {value!r}")
+    if name == "indenter":
+        surface(indenter=value)
+    return value
+
+
+def _checked_fft(options: Any) -> dict:
+    if not isinstance(options, dict):
+        raise ValueError(f"fft must be a dict of options, got {options!r}")
+    options = dict(options)
+    for key in options:
+        lookup(key, _FFT_OPTIONS, "option of fft")
+    # fails now, and not at the first calculation, if an option is wrong
+    trial = RealFFT2((1, 1), **options)
+    if "dtype" in options:
+        options["dtype"] = trial.dtype.name
+    return options

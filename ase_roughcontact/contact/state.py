@@ -1,0 +1,91 @@
+"""State of a contact: energy, forces and local fields."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class ContactState:
+    """Energy, forces and local fields of one configuration.
+
+    Attributes
+    ----------
+    energy : float
+        Elastic and wall energy.
+    energies : ndarray, shape of the displaced atoms
+        Energy of each atom.
+    forces : ndarray, shape of the displaced atoms
+        Force on each atom, positive upward.
+    gap : ndarray, shape (n, m)
+        Distance to the indenter (length).
+    pressure : ndarray, shape (n, m)
+        Pressure of the wall, positive in repulsion.
+    normal_force : float
+        Force of the wall on the indenter, positive upward.
+    cell_area : float
+        Area of an atom.
+    touching : ndarray, shape (n, m), optional
+        Mask of the atoms that touch a hard wall with attraction, where the pressure may
+        be a tension; by default atoms touch where the pressure is repulsive.
+    hardness : float
+        Largest pressure of the wall, by default infinity.
+    kept_depth : ndarray, shape (n, m), optional
+        Plastic depth that the surface has kept from earlier steps (length).
+    """
+
+    energy: float
+    energies: np.ndarray
+    forces: np.ndarray
+    gap: np.ndarray
+    pressure: np.ndarray
+    normal_force: float
+    cell_area: float
+    touching: np.ndarray | None = None
+    hardness: float = math.inf
+    kept_depth: np.ndarray | None = None
+
+    @property
+    def contact(self) -> np.ndarray:
+        """Mask of the atoms that the wall repels, shape (n, m)."""
+        return self.pressure > 0.0 if self.touching is None else self.touching
+
+    @property
+    def repulsive_atoms(self) -> int:
+        """Number of atoms in contact."""
+        return int(np.count_nonzero(self.contact))
+
+    @property
+    def contact_pressure(self) -> float:
+        """Mean magnitude of the pressure on the atoms in contact, zero without any."""
+        pressures = abs(self.pressure[self.contact])
+        return float(pressures.mean()) if pressures.size else 0.0
+
+    @property
+    def attractive_atoms(self) -> int:
+        """Number of other atoms under an attractive pressure."""
+        return int(np.count_nonzero((self.pressure < 0.0) & ~self.contact))
+
+    @property
+    def plastic(self) -> np.ndarray:
+        """Mask of the atoms under the hardness, in plastic contact, shape (n, m)."""
+        return self.pressure >= self.hardness
+
+    @property
+    def plastic_atoms(self) -> int:
+        """Number of atoms in plastic contact, which count as atoms in contact, too."""
+        return int(np.count_nonzero(self.plastic))
+
+    @property
+    def plastic_depth(self) -> np.ndarray:
+        """Depth by which the surface has flowed, shape (n, m) (length)."""
+        depth = np.maximum(-self.gap, 0.0) * self.plastic
+        return depth if self.kept_depth is None else depth + self.kept_depth
+
+    @property
+    def contact_area(self) -> float:
+        """Area of the atoms in contact."""
+        return self.repulsive_atoms * self.cell_area
