@@ -12,12 +12,7 @@ from ase_roughcontact._util.validation import (
     finite_array,
     nonnegative_array,
 )
-from ase_roughcontact.theory.smooth_sphere import (
-    CURVE_POINTS,
-    Branch,
-    SphereTheory,
-    is_stable,
-)
+from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, SphereTheory
 
 
 @dataclass(frozen=True)
@@ -60,20 +55,15 @@ class JKR(SphereTheory):
         length = np.pi * self.work_of_adhesion / self.contact_modulus
         return float(-0.75 * np.cbrt(length**2 * self.radius))
 
-    def contact_radius(
-        self, normal_force: ArrayLike, branch: Branch = "stable"
-    ) -> FloatArray:
-        """Return the contact radius for a given force.
+    def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the radius of the stable contact for a given force.
 
-        a^3 = (3R/4E*) [N + 3 pi w R +- sqrt(6 pi w R N + (3 pi w R)^2)].
+        a^3 = (3R/4E*) [N + 3 pi w R + sqrt(6 pi w R N + (3 pi w R)^2)].
 
         Parameters
         ----------
         normal_force : array_like
-            N, force, at least the pull-off force, and at most zero on the unstable
-            branch.
-        branch : {"stable", "unstable"}
-            Branch at the given force: plus or minus sign.
+            N, force, at least the pull-off force.
 
         Returns
         -------
@@ -83,30 +73,20 @@ class JKR(SphereTheory):
         Raises
         ------
         ValueError
-            If a force is below the pull-off force, where there is no contact, or beyond
-            the end of the unstable branch.
+            If a force is below the pull-off force, where there is no contact.
         """
-        # The bracket is the square of sqrt(N + P) +- sqrt(P), with P = 1.5 pi w R; the
-        # minus sign is evaluated as a quotient to avoid cancellation.
-        above = np.sqrt(self._above_pull_off(normal_force))
-        root = above + np.sqrt(-self.pull_off_force)
-        force = np.asarray(normal_force, dtype=float)
-        if not is_stable(branch, "normal_force", force, 0.0):
-            root = -np.minimum(force, 0.0) / root
+        # the bracket is the square of sqrt(N + P) + sqrt(P), with P = 1.5 pi w R
+        root = np.sqrt(self._above_pull_off(normal_force))
+        root += np.sqrt(-self.pull_off_force)
         return self._hertz_radius(root**2)
 
-    def contact_radius_from_penetration(
-        self, penetration: ArrayLike, branch: Branch = "stable"
-    ) -> FloatArray:
-        """Return the contact radius for a given penetration.
+    def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
+        """Return the radius of the stable contact for a given penetration.
 
         Parameters
         ----------
         penetration : array_like
-            delta, length, at least `pull_off_penetration`, and at most zero on the
-            unstable branch.
-        branch : {"stable", "unstable"}
-            Branch at the given penetration: the larger or the smaller radius.
+            delta, length, at least `pull_off_penetration`.
 
         Returns
         -------
@@ -116,18 +96,17 @@ class JKR(SphereTheory):
         Raises
         ------
         ValueError
-            If there is no contact on the branch at a penetration.
+            If there is no contact at a penetration.
 
         Notes
         -----
         With the radius a1 at the smallest penetration, -3 a1^2/R, `penetration` is the
         quartic x^4 - 4 x = d of x = sqrt(a/a1), with d = delta R/a1^2. Its resolvent
         m^3 + d m = 2 (Ferrari) has one positive root for d >= -3, and
-        x = sqrt(m/2) +- sqrt(sqrt(2/m) - m/2).
+        x = sqrt(m/2) + sqrt(sqrt(2/m) - m/2).
         """
         least = self.pull_off_penetration
-        depth = finite_array("penetration", penetration)
-        d = -3 * depth / least
+        d = -3 * finite_array("penetration", penetration) / least
         if not np.all(d >= -3 * (1 + 1e-12)):
             raise ValueError(
                 f"penetration must not be below that of pull-off, {least}, "
@@ -136,12 +115,7 @@ class JKR(SphereTheory):
         d = np.maximum(d, -3.0)
         u = np.cbrt(1 + np.sqrt(1 + (d / 3) ** 3)) ** 2
         m = 2 / (u + d / 3 + (d / 3) ** 2 / u)
-        half = np.sqrt(np.maximum(np.sqrt(2 / m) - m / 2, 0.0))
-        if is_stable(branch, "penetration", depth, 0.0):
-            x = np.sqrt(m / 2) + half
-        else:
-            x = np.sqrt(m / 2) - half
-            x = -d / (4 - x**3)  # one fixed-point step removes the cancellation above
+        x = np.sqrt(m / 2) + np.sqrt(np.maximum(np.sqrt(2 / m) - m / 2, 0.0))
         return np.sqrt(-least / 3 * self.radius) * x**2
 
     def force(self, contact_radius: ArrayLike) -> FloatArray:

@@ -11,12 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.theory.smooth_sphere import (
-    CURVE_POINTS,
-    Branch,
-    SphereTheory,
-    is_stable,
-)
+from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, SphereTheory
 
 # Range of m - 1 = c/a - 1 along a curve, from large forces to a contact that is almost
 # a point.
@@ -145,18 +140,13 @@ class MaugisDugdale(SphereTheory):
         angle = self._last_stable_angle(1 if control == "load" else 2)
         return float("inf") if angle == np.pi / 2 else float(1 / np.cos(angle))
 
-    def contact_radius(
-        self, normal_force: ArrayLike, branch: Branch = "stable"
-    ) -> FloatArray:
-        """Return the contact radius for a given force, from N(m) inverted numerically.
+    def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the radius of the stable contact, from N(m) inverted numerically.
 
         Parameters
         ----------
         normal_force : array_like
             N, force, at least the pull-off force.
-        branch : {"stable", "unstable"}
-            Branch at the given force. The unstable one ends where the contact is a
-            point.
 
         Returns
         -------
@@ -166,13 +156,9 @@ class MaugisDugdale(SphereTheory):
         Raises
         ------
         ValueError
-            If a force is below the pull-off force, where there is no contact, or beyond
-            the end of the unstable branch.
+            If a force is below the pull-off force, where there is no contact.
         """
         excess = self._above_pull_off(normal_force) / self._unit_force
-        force = np.asarray(normal_force, dtype=float)
-        point = float(self._reduced(np.pi / 2)[1]) * self._unit_force
-        stable = is_stable(branch, "normal_force", force, point)
         last = self._last_stable_angle(1)
 
         def reduced_radius(excess: float) -> float:
@@ -181,12 +167,10 @@ class MaugisDugdale(SphereTheory):
 
             if excess == 0:
                 return float(self._reduced(last)[0])
-            end = last / 2 if stable else np.pi / 2
-            while stable and difference(end) < 0:  # the force is unbounded as end -> 0
+            end = last / 2
+            while difference(end) < 0:  # the force is unbounded as end -> 0
                 end /= 2
-            if difference(end) <= 0:  # at the end of the unstable branch, rounded
-                return float(self._reduced(end)[0])
-            angle = brentq(difference, *sorted((last, end)), xtol=1e-15)
+            angle = brentq(difference, end, last, xtol=1e-15)
             return float(self._reduced(angle)[0])
 
         radii = np.array([reduced_radius(each) for each in np.asarray(excess).flat])

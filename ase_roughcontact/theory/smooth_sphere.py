@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import ClassVar, Literal, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite_array, positive
-
-Branch: TypeAlias = Literal["stable", "unstable"]
 
 # Points of a curve of force against penetration.
 CURVE_POINTS = 400
@@ -157,38 +155,3 @@ class SphereTheory(ABC):
                 f"{self.pull_off_force}, got {normal_force!r}"
             )
         return np.maximum(excess, 0.0)
-
-
-def is_stable(branch: str, name: str, values: FloatArray, end: float) -> bool:
-    """Return whether a branch is the stable one, after checks.
-
-    In a range of forces from pull-off on there are two contact radii: the larger one is
-    stable, the smaller one is not.
-
-    Parameters
-    ----------
-    branch : {"stable", "unstable"}
-        Name of the branch.
-    name : str
-        Name of the values, for the error.
-    values : ndarray
-        Forces or penetrations.
-    end : float
-        Value at which the radius on the unstable branch is zero.
-
-    Returns
-    -------
-    bool
-
-    Raises
-    ------
-    ValueError
-        If the branch is unknown, or a value is beyond the end of the unstable one.
-    """
-    if branch not in ("stable", "unstable"):
-        raise ValueError(f"branch must be 'stable' or 'unstable', got {branch!r}")
-    if branch == "unstable" and np.any(values > end):
-        raise ValueError(
-            f"{name} must not exceed {end} on the unstable branch, got {values}"
-        )
-    return branch == "stable"
