@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ase_roughcontact._util.validation import check_options, positive, unknown
+from ase_roughcontact._util.validation import positive, unknown
 from ase_roughcontact.contact import ContactState
 
 # Largest ratio of the relative error in the normal force to the relative tolerance of
@@ -45,10 +45,6 @@ class Accuracy:
 
     error: float
     tolerance: float
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        check_options(self)
 
 
 #: Relative errors of the area of the continuum by name, at contact radii above 32 times

@@ -20,12 +20,9 @@ _LENGTHS = "short_wavelength", "long_wavelength", "longest_wavelength", "domain"
 
 
 @dataclass(frozen=True)
-class RoughnessConfig(Section):
-    """``[roughness]``: wavelengths in units of the spacing if no unit is given."""
+class RandomFieldConfig(Section):
+    """Keys of random fields: lengths in units of the spacing if no unit is given."""
 
-    title = "roughness"
-
-    rms_slope: float = 0.1
     hurst: float = 0.8
     short_wavelength: float | str = 4.0
     long_wavelength: float | str = 512.0
@@ -33,12 +30,21 @@ class RoughnessConfig(Section):
     unit: str = "a0"
     seed: int = 0
     random_amplitudes: bool = False
-    normalise: str = "realisation"
     domain: float | str | None = None
 
 
 @dataclass(frozen=True)
-class HeterogeneityConfig(Section):
+class RoughnessConfig(RandomFieldConfig):
+    """``[roughness]``: wavelengths in units of the spacing if no unit is given."""
+
+    title = "roughness"
+
+    rms_slope: float = 0.1
+    normalise: str = "realisation"
+
+
+@dataclass(frozen=True)
+class HeterogeneityConfig(RandomFieldConfig):
     """``[heterogeneity]``: lengths in units of the spacing if no unit is given.
 
     A random field with root mean square `rms`, or the map of a file.
@@ -47,15 +53,8 @@ class HeterogeneityConfig(Section):
     title = "heterogeneity"
     file_keys = ("file",)
 
-    rms: float | None = None
-    hurst: float = 0.8
-    short_wavelength: float | str = 4.0
     long_wavelength: float | str = 32.0
-    longest_wavelength: float | str | None = None
-    unit: str = "a0"
-    seed: int = 0
-    random_amplitudes: bool = False
-    domain: float | str | None = None
+    rms: float | None = None
     file: str = ""
     spacing: float | str = 1.0
     periodic: bool = True

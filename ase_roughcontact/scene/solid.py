@@ -27,11 +27,11 @@ _LARGEST_MODULUS = 1e4
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
 # Metals with parameters of EMT, which are for some gases, too.
 _EMT_METALS = "Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt"
-# Keys that make a solid other than the isotropic half space.
-_SOLIDS = "calculator", "potential", "crystal", "anisotropic", "layer_thickness"
-# Solids that differ by their surface, the surface if none is named, and the crystal
-# direction of the rows of atoms along x on each.
+# Keys that make a solid other than the isotropic half space, the first of which differ
+# by their surface.
 _OF_SURFACES = "calculator", "potential", "crystal", "anisotropic"
+_SOLIDS = (*_OF_SURFACES, "layer_thickness")
+# The surface if none is named, and the crystal direction of the rows of atoms along x.
 _SURFACE, _AXES = "fcc100", {"fcc100": "110", "bcc100": "100"}
 # Formats of potentials by the ends of the names of their files.
 _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import (
-    FloatArray,
-    finite,
-    nonnegative,
-    positive,
-)
+from ase_roughcontact._util.validation import finite, nonnegative, positive
 from ase_roughcontact.theory.hertz import Hertz
 from ase_roughcontact.theory.maugis import MaugisDugdale
 from ase_roughcontact.theory.rough_flats import KAPPA_HARD
@@ -51,7 +45,7 @@ class Regime:
         One of "first asperity", "rough, linear", "Hertz", "JKR", "DMT",
         "Maugis-Dugdale" and "sticky rough".
     contact_area : float
-        Predicted A, area; None for "sticky rough" without a tabulated f(p).
+        Predicted A, area; None for "sticky rough", see `predicted_area`.
     mean_pressure : float
         N/A, force per area.
     hertz_radius : float
@@ -117,7 +111,6 @@ def regime(
     attraction_range: float | None = None,
     kappa_repulsive: float = KAPPA_HARD,
     asperity_factor: float = 1.0,
-    flat: Callable[[FloatArray], FloatArray] | None = None,
 ) -> Regime:
     """Determine the law of contact of a sphere.
 
@@ -142,8 +135,6 @@ def regime(
     asperity_factor : float
         Factor by which the compliance of the wall increases rho: 1 for the hard wall,
         `ASPERITY_FACTOR_REPULSIVE` for the repulsive 9-3 wall.
-    flat : callable, optional
-        Tabulated f(p), such as `FlatReference.fraction`, for the area.
 
     Returns
     -------
@@ -191,7 +182,7 @@ def regime(
             radius, contact_modulus, roughness, *adhesion, *factors
         )
         smooth = sphere.smooth
-        numbers = _rough_numbers(sphere, normal_force, flat)
+        numbers = _rough_numbers(sphere, normal_force)
         if attraction_range is not None and work_of_adhesion > 0:
             numbers["criteria"] = stickiness(
                 roughness,
@@ -217,15 +208,11 @@ def regime(
     )
 
 
-def _rough_numbers(
-    sphere: RoughSphereTheory,
-    normal_force: float,
-    flat: Callable[[FloatArray], FloatArray] | None,
-) -> dict[str, Any]:
+def _rough_numbers(sphere: RoughSphereTheory, normal_force: float) -> dict[str, Any]:
     """Return the attributes of `Regime` for a rough sphere."""
     numbers = {
         "law": sphere.law(normal_force),
-        "contact_area": sphere.area(normal_force, flat),
+        "contact_area": sphere.area(normal_force),
         "inverse_kappa": sphere.inverse_kappa,
         "asperity_radius": sphere.asperity_radius,
         "first_contact_radius": sphere.first_contact_radius,

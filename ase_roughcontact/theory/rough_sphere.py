@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
-from ase_roughcontact._util.validation import FloatArray, positive
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.theory.first_asperity import asperity_radius, first_contact_radius
 from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
@@ -170,24 +169,19 @@ class RoughSphereTheory:
             return "first asperity"
         return "rough, linear"
 
-    def area(
-        self,
-        normal_force: float,
-        flat: Callable[[FloatArray], FloatArray] | None = None,
-    ) -> float | None:
+    def area(self, normal_force: float) -> float | None:
         """Return the contact area at a force.
 
         Parameters
         ----------
         normal_force : float
             N >= 0, force.
-        flat : callable, optional
-            Tabulated f(p), such as `FlatReference.fraction`.
 
         Returns
         -------
         float or None
-            A, area; None if rough flats adhere macroscopically and `flat` is not given.
+            A, area; None if rough flats adhere macroscopically: `predicted_area` with a
+            `FlatReference` returns it then.
 
         Notes
         -----
@@ -197,7 +191,7 @@ class RoughSphereTheory:
         law = self.law(normal_force)
         if self.single_asperity or law in ("JKR", "DMT", "Maugis-Dugdale"):
             return float(self.smooth.contact_area(normal_force))
-        if law == "sticky rough" and flat is None:
+        if law == "sticky rough":
             return None
         first = self._sphere(self.asperity_radius, self.work_of_adhesion)
         return float(
@@ -205,7 +199,7 @@ class RoughSphereTheory:
                 normal_force,
                 self.radius,
                 self.contact_modulus,
-                self.rough_pressure if flat is None else flat,
+                self.rough_pressure,
                 asperity_radius=self.asperity_radius,
                 asperity_area=first.contact_area(normal_force),
             )

@@ -34,16 +34,11 @@ class Criterion:
         A measure of roughness over adhesion, dimensionless.
     limit : float
         Value below which the surfaces stick.
-    meaning : str
-        What the value is, and which solids and ranges of attraction it is for.
-    reference : str
     """
 
     name: str
     value: float
     limit: float
-    meaning: str
-    reference: str
 
     @property
     def sticky(self) -> bool:
@@ -81,15 +76,16 @@ def stickiness(
     Returns
     -------
     tuple of Criterion
-        Fuller and Tabor: E* sigma^(3/2)/(rho^(1/2) w), with the rms height sigma and
-        the radius rho = 2/h'' of asperities. Each of them is a sphere of JKR; at 1, 3
-        and 10 their largest total tension is 73, 36 and 4 % of that at equal heights.
+        Fuller and Tabor, for independent asperities and a short range:
+        E* sigma^(3/2)/(rho^(1/2) w), with the rms height sigma and the radius
+        rho = 2/h'' of asperities. Each of them is a sphere of JKR; at 1, 3 and 10 their
+        largest total tension is 73, 36 and 4 % of that at equal heights.
 
-        Persson and Tosatti: `flattening_energy` over w. If it is below one, full
-        contact has less energy than none.
+        Persson and Tosatti, for soft solids and a short range: `flattening_energy` over
+        w. If it is below one, full contact has less energy than none.
 
-        Pastewka and Robbins: 1/kappa_rep over `inverse_kappa_attractive`. If it is
-        below one, contact spreads without a load.
+        Pastewka and Robbins, for stiff solids: 1/kappa_rep over
+        `inverse_kappa_attractive`. If it is below one, contact spreads without a load.
 
     Raises
     ------
@@ -122,27 +118,10 @@ def stickiness(
     attraction = inverse_kappa_attractive(
         work_of_adhesion, contact_modulus, attraction_range, slope, curvature
     )
+    stretching = contact_modulus * height * math.sqrt(height / asperity)
+    flattening = flattening_energy(contact_modulus, roughness)
     return (
-        Criterion(
-            "Fuller-Tabor",
-            contact_modulus * height * math.sqrt(height / asperity) / work_of_adhesion,
-            _FULLER_TABOR,
-            "height of the roughness over that to which asperities stretch: "
-            "independent asperities, short range",
-            "K. N. G. Fuller, D. Tabor, Proc. R. Soc. Lond. A 345, 327 (1975)",
-        ),
-        Criterion(
-            "Persson-Tosatti",
-            flattening_energy(contact_modulus, roughness) / work_of_adhesion,
-            1.0,
-            "energy of full contact over work of adhesion: soft solids, short range",
-            "B. N. J. Persson, E. Tosatti, J. Chem. Phys. 115, 5597 (2001)",
-        ),
-        Criterion(
-            "Pastewka-Robbins",
-            float(1.0 / (kappa_repulsive * attraction)),
-            1.0,
-            "kappa of the attraction over kappa of the repulsion: stiff solids",
-            "L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. USA 111, 3298 (2014)",
-        ),
+        Criterion("Fuller-Tabor", stretching / work_of_adhesion, _FULLER_TABOR),
+        Criterion("Persson-Tosatti", flattening / work_of_adhesion, 1.0),
+        Criterion("Pastewka-Robbins", float(1.0 / (kappa_repulsive * attraction)), 1.0),
     )

@@ -127,13 +127,6 @@ def test_strong_adhesion_makes_flats_sticky_without_a_closed_form():
     assert found.contact_area is None
 
 
-def test_tabulated_flats_give_the_area_where_no_formula_does():
-    adhesion = paper_adhesion(0.01)
-    found = regime(1e4, BIG, 1.0, ROUGH, **adhesion, flat=lambda p: 0.25 + 0 * p)
-    expected = theory.Hertz(BIG, 1.0).contact_area(1e4) / 4
-    assert_allclose(found.contact_area, expected)
-
-
 def test_sphere_flattened_by_adhesion_is_smooth_with_less_work_of_adhesion():
     smoother = SelfAffine(1e-3, 0.8, 4.0, 512.0)
     cost = theory.flattening_energy(1.0, smoother)
