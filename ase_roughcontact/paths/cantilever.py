@@ -152,28 +152,60 @@ def _followed(
     direction: float,
 ) -> CantileverBranch:
     """Return the states that a base reaches which moves in one direction."""
-    ends = {(jump.after.height, jump.after.normal_force) for jump in unstable}
+    after = {(jump.after.height, jump.after.normal_force) for jump in unstable}
+    ends = [
+        i for i, state in enumerate(zip(height, force, strict=True)) if state in after
+    ]
     along = direction * (height - force / stiffness)
-    reached = along >= np.maximum.accumulate(along)
-    distances, forces, jumps = [along[0]], [force[0]], []
-    for i in range(1, len(along)):
-        if not reached[i]:
-            continue
-        after = None
-        if not reached[i - 1]:  # a jump ends between the last point and this one
-            share = (distances[-1] - along[i - 1]) / (along[i] - along[i - 1])
-            after = force[i - 1] + share * (force[i] - force[i - 1])
-        elif (height[i], force[i]) in ends:
-            after = force[i]
-        if after is not None:
-            at = direction * distances[-1]
-            jumps.append(CantileverJump(float(at), float(forces[-1]), float(after)))
-            distances.append(distances[-1])
-            forces.append(after)
-        distances.append(along[i])
-        forces.append(force[i])
-    distance, followed = direction * np.array(distances), np.array(forces)
-    return CantileverBranch(distance, followed, followed / stiffness, tuple(jumps))
+    distance, columns, last, landed = follow(along, force[:, None], np.array(ends, int))
+    jumps = [
+        CantileverJump(float(direction * along[i]), float(force[i]), float(end))
+        for i, end in zip(last, landed[:, 0], strict=True)
+    ]
+    followed = columns[:, 0]
+    return CantileverBranch(
+        direction * distance, followed, followed / stiffness, tuple(jumps)
+    )
+
+
+def follow(
+    along: FloatArray, columns: FloatArray, ends: np.ndarray
+) -> tuple[FloatArray, FloatArray, np.ndarray, FloatArray]:
+    """Return the points of a curve that a base reaches, and where it jumps.
+
+    Parameters
+    ----------
+    along : ndarray, shape (n,)
+        Height of the base at equilibria in the order of the states, times the direction
+        in which it moves (length).
+    columns : ndarray, shape (n, c)
+        What else is known of the equilibria.
+    ends : ndarray of int
+        Points in front of which the surface has jumped.
+
+    Returns
+    -------
+    along, columns : ndarray, shapes (m,) and (m, c)
+        At the points that are reached; at a jump before and after it.
+    last : ndarray of int, shape (j,)
+        Points before the jumps.
+    landed : ndarray, shape (j, c)
+        Columns after the jumps.
+    """
+    reached = np.flatnonzero(along >= np.maximum.accumulate(along))
+    (at,) = np.nonzero((np.diff(reached) > 1) | np.isin(reached[1:], ends))
+    last, next_ = reached[at], reached[at + 1]
+    # the tip lands at the same height of the base, before the next point
+    length = np.where(np.isin(next_, ends), 0.0, along[next_] - along[next_ - 1])
+    part = along[last] - along[next_ - 1]
+    share = np.divide(part, length, out=np.ones(len(at)), where=length > 0.0)[:, None]
+    landed = columns[next_ - 1] * (1.0 - share) + columns[next_] * share
+    return (
+        np.insert(along[reached], at + 1, along[last]),
+        np.insert(columns[reached], at + 1, landed, axis=0),
+        last,
+        landed,
+    )
 
 
 def _largest(jumps: tuple[CantileverJump, ...]) -> CantileverJump | None:

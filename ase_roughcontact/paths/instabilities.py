@@ -146,39 +146,6 @@ class AdhesionLoop:
         return sum(jump.dissipated_energy for jump in jumps)
 
 
-def zero_load_area(records: Sequence[LoadStep]) -> float:
-    """Interpolate the contact area at zero force of an approach or a retraction.
-
-    Parameters
-    ----------
-    records : sequence of LoadStep
-        The states of one branch, in any order.
-
-    Returns
-    -------
-    float
-        Area where the force, from the deepest state upwards, first falls to zero (Å^2).
-        It is linear in the force between the states.
-
-    Raises
-    ------
-    ValueError
-        If the force does not change its sign, or is not positive at the deepest state.
-    """
-    upward = sorted(records, key=lambda state: state.height)
-    forces = [state.normal_force for state in upward]
-    first = next((i for i, force in enumerate(forces) if force <= 0.0), None)
-    if not first:
-        raise ValueError(
-            "the area at zero force needs states on both sides of it, got forces "
-            f"from {min(forces, default=np.nan):g} to {max(forces, default=np.nan):g} "
-            f"and {forces[0] if forces else np.nan:g} at the lowest height"
-        )
-    below, above = upward[first - 1], upward[first]
-    share = below.normal_force / (below.normal_force - above.normal_force)
-    return below.contact_area + share * (above.contact_area - below.contact_area)
-
-
 def balanced(
     before: LoadStep, after: LoadStep, tolerance: float, smallest_force: float
 ) -> bool:

