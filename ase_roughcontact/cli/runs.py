@@ -58,7 +58,8 @@ def run(options: argparse.Namespace) -> int:
 
     With --preview a part of the steps is calculated on a grid of up to four times the
     spacing, in a part of the time, into the folder DIR-preview. The errors of the areas
-    are estimated, as in any run.
+    are estimated, as in any run. A run of few steps in small windows is calculated
+    itself, since it takes hardly longer.
 
     Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
     invalid, a file of it is damaged, or a step exceeds a limit with --strict, 130
@@ -66,7 +67,9 @@ def run(options: argparse.Namespace) -> int:
     """
     scene, steps = checked_scene(options), list[LoadStep]()
     if options.preview:
-        scene = preview(scene)
+        full, scene = scene, preview(scene)
+        if scene is full and prints_text(options):
+            print("The run is as short as a preview: it is calculated itself.")
         options.out = options.out.with_name(f"{options.out.name}-preview")
     if scene.path.is_loop:
         return _run_loop(options, scene)

@@ -16,9 +16,12 @@ from ase_roughcontact.windows.regrid import GridChange, regrid
 # Ratios of the spacings, tried in this order; the first one costs a sixteenth.
 _RATIOS = (4, 2, 1)
 # Part of the points and steps that are calculated: the time of small windows is hardly
-# that of their points. A step that does not follow the one before it takes about twice
-# the iterations under a wall with attraction.
-_PART, _PART_WITH_ATTRACTION = 1 / 128, 1 / 256
+# that of their points, and a step that does not follow the one before it takes about
+# twice the iterations.
+_PART = 1 / 256
+# A run of fewer steps, and of fewer points in all windows, takes tenths of a second and
+# less than ten times as long as one step on any grid.
+_FEW_STEPS, _FEW_POINTS = 10, 100_000
 # Level of the solver's tolerance, and the ratio of those of a loop.
 _LEVEL, _LOOSER = "fast", 10.0
 # Part of the rms slope above which a grid loses too much.
@@ -29,11 +32,10 @@ def preview(scene: Scene) -> Scene:
     """Return a scene that shows the results of another one in a part of its time.
 
     It asks for the continuum on a grid of up to four times the spacing, without the
-    waves that this grid can't resolve, at an eighth of the steps or fewer, with
-    attraction a sixteenth, and at least one: the last one and some before, but not the
-    first, which is the least accurate on such a grid. A crystal of atoms becomes an
-    isotropic solid of the same contact modulus. The errors are estimated as in any
-    scene.
+    waves that this grid can't resolve, at a sixteenth of the steps or fewer, and at
+    least one: the last one and some before, but not the first, which is the least
+    accurate on such a grid. A crystal of atoms becomes an isotropic solid of the same
+    contact modulus. The errors are estimated as in any scene.
 
     Parameters
     ----------
@@ -42,7 +44,11 @@ def preview(scene: Scene) -> Scene:
     Returns
     -------
     Scene
+        The same one if its steps are so few and small that one of them takes more than
+        a tenth of the time on any grid.
     """
+    if _is_short(scene):
+        return scene
     continuum = _continuum(scene)
     for ratio in _RATIOS:
         coarse = continuum.with_grid(_coarser(scene.grids.change, ratio))
@@ -51,13 +57,26 @@ def preview(scene: Scene) -> Scene:
     if coarse.path.is_loop:
         tolerance = _LOOSER * coarse.path.tolerance
         return coarse.with_values({"path.tolerance": tolerance})
-    part = _PART_WITH_ATTRACTION if scene.wall.attractive else _PART
     steps = scene.steps / UNITS[scene.path.unit]
-    count = max(1, math.floor(part * ratio**2 * len(steps)))
+    count = max(1, math.floor(_PART * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
     values: Any = tuple(steps[kept].tolist())
     path = PathConfig(scene.path.control, values=values)
     return coarse.with_values({"path": path})
+
+
+def _is_short(scene: Scene) -> bool:
+    """Return whether a run has few steps in small windows."""
+    # the solid of a crystal takes longer than the steps
+    if scene.path.is_loop or scene.substrate.of_atoms:
+        return False
+    if len(scene.steps) >= _FEW_STEPS:
+        return False
+    steps = scene.plan().steps
+    if any(step.problem for step in steps):
+        return False
+    windows = (map(int, step.window.split("x")) for step in steps)
+    return sum(map(math.prod, windows)) < _FEW_POINTS
 
 
 def _continuum(scene: Scene) -> Scene:

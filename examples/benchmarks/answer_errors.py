@@ -8,7 +8,7 @@
 *cell*: periodic cells of 2 to 4 diameters of the contact, against a free boundary.
 *grid*: the continuum on grids of a0 and a0/2, against the limit of a0/4 and a0/8.
 *levels*: larger contacts at the levels of accuracy, against the same.
-*adhesion*: contacts at the levels of accuracy under adhesive walls, against the same.
+*adhesion*: the same under adhesive walls, against the limit of a0/8 and a0/16.
 
 Spheres have a radius of 200 a0 and roughness from 4 to 32 a0, for the levels 1000 and
 4000 a0 and 4 to 128 a0. Works of adhesion are 0.01 and 0.05 E* a0. The spheres are
@@ -72,9 +72,13 @@ SETTINGS = {
         "a0/8": {"refine": 8, "accuracy": 1e-6},
     },
 }
-SETTINGS["adhesion"] = SETTINGS["levels"]
-# Settings with which the others are compared.
-REFERENCES = ("exact", "a0/4", "a0/8")
+SETTINGS["adhesion"] = {
+    **SETTINGS["levels"],
+    "a0/16": {"refine": 16, "accuracy": 1e-6},
+}
+# Grids from which limits are extrapolated, and all that others are compared with.
+GRIDS = ("a0/4", "a0/8", "a0/16")
+REFERENCES = ("exact", *GRIDS)
 
 
 def cases(study):
@@ -194,9 +198,10 @@ def reference(settings, name):
     """Return the exact answer, extrapolated for grids; NaN if it is not known."""
     if "exact" in settings:
         return float(settings["exact"][name])
-    if not {"a0/4", "a0/8"} <= set(settings):
+    finest = [key for key in GRIDS if key in settings][-2:]
+    if not finest:
         return np.nan
-    coarse, fine = (float(settings[key][name]) for key in ("a0/4", "a0/8"))
+    coarse, fine = (float(settings[key][name]) for key in finest)
     # areas are wrong in proportion to the spacing, the others to about its square
     order = 1.0 if "area" in name else 2.0
     return fine + (fine - coarse) / (2.0**order - 1.0)

@@ -3,9 +3,10 @@
     OMP_NUM_THREADS=1 python previews.py             # all scenes
     OMP_NUM_THREADS=1 python previews.py adhesive    # those whose names begin so
 
-Run and preview take turns, three times; times are the least of one thread, with reading
-the scene and writing the files, and may vary by a tenth. Errors are relative to the
-area of the run, that of atoms or of the continuum, at the same step.
+Run and preview take turns, three times; times are the least of one thread, with making
+the scene of the preview and writing the files, and may vary by a tenth. Errors are
+relative to the area of the run, that of atoms or of the continuum, at the same step. Of
+runs so short that they are their own previews only the time is printed.
 """
 
 import sys
@@ -119,21 +120,23 @@ def scenes():
     return found
 
 
-def timed(given):
-    """Return CPU time (s) and steps of a run."""
+def timed(full, shown=lambda full: full):
+    """Return CPU time (s) and steps of a run, or of what is shown of it."""
     with tempfile.TemporaryDirectory() as folder:
         start = time.process_time()
-        steps = list(given.run(folder, validity="ignore"))
+        steps = list(shown(full).run(folder, validity="ignore"))
         return time.process_time() - start, steps
 
 
 def compared(full):
     """Return both times, and relative errors and their estimates."""
     coarse = preview(full)
-    turns = [(timed(full), timed(coarse)) for _ in range(TURNS)]
+    turns = [(timed(full), timed(full, preview)) for _ in range(TURNS)]
     seconds = [min(run[0] for run in runs) for runs in zip(*turns, strict=True)]
     (_, exact), (_, shown) = turns[0]
     errors = []
+    if coarse is full:
+        return *seconds, errors
     for target, step in zip(coarse.steps, shown, strict=True):
         truth = exact[abs(full.steps - target).argmin()]
         area = getattr(truth, full.area_column)
@@ -155,6 +158,7 @@ def main():
     for name, full in chosen.items():
         run, shown, errors = compared(full)
         text = " ".join(f"{error:.3f}/{estimate:.3f}" for error, estimate in errors)
+        text = text or "the run itself"
         print(f"{name:<20}{run:7.2f}{shown / run:6.2f}  {text}", flush=True)
         every += errors
     kept = sum(error <= 2.0 * estimate for error, estimate in every)

@@ -22,17 +22,20 @@ long_wavelength = 32.0
 """
 
 
+MANY = f"values = {[float(n) for n in range(1, 11)]}"
+
+
 def scene(substrate="", path="first = 10.0\nlast = 200.0\nsteps = 12"):
     return Scene.parse(TEXT.format(substrate=substrate, path=path))
 
 
 @pytest.mark.parametrize("seed", [1, 2])
 def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
-    full = scene().with_values({"roughness.seed": seed, "path.steps": 16})
+    full = scene().with_values({"roughness.seed": seed, "path.steps": 32})
     coarse = preview(full)
     assert coarse.grids.change.label == "4 a0"
-    np.testing.assert_allclose(coarse.steps, full.steps[[8, 15]])
-    exact = list(full.relax(full.steps[[8, 15]]))
+    np.testing.assert_allclose(coarse.steps, full.steps[[16, 31]])
+    exact = list(full.relax(full.steps[[16, 31]]))
     for step, truth in zip(coarse.relax(validity="ignore"), exact, strict=True):
         error = abs(step.continuum_area - truth.contact_area)
         assert error < 2.0 * step.area_error
@@ -41,10 +44,11 @@ def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
 @pytest.mark.parametrize(
     "substrate, path, spacing, steps",
     [
-        ('model = "continuum"', "values = [10.0, 20.0]", "2 a0", [20.0]),
-        ("shape = [62, 62]", "values = [1.0, 2.0, 3.0]", "2 a0", [3.0]),
-        ("shape = [61, 61]", "values = [1.0, 2.0, 3.0]", "a0", [3.0]),
-        ("", "values = [5.0]", "4 a0", [5.0]),
+        ('model = "continuum"', MANY, "2 a0", [10.0]),
+        ("shape = [62, 62]", MANY, "2 a0", [10.0]),
+        ("shape = [61, 61]", MANY, "a0", [10.0]),
+        ("", MANY, "4 a0", [10.0]),
+        ("", "values = [5e4]", "4 a0", [5e4]),
     ],
 )
 def test_grid_and_steps_fit_the_scene(substrate, path, spacing, steps):
@@ -62,6 +66,43 @@ def test_grid_loses_at_most_half_the_slope():
     assert coarse.lost_slope < 0.5 < coarser.lost_slope < 0.6
 
 
+@pytest.mark.parametrize(
+    "values",
+    [
+        {},
+        {"substrate.shape": (64, 64)},
+        {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 0.1},
+    ],
+)
+def test_run_of_few_small_steps_is_its_own_preview(values):
+    path = MANY.replace(", 10.0", "")
+    short = scene(path=path).with_values(values)
+    assert preview(short) is short
+    coarse = preview(scene(path=MANY).with_values(values))
+    assert len(coarse.steps) == 1
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"path.values": (5e4,)},
+        {"substrate.shape": (320, 320), "roughness.domain": 512},
+        # JKR's contact is large under any load
+        {
+            "interaction.kind": "adhesive",
+            "interaction.work_of_adhesion": 5.0,
+            "sphere.radius": 2e4,
+            "roughness": None,
+        },
+    ],
+)
+def test_few_steps_in_large_windows_have_a_preview(values):
+    large = scene(path="values = [5.0]").with_values(values)
+    coarse = preview(large)
+    assert coarse is not large
+    assert coarse.grids.change.label == "4 a0"
+
+
 def test_tolerance_of_forces_is_not_kept():
     tight = scene().with_values({"solver.fmax": 1e-9})
     assert preview(tight).solver.fmax is None
@@ -70,13 +111,6 @@ def test_tolerance_of_forces_is_not_kept():
 def test_built_in_scene_is_planned_in_a_tenth_of_its_time():
     full = Scene.default()
     assert preview(full).plan().seconds < 0.1 * full.plan().seconds
-
-
-def test_walls_with_attraction_have_half_as_many_steps():
-    many = scene(path="first = 10.0\nlast = 200.0\nsteps = 33")
-    values = {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 0.1}
-    assert len(preview(many).steps) == 4
-    assert len(preview(many.with_values(values)).steps) == 2
 
 
 def test_loop_has_looser_steps_and_solver():
@@ -110,4 +144,13 @@ def test_command_writes_a_preview_beside_the_run(tmp_path, capsys):
     folder = tmp_path / "out-preview"
     assert Scene.read(folder / "scene.toml") == preview(scene())
     assert len((folder / "curve.csv").read_text().splitlines()) == 2
+    assert not out.exists()
+
+
+def test_command_calculates_a_short_run_itself(tmp_path, capsys):
+    file, out = tmp_path / "my.toml", tmp_path / "out"
+    file.write_text(scene(path="values = [5.0]").toml)
+    assert main(["run", str(file), "--out", str(out), "--preview"]) == 0
+    assert capsys.readouterr().out.startswith("The run is as short as a preview")
+    assert Scene.read(tmp_path / "out-preview" / "scene.toml") == Scene.read(file)
     assert not out.exists()
