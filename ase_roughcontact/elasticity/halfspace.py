@@ -249,7 +249,8 @@ class HalfSpace(ABC):
             )
         workers = _workers(math.prod(self.grid))
         spectrum = rfft2(pressure, self.grid, workers=workers)
-        return irfft2(-self.compliance * spectrum, self.grid, workers=workers)
+        spectrum *= -self.compliance
+        return irfft2(spectrum, self.grid, workers=workers, overwrite_x=True)
 
     @property
     def _inverse_spectrum(self) -> np.ndarray:

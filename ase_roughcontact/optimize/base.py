@@ -17,6 +17,9 @@ from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
 
+#: Pressure on the window, shape (n, m) (eV/Å^3), and height of the indenter (Å).
+Start = tuple[np.ndarray, float]
+
 
 class ContactOptimizer(Optimizer):
     """ASE optimizer around a solver whose unknown is the pressure on the window.
@@ -92,7 +95,12 @@ class ContactOptimizer(Optimizer):
         self._options = {} if options is None else {"options": options}
         self._connect()
 
-    def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
+    def run(
+        self,
+        fmax: float = 0.05,
+        steps: int = DEFAULT_MAX_STEPS,
+        start: Start | None = None,
+    ) -> bool:
         """Relax the atoms.
 
         Parameters
@@ -101,6 +109,10 @@ class ContactOptimizer(Optimizer):
             Tolerance of the force on every atom (eV/Å).
         steps : int
             Maximum number of steps.
+        start : (ndarray, float), optional
+            Pressure on the window, shape (n, m) (eV/Å^3), and, for an indenter that is
+            not fixed, its height (Å), from which to start instead of those of the
+            atoms.
 
         Returns
         -------
@@ -108,7 +120,7 @@ class ContactOptimizer(Optimizer):
             Whether the tolerance was reached. If not, `message` says why, and the atoms
             are in the best state that was found.
         """
-        *_, converged = self._iterate(fmax, steps)
+        *_, converged = self._iterate(fmax, steps, start)
         return converged
 
     def irun(
@@ -166,16 +178,27 @@ class ContactOptimizer(Optimizer):
             self._move_atoms()
         super().call_observers()
 
-    def _iterate(self, fmax: float, steps: int) -> Iterator[bool]:
+    def _iterate(
+        self, fmax: float, steps: int, start: Start | None = None
+    ) -> Iterator[bool]:
         self.fmax, self.max_steps = fmax, self.nsteps + steps
         self._connect()
-        start = self._start()
+        height = float(self.atoms.positions[-1, 2])
+        if start is None:
+            pressure = self._start()
+        else:
+            self._energy, self._force = (
+                np.nan,
+                np.inf,
+            )  # not known before the first step
+            pressure = start[0]
+            height = height if self.indenter.fixed else start[1]
         self._converged = self._force < fmax
         self._states = type(self).solver(
             self.contact,
-            height=float(self.atoms.positions[-1, 2]),
+            height=height,
             external=None if self.indenter.fixed else self.indenter.external,
-            start=start,
+            start=pressure,
             tolerance=fmax,
             **self._options,
         )

@@ -80,8 +80,8 @@ def _gap_error(step: RelaxedStep) -> float:
 
 
 def _largest_force(step: RelaxedStep) -> float:
-    forces = step.forces
-    return float(np.einsum("ij,ij->i", forces, forces).max() ** 0.5)
+    x, y, z = step.forces.T
+    return float((x * x + y * y + z * z).max() ** 0.5)
 
 
 def _continuum_area(step: RelaxedStep) -> float:
@@ -191,7 +191,7 @@ class LoadStep:
         "Å",
     )
     energy: float = column(
-        lambda s: float(s.atoms.get_potential_energy()),
+        lambda s: s.energy,
         "energy of solid, wall and load",
         "eV",
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from ase import Atoms
@@ -50,14 +51,29 @@ class RelaxedContact:
         return float(self.atoms.positions[-1, 2])
 
     @cached_property
+    def _calculated(self) -> tuple[ContactState, dict[str, Any]]:
+        """State and results of the calculator, which compares positions only once."""
+        calc = self.atoms.calc
+        return calc.state(self.atoms), calc.results
+
+    @property
     def state(self) -> ContactState:
         """Forces, gaps and pressures, calculated from the positions."""
-        return self.atoms.calc.state(self.atoms)
+        return self._calculated[0]
 
     @cached_property
     def forces(self) -> np.ndarray:
         """Forces on all atoms, those of constraints included, shape (N, 3) (eV/Å)."""
-        return self.atoms.get_forces()
+        if self.atoms.constraints:
+            return self.atoms.get_forces()
+        return self._calculated[1]["forces"]
+
+    @property
+    def energy(self) -> float:
+        """Energy of solid, wall, load and constraints (eV)."""
+        if self.atoms.constraints:
+            return float(self.atoms.get_potential_energy())
+        return float(self._calculated[1]["energy"])
 
     @cached_property
     def _model(self) -> ContactModel:

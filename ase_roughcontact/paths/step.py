@@ -15,7 +15,9 @@ from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.plastic_shape import set_kept_depth
 from ase_roughcontact.atoms.snapshot import kept_depth_of, restore
 from ase_roughcontact.optimize import default_optimizer
+from ase_roughcontact.optimize.base import ContactOptimizer, Start
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
+from ase_roughcontact.paths.extrapolation import Extrapolation
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
@@ -89,6 +91,7 @@ class Stepper:
         self._record = record
         self._continuum, self._lost_slope = continuum, lost_slope
         self._coarser = coarser
+        self._extrapolation = Extrapolation()
         contact = contact_of(atoms)
         self._hardness = hardness_of_atoms(atoms, hardness)
         self._optimizer = optimizer or default_optimizer(contact.interaction)
@@ -128,11 +131,12 @@ class Stepper:
             indent(self.atoms)
 
     def _relaxed(self, number: int, target: float) -> RelaxedStep:
-        start = time.perf_counter()
+        begun = time.perf_counter()
         statistics = SolverStatistics()
         self._set_target(target)
         self.windows.choose(self.atoms, self.control)
-        self._relax(statistics)
+        start = self._extrapolation.start(contact_of(self.atoms), target)
+        self._relax(statistics, start)
         while self.windows.enlarge_if_needed(self.atoms):
             self._relax(statistics)
         self._check_load(target, statistics)
@@ -146,18 +150,20 @@ class Stepper:
             if not coarse.statistics.converged:
                 statistics.converged = False
                 statistics.message = f"coarser grid: {coarse.statistics.message}"
-        return RelaxedStep(
+        relaxed = RelaxedStep(
             atoms=self.atoms,
             number=number,
             first_contact=self.windows.first_contact,
             statistics=statistics,
-            seconds=time.perf_counter() - start,
+            seconds=time.perf_counter() - begun,
             hardness=self._hardness,
             control=self.control,
             continuum=self._continuum,
             lost_slope=self._lost_slope,
             coarse_area=coarse_area,
         )
+        self._extrapolation.add(relaxed.contact, target, relaxed.state, relaxed.height)
+        return relaxed
 
     def restart_from(self, frame: Atoms) -> None:
         """Move the atoms to the state of a frame, as if a step had ended there.
@@ -210,27 +216,31 @@ class Stepper:
         else:
             atoms.positions[-1, 2] = first_contact - target
 
-    def _relax(self, statistics: SolverStatistics) -> None:
+    def _relax(self, statistics: SolverStatistics, start: Start | None = None) -> None:
         """Relax the atoms to the tolerance that the relaxed state requires."""
         if self._fmax:
-            self._run_optimizer(statistics, self._fmax)
+            self._run_optimizer(statistics, self._fmax, start)
             return
         load = self.atoms.calc.parameters["load"]
         tolerance: float | None = self._tolerance.expected(load)
         while tolerance is not None:
-            self._run_optimizer(statistics, tolerance)
+            self._run_optimizer(statistics, tolerance, start)
+            start = None
             state = self.atoms.calc.state(self.atoms)
             tolerance = self._tolerance.reduced(tolerance, state)
             if not statistics.converged:
                 return
 
-    def _run_optimizer(self, statistics: SolverStatistics, tolerance: float) -> None:
+    def _run_optimizer(
+        self, statistics: SolverStatistics, tolerance: float, start: Start | None
+    ) -> None:
         """Run the optimizer once, and add its cost to the statistics."""
         optimizer = self._optimizer(self.atoms, logfile=None)
+        options = {"start": start} if isinstance(optimizer, ContactOptimizer) else {}
         counts = hasattr(optimizer, "pairs")
         before = 0 if counts else contact_of(self.atoms).halfspace.pairs
         statistics.converged = bool(
-            optimizer.run(fmax=tolerance, steps=self._max_steps)
+            optimizer.run(fmax=tolerance, steps=self._max_steps, **options)
         )
         for _ in optimizer.optimizable.iterimages():
             pass  # moves the atoms if the optimizer works on other coordinates

@@ -1,0 +1,107 @@
+"""Steps of a path start from the pressure extrapolated from the last two."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    ActiveSet,
+    HardWall,
+    LennardJones93,
+    NewtonKrylov,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.paths.extrapolation import Extrapolation
+
+SPHERE = RoughSphere(300.0, SelfAffine(0.05, 0.8, 4.0, 32.0, seed=2))
+LOADS = 20.0 * 0.97 ** np.arange(3)
+WALLS = {
+    "hard": HardWall(),
+    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
+}
+
+
+def make_atoms(wall, fixed=False, height=0.0, load=0.0):
+    atoms = substrate("Cu", (32, 32), SPHERE, height=height, spacing=1.0, fixed=fixed)
+    atoms.calc = RoughContact(SPHERE, 1.0, WALLS[wall], load=load)
+    return atoms
+
+
+def relaxed(wall, **path):
+    return list(
+        load_path(
+            make_atoms(wall, "loads" not in path), fmax=1e-6, edge="ignore", **path
+        )
+    )
+
+
+@pytest.mark.parametrize("wall", ["hard", "repulsive"])
+@pytest.mark.parametrize("control", ["loads", "heights"])
+def test_third_step_costs_less_and_ends_in_the_same_state(wall, control):
+    targets = LOADS if control == "loads" else [-0.5, -0.48, -0.46]
+    third = relaxed(wall, **{control: targets})[2]
+    from_last = relaxed(wall, **{control: targets[1:]})[1]
+    assert third.pairs < from_last.pairs
+    assert third.contact_area == from_last.contact_area
+    assert third.height == pytest.approx(from_last.height, abs=1e-5)
+    assert third.normal_force == pytest.approx(from_last.normal_force, rel=1e-5)
+
+
+def kept_states(wall, heights):
+    atoms, extrapolation = make_atoms(wall, fixed=True), Extrapolation()
+    for height in heights:
+        atoms.positions[-1, 2] = height
+        (ActiveSet if wall == "hard" else NewtonKrylov)(atoms).run(fmax=1e-6)
+        contact, state = contact_of(atoms), atoms.calc.state(atoms)
+        extrapolation.add(contact, height, state, height)
+    return extrapolation, contact, state.pressure
+
+
+def test_extrapolation_is_linear_and_without_tension():
+    extrapolation, contact, last = kept_states("hard", [-0.6, -0.5])
+    pressure, height = extrapolation.start(contact, -0.4)
+    _, _, first = kept_states("hard", [-0.6])
+    np.testing.assert_allclose(pressure, np.maximum(2.0 * last - first, 0.0), atol=1e-6)
+    assert height == pytest.approx(-0.4)
+    back, _ = extrapolation.start(contact, -0.6)
+    np.testing.assert_allclose(back, first, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wall", "heights", "target"),
+    [
+        ("hard", [-0.5], -0.4),
+        ("hard", [-0.5, -0.5], -0.4),
+        ("hard", [-0.6, -0.5], -0.1),
+        ("hard", [50.0, 49.0], 48.0),
+        ("adhesive", [-0.6, -0.5], -0.4),
+    ],
+    ids=["one state", "equal targets", "too far", "no contact", "attraction"],
+)
+def test_nothing_is_extrapolated(wall, heights, target):
+    extrapolation, contact, _ = kept_states(wall, heights)
+    assert extrapolation.start(contact, target) is None
+
+
+def test_states_of_another_window_are_not_used():
+    extrapolation, _, _ = kept_states("hard", [-0.6, -0.5])
+    other = make_atoms("hard", fixed=True)
+    assert extrapolation.start(contact_of(other), -0.4) is None
+
+
+@pytest.mark.parametrize("wall", ["hard", "repulsive"])
+@pytest.mark.parametrize("fixed", [False, True])
+def test_optimizers_start_from_a_given_state(wall, fixed):
+    optimizer = ActiveSet if wall == "hard" else NewtonKrylov
+    first = optimizer(make_atoms(wall, fixed, height=-0.5, load=20.0))
+    first.run(fmax=1e-7)
+    state = first.state
+    again = optimizer(make_atoms(wall, fixed, height=-0.5, load=20.0))
+    assert again.run(fmax=1e-6, start=(state.pressure, state.height))
+    assert again.pairs < 0.3 * first.pairs
+    assert again.atoms.positions[-1, 2] == pytest.approx(state.height, abs=1e-6)
