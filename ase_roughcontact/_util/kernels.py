@@ -181,8 +181,17 @@ def linear_combination(
     ndarray
     """
     result = np.empty_like(terms[0][1]) if out is None else out
-    _set_linear_combination(result, terms)
+    if result is terms[0][1] and terms[0][0] == 1.0:
+        _add(result, terms[1:])
+    else:
+        _set_linear_combination(result, terms)
     return result
+
+
+@rowwise()
+def _add(out: np.ndarray, terms: list[tuple[float, np.ndarray]]) -> None:
+    for factor, array in terms:
+        out += array if factor == 1.0 else float(factor) * array
 
 
 @rowwise()
@@ -190,13 +199,12 @@ def _set_linear_combination(
     out: np.ndarray, terms: list[tuple[float, np.ndarray]]
 ) -> None:
     (factor, array), *others = terms
-    if others and factor == others[0][0] == 1.0:
-        np.add(array, others[0][1], out=out)
-        others = others[1:]
+    if others and factor == 1.0:  # one pass less
+        second, b = others.pop(0)
+        np.add(array, b if second == 1.0 else float(second) * b, out=out)
     else:
         np.multiply(array, float(factor), out=out)
-    for factor, array in others:
-        out += array if factor == 1.0 else float(factor) * array
+    _add(out, others)
 
 
 def array_equal(a: np.ndarray, b: np.ndarray) -> bool:
