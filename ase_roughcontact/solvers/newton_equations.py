@@ -107,7 +107,8 @@ class NewtonEquations:
         if change is None:
             return None
         new = self._changed(state, change)
-        if system.exact or new.residual_norm < state.residual_norm:
+        enough = self._options.inverse_residual * state.residual_norm
+        if system.exact or new.residual_norm < enough:
             return new
         refined = self._refined(
             system,
@@ -116,7 +117,7 @@ class NewtonEquations:
             change,
             new.opening - state.opening,
             reduction,
-            self._options.inverse_residual,
+            self._options.forcing,
         )
         return new if refined is change else self._changed(state, refined)
 

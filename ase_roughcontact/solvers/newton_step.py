@@ -7,11 +7,10 @@ If the residual has not decreased in several of them, and for all other walls, a
 lowers the energy:
 
 1. Solve Newton's equations for an increment ``(x, z)``; see `newton_equations`.
-2. Under attraction, or if the step before has not decreased the largest force to 30 %,
-   minimise the quadratic model of the energy over the span of this increment and the
-   last ones before it, with the exact Hessian. Negative curvatures count as positive,
-   so that the combination leads downhill. Near an instability, where one mode is far
-   softer than all others, this is what makes progress along it.
+2. Under attraction, minimise the quadratic model of the energy over the span of this
+   increment and the last ones before it, with the exact Hessian. Negative curvatures
+   count as positive, so that the combination leads downhill. Near an instability, where
+   one mode is far softer than all others, this is what makes progress along it.
 3. Search along the combination for a length of at most one at which the energy has
    fallen and the slope has decreased to 30 %.
 
@@ -26,8 +25,6 @@ methods and active sets).
 """
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 
@@ -53,13 +50,7 @@ class NewtonStepper:
         # forces below which the negative stiffness is included
         modulus = halfspace.contact_modulus
         self._small = options.attraction_residual * modulus * halfspace.cell_area
-        self._history_length = options.history
-        self._least_curvature = options.least_curvature
-        if energy.wall.attractive:
-            self._history_length = options.attractive_history
-            self._least_curvature = options.attractive_least_curvature
         self._history: list[Increment] = []
-        self._last_error = math.inf
         self._equations = NewtonEquations(energy, options)
         self._inverse = energy.invertible
         self._best: EnergyState | None = None
@@ -135,14 +126,12 @@ class NewtonStepper:
         return new, state
 
     def _combined(self, state: EnergyState, increment: Increment) -> Increment:
-        """Combine an increment with earlier ones, unless it is good enough alone."""
-        increments = [increment, *self._history]
-        self._history = increments[: self._history_length]
-        slow = state.error > self._options.slow_fall * self._last_error
-        self._last_error = state.error
-        if not (slow or self._energy.wall.attractive):
+        """Combine an increment with earlier ones under a wall with attraction."""
+        if not self._energy.wall.attractive:
             return increment
-        return combine(self._energy, state, increments, self._least_curvature)
+        options, increments = self._options, [increment, *self._history]
+        self._history = increments[: options.history]
+        return combine(self._energy, state, increments, options.least_curvature)
 
     def _make_convex(self, state: EnergyState) -> None:
         self._convex = True

@@ -32,6 +32,8 @@ If the height is free, :math:`z` follows from the second equation, with
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ase_roughcontact._util.kernels import (
@@ -153,7 +155,7 @@ class NewtonSystem:
         model = self._model
         unit = max(max_abs(right), abs(load) / right.size) or 1.0
         load = load / unit
-        response, resistance, push = self._height_response()
+        response, resistance, push = self._height_response
         if self._spring is not None and not resistance > 0.0:
             return None
 
@@ -192,6 +194,7 @@ class NewtonSystem:
         change[-1] = z
         return change
 
+    @cached_property
     def _height_response(self) -> tuple[np.ndarray, float, float]:
         """Return ``M W D 1``, the resistance to a change of height, and ``|W D 1|``."""
         response = np.empty_like(self._d)

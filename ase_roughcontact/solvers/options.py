@@ -39,20 +39,17 @@ class NewtonKrylovOptions:
     exact_krylov_steps : int
         Maximum number of such steps.
     inverse_residual : float
-        The same as `exact_residual` for steps with the inverse of a repulsive wall that
-        have not decreased the residual.
+        If a step with the inverse of a repulsive wall leaves more than this part of the
+        residual, the exact system is solved to `forcing` by such Krylov steps.
     attraction_residual : float
         Residual pressure below which the negative stiffness of an attractive wall is
         included, in contact moduli.
-    slow_fall : float
-        Under a repulsive wall, an increment is combined with earlier ones if the step
-        before has decreased the largest force by less than this factor.
-    history, attractive_history : int
-        Number of earlier increments that are combined with the present one, for
-        repulsive walls and for walls with attraction.
-    least_curvature, attractive_least_curvature : float
+    history : int
+        Number of earlier increments that are combined with the present one under walls
+        with attraction.
+    least_curvature : float
         Lower bound to the curvatures of the combination, relative to the curvature
-        along one increment, for repulsive walls and for walls with attraction.
+        along one increment.
     remaining_slope : float
         Slope at which the line search stops, relative to the initial one.
     load_steps : int
@@ -91,11 +88,8 @@ class NewtonKrylovOptions:
     exact_krylov_steps: int = 10
     inverse_residual: float = 0.3
     attraction_residual: float = 0.3
-    slow_fall: float = 0.3
-    history: int = 3
-    attractive_history: int = 6
-    least_curvature: float = 0.03
-    attractive_least_curvature: float = 0.003
+    history: int = 6
+    least_curvature: float = 0.003
     remaining_slope: float = 0.3
     load_steps: int = 3
     largest_gap: float = 1e-6

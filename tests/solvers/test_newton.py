@@ -408,6 +408,17 @@ def test_a_warm_start_after_one_percent_more_load_costs_less_than_a_cold_one(sol
     assert sum(s.pairs for s in warm) < sum(s.pairs for s in cold)
 
 
+def test_solving_the_exact_equations_saves_transforms_in_wide_contacts():
+    contact, load = scene(128), 0.03 * 128**2  # half of the atoms in contact
+    before = relax(contact, 0.0, constant(0.8 * load), tolerance=1e-6)[-1]
+
+    def cost(**options):
+        start = before.height, constant(load), before.pressure, 1e-6
+        return sum(state.pairs for state in relax(contact, *start, **options))
+
+    assert cost() < 0.6 * cost(inverse_residual=1.0)
+
+
 def test_a_relaxed_start_costs_one_convolution(solid):
     contact, load = scene(32, solid=solid), constant(20.0)
     last = relax(contact, 0.0, load)[-1]
