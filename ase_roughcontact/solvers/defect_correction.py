@@ -34,9 +34,10 @@ from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.active_set import ComplementarityProblem
 from ase_roughcontact.solvers.bounded_set import BoundedProblem
-from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
+from ase_roughcontact.solvers.bounds import with_sum
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import precision_advice
+from ase_roughcontact.solvers.starting_pressure import initial_pressure, start_factor
 
 
 @dataclass(frozen=True)
@@ -134,11 +135,11 @@ class _DefectCorrection:
         self._options = options
         self._work = 0.0
         self._hardness = contact.interaction.hardness
-        self._pressure = _initial_pressure(contact, load, start)
+        self._pressure = initial_pressure(contact, load, start)
         self._opening = self._opened(self._pressure)
         if load is None:
             undeformed = contact.heights + height
-            factor = _start_factor(self._pressure, self._opening, undeformed)
+            factor = start_factor(self._pressure, self._opening, undeformed)
             self._pressure = factor * self._pressure
             self._opening *= factor
         self._model: CirculantModel | None = None
@@ -280,47 +281,6 @@ class _DefectCorrection:
             return new * (total / new.sum())
         push = self._gap / -self._halfspace.self_compliance
         return with_sum(new, total, self._hardness, push)
-
-
-def _initial_pressure(
-    contact: Contact, load: float | None, start: np.ndarray | None
-) -> np.ndarray:
-    """Return an initial pressure that carries the load."""
-    hardness = contact.interaction.hardness
-    if start is not None and hardness < math.inf:
-        start = np.minimum(start, hardness)
-    if load is None:
-        return np.zeros(contact.heights.shape) if start is None else start
-    halfspace = contact.halfspace
-    total, stiffness = load / halfspace.cell_area, 1.0 / halfspace.self_compliance
-    if hardness < math.inf:
-        push = -stiffness * contact.heights
-        if start is None or not start.any():
-            return clip_to_sum(push, total, hardness)
-        return with_sum(start, total, hardness, push)
-    if start is None or not start.any():
-        start = winkler_pressure(contact.heights, total, stiffness)
-    return start * (total / start.sum())
-
-
-def winkler_pressure(heights: np.ndarray, total: float, stiffness: float) -> np.ndarray:
-    """Return the pressure of an elastic foundation (independent springs) by its sum."""
-    above = heights - heights.min()
-    h = np.sort(above, axis=None)
-    carried = stiffness * (np.arange(1, h.size) * h[1:] - np.cumsum(h[:-1]))
-    count = int(np.searchsorted(carried, total)) + 1
-    level = (total / stiffness + h[:count].sum()) / count
-    return stiffness * np.maximum(level - above, 0.0)
-
-
-def _start_factor(
-    pressure: np.ndarray, opening: np.ndarray, undeformed: np.ndarray
-) -> float:
-    """Return a factor for the start: that of the least energy if it is below 0.5."""
-    curvature, slope = dot(pressure, opening), dot(pressure, undeformed)
-    if -slope >= 0.5 * curvature:
-        return 1.0
-    return -slope / curvature if slope < 0.0 else 0.0
 
 
 def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:

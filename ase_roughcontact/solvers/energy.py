@@ -8,42 +8,31 @@ half space, the height :math:`Z` of the indenter, its surface :math:`h` and the 
 
 has the gradient :math:`-a_0^2 G r` in :math:`q`, with the residual :math:`r = p - q`
 and the pressure :math:`p = -V'(g)` of the wall, and :math:`-(a_0^2 \sum p + F)` in
-:math:`Z`, with the force :math:`F = -U'` of load and springs on the indenter. An
-increment :math:`(x, G x, z)` contains the opening :math:`G x` of the gap: energy and
-derivatives along it cost no further convolution.
+:math:`Z`, with the force :math:`F = -U'` of load and springs on the indenter. For
+derivatives along increments see `increments`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ase_roughcontact._util.kernels import (
     dot,
-    dots,
     inner,
-    linear_combination,
     max_abs,
     rowwise,
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.solvers.defect_correction import winkler_pressure
 from ase_roughcontact.solvers.local_wall import LocalWall
 from ase_roughcontact.solvers.relaxation import External
 
 # Rounding error of an energy, relative to the sum of the magnitudes of its terms.
 _ROUNDING = 1e-14
-# Search for the height that carries the load: first step in spacings, growth of the
-# steps, and their number, which covers any height.
-_FIRST_STEP = 0.01
-_GROWTH = 1.5
-_SEARCH_STEPS = 100
 
 
 @dataclass(frozen=True)
@@ -96,27 +85,6 @@ class EnergyState:
     def error(self) -> float:
         """Largest force on an atom or the indenter."""
         return max(self.surface_error, abs(self.load_residual))
-
-
-@dataclass(frozen=True)
-class Increment:
-    """Change of the pressure, the opening that it causes, and change of the height."""
-
-    pressure: np.ndarray
-    opening: np.ndarray
-    height: float
-
-    @classmethod
-    def combination(
-        cls, weights: list[float], increments: list[Increment]
-    ) -> Increment:
-        """Return the sum of increments times weights."""
-        pairs = list(zip(weights, increments, strict=True))
-        return cls(
-            linear_combination([(w, increment.pressure) for w, increment in pairs]),
-            linear_combination([(w, increment.opening) for w, increment in pairs]),
-            sum(w * increment.height for w, increment in pairs),
-        )
 
 
 class ContactEnergy:
@@ -251,16 +219,6 @@ class ContactEnergy:
         """Return the same state with its opening from a new convolution."""
         return self.state(state.pressure, state.height)
 
-    def moved(
-        self, state: EnergyState, increment: Increment, length: float
-    ) -> EnergyState:
-        """Return the state after an increment times a length."""
-        return self.state(
-            linear_combination([(1.0, state.pressure), (length, increment.pressure)]),
-            state.height + length * increment.height,
-            linear_combination([(1.0, state.opening), (length, increment.opening)]),
-        )
-
     def spring_stiffness(self, height: float) -> float:
         """Return the stiffness of the springs, by a difference of forces."""
         if not self.loaded:
@@ -268,121 +226,6 @@ class ContactEnergy:
         d = 1e-4 * self.contact.halfspace.spacing
         difference = self.external(height - d)[1] - self.external(height + d)[1]
         return max(difference / (2.0 * d), 0.0)
-
-    def height_stiffness(self, state: EnergyState) -> float:
-        """Return the stiffness ``a0^2 sum V'' + U''`` against a change of height."""
-        wall = self.area * float(state.stiffness.sum())
-        return wall + self.spring_stiffness(state.height)
-
-    def supports_indenter(self, state: EnergyState) -> bool:
-        """Return whether the wall or a spring resists a change of height."""
-        repulsive = bool((state.stiffness > 0.0).any())
-        return repulsive or self.spring_stiffness(state.height) > 0.0
-
-    def carrying_height(
-        self, opening: np.ndarray | float = 0.0, highest: float = np.inf
-    ) -> float | None:
-        """Return the largest height at which the wall carries the load.
-
-        The surface is held fixed.
-
-        Parameters
-        ----------
-        opening : ndarray, shape (n, m)
-            Opening of the gap by the displacement of the surface (length); by default
-            the surface is flat.
-        highest : float
-            Upper bound to the height; by default the one at which the wall is just in
-            range.
-
-        Returns
-        -------
-        float or None
-            None if the indenter is not pulled down, or no height carries the load.
-        """
-        shape = self.contact.heights + opening
-
-        def force(height: float) -> float:
-            pushed = self.area * self.wall.force(shape, height)
-            return pushed + self.external(height)[1]
-
-        high = low = min(float(self.wall.cutoff - shape.min()), highest)
-        if force(high) >= 0.0:
-            return None
-        spacing = self.contact.halfspace.spacing
-        for k in range(_SEARCH_STEPS):
-            high, low = low, low - _FIRST_STEP * spacing * _GROWTH**k
-            if force(low) > 0.0:
-                root = float(brentq(force, low, high, xtol=1e-16 * spacing))
-                while force(root) <= 0.0:  # rounding errors: the wall may not reach
-                    root = math.nextafter(root, low)
-                return root
-        return None
-
-    def foundation_height(self, load: float) -> float:
-        """Return the height at which an elastic foundation carries a load.
-
-        The springs have the compliance of an atom and of an invertible wall at its
-        contact distance.
-        """
-        heights, wall = self.contact.heights, self.contact.interaction
-        softness = 1.0 / wall.inverse(np.zeros(1))[2][0]
-        stiffness = 1.0 / (self.contact.halfspace.self_compliance + softness)
-        pressure = winkler_pressure(heights, load / self.area, stiffness)
-        return wall.contact_distance - heights.min() - pressure.max() / stiffness
-
-    def slope(self, state: EnergyState, increment: Increment) -> float:
-        """Return the first derivative of the energy along an increment."""
-        work = dot(state.residual, increment.opening)
-        return -self.area * work - increment.height * state.load_residual
-
-    def hessian(self, state: EnergyState, increments: list[Increment]) -> np.ndarray:
-        r"""Return the second derivatives of the energy along increments.
-
-        .. math:: H_{ij} = a_0^2 \left[\sum x_i\, G x_j
-                  + \sum V'' (G x_i + z_i)(G x_j + z_j)\right] + U'' z_i z_j
-
-        Parameters
-        ----------
-        state : EnergyState
-        increments : list of Increment
-
-        Returns
-        -------
-        ndarray, shape (k, k)
-        """
-        pairs = [(i, j) for i in range(len(increments)) for j in range(i + 1)]
-        openings = [increment.opening for increment in increments]
-        heights = [increment.height for increment in increments]
-        bulk = dots([(increments[i].pressure, openings[j]) for i, j in pairs])
-        wall = _wall_hessian(state.stiffness, openings, heights, pairs)
-        spring = self.spring_stiffness(state.height)
-        result = np.empty((len(increments), len(increments)))
-        for (i, j), elastic, stressed in zip(pairs, bulk, wall, strict=True):
-            held = spring * heights[i] * heights[j]
-            result[i, j] = result[j, i] = self.area * (elastic + stressed) + held
-        return result
-
-    def along(
-        self, state: EnergyState, increment: Increment
-    ) -> Callable[[float], tuple[float, float]]:
-        """Return change of energy and slope as a function of the length of a step."""
-        products = [(state.pressure, increment.opening)]
-        products += [(increment.pressure, increment.opening)]
-        linear, square = (self.area * product for product in dots(products))
-        outside = self.external(state.height)[0]
-        wall_along = self.wall.along(
-            state.opening, state.height, increment.opening, increment.height
-        )
-
-        def energy_and_slope(t: float) -> tuple[float, float]:
-            rise, work = wall_along(t)
-            now, force = self.external(state.height + t * increment.height)
-            energy = t * linear + 0.5 * t * t * square + now - outside
-            slope = linear + t * square - self.area * work - force * increment.height
-            return energy + self.area * rise, slope
-
-        return energy_and_slope
 
     def _lowest_gap(self, opening: np.ndarray) -> Box:
         """Return a box with the atom of the smallest gap."""
@@ -445,16 +288,3 @@ def _by_pressure(
     error = max_abs(now - q)
     square = inner(target / (1.0 + compliance * d), target)
     return float(energy.sum()), float(now.sum()), error, square
-
-
-@rowwise(np.add)
-def _wall_hessian(
-    stiffness: np.ndarray,
-    openings: list[np.ndarray],
-    heights: list[float],
-    pairs: list[tuple[int, int]],
-) -> tuple[float, ...]:
-    """Return ``sum V'' (G x_i + z_i)(G x_j + z_j)`` for pairs of increments."""
-    gaps = [opening + z for opening, z in zip(openings, heights, strict=True)]
-    stressed = [stiffness * gap for gap in gaps]
-    return tuple(inner(stressed[i], gaps[j]) for i, j in pairs)

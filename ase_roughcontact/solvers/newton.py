@@ -31,7 +31,13 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.hard_wall import check_height
-from ase_roughcontact.solvers.newton_step import NewtonStepper, balance_load
+from ase_roughcontact.solvers.indenter_height import (
+    balance_load,
+    carrying_height,
+    foundation_height,
+    supports_indenter,
+)
+from ase_roughcontact.solvers.newton_step import NewtonStepper
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 from ase_roughcontact.solvers.relaxation import (
     External,
@@ -168,9 +174,9 @@ def _cold_start(
         load = -energy.external(height)[1]
         held = energy.spring_stiffness(height) > 0.0
         if energy.loaded and energy.invertible and load > 0.0 and not held:
-            height = energy.foundation_height(load)
+            height = foundation_height(energy, load)
             return np.zeros(contact.heights.shape), height, 0.0
-        carrying = energy.carrying_height() if energy.loaded else None
+        carrying = carrying_height(energy) if energy.loaded else None
         height = height if carrying is None else carrying
         return np.zeros(contact.heights.shape), height, 0.0
     coarse = energy.on(coarsen(contact))
@@ -234,7 +240,7 @@ def _relax(
         yield report()
         new = newton.step(state, tolerance)
         if new is None:
-            held = not energy.loaded or energy.supports_indenter(state)
+            held = not energy.loaded or supports_indenter(energy, state)
             progress.obstacle = (
                 "no step lowers the energy" if held else "nothing holds the indenter"
             )

@@ -16,8 +16,9 @@ from ase_roughcontact._util.kernels import linear_combination, norm, total
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.dense import DenseEquations
-from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState, Increment
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.gcr import gcr
+from ase_roughcontact.solvers.increments import Increment
 from ase_roughcontact.solvers.newton_system import NewtonSystem
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 

@@ -26,9 +26,16 @@ methods and active sets).
 
 from __future__ import annotations
 
-import numpy as np
-
-from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState, Increment
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.increments import (
+    Increment,
+    combine,
+    hessian_along,
+    line_search,
+    moved,
+    slope_along,
+)
+from ase_roughcontact.solvers.indenter_height import carrying_height, supports_indenter
 from ase_roughcontact.solvers.newton_equations import NewtonEquations
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 
@@ -71,7 +78,7 @@ class NewtonStepper:
             Force at which the solver will stop.
         """
         energy, options = self._energy, self._options
-        if energy.loaded and not energy.supports_indenter(state):
+        if energy.loaded and not supports_indenter(energy, state):
             return self._lowered(state)
         reduction = max(options.forcing, 0.3 * tolerance / state.error)
         if self._inverse:
@@ -83,9 +90,9 @@ class NewtonStepper:
             self._convex or self._is_minimum(state, increment)
         ):
             return self._convex_step(state, tolerance)
-        if abs(energy.slope(state, increment)) <= state.rounding:
+        if abs(slope_along(energy, state, increment)) <= state.rounding:
             self._convex = False  # too close for the energy to decide
-            return energy.moved(state, increment, 1.0)
+            return moved(energy, state, increment, 1.0)
         increment = self._combined(state, increment)
         length, new = line_search(energy, state, increment, options.remaining_slope)
         if new is None:
@@ -146,123 +153,12 @@ class NewtonStepper:
 
     def _lowered(self, state: EnergyState) -> EnergyState | None:
         """Lower the indenter to where the surface, held fixed, carries the load."""
-        height = self._energy.carrying_height(state.opening, state.height)
+        height = carrying_height(self._energy, state.opening, state.height)
         if height is None or height == state.height:
             return None
         return self._energy.state(state.pressure, height, state.opening)
 
     def _is_minimum(self, state: EnergyState, increment: Increment) -> bool:
         """Return whether the energy falls along an increment, and is convex."""
-        falls = self._energy.slope(state, increment) < 0.0
-        return falls and self._energy.hessian(state, [increment])[0, 0] > 0.0
-
-
-def combine(
-    energy: ContactEnergy,
-    state: EnergyState,
-    increments: list[Increment],
-    least_curvature: float,
-) -> Increment:
-    r"""Return the combination of increments with the least energy.
-
-    With slopes :math:`s_i` and Hessian :math:`H`, scaled to a unit diagonal, the
-    weights are :math:`-|H|^{-1} s`, where the eigenvalues of :math:`|H|` are the
-    magnitudes of those of :math:`H`, and at least `least_curvature`.
-    """
-    slopes = np.array([energy.slope(state, increment) for increment in increments])
-    hessian = energy.hessian(state, increments)
-    scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
-    values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
-    along = modes.T @ (scale * slopes) / np.maximum(abs(values), least_curvature)
-    weights = -scale * (modes @ along)
-    return Increment.combination(weights.tolist(), increments)
-
-
-def line_search(
-    energy: ContactEnergy,
-    state: EnergyState,
-    increment: Increment,
-    remaining_slope: float,
-) -> tuple[float, EnergyState | None]:
-    """Search for a length of at most one at which energy and slope have decreased.
-
-    The whole increment is tried first, as it is nearly always accepted. Then the length
-    is bisected: the energy along an increment may have several minima, and its rounding
-    errors decide at the end, so that a library's conditions of sufficient decrease
-    would fail.
-
-    Returns
-    -------
-    length : float
-        Zero if no length is found at which the energy falls.
-    state : EnergyState or None
-        State at this length.
-    """
-    accepted = remaining_slope * abs(energy.slope(state, increment))
-    whole = energy.moved(state, increment, 1.0)
-    falls = whole.energy - state.energy <= state.rounding
-    if falls and energy.slope(whole, increment) <= accepted:
-        return 1.0, whole
-    length = _bisected_length(energy, state, increment, accepted)
-    return length, energy.moved(state, increment, length) if length else None
-
-
-def _bisected_length(
-    energy: ContactEnergy, state: EnergyState, increment: Increment, accepted: float
-) -> float:
-    """Return a length below one with at most the accepted slope, zero if none falls."""
-    along = energy.along(state, increment)
-    low, high = 0.0, 1.0
-    for _ in range(40):
-        length = (low + high) / 2.0
-        change, slope = along(length)
-        falls = change <= state.rounding
-        if falls and abs(slope) <= accepted:
-            return length
-        if falls and slope < 0.0:
-            low = length
-        else:
-            high = length
-        if high - low < 0.05 * low:
-            break
-    return low
-
-
-def balance_load(
-    energy: ContactEnergy, state: EnergyState, tolerance: float, max_steps: int
-) -> EnergyState:
-    """Move the indenter alone where only its force exceeds the tolerance.
-
-    By Newton's method for the height, ``z = F / (a0^2 sum V'' + U'')``, without a
-    convolution, as long as the energy falls. It spreads what is missing of the load
-    over the atoms in contact. Not for walls with attraction: there a fixed surface may
-    hold an indenter that is unstable on an elastic one.
-
-    Parameters
-    ----------
-    energy : ContactEnergy
-    state : EnergyState
-    tolerance : float
-        Largest force that may be left.
-    max_steps : int
-        Maximum number of steps; each squares the relative error of the load.
-
-    Returns
-    -------
-    EnergyState
-    """
-    for _ in range(max_steps):
-        force = state.load_residual
-        only_load = state.surface_error <= tolerance < abs(force)
-        if energy.wall.attractive or not only_load:
-            break
-        stiffness = energy.height_stiffness(state)
-        if not stiffness > 0.0:
-            break
-        height = state.height + force / stiffness
-        moved = energy.state(state.pressure, height, state.opening, exact=state.exact)
-        rises = moved.energy > state.energy + state.rounding
-        if rises or not moved.error < state.error:
-            break
-        state = moved
-    return state
+        falls = slope_along(self._energy, state, increment) < 0.0
+        return falls and hessian_along(self._energy, state, [increment])[0, 0] > 0.0

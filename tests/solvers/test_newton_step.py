@@ -11,10 +11,18 @@ from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpa
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.solvers.dense import DenseEquations, solve_positive
-from ase_roughcontact.solvers.energy import ContactEnergy, Increment
+from ase_roughcontact.solvers.energy import ContactEnergy
 from ase_roughcontact.solvers.gcr import gcr
+from ase_roughcontact.solvers.increments import (
+    Increment,
+    combine,
+    hessian_along,
+    line_search,
+    moved,
+    slope_along,
+)
+from ase_roughcontact.solvers.indenter_height import balance_load
 from ase_roughcontact.solvers.newton import newton_krylov
-from ase_roughcontact.solvers.newton_step import balance_load, combine, line_search
 from ase_roughcontact.solvers.newton_system import NewtonSystem
 
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
@@ -161,7 +169,9 @@ def test_an_approximate_solution_leads_downhill_although_one_atom_overlaps_deepl
     change = system.solve(system.scaled(state.residual[box]), 0.0, 0.1, 40)
     pressure = np.zeros(contact.heights.shape)
     pressure[box] = change[:-1].reshape(state.box.shape)
-    slope = energy.slope(state, Increment(pressure, energy.opening(pressure), 0.0))
+    slope = slope_along(
+        energy, state, Increment(pressure, energy.opening(pressure), 0.0)
+    )
     near = np.flatnonzero(contact.gap(flat, 0.6) < contact.interaction.cutoff)
     G = green(contact)[np.ix_(near, near)]
     residual, stiffness = state.residual.flat[near], stiffness.flat[near]
@@ -184,14 +194,14 @@ def state_and_increments(rng, wall, solid):
 @pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
 def test_a_combination_of_increments_leads_downhill(wall, rng, solid):
     energy, state, increments = state_and_increments(rng, wall, solid)
-    assert energy.slope(state, combine(energy, state, increments, 0.03)) < 0.0
+    assert slope_along(energy, state, combine(energy, state, increments, 0.03)) < 0.0
 
 
 def test_a_combination_minimises_the_quadratic_model(rng, solid):
     energy, state, increments = state_and_increments(rng, REPULSIVE, solid)
     combined = combine(energy, state, increments, 1e-6)
-    hessian = energy.hessian(state, [combined, *increments])
-    slopes = [energy.slope(state, increment) for increment in increments]
+    hessian = hessian_along(energy, state, [combined, *increments])
+    slopes = [slope_along(energy, state, increment) for increment in increments]
     np.testing.assert_allclose(hessian[0, 1:], np.negative(slopes), rtol=1e-6)
 
 
@@ -202,7 +212,7 @@ def test_the_line_search_lowers_the_energy(wall, rng, solid):
     length, new = line_search(energy, state, increment, 0.3)
     assert 0.0 < length <= 1.0
     assert new.energy < state.energy
-    assert new.energy == energy.moved(state, increment, length).energy
+    assert new.energy == moved(energy, state, increment, length).energy
 
 
 def test_uphill_the_line_search_finds_nothing(rng, solid):

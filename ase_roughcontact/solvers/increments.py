@@ -1,0 +1,190 @@
+r"""The energy along increments of pressure and height, and steps that lower it.
+
+An increment :math:`(x, G x, z)` contains the opening :math:`G x` of the gap, so that
+slopes and curvatures of the energy along it (see `energy`) cost no convolution:
+
+.. math:: s = -a_0^2\, r \cdot G x - F z, \qquad
+    H_{ij} = a_0^2 \left[x_i \cdot G x_j
+    + \sum V'' (G x_i + z_i)(G x_j + z_j)\right] + U'' z_i z_j .
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact._util.kernels import (
+    dot,
+    dots,
+    inner,
+    linear_combination,
+    rowwise,
+)
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+
+
+@dataclass(frozen=True)
+class Increment:
+    """Change of the pressure, the opening that it causes, and change of the height."""
+
+    pressure: np.ndarray
+    opening: np.ndarray
+    height: float
+
+    @classmethod
+    def combination(
+        cls, weights: list[float], increments: list[Increment]
+    ) -> Increment:
+        """Return the sum of increments times weights."""
+        pairs = list(zip(weights, increments, strict=True))
+        return cls(
+            linear_combination([(w, increment.pressure) for w, increment in pairs]),
+            linear_combination([(w, increment.opening) for w, increment in pairs]),
+            sum(w * increment.height for w, increment in pairs),
+        )
+
+
+def moved(
+    energy: ContactEnergy, state: EnergyState, increment: Increment, length: float
+) -> EnergyState:
+    """Return the state after an increment times a length."""
+    return energy.state(
+        linear_combination([(1.0, state.pressure), (length, increment.pressure)]),
+        state.height + length * increment.height,
+        linear_combination([(1.0, state.opening), (length, increment.opening)]),
+    )
+
+
+def slope_along(
+    energy: ContactEnergy, state: EnergyState, increment: Increment
+) -> float:
+    """Return the first derivative of the energy along an increment."""
+    work = dot(state.residual, increment.opening)
+    return -energy.area * work - increment.height * state.load_residual
+
+
+def hessian_along(
+    energy: ContactEnergy, state: EnergyState, increments: list[Increment]
+) -> np.ndarray:
+    """Return the second derivatives of the energy along increments, shape (k, k)."""
+    pairs = [(i, j) for i in range(len(increments)) for j in range(i + 1)]
+    openings = [increment.opening for increment in increments]
+    heights = [increment.height for increment in increments]
+    bulk = dots([(increments[i].pressure, openings[j]) for i, j in pairs])
+    wall = _wall_hessian(state.stiffness, openings, heights, pairs)
+    spring = energy.spring_stiffness(state.height)
+    result = np.empty((len(increments), len(increments)))
+    for (i, j), elastic, stressed in zip(pairs, bulk, wall, strict=True):
+        held = spring * heights[i] * heights[j]
+        result[i, j] = result[j, i] = energy.area * (elastic + stressed) + held
+    return result
+
+
+@rowwise(np.add)
+def _wall_hessian(
+    stiffness: np.ndarray,
+    openings: list[np.ndarray],
+    heights: list[float],
+    pairs: list[tuple[int, int]],
+) -> tuple[float, ...]:
+    """Return ``sum V'' (G x_i + z_i)(G x_j + z_j)`` for pairs of increments."""
+    gaps = [opening + z for opening, z in zip(openings, heights, strict=True)]
+    stressed = [stiffness * gap for gap in gaps]
+    return tuple(inner(stressed[i], gaps[j]) for i, j in pairs)
+
+
+def energy_along(
+    energy: ContactEnergy, state: EnergyState, increment: Increment
+) -> Callable[[float], tuple[float, float]]:
+    """Return change of energy and slope as a function of the length of a step."""
+    products = [(state.pressure, increment.opening)]
+    products += [(increment.pressure, increment.opening)]
+    linear, square = (energy.area * product for product in dots(products))
+    outside = energy.external(state.height)[0]
+    wall_along = energy.wall.along(
+        state.opening, state.height, increment.opening, increment.height
+    )
+
+    def energy_and_slope(t: float) -> tuple[float, float]:
+        rise, work = wall_along(t)
+        now, force = energy.external(state.height + t * increment.height)
+        change = t * linear + 0.5 * t * t * square + now - outside
+        slope = linear + t * square - energy.area * work - force * increment.height
+        return change + energy.area * rise, slope
+
+    return energy_and_slope
+
+
+def combine(
+    energy: ContactEnergy,
+    state: EnergyState,
+    increments: list[Increment],
+    least_curvature: float,
+) -> Increment:
+    r"""Return the combination of increments with the least energy.
+
+    With slopes :math:`s_i` and Hessian :math:`H`, scaled to a unit diagonal, the
+    weights are :math:`-|H|^{-1} s`, where the eigenvalues of :math:`|H|` are the
+    magnitudes of those of :math:`H`, and at least `least_curvature`.
+    """
+    slopes = np.array(
+        [slope_along(energy, state, increment) for increment in increments]
+    )
+    hessian = hessian_along(energy, state, increments)
+    scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
+    values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
+    along = modes.T @ (scale * slopes) / np.maximum(abs(values), least_curvature)
+    weights = -scale * (modes @ along)
+    return Increment.combination(weights.tolist(), increments)
+
+
+def line_search(
+    energy: ContactEnergy,
+    state: EnergyState,
+    increment: Increment,
+    remaining_slope: float,
+) -> tuple[float, EnergyState | None]:
+    """Search for a length of at most one at which energy and slope have decreased.
+
+    The whole increment is tried first, as it is nearly always accepted. Then the length
+    is bisected: the energy along an increment may have several minima, and its rounding
+    errors decide at the end, so that a library's conditions of sufficient decrease
+    would fail.
+
+    Returns
+    -------
+    length : float
+        Zero if no length is found at which the energy falls.
+    state : EnergyState or None
+        State at this length.
+    """
+    accepted = remaining_slope * abs(slope_along(energy, state, increment))
+    whole = moved(energy, state, increment, 1.0)
+    falls = whole.energy - state.energy <= state.rounding
+    if falls and slope_along(energy, whole, increment) <= accepted:
+        return 1.0, whole
+    length = _bisected_length(energy, state, increment, accepted)
+    return length, moved(energy, state, increment, length) if length else None
+
+
+def _bisected_length(
+    energy: ContactEnergy, state: EnergyState, increment: Increment, accepted: float
+) -> float:
+    """Return a length below one with at most the accepted slope, zero if none falls."""
+    along = energy_along(energy, state, increment)
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        length = (low + high) / 2.0
+        change, slope = along(length)
+        falls = change <= state.rounding
+        if falls and abs(slope) <= accepted:
+            return length
+        if falls and slope < 0.0:
+            low = length
+        else:
+            high = length
+        if high - low < 0.05 * low:
+            break
+    return low

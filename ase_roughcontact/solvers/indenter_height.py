@@ -1,0 +1,124 @@
+"""Heights of the indenter at which the wall carries the load.
+
+They cost no convolution: the surface is held fixed, or replaced by springs.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+from ase_roughcontact.solvers.starting_pressure import winkler_pressure
+
+# Search for the height that carries the load: first step in spacings, growth of the
+# steps, and their number, which covers any height.
+_FIRST_STEP = 0.01
+_GROWTH = 1.5
+_SEARCH_STEPS = 100
+
+
+def supports_indenter(energy: ContactEnergy, state: EnergyState) -> bool:
+    """Return whether the wall or a spring resists a change of height."""
+    repulsive = bool((state.stiffness > 0.0).any())
+    return repulsive or energy.spring_stiffness(state.height) > 0.0
+
+
+def carrying_height(
+    energy: ContactEnergy,
+    opening: np.ndarray | float = 0.0,
+    highest: float = np.inf,
+) -> float | None:
+    """Return the largest height at which the wall carries the load.
+
+    The surface is held fixed.
+
+    Parameters
+    ----------
+    opening : ndarray, shape (n, m)
+        Opening of the gap by the displacement of the surface (length); by default
+        the surface is flat.
+    highest : float
+        Upper bound to the height; by default the one at which the wall is just in
+        range.
+
+    Returns
+    -------
+    float or None
+        None if the indenter is not pulled down, or no height carries the load.
+    """
+    shape = energy.contact.heights + opening
+
+    def force(height: float) -> float:
+        pushed = energy.area * energy.wall.force(shape, height)
+        return pushed + energy.external(height)[1]
+
+    high = low = min(float(energy.wall.cutoff - shape.min()), highest)
+    if force(high) >= 0.0:
+        return None
+    spacing = energy.contact.halfspace.spacing
+    for k in range(_SEARCH_STEPS):
+        high, low = low, low - _FIRST_STEP * spacing * _GROWTH**k
+        if force(low) > 0.0:
+            root = float(brentq(force, low, high, xtol=1e-16 * spacing))
+            while force(root) <= 0.0:  # rounding errors: the wall may not reach
+                root = math.nextafter(root, low)
+            return root
+    return None
+
+
+def foundation_height(energy: ContactEnergy, load: float) -> float:
+    """Return the height at which an elastic foundation carries a load.
+
+    The springs have the compliance of an atom and of an invertible wall at its
+    contact distance.
+    """
+    heights, wall = energy.contact.heights, energy.contact.interaction
+    softness = 1.0 / wall.inverse(np.zeros(1))[2][0]
+    stiffness = 1.0 / (energy.contact.halfspace.self_compliance + softness)
+    pressure = winkler_pressure(heights, load / energy.area, stiffness)
+    return wall.contact_distance - heights.min() - pressure.max() / stiffness
+
+
+def balance_load(
+    energy: ContactEnergy, state: EnergyState, tolerance: float, max_steps: int
+) -> EnergyState:
+    """Move the indenter alone where only its force exceeds the tolerance.
+
+    By Newton's method for the height, ``z = F / (a0^2 sum V'' + U'')``, without a
+    convolution, as long as the energy falls. It spreads what is missing of the load
+    over the atoms in contact. Not for walls with attraction: there a fixed surface may
+    hold an indenter that is unstable on an elastic one.
+
+    Parameters
+    ----------
+    energy : ContactEnergy
+    state : EnergyState
+    tolerance : float
+        Largest force that may be left.
+    max_steps : int
+        Maximum number of steps; each squares the relative error of the load.
+
+    Returns
+    -------
+    EnergyState
+    """
+    for _ in range(max_steps):
+        force = state.load_residual
+        only_load = state.surface_error <= tolerance < abs(force)
+        if energy.wall.attractive or not only_load:
+            break
+        # of wall and springs against a change of height, a0^2 sum V'' + U''
+        stiffness = energy.area * float(state.stiffness.sum())
+        stiffness += energy.spring_stiffness(state.height)
+        if not stiffness > 0.0:
+            break
+        height = state.height + force / stiffness
+        moved = energy.state(state.pressure, height, state.opening, exact=state.exact)
+        rises = moved.energy > state.energy + state.rounding
+        if rises or not moved.error < state.error:
+            break
+        state = moved
+    return state
