@@ -22,7 +22,6 @@ from ase_roughcontact import (
     theory,
 )
 from ase_roughcontact.interactions import FullLennardJones93, make_wall
-from ase_roughcontact.paths.accuracy import Accuracy
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
 SPHERE = RoughSphere(10.0)
@@ -93,7 +92,6 @@ FUNCTIONS = {
         loop,
         {"deepest": 0.0, "step": 0.4, "smallest_step": 0.4, "tolerance": 0.5},
     ),
-    "Accuracy": (Accuracy, {"error": 1e-2, "tolerance": 1e-2}),
     "WindowOptions": (WindowOptions, asdict(WindowOptions())),
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),

@@ -61,6 +61,15 @@ def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> N
             raise ValueError(f"{name} must be {kind}, got {shown(value)}")
 
 
+def one_of(known: Sequence[str], **values: Any) -> None:
+    """Raise `ValueError` for a value that is not one of two or more known words."""
+    for name, value in values.items():
+        if value not in known:
+            *first, last = map(repr, known)
+            words = f"{', '.join(first)} or {last}"
+            raise ValueError(f"{name} must be {words}, got {shown(value)}")
+
+
 def check_options(options: Any) -> None:
     """Raise `ValueError` if a field of a dataclass is no number; it may be infinite."""
     for name, value in vars(options).items():

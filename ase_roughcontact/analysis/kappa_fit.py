@@ -106,7 +106,9 @@ def fit_kappa(
             f"area_error must be a number or have the shape {force.shape} of the "
             f"areas, got {sigma.shape}"
         )
-    least, largest = _limits(limits)
+    least, largest = limits
+    if not 0.0 <= least < largest:
+        raise ValueError(f"limits must be forces, 0 <= least < largest, got {limits}")
     used = (force >= least) & (force <= largest) & (force > 0.0)
     points = int(np.count_nonzero(used))
     if points < _FEWEST:
@@ -120,13 +122,3 @@ def fit_kappa(
     kappa = (x * y).sum() / square
     variance = ((y - kappa * x) ** 2).sum() / (points - 1) / square
     return KappaFit(float(kappa), float(np.sqrt(variance)), points)
-
-
-def _limits(limits: tuple[float, float]) -> tuple[float, float]:
-    try:
-        least, largest = (float(limit) for limit in limits)
-        if 0.0 <= least < largest:
-            return least, largest
-    except (TypeError, ValueError):
-        pass
-    raise ValueError(f"limits must be two forces, 0 <= least < largest, got {limits!r}")

@@ -15,15 +15,11 @@ from ase_roughcontact.paths.record import LoadStep
 
 NN, NM = UNITS["nN"], UNITS["nm"]
 _STIFFNESS = UNITS["J/m^2"]  # N/m
-_HEADER = (
-    "state   depth (Å)   force (nN)   error (nN)   stiffness (N/m)   area (nm²)"
+#: Header of the table of states.
+HEADER = (
+    "\nstate   depth (Å)   force (nN)   error (nN)   stiffness (N/m)   area (nm²)"
     "   error (nm²)"
 )
-
-
-def header() -> str:
-    """Return the header of the table of states."""
-    return f"\n{_HEADER}"
 
 
 def row(state: LoadStep) -> str:

@@ -105,7 +105,7 @@ def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
             print(json_line(asdict(state), units_of()), flush=True)
 
     if prints_text(options):
-        print(description(reference_for(scene)) + loops.header())
+        print(description(reference_for(scene)) + loops.HEADER)
     validity = "raise" if options.strict else "ignore"  # the table has them
     loop = scene.loop(folder, show, validity, _kept_text(options))
     pictures, values, failure = _loop_results(folder, scene, loop)

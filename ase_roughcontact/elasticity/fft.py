@@ -24,7 +24,7 @@ import numpy as np
 from scipy.fft import next_fast_len
 
 from ase_roughcontact._util.threads import available_threads, split, thread_map
-from ase_roughcontact._util.validation import grid_shape, integer
+from ase_roughcontact._util.validation import grid_shape, integer, one_of
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft_backends import (
     BlockTransform,
@@ -135,9 +135,7 @@ class RealFFT2:
             raise ValueError(f"window {window} does not fit into grid {self.grid}")
         self._given_engine = engine
         self.engine = _default_engine(self.grid) if engine is None else engine
-        if self.engine not in ENGINES:
-            known = tuple(ENGINES)
-            raise ValueError(f"engine must be one of {known}, got {engine!r}")
+        one_of(tuple(ENGINES), engine=self.engine)
         self.dtype = _float_type(dtype)
         self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)

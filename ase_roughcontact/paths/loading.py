@@ -13,7 +13,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
-from ase_roughcontact._util.validation import lookup
+from ase_roughcontact._util.validation import lookup, one_of
 from ase_roughcontact.atoms.calculator import RoughContact, wall_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.snapshot import snapshot
@@ -142,8 +142,7 @@ def load_path(
     """
     if resume and trajectory is None:
         raise ValueError("resume=True needs the trajectory to resume from")
-    if keep not in ("all", "last"):
-        raise ValueError(f"keep must be 'all' or 'last', got {keep!r}")
+    one_of(("all", "last"), keep=keep)
     control, targets = _single_path(
         penetrations=penetrations, heights=heights, loads=loads
     )

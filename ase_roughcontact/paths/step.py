@@ -8,7 +8,7 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact._util.validation import integer, positive, shown
+from ase_roughcontact._util.validation import integer, one_of, positive, shown
 from ase_roughcontact.atoms.calculator import RoughContact, contact_of, indent
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
@@ -277,15 +277,13 @@ def check_control(control: str, window: str | WindowOptions) -> None:
     control, window
         See `load_path`.
     """
-    if not isinstance(window, WindowOptions) and window not in ("fixed", "auto"):
-        raise ValueError(f"window must be 'fixed' or 'auto', got {window!r}")
-    if control not in CONTROLS:
-        raise ValueError(f"control must be one of {CONTROLS}, got {control!r}")
+    if not isinstance(window, WindowOptions):
+        one_of(("fixed", "auto"), window=window)
+    one_of(CONTROLS, control=control)
 
 
 def _check(atoms: Atoms, control: str, window: str | WindowOptions, edge: str) -> None:
-    if edge not in ("raise", "ignore"):
-        raise ValueError(f"edge must be 'raise' or 'ignore', got {edge!r}")
+    one_of(("raise", "ignore"), edge=edge)
     check_control(control, window)
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"a path needs a RoughContact calculator, got {atoms.calc}")

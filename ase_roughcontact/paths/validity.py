@@ -16,7 +16,7 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import one_of, positive
 from ase_roughcontact.atoms.calculator import wall_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
@@ -104,10 +104,7 @@ class ValidityReport:
     """
 
     def __init__(self, action: str) -> None:
-        if action not in ("warn", "raise", "ignore"):
-            raise ValueError(
-                f"validity must be 'warn', 'raise' or 'ignore', got {action!r}"
-            )
+        one_of(("warn", "raise", "ignore"), validity=action)
         self._action = action
         self._reported: set[str] = set()
 

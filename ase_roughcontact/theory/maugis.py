@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize_scalar
 
-from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact._util.validation import FloatArray, one_of
 from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, SphereTheory
 
 # Range of m - 1 = c/a - 1 along a curve, from large forces to a contact that is almost
@@ -133,10 +133,7 @@ class MaugisDugdale(SphereTheory):
         ----------
         K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997).
         """
-        if control not in ("load", "displacement"):
-            raise ValueError(
-                f"control must be 'load' or 'displacement', got {control!r}"
-            )
+        one_of(("load", "displacement"), control=control)
         angle = self._last_stable_angle(1 if control == "load" else 2)
         return float("inf") if angle == np.pi / 2 else float(1 / np.cos(angle))
 

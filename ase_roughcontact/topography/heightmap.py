@@ -267,7 +267,7 @@ class HeightMap:
         steps = np.array([[spacing, spacing], offset]) / self.spacing
         if np.abs(steps - np.rint(steps)).max() <= ROUNDING:
             return float(self._values.min())
-        return self._lowest_coefficient
+        return float(self._coefficients.min())
 
     def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return the distance from the axis beyond which no atom is below a level.
@@ -309,10 +309,6 @@ class HeightMap:
     def tip(self) -> TipFit:
         """Paraboloid around the lowest point of the map."""
         return TipFit.of(self._values, self.spacing)
-
-    @property
-    def _lowest_coefficient(self) -> float:
-        return float(self._coefficients.min())
 
     @cached_property
     def _coefficients(self) -> FloatArray:

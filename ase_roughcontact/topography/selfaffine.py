@@ -18,6 +18,7 @@ from ase_roughcontact._util.validation import (
     Point,
     Shape,
     integer,
+    one_of,
     positive,
     window,
 )
@@ -108,10 +109,7 @@ class SelfAffine:
                 raise ValueError(
                     f"{longer} must be at least {shorter} = {least}, got {length}"
                 )
-        if self.normalise not in ("realisation", "ensemble"):
-            raise ValueError(
-                f"normalise must be 'realisation' or 'ensemble', got {self.normalise!r}"
-            )
+        one_of(("realisation", "ensemble"), normalise=self.normalise)
         if not isinstance(self.random_amplitudes, bool):
             raise ValueError(
                 f"random_amplitudes must be a bool, got {self.random_amplitudes!r}"

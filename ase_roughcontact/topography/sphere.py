@@ -12,6 +12,7 @@ from ase_roughcontact._util.validation import (
     FloatArray,
     Point,
     Shape,
+    one_of,
     positive,
     surface,
     window,
@@ -51,10 +52,7 @@ class RoughSphere:
         """Check the parameters."""
         if not (isinstance(self.radius, float) and self.radius == math.inf):
             positive(radius=self.radius)
-        if self.profile not in ("paraboloid", "sphere"):
-            raise ValueError(
-                f"profile must be 'paraboloid' or 'sphere', got {self.profile!r}"
-            )
+        one_of(("paraboloid", "sphere"), profile=self.profile)
         if self.roughness is not None:
             surface(roughness=self.roughness)
 

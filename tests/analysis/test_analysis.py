@@ -563,7 +563,6 @@ def test_two_points_are_too_few():
         ({"rms_slope": 0.0}, "rms_slope"),
         ({"contact_modulus": -1.0}, "contact_modulus"),
         ({"limits": (2.0, 1.0)}, "limits"),
-        ({"limits": 3.0}, "limits"),
         ({"area_error": [1.0, 0.0, 1.0]}, "area_error"),
         ({"area_error": [1.0, 1.0]}, "area_error"),
     ],

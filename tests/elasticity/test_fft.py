@@ -223,7 +223,7 @@ def test_window_larger_than_the_grid_is_refused():
 
 
 def test_unknown_engine_is_refused_with_the_known_ones():
-    with pytest.raises(ValueError, match=r"one of .*pyfftw.*ducc0.* got 'fftpack'"):
+    with pytest.raises(ValueError, match="'pyfftw' or 'ducc0', got 'fftpack'"):
         RealFFT2((4, 4), engine="fftpack")
 
 
