@@ -303,11 +303,6 @@ def wall_of(atoms: Atoms) -> Interaction:
     return contact_of(atoms).interaction if wall is None else wall
 
 
-def contact_state(atoms: Atoms) -> ContactState:
-    """Return forces, gaps and pressures of the atoms, which the calculator forgets."""
-    return model_of(atoms).state(atoms)
-
-
 def elastic_pressure(atoms: Atoms) -> np.ndarray:
     """Return the pressure that causes the displacement of the surface atoms.
 
@@ -363,9 +358,10 @@ def indent(atoms: Atoms) -> None:
         Relaxed, with a `RoughContact` calculator whose wall has a hardness; their array
         ``plastic_depth`` is set (Å).
     """
-    state = contact_state(atoms)
+    model = model_of(atoms)
+    state = model.state(atoms)
     if state.plastic_atoms:
-        set_kept_depth(atoms, grid_of(atoms), state.plastic_depth)
+        set_kept_depth(atoms, model.grid, state.plastic_depth)
 
 
 def model_of(atoms: Atoms) -> ContactModel:

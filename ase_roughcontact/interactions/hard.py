@@ -28,17 +28,7 @@ class HardWall(Interaction):
     attraction_range = 0.0
 
     def evaluate(self, gap: np.ndarray) -> Profile:
-        """Return zero at gaps that are allowed, and infinity at negative ones.
-
-        Parameters
-        ----------
-        gap : ndarray, any shape
-            Local gaps (length).
-
-        Returns
-        -------
-        energy, pressure, stiffness : ndarray, shape of `gap`
-        """
+        """Return zero, and infinity at negative gaps; see `Interaction.evaluate`."""
         wall = np.where(np.asarray(gap, dtype=float) < 0.0, np.inf, 0.0)
         return wall, wall.copy(), wall.copy()
 

@@ -41,17 +41,7 @@ class HardAdhesiveWall(Interaction):
     attraction_range: float
 
     def evaluate(self, gap: np.ndarray) -> Profile:
-        """Return energy, pressure and stiffness of the attraction.
-
-        Parameters
-        ----------
-        gap : ndarray, any shape
-            Local gaps (length).
-
-        Returns
-        -------
-        energy, pressure, stiffness : ndarray, shape of `gap`
-        """
+        """Return those of the attraction; see `Interaction.evaluate`."""
         gap = np.asarray(gap, dtype=float)
         open_gap = gap.clip(0.0, self.cutoff)
         energy, tension, slope = self._attraction(open_gap / self.attraction_range)

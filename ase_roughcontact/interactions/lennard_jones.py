@@ -215,17 +215,7 @@ class LennardJones93(Interaction):
         return self.distance
 
     def evaluate(self, gap: np.ndarray) -> Profile:
-        """Return energy, pressure and stiffness at the given gaps.
-
-        Parameters
-        ----------
-        gap : ndarray, any shape
-            Local gaps (length), also negative ones.
-
-        Returns
-        -------
-        energy, pressure, stiffness : ndarray, shape of `gap`
-        """
+        """Return energy, pressure and stiffness; see `Interaction.evaluate`."""
         values = np.asarray(gap, dtype=float)
         flat = values.reshape(-1)
         result = np.empty((3, flat.size))

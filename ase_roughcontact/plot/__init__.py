@@ -19,12 +19,7 @@ from ase_roughcontact.plot.curves import (
     plot_loop,
 )
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
-from ase_roughcontact.plot.surfaces import (
-    plot_contact,
-    plot_pressure,
-    plot_spectrum,
-    scale_bar,
-)
+from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
 from ase_roughcontact.plot.tradeoff import plot_tradeoff
 
 __all__ = [
@@ -39,7 +34,6 @@ __all__ = [
     "plot_force",
     "plot_loop",
     "plot_pressure",
-    "plot_spectrum",
     "plot_tradeoff",
     "scale_bar",
     "style",

@@ -1,4 +1,4 @@
-"""Maps of contacts, radial pressure profiles, and spectra of roughness."""
+"""Maps of contacts, and radial profiles of the pressure."""
 
 from __future__ import annotations
 
@@ -10,9 +10,6 @@ from ase.units import GPa
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import ContactMap, radial_average
-from ase_roughcontact.theory.self_affine import band_of, spectral_moment
-from ase_roughcontact.topography.selfaffine import SelfAffine
-from ase_roughcontact.topography.spectrum import power_spectrum
 
 NM = UNITS["nm"]
 
@@ -142,50 +139,6 @@ def plot_pressure(
     return axes
 
 
-def plot_spectrum(
-    axes: Any,
-    heights: np.ndarray,
-    spacing: float,
-    roughness: SelfAffine | None = None,
-) -> Any:
-    r"""Plot the power spectrum of periodic heights and of a self-affine surface.
-
-    .. math:: C(q) = C_0 \max(q, q_L)^{-2(1+H)}, \qquad
-              C_0 = 2\pi h'^2 \left[\frac{q_L^4 - q_0^4}{4\,q_L^{2(1+H)}}
-                    + \frac{q_s^{2(1-H)} - q_L^{2(1-H)}}{2(1-H)}\right]^{-1}
-
-    for :math:`q_0 \le q \le q_s = 2\pi/\lambda_s`, where :math:`q_L =
-    2\pi/\lambda_L`, and :math:`q_0` is that of the longest wavelength; so
-    :math:`h'^2 = \int q^2 C(q)\,d^2q/(2\pi)^2`.
-
-    Parameters
-    ----------
-    axes : matplotlib Axes
-    heights : ndarray, shape (n, m)
-        Heights (Å).
-    spacing : float
-        Distance between them (Å).
-    roughness : SelfAffine, optional
-        Self-affine surface.
-
-    Returns
-    -------
-    matplotlib Axes
-    """
-    q, density = power_spectrum(heights, spacing)
-    shown = density > 1e-12 * density.max()  # without rounding errors
-    axes.loglog(q[shown] * NM, density[shown] / NM**4, "o", label="measured")
-    if roughness is not None:
-        ends, values = _self_affine_spectrum(roughness)
-        axes.loglog(ends * NM, values / NM**4, "k-", label=r"$q^{-2(1+H)}$")
-    axes.set(
-        xlabel="wave number $q$ (nm$^{-1}$)",
-        ylabel="power spectral density $C$ (nm$^4$)",
-    )
-    axes.legend()
-    return axes
-
-
 def _extent(contacts: ContactMap) -> float:
     """Return the largest coordinate of an atom in contact, relative to the axis."""
     x = contacts.x[contacts.contact.any(axis=1)]
@@ -197,13 +150,3 @@ def _circle(axes: Any, radius: float, line: str, label: str) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     x, y = radius * np.cos(angle), radius * np.sin(angle)
     axes.plot(x, y, line, lw=1, label=label)
-
-
-def _self_affine_spectrum(rough: SelfAffine) -> tuple[np.ndarray, np.ndarray]:
-    """Return the wave numbers between which C(q) is a power law, and its values."""
-    short, long, longest = band_of(rough)
-    q = 2 * np.pi / np.array([longest or long, long, short])
-    fall = 2.0 * (1.0 + rough.hurst)
-    mean = q[2] ** (4 - fall) * spectral_moment(2, rough.hurst, *band_of(rough))
-    scale = 2 * np.pi * rough.rms_slope**2 / mean
-    return q, scale * np.maximum(q, q[1]) ** -fall

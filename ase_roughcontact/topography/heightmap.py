@@ -270,21 +270,7 @@ class HeightMap:
         return float(self._coefficients.min())
 
     def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
-        """Return the distance from the axis beyond which no atom is below a level.
-
-        Parameters
-        ----------
-        level : float
-            Height (length).
-        spacing : float
-            Distance between atoms (length).
-        origin : tuple of float
-            Position (x, y) of one of them relative to the axis (length).
-
-        Returns
-        -------
-        float
-            An upper bound, from the coefficients of the spline (length).
+        """Return an upper bound, from the spline; see `BoundedSurface.reach`.
 
         Raises
         ------

@@ -106,24 +106,9 @@ class RoughSphere:
         return square / (self.radius + np.sqrt(depth))
 
     def reach(self, level: float, spacing: float, origin: Point = (0.0, 0.0)) -> float:
-        """Return the distance from the axis beyond which no atom is below a level.
+        """Return where the smooth sphere is high enough; see `BoundedSurface.reach`.
 
-        There the smooth sphere is as high as the level minus the lowest height of the
-        roughness.
-
-        Parameters
-        ----------
-        level : float
-            Height (length).
-        spacing : float
-            Distance between atoms (length).
-        origin : tuple of float
-            Position (x, y) of one of them relative to the axis of the sphere (length).
-
-        Returns
-        -------
-        float
-            Length.
+        There it is as high as the level minus the lowest height of the roughness.
 
         Raises
         ------

@@ -9,7 +9,6 @@ mpl.use("Agg")
 
 from matplotlib.colors import to_rgb  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
-from scipy.integrate import trapezoid  # noqa: E402
 
 from ase_roughcontact import (  # noqa: E402
     ActiveSet,
@@ -64,21 +63,20 @@ def line(axes, label):
 
 def everything(figure, sphere_contact, loop):
     """All kinds of axes, drawn."""
-    axes = iter(figure.add_subplot(2, 4, i) for i in range(1, 8))
+    axes = iter(figure.add_subplot(2, 3, i) for i in range(1, 7))
     load = np.geomspace(1, 10, 4)
     plot.plot_curve(next(axes), load, load, 2 * load)
     plot.plot_contact(next(axes), snapshot(sphere_contact), 20.0)
     plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
     plot.plot_loop(next(axes), loop, {"JKR": 1.0})
     plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=-2.0)
-    plot.plot_spectrum(next(axes), ROUGH.heights((64, 64), 2.0), 2.0, ROUGH)
     plot.plot_convergence(next(axes), {"one": ([1, 2], [1.0, 0.1])})
 
 
 def test_all_axes_tell_quantity_and_unit(sphere_contact, loop):
     figure = Figure()
     everything(figure, sphere_contact, loop)
-    assert len(figure.axes) == 7
+    assert len(figure.axes) == 6
     for axes in figure.axes:
         for text in (axes.get_xlabel(), axes.get_ylabel()):
             assert text.endswith(")") or text in (
@@ -233,29 +231,6 @@ def test_loop_shows_both_ways_jumps_and_theory(axes, loop):
     assert force.min() * NANONEWTON == pytest.approx(theory, rel=0.35)  # towards DMT
     jumps = len(loop.approach_jumps) + len(loop.retraction_jumps)
     assert len(axes.texts) == jumps == 2
-
-
-def test_spectrum_lies_on_the_law_of_the_surface(axes):
-    heights = ROUGH.heights((128, 128), 1.0)
-    assert plot.plot_spectrum(axes, heights, 1.0, ROUGH) is axes
-    q, density = line(axes, "measured")
-    ends, law = line(axes, "$q^{-2(1+H)}$")
-    assert ends[[0, -1]] == pytest.approx([20 * np.pi / 32, 20 * np.pi / 4])
-    inside = (q > 1.5 * ends[0]) & (q < 0.9 * ends[-1])
-    expected = np.exp(np.interp(np.log(q[inside]), np.log(ends), np.log(law)))
-    # phases are random, amplitudes are not: what is left is that q is on a lattice
-    np.testing.assert_allclose(density[inside], expected, rtol=0.05)
-
-
-def test_law_with_roll_off_has_the_rms_slope_of_the_surface(axes):
-    rough = SelfAffine(0.1, 0.7, 4.0, 16.0, longest_wavelength=64.0)
-    plot.plot_spectrum(axes, rough.heights((64, 64), 2.0), 2.0, rough)
-    ends, law = line(axes, "$q^{-2(1+H)}$")
-    assert law[0] == law[1]
-    q = np.geomspace(ends[0], ends[-1], 20001)
-    density = np.exp(np.interp(np.log(q), np.log(ends), np.log(law)))
-    square = trapezoid(q**3 * density, q) / (2 * np.pi)
-    assert np.sqrt(square) == pytest.approx(0.1, rel=1e-3)
 
 
 def test_convergence_leaves_errors_of_zero_out(axes):
