@@ -15,10 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -133,7 +132,6 @@ class RealFFT2:
         self.grid = self.window if grid is None else grid_shape(grid)
         if any(n > big for n, big in zip(self.window, self.grid, strict=True)):
             raise ValueError(f"window {window} does not fit into grid {self.grid}")
-        self._given_engine = engine
         self.engine = _default_engine(self.grid) if engine is None else engine
         one_of(tuple(ENGINES), engine=self.engine)
         self.dtype = _float_type(dtype)
@@ -157,17 +155,6 @@ class RealFFT2:
             )
             for _ in range(1 if self._whole else self.workers)
         ]
-
-    def __reduce__(self) -> tuple:
-        """Pickle the options only: plans can't be pickled."""
-        options: dict[str, Any] = {
-            "dtype": self.dtype.type,
-            "engine": self._given_engine,
-            "threads": self.threads,
-            "measure": self.measure,
-            "blocking": Blocking(**asdict(self.blocking)),
-        }
-        return partial(RealFFT2, **options), (self.window, self.grid)
 
     def twin(self) -> RealFFT2:
         """Return a transform with the same plans and buffers that counts its pairs."""

@@ -100,7 +100,7 @@ class HeightMap:
         *,
         spacing: Length | tuple[Length, Length] | None = None,
         unit: str | None = None,
-        detrend: str | None = "plane",
+        detrend: str = "plane",
         center: str | tuple[Length, Length] = "middle",
         margin: Length = 0.0,
         periodic: bool | None = None,

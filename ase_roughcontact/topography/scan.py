@@ -123,12 +123,12 @@ class Scan:
             raise ValueError("all points of the scan are missing")
         return replace(self, heights=_harmonic(self.heights, missing, self.periodic))
 
-    def levelled(self, detrend: str | None) -> Scan:
+    def levelled(self, detrend: str) -> Scan:
         """Return the scan without tilt, curvature or offsets of its lines.
 
         Parameters
         ----------
-        detrend : {"mean", "plane", "curvature", "lines"} or None
+        detrend : {"mean", "plane", "curvature", "lines", "none"}
             See `HeightMap.from_topography`. Missing points are not taken into account.
 
         Raises
@@ -136,8 +136,6 @@ class Scan:
         ValueError
             If the name is unknown.
         """
-        if detrend is None:
-            return self
         trends = {"mean": _polynomial(0), "plane": _polynomial(1)}
         trends |= {"curvature": _polynomial(2), "lines": _lines, "none": np.zeros_like}
         trend = lookup(detrend, trends, "way to detrend")

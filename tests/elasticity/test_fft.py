@@ -1,7 +1,5 @@
 """Transforms of windows against numpy's transforms of whole grids."""
 
-import pickle
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
@@ -161,16 +159,6 @@ def test_small_grids_are_transformed_by_pyfftw_by_default():
     small, large = RealFFT2((32, 32), (64, 64)), RealFFT2((32, 40), (64, 80))
     assert (small.engine, large.engine) == ("pyfftw", "ducc0")
     assert not small.measure
-    assert not pickle.loads(pickle.dumps(small)).measure
-
-
-@every_engine
-def test_pickled_transform_works_like_the_first(engine):
-    fft = transform((5, 6), (9, 12), engine, dtype=np.float32, threads=2)
-    copy = pickle.loads(pickle.dumps(fft))
-    for name in ("window", "grid", "dtype", "engine", "threads"):
-        assert getattr(copy, name) == getattr(fft, name)
-    assert_allclose(copy.forward(random((5, 6))), fft.forward(random((5, 6))))
 
 
 @pytest.mark.parametrize("least", [1, 2, 7, 127, 255, 1021, 4095])
