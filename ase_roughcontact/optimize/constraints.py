@@ -8,7 +8,6 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
-from ase_roughcontact._util.validation import positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.contact import Contact
@@ -132,27 +131,20 @@ def _supported(constraint: object, atoms: Atoms) -> bool:
     return np.array_equal(adjusted, forces)
 
 
-def reference_stiffness(contact: Contact, stiffness: float | None = None) -> float:
+def reference_stiffness(contact: Contact) -> float:
     """Return a stiffness to add to that of the half space, so that no wave is too soft.
 
     Parameters
     ----------
     contact : Contact
         With a soft wall.
-    stiffness : float, optional
-        Positive value to be used instead of the default.
 
     Returns
     -------
     float
-        By default three times the wall's stiffness where it begins to repel, and at
-        least a tenth of E*/a0 (pressure per length).
+        Three times the wall's stiffness where it begins to repel, and at least a tenth
+        of E*/a0 (pressure per length).
     """
-    if stiffness is None:
-        onset = np.nextafter(contact.interaction.contact_distance, -np.inf)
-        halfspace = contact.halfspace
-        minimum = 0.1 * halfspace.contact_modulus / halfspace.spacing
-        onset_stiffness = float(contact.interaction.evaluate(onset)[2])
-        stiffness = max(minimum, 3.0 * onset_stiffness)
-    positive(reference_stiffness=stiffness)
-    return stiffness
+    wall, halfspace = contact.interaction, contact.halfspace
+    onset = float(wall.evaluate(np.nextafter(wall.contact_distance, -np.inf))[2])
+    return max(0.1 * halfspace.contact_modulus / halfspace.spacing, 3.0 * onset)

@@ -7,7 +7,8 @@ the shortest wave: the larger the grid, the worse its condition number. In the m
 .. math:: x(q) = \sqrt{\frac{w(q)\, a_0^2 [K(q) + k_\text{ref}]}{N M\, c}}\; \tilde u(q)
 
 it is nearly the identity times :math:`c` = 1 eV/Å\ :sup:`2`, on any grid. The weight
-:math:`w` is 2 for modes that also stand for their complex conjugates, else 1.
+:math:`w` is 2 for modes that also stand for their complex conjugates, else 1, and
+:math:`k_\text{ref}` three times the stiffness of the wall where it begins to repel.
 
 References
 ----------
@@ -54,9 +55,6 @@ class FourierModes(Optimizable):
     atoms : Atoms
         With a `RoughContact` calculator and a soft wall. Constraints of the indenter
         are supported, others are not.
-    reference_stiffness : float, optional
-        ``k_ref`` of the scaling (eV/Å^4, pressure per length); by default three times
-        the stiffness of the wall where it begins to repel.
 
     Raises
     ------
@@ -75,13 +73,13 @@ class FourierModes(Optimizable):
     True
     """
 
-    def __init__(self, atoms: Atoms, reference_stiffness: float | None = None) -> None:
+    def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
         self.contact = soft_contact_of(atoms)
         self.indenter = Indenter(atoms)
         self._grid = grid_of(atoms)
         self.evaluations = 0
-        self._scale(reference_stiffness)
+        self._scale()
         self._read()
 
     @property
@@ -161,10 +159,9 @@ class FourierModes(Optimizable):
         self.write()
         yield self.atoms
 
-    def _scale(self, reference: float | None) -> None:
+    def _scale(self) -> None:
         contact, halfspace = self.contact, self.contact.halfspace
-        reference = reference_stiffness(contact, reference)
-        self._reference = reference
+        reference = self._reference = reference_stiffness(contact)
         stiffness = halfspace.stiffness
         weight = np.full(stiffness.shape, 2.0)
         weight[:, 0] = 1.0

@@ -15,18 +15,16 @@ class HalfSpacePrecon(Precon):
 
     .. math:: P = a_0^2 [K + k_\text{ref}]
 
-    along z, which is diagonal in Fourier space: `solve` and `Pdot` cost one FFT pair.
-    Lateral coordinates, along which no force acts, are multiplied by a constant. Use it
-    in scripts that need atoms; otherwise `FourierModes`, which needs no line search, is
-    faster.
+    along z, with three times the stiffness of the wall where it begins to repel as
+    :math:`k_\text{ref}`. It is diagonal in Fourier space: `solve` and `Pdot` cost one
+    FFT pair. Lateral coordinates, along which no force acts, are multiplied by a
+    constant. Use it in scripts that need atoms; otherwise `FourierModes`, which needs
+    no line search, is faster.
 
     Parameters
     ----------
     atoms : Atoms
         With a `RoughContact` calculator and a soft wall.
-    reference : float, optional
-        ``k_ref`` (eV/Å^4, pressure per length); by default three times the stiffness of
-        the wall where it begins to repel.
 
     Raises
     ------
@@ -46,11 +44,11 @@ class HalfSpacePrecon(Precon):
     True
     """
 
-    def __init__(self, atoms: Atoms, reference: float | None = None) -> None:
+    def __init__(self, atoms: Atoms) -> None:
         contact = soft_contact_of(atoms)
         halfspace = contact.halfspace
         stiffness = halfspace.cell_area * (
-            halfspace.stiffness + reference_stiffness(contact, reference)
+            halfspace.stiffness + reference_stiffness(contact)
         )
         self._shape = halfspace.dof_shape
         self._transform = halfspace.dof_transform
