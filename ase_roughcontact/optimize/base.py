@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
-from typing import IO, Any, ClassVar
+from typing import IO, Any, ClassVar, TypeAlias
 
 import numpy as np
 from ase import Atoms
@@ -18,7 +18,7 @@ from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
 
 #: Pressure on the window, shape (n, m) (eV/Å^3), and height of the indenter (Å).
-Start = tuple[np.ndarray, float]
+Start: TypeAlias = "tuple[np.ndarray, float]"
 
 
 class ContactOptimizer(Optimizer):
