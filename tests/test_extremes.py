@@ -26,8 +26,9 @@ from ase_roughcontact.interactions import (
     PlasticWall,
     PowerLawWall,
 )
-from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
+from ase_roughcontact.solvers.hard_wall import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
+from ase_roughcontact.solvers.optimality import optimality_residuals
 
 EPS = float(np.finfo(float).eps)
 

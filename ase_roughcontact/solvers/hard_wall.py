@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -40,70 +40,6 @@ from ase_roughcontact.solvers.coarsening import (
 from ase_roughcontact.solvers.defect_correction import HardWallState, defect_correction
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import External, Relaxation, without_rounding
-
-
-@dataclass(frozen=True)
-class OptimalityResiduals:
-    """Residuals of the optimality (KKT) conditions of a hard contact.
-
-    Attributes
-    ----------
-    gap_in_contact : float
-        Largest magnitude of the gap of an atom under pressure, with a hardness of one
-        below it (length).
-    penetration : float
-        Largest overlap of an atom without pressure (length).
-    tension : float
-        Largest negative pressure (pressure).
-    opening_at_hardness : float
-        Largest gap of an atom under the hardness (length); zero without one.
-    excess : float
-        Largest pressure above the hardness (pressure).
-    load_error : float
-        Difference of normal force and load, zero without a load (force).
-    """
-
-    gap_in_contact: float
-    penetration: float
-    tension: float
-    opening_at_hardness: float
-    excess: float
-    load_error: float
-
-
-def optimality_residuals(
-    contact: Contact, pressure: np.ndarray, height: float, load: float | None = None
-) -> OptimalityResiduals:
-    """Return the residuals of a solution, by one convolution on the whole window.
-
-    Parameters
-    ----------
-    contact : Contact
-        The wall counts as hard.
-    pressure : ndarray, shape (n, m)
-        Pressure on the window, its mean included.
-    height : float
-        Height of the indenter (length).
-    load : float, optional
-        Load that the pressure should carry (force).
-
-    Returns
-    -------
-    OptimalityResiduals
-    """
-    halfspace = contact.halfspace
-    gap = height + contact.heights - halfspace.displacement(pressure)
-    hardness = contact.interaction.hardness
-    in_contact, plastic = pressure > 0.0, pressure >= hardness
-    force = float(pressure.sum()) * halfspace.cell_area
-    return OptimalityResiduals(
-        gap_in_contact=float(abs(gap[in_contact & ~plastic]).max(initial=0.0)),
-        penetration=abs(float(gap.min(where=~in_contact, initial=0.0))),
-        tension=abs(float(pressure.min(initial=0.0))),
-        opening_at_hardness=float(gap.max(where=plastic, initial=0.0)),
-        excess=max(float(pressure.max()) - hardness, 0.0),
-        load_error=0.0 if load is None else abs(force - load),
-    )
 
 
 def active_set(

@@ -21,7 +21,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.interactions import RepulsiveLennardJones93
-from ase_roughcontact.solvers.hard_wall import optimality_residuals
+from ase_roughcontact.solvers.optimality import optimality_residuals
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
 SMOOTH = RoughSphere(radius=40.0)

@@ -11,7 +11,8 @@ from solids import CONTINUA
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93
-from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
+from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.optimality import optimality_residuals
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 

@@ -12,7 +12,8 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, PlasticWall
 from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
-from ase_roughcontact.solvers.hard_wall import active_set, optimality_residuals
+from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.optimality import optimality_residuals
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 PARTS_OF_THE_HARDNESS = (0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)
