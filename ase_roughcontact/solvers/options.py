@@ -159,7 +159,7 @@ class ActiveSetOptions:
     contraction: float = 0.07
     exact_contraction: float = 1000.0
     forcing: float = 0.4
-    plastic_forcing: float = 0.2
+    plastic_forcing: float = 0.25
     loose_updates: int = 6
     inner_steps: int = 300
     slow_contraction: float = 0.15
