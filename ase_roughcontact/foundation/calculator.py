@@ -7,11 +7,7 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.calculators.calculator import (
-    Calculator,
-    PropertyNotImplementedError,
-    all_changes,
-)
+from ase.calculators.calculator import Calculator, all_changes
 from ase.constraints import FixSubsetCom
 
 from ase_roughcontact._util.validation import integer
@@ -156,17 +152,6 @@ class ElasticFoundation(Calculator):
         forces[real] = slab.get_forces()
         forces[real[self.sites.indices]] += coupled
         self.results = {"energy": energy, "free_energy": energy, "forces": forces}
-
-    def get_property(
-        self, name: str, atoms: Atoms | None = None, allow_calculation: bool = True
-    ) -> Any:
-        """Return a property; see the base class."""
-        if name in ("stress", "stresses"):
-            raise PropertyNotImplementedError(
-                "an elastic foundation has no stress: the half crystal keeps the cell "
-                "as it is"
-            )
-        return super().get_property(name, atoms, allow_calculation)
 
     def _warn_if_released(self) -> None:
         """Warn once if no constraint acts any more on the layer that was held."""

@@ -135,8 +135,8 @@ class InteractionConfig(Section):
 
     @classmethod
     def _of(cls, entries: Mapping[str, Any]) -> InteractionConfig:
-        kind = {"kind": entries["kind"]} if "kind" in entries else {}
-        return cls(**kind, parameters={k: v for k, v in entries.items() if k != "kind"})
+        parameters = dict(entries)
+        return cls(parameters.pop("kind", cls.kind), parameters)
 
 
 @dataclass(frozen=True)
@@ -172,20 +172,15 @@ class PathConfig(Section):
     @property
     def targets(self) -> FloatArray:
         """Loads, penetrations or heights, in the units of the file."""
-        interval: dict[str, Any] = {
-            "first": self.first,
-            "last": self.last,
-            "steps": self.steps,
-        }
-        given = [key for key, value in interval.items() if value is not None]
-        if len(given) != (3 if self.values is None else 0):
-            got = [*(["values"] if self.values is not None else []), *given]
+        keys = "values", "first", "last", "steps"
+        given = [key for key in keys if getattr(self, key) is not None]
+        if given == ["first", "last", "steps"]:
+            return self._interval()
+        if given != ["values"]:
             raise ValueError(
                 "give either values, or first, last and steps, got "
-                f"{', '.join(got) or 'none of them'}"
+                f"{', '.join(given) or 'none of them'}"
             )
-        if self.values is None:
-            return self._interval()
         targets = finite_array("values", self.values)
         if targets.ndim != 1 or not targets.size:
             raise ValueError(f"values must have at least one step, got {self.values}")
@@ -208,15 +203,13 @@ class PathConfig(Section):
 
     def _given(self, keys: tuple[str, ...]) -> str:
         """Return the names of the keys whose values are not the default."""
-        usual = PathConfig()
-        return ", ".join(
-            key for key in keys if getattr(self, key) != getattr(usual, key)
-        )
+        usual = type(self)
+        return ", ".join(k for k in keys if getattr(self, k) != getattr(usual, k))
 
     def _interval(self) -> FloatArray:
         """Return the targets from the first to the last one."""
-        first: Any = self.first
-        last: Any = self.last
+        ends: Any = self.first, self.last
+        first, last = ends
         steps = integer("steps", self.steps, 1)
         if steps > _MOST_STEPS:
             raise ValueError(f"steps must be at most {_MOST_STEPS}, got {steps}")
@@ -228,7 +221,7 @@ class PathConfig(Section):
                 "a geometric path needs first and last of one sign and not zero, got "
                 f"{first} and {last}"
             )
-        return scale(*np.array([first, last], dtype=float), steps)
+        return scale(*np.array(ends, dtype=float), steps)
 
 
 @dataclass(frozen=True)
