@@ -30,7 +30,7 @@ class ReducedHalfSpace(FreeHalfSpace):
     Attributes
     ----------
     max_iterations : int
-        Iterations after which the conjugate gradients are taken not to converge.
+        Largest number of iterations of the conjugate gradients.
     """
 
     max_iterations = 200

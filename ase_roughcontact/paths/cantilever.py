@@ -151,7 +151,7 @@ def _followed(
     stiffness: float,
     direction: float,
 ) -> CantileverBranch:
-    """Return the states that a base reaches which moves in one direction."""
+    """Return the curve that a base follows while it moves in one direction."""
     after = {(jump.after.height, jump.after.normal_force) for jump in unstable}
     ends = [
         i for i, state in enumerate(zip(height, force, strict=True)) if state in after

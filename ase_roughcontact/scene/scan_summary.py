@@ -1,4 +1,4 @@
-"""What was read from a scan, in a line, and what is doubtful about it."""
+"""Summary of a scan in one line, and warnings about it."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def scan_line(config: TopographyConfig) -> str:
 def scan_warnings(
     config: TopographyConfig, radius: float, whole_tip: bool
 ) -> list[str]:
-    """Return what is doubtful about a scan.
+    """Return warnings about a scan.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ class Scene(ContactPath):
 
     @property
     def warnings(self) -> list[str]:
-        """What is doubtful about the scan; empty if there is nothing, or no scan."""
+        """Warnings about the scan; empty if there are none, or no scan."""
         if self.scan is None or self.topography is None:
             return []
         return scan_warnings(self.topography, self.radius, self.whole_tip is not None)

@@ -22,6 +22,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.choices import Choice, Tradeoff
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.topography import SelfAffine
 
 # Numbers of realisations, and those from which their spread is estimated.
 _COUNTS, _PILOT = (1, 4, 16, 64), 4
@@ -129,7 +130,7 @@ def tradeoff(
             f"the path prescribes the {of}, which has no error: ask for that of the "
             f"area or the {'height' if of == 'force' else 'force'}"
         )
-    best = _best(scene)
+    scene, best = _with_one_field(scene, _best(scene))
     targets = _targets(best, steps, seconds / _RUNS)
     exact = _answers(best, targets, of)
     variants = [("scene", "as given", {}), *_variants(best)]
@@ -184,6 +185,15 @@ def _best(scene: Scene) -> Scene:
     if scene.substrate.periodic and scene.radius < math.inf:
         values |= {"substrate.periodic": False, "substrate.shape": "auto"}
     return scene.with_values(values)
+
+
+def _with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
+    """Return scenes with the period of the last one's local work of adhesion."""
+    field = getattr(scenes[-1].local_adhesion, "pattern", None)
+    if not isinstance(field, SelfAffine):
+        return scenes
+    domain = f"{field.side / scenes[-1].spacing:.12g} a0"
+    return tuple(s.with_values({"heterogeneity.domain": domain}) for s in scenes)
 
 
 def _variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:

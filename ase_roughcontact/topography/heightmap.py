@@ -34,8 +34,8 @@ from ase_roughcontact.topography.spectrum import (
 )
 from ase_roughcontact.topography.tip_fit import TipFit
 
-# Steps within which the coefficients of a spline lie that its value at a place is a
-# mean of, near an edge, too.
+# Distance, in steps of the map, of the farthest coefficient that contributes to the
+# spline at a place, also near an edge.
 _SUPPORT = 4
 
 

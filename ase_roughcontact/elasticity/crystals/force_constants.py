@@ -26,7 +26,7 @@ SURFACES = {"fcc100": fcc100, "fcc111": fcc111, "bcc100": bcc100}
 _VACUUM = 10.0  # on both sides of a slab (Å)
 # Couplings below this part of the largest one are left out.
 _NEGLIGIBLE = 1e-9
-# Forces to which a slab is relaxed, and iterations after which it is taken not to be.
+# Largest force on a relaxed slab (eV/Å), and largest number of iterations.
 _FMAX, _MAX_STEPS = 1e-6, 1000
 # Relative change of the couplings of metals with the distance of atoms.
 _ANHARMONICITY = 10.0

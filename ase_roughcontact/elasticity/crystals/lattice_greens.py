@@ -26,7 +26,7 @@ import numpy as np
 from ase_roughcontact.elasticity.crystals.force_constants import ForceConstants
 
 # Coupling of the remaining principal layers, relative to their stiffness, at which the
-# decimation ends, and the number of steps after which it is taken not to end.
+# decimation ends, and its largest number of steps.
 _DECOUPLED, _MOST_STEPS = 1e-15, 60
 
 
