@@ -178,22 +178,19 @@ class _DefectCorrection:
 
     def correct(self) -> None:
         """Correct the pressure by the model, so that the energy falls."""
-        violations = self._violations
-        trial = self._solve_model(violations[-1])
-        trial_opening = self._opened(trial)
-        correction = Correction(trial - self._pressure, trial_opening - self._opening)
+        trial = self._solve_model(self._violations[-1])
+        opening = self._opened(trial)
+        correction = Correction(trial - self._pressure, opening - self._opening)
         self._corrections = [correction, *self._corrections[:1]]
-        self._length = 1.0
-        slowest = self._options.slow_contraction
-        if len(violations) > 1 and violations[-1] > slowest * violations[-2]:
-            self._pressure = self._combined(trial)
+        if self._is_slow:
+            self._length, self._pressure = 1.0, self._combined(trial)
             self._opening = self._opened(self._pressure)
             return
         self._length = _step_length(
             self._pressure, trial, self._gap, correction, self._hardness
         )
-        if self._length == 1.0:
-            self._pressure, self._opening = trial, trial_opening
+        if self._length == 1.0:  # without the rounding errors of a sum
+            self._pressure, self._opening = trial, opening
             return
         self._pressure = linear_combination(
             [(1.0, self._pressure), (self._length, correction.pressure)]
@@ -201,6 +198,14 @@ class _DefectCorrection:
         self._opening = linear_combination(
             [(1.0, self._opening), (self._length, correction.opening)]
         )
+
+    @property
+    def _is_slow(self) -> bool:
+        """Whether the last correction has left too much of the violation."""
+        if len(self._violations) < 2:
+            return False
+        before, now = self._violations[-2:]
+        return now > self._options.slow_contraction * before
 
     def _obstacle(self) -> str:
         """Return why there is no further step; empty if there is one."""

@@ -1,8 +1,13 @@
-"""Newton's equations at states of a contact, solved with a model of the half space.
+r"""Newton's equations at states of a contact, solved with a model of the half space.
 
-They are solved with a circulant model, to a tenth of the residual, which takes a single
-exact convolution. If the exact equations are not satisfied well enough then, they are
-solved with the model as the preconditioner.
+For the changes :math:`x` of the pressure and :math:`z` of the height; see
+`newton_system`:
+
+.. math:: x + D (G x + z) = r, \qquad \sum x - s z = t .
+
+With the circulant model :math:`C` in place of :math:`G` they are solved to a tenth of
+the residual, which takes a single exact convolution. If the exact equations are not
+satisfied well enough then, they are solved with the model as the preconditioner.
 """
 
 from __future__ import annotations
