@@ -233,6 +233,7 @@ def _errors(scene: Scene, steps: Sequence[LoadStep]) -> str:
         for step in steps
         if getattr(step, scene.area_column)
     ]
+    parts = [part for part in parts if math.isfinite(part)]  # the others are not known
     if not parts or max(parts) < _SHOWN_ERROR:
         return ""
     low, high = (f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))

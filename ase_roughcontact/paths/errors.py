@@ -24,10 +24,14 @@ They add up from three sources:
 - *Cell.* Images of the contact in a square cell of side L shift the height, and press
   the surroundings down, by
 
-  .. math:: \frac{3.9003\, N}{\pi E^* L}, \qquad
-            \frac{\delta A}{A} = \frac{2}{3}\, \frac{9.0336\, R N}{2 \pi E^* L^3}.
+  .. math:: \frac{1}{\pi E^*} \left(\frac{3.9003\, N}{L}
+            - \frac{9.0336\, M}{4 L^3}\right), \qquad
+            \frac{\delta A}{A} = \frac{2}{3}\, \frac{9.0336\, R N}{2 \pi E^* L^3},
 
-  A contact without images has the compliance dZ/dN of the cell plus that of this shift,
+  with the second moment of the pressure :math:`M = a_0^2 \sum p\, r^2`, which
+  adhesion makes negative and large. Where an adhesive contact nearly touches its
+  images, it may be in another state, and the errors are not known. A contact without
+  images has the compliance dZ/dN of the cell plus that of this shift,
   from which the error of the force at a given height follows. The numbers are the sums
   of 1/r and 1/r^3 over a square lattice, the first of them with a uniform background.
   Waves of a few spacings are stiffer or softer than those of a free half space, which
@@ -52,12 +56,15 @@ _HEIGHT_FACTOR = {False: 0.04, True: 0.006}  # free and periodic half space
 _LOWEST_POINT = 1.0 / 24.0
 # Sums over a square lattice, of 1/r with a uniform background and of 1/r^3.
 _SUM_OF_INVERSES, _SUM_OF_CUBES = 3.900265, 9.033622
+#: Largest diameter of an adhesive contact over the side of its periodic cell, at which
+#: the errors were within twice the estimate: examples/benchmarks/answer_errors.py.
+LARGEST_PART_OF_CELL = 0.85
 # Relative rounding error of the sum of the forces.
 _ROUNDING = 1e-13
 
 
 class Errors(NamedTuple):
-    """Estimated errors of the answer; NaN at an instability.
+    """Estimated errors of the answer; NaN where they are not known.
 
     Attributes
     ----------
@@ -86,17 +93,21 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     Errors
         Under a given load the error of the force is what the indenter's balance lacks;
         at a given height that of the height is zero. That of the area of a periodic
-        cell is at most the cell.
+        cell is at most the cell. All are NaN at an instability, and where an adhesive
+        contact nearly touches its images.
     """
     unbalanced = abs(float(step.forces[-1, 2]))
     if not step.touches:
         return Errors(0.0, unbalanced, 0.0)
+    attractive = step.contact.interaction.attractive
+    if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
+        return Errors(math.nan, math.nan, math.nan)
     stiffness = abs(step.response.force)
     # all atoms in contact may be in plastic contact
     softness = 1.0 / stiffness if stiffness else math.inf
     relaxation = _relaxation(step)
     compliance = _cell_compliance(step)
-    shift = compliance * abs(step.state.normal_force)
+    shift = _cell_shift(step)
     if step.continuum:
         shift += _grid_height(step)
     area = _cell_area(step) + _area_change(step, relaxation)
@@ -195,26 +206,31 @@ def _second_differences(heights: np.ndarray) -> float:
     return float(sides.sum() - 4.0 * around[1, 1])
 
 
-def _single_contact(step: RelaxedContact) -> tuple[float, float]:
-    """Return radius, and side of the cell (Å), infinite if images are meant or none."""
-    radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
-    if not step.halfspace.periodic or radius == math.inf:
-        return 0.0, math.inf
-    return radius, min(step.halfspace.shape) * step.halfspace.spacing
-
-
 def _cell_compliance(step: RelaxedContact) -> float:
     """Return the shift of the height by the images of a cell per force (Å^2/eV)."""
-    _, side = _single_contact(step)
-    return _SUM_OF_INVERSES / (math.pi * step.halfspace.contact_modulus * side)
+    modulus = step.halfspace.contact_modulus
+    return _SUM_OF_INVERSES / (math.pi * modulus * step.cell_side)
+
+
+def _cell_shift(step: RelaxedContact) -> float:
+    """Return the shift of the height by the images of a cell (Å)."""
+    state, side = step.state, step.cell_side
+    if side == math.inf:
+        return 0.0
+    x, y = step.positions
+    moment = state.pressure.sum(axis=1) @ x**2 + state.pressure.sum(axis=0) @ y**2
+    forces = state.normal_force * _SUM_OF_INVERSES / side
+    forces -= moment * state.cell_area * _SUM_OF_CUBES / (4.0 * side**3)
+    return abs(float(forces)) / (math.pi * step.halfspace.contact_modulus)
 
 
 def _cell_area(step: RelaxedContact) -> float:
     """Return the area that the images of a periodic cell take (Å^2)."""
-    radius, side = _single_contact(step)
+    side = step.cell_side
+    if side == math.inf:
+        return 0.0
+    radius = step.atoms.calc.parameters["indenter"].radius
     curvature = _SUM_OF_CUBES * abs(step.state.normal_force) / (2.0 * math.pi * side**3)
     part = 2.0 / 3.0 * radius * curvature / step.halfspace.contact_modulus
     error = part * step.state.contact_area
-    if radius:
-        error += grid_error(step.perimeter, step.state.cell_area, extrapolated=True)
-    return error
+    return error + grid_error(step.perimeter, step.state.cell_area, extrapolated=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -110,6 +111,40 @@ class RelaxedContact:
         """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
         pressures = self.state.pressure[self.state.contact]
         return float(pressures.mean()) if pressures.size else 0.0
+
+    @property
+    def positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Positions x and y of the rows of atoms, from the axis (Å)."""
+        grid, shape = self.grid, self.state.gap.shape
+        x, y = (
+            start + grid.spacing * np.arange(count)
+            for start, count in zip(grid.origin, shape, strict=True)
+        )
+        return x, y
+
+    @property
+    def contact_radius(self) -> float:
+        """Largest distance of an atom in contact from the axis, zero without (Å)."""
+        x, y = self.positions
+        i, j = self.state.contact.nonzero()
+        return float(np.hypot(x[i], y[j]).max(initial=0.0))
+
+    @property
+    def cell_side(self) -> float:
+        """Side of a periodic cell under a sphere (Å).
+
+        Infinite without images, and under a flat surface, whose images are meant.
+        """
+        radius = getattr(self.atoms.calc.parameters["indenter"], "radius", math.inf)
+        if not self.halfspace.periodic or radius == math.inf:
+            return math.inf
+        return min(self.halfspace.shape) * self.halfspace.spacing
+
+    @property
+    def part_of_cell(self) -> float:
+        """Diameter of the contact over the side of the cell; see `cell_side`."""
+        side = self.cell_side
+        return 2.0 * self.contact_radius / side if side < math.inf else 0.0
 
     @cached_property
     def response(self) -> HeightResponse:

@@ -23,6 +23,7 @@ from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS
+from ase_roughcontact.paths.errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.paths.relaxed import RelaxedStep
 
 # Separates the entries of the column.
@@ -210,12 +211,7 @@ def _contact_radius(step: RelaxedStep) -> float:
     indenter = step.atoms.calc.parameters["indenter"]
     if getattr(indenter, "profile", "") != "paraboloid":
         return math.nan
-    grid = step.grid
-    distances = (
-        start + grid.spacing * index
-        for start, index in zip(grid.origin, step.state.contact.nonzero(), strict=True)
-    )
-    return float(np.hypot(*distances).max(initial=0.0)) / indenter.radius
+    return step.contact_radius / indenter.radius
 
 
 def _slope(step: RelaxedStep) -> float:
@@ -256,6 +252,12 @@ def _tip_zone(step: RelaxedStep) -> float:
     if not wall.attractive or radius == math.inf:
         return math.nan
     return math.sqrt(2.0 * radius * wall.attraction_range) / step.halfspace.spacing
+
+
+def _part_of_cell(step: RelaxedStep) -> float:
+    """Return the diameter of an adhesive contact over the side of its cell."""
+    attractive = step.contact.interaction.attractive
+    return step.part_of_cell if attractive else math.nan
 
 
 def _edge_zone(step: RelaxedStep) -> float:
@@ -320,6 +322,14 @@ CHECKS = (
         0.0,
         "nothing holds the surfaces together without adhesion",
         _tension,
+    ),
+    Check(
+        "adhesive contact/cell",
+        ">",
+        LARGEST_PART_OF_CELL,
+        "the contact nearly touches its periodic images, and may be in another state "
+        "than a single one",
+        _part_of_cell,
     ),
     Check(
         "adhesive zone at the tip/a0",

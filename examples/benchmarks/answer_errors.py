@@ -6,6 +6,7 @@
 
 *tolerance*: the model of atoms with loose tolerances, against a tight one.
 *cell*: periodic cells of 2 to 4 diameters of the contact, against a free boundary.
+*adhesive cell*: cells of 2 to 6 diameters by Hertz under adhesive walls, likewise.
 *grid*: the continuum on grids of a0 and a0/2, against the limit of a0/4 and a0/8.
 *levels*: larger contacts at the levels of accuracy, against the same.
 *adhesion*: the same under adhesive walls, against the limit of a0/8 and a0/16.
@@ -60,6 +61,7 @@ SETTINGS = {
         "exact": {"accuracy": 1e-10},
     },
     "cell": {"2": {}, "3": {}, "4": {}, "exact": {}},
+    "adhesive cell": {"2": {}, "3": {}, "4": {}, "6": {}, "exact": {}},
     "grid": {
         "a0": {"refine": 1},
         "a0/2": {"refine": 2},
@@ -98,8 +100,9 @@ def cases(study):
             yield wall, 200.0, 0.1, hurst, seed, contact
         return
     unseen = UNSEEN_IN_CELLS if study == "cell" else UNSEEN
+    walls = ADHESIVE if "adhesive" in study else WALLS
     for wall, slope, (hurst, seed), contact in product(
-        WALLS, SLOPES, unseen, (8.0, 14.0)
+        walls, SLOPES, unseen, (8.0, 14.0)
     ):
         yield wall, 200.0, slope, hurst, seed, contact
 
@@ -107,10 +110,10 @@ def cases(study):
 def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
     """Return the row of a case."""
     longest, domain = (128.0, 512.0) if study == "levels" else (32.0, 128.0)
-    domain *= 2.0 if study == "adhesion" else 1.0
+    domain *= 2.0 if "adhesi" in study else 1.0
     rough = SelfAffine(slope, hurst, 4.0, longest, seed=seed, domain=domain)
     sphere = RoughSphere(radius, rough)
-    cell = int(setting) if study == "cell" and setting != "exact" else 0
+    cell = int(setting) if "cell" in study and setting != "exact" else 0
     options = dict(SETTINGS[study][setting], window="fixed" if cell else "auto")
     column = "contact_area"
     if study in ("grid", "levels", "adhesion"):
@@ -132,7 +135,7 @@ def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
     step = relaxed(loads=[Hertz(radius, 1.0).force(contact)])
     cpu = time.process_time() - start
     row = [getattr(step, column), step.area_error, step.height, step.height_error]
-    if study in ("levels", "adhesion"):
+    if study in ("levels", "adhesion", "adhesive cell"):
         row += [np.nan] * 4
     else:
         step = relaxed(heights=[usual_height(wall, sphere, contact)])
@@ -189,8 +192,9 @@ def compared(rows):
             scale = 1.0 if name == "height" else exact
             error = abs(float(row[name]) - exact) / scale
             estimate = float(row[f"{name}_error"]) / scale
-            values = error, estimate, float(row["cpu"])
-            found[(case[0], setting, name, case[1])].append(values)
+            if np.isfinite(estimate):
+                values = error, estimate, float(row["cpu"])
+                found[(case[0], setting, name, case[1])].append(values)
     return found
 
 

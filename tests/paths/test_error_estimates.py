@@ -87,6 +87,27 @@ def test_images_of_a_periodic_cell_shift_the_height_and_take_area(cell):
     assert periodic.area_error < 0.06 * free.contact_area
 
 
+@pytest.mark.parametrize("cell", [56, 72])
+def test_images_of_an_adhesive_contact_shift_the_height_by_its_moment(cell):
+    wall = ADHESIVE["adhesive"]
+    free, periodic = (on_smooth_sphere(wall, [10.0], cell=c)[0] for c in (0, cell))
+    shift = periodic.height - free.height
+    by_force = 3.9003 * periodic.normal_force / (np.pi * cell)
+    assert shift > 1.08 * by_force
+    assert periodic.height_error == pytest.approx(shift, rel=0.01)
+    assert abs(periodic.contact_area - free.contact_area) < 2.0 * periodic.area_error
+
+
+def test_errors_of_an_adhesive_contact_that_nearly_touches_its_images_are_not_known():
+    (free,) = on_smooth_sphere(ADHESIVE["adhesive"], [10.0])
+    (close,) = on_smooth_sphere(ADHESIVE["adhesive"], [10.0], cell=36)
+    assert close.contact_area < 0.9 * free.contact_area
+    assert np.isnan([close.area_error, close.height_error, close.force_error]).all()
+    assert close.validity == "adhesive contact/cell = 0.904 > 0.85"
+    (repulsive,) = on_smooth_sphere(WALLS["repulsive"], [18.0], cell=40)
+    assert repulsive.validity == "" and repulsive.area_error > 0.0
+
+
 @pytest.mark.parametrize("cell", [32, 48])
 def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
     free, periodic = (
@@ -203,8 +224,10 @@ def test_nine_of_ten_measured_errors_are_within_twice_the_estimate():
             continue
         for name in ("area", "height", "area_at_height", "force"):
             error = abs(float(row[name]) - float(truth[name]))
-            found[row["study"], name].append((error, float(row[f"{name}_error"])))
-    assert len(found) == 8
+            estimate = float(row[f"{name}_error"])
+            if np.isfinite(estimate):
+                found[row["study"], name].append((error, estimate))
+    assert len(found) == 10
     for errors in found.values():
         assert len(errors) >= 48
         assert share_within_twice(errors) >= 0.9
