@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -109,7 +110,7 @@ def _calculate(
     for scene in scenes:
         samplings = sample_ensemble(scene, options.database, options.error, **pool)
         for sampling in samplings:
-            _print_progress(options, sampling.progress)
+            _print_progress(options, sampling.progress, sampling.error)
             if sampling.progress.steps == sampling.progress.total:
                 _print_means(options, scene, sampling)
         enough &= sampling.done
@@ -117,11 +118,17 @@ def _calculate(
     return enough, failures
 
 
-def _print_progress(options: argparse.Namespace, progress: Progress) -> None:
+def _print_progress(
+    options: argparse.Namespace, progress: Progress, error: float = math.nan
+) -> None:
+    """Print the progress, and the largest standard error so far if there is one."""
+    known = math.isfinite(error)
     if options.json:
-        print(json_line(asdict(progress), UNITS_OF_PROGRESS), flush=True)
+        values = asdict(progress) | ({"error": error} if known else {})
+        print(json_line(values, UNITS_OF_PROGRESS), flush=True)
     elif not options.quiet:
-        print(progress, flush=True)
+        running = f", standard error {100.0 * error:.2g} %" if known else ""
+        print(f"{progress}{running}", flush=True)
 
 
 def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) -> None:

@@ -95,9 +95,14 @@ class Sampling:
     progress: Progress
 
     @property
+    def error(self) -> float:
+        """Largest standard error of the means so far, relative to them."""
+        return max(mean.error for mean in self.means)
+
+    @property
     def done(self) -> bool:
         """Whether all means have the wanted error."""
-        return all(mean.error <= self.wanted for mean in self.means)
+        return self.error <= self.wanted
 
     @property
     def missing(self) -> int:

@@ -225,6 +225,12 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
     assert main([*command, "--error", "0.2", "--json"]) == 0
     lines = [json.loads(line) for line in capsys.readouterr().out.splitlines()]
     means = [line for line in lines if "mean" in line][-2:]
+    progress = [line for line in lines if "elapsed" in line][-1]
+    assert progress["error"] == max(line["error"] for line in means)
+    assert (
+        f"steps, about 0:00:00 left, standard error {100 * progress['error']:.2g} %"
+        in text
+    )
     assert [line["target"] for line in means] == pytest.approx(LOADS.steps)
     assert max(line["error"] for line in means) <= 0.2
     assert means[0]["units"] == {"mean": "Å^2", "target": "eV/Å"}
