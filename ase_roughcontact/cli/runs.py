@@ -59,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     With --preview a part of the steps is calculated on a grid of up to four times the
     spacing, in a part of the time, into the folder DIR-preview. The errors of the areas
     are estimated, as in any run. A run of few steps in small windows is calculated
-    itself, since it takes hardly longer.
+    itself, since it takes hardly longer. Of a loop the deepest state is shown.
 
     Exit status: 0 all steps converged, 1 some did not, 2 the scene or the folder is
     invalid, a file of it is damaged, or a step exceeds a limit with --strict, 130

@@ -22,8 +22,8 @@ _PART = 1 / 256
 # A run of fewer steps, and of fewer points in all windows, takes tenths of a second and
 # less than ten times as long as one step on any grid.
 _FEW_STEPS, _FEW_POINTS = 10, 100_000
-# Level of the solver's tolerance, and the ratio of those of a loop.
-_LEVEL, _LOOSER = "fast", 10.0
+# Level of the solver's tolerance.
+_LEVEL = "fast"
 # Part of the rms slope above which a grid loses too much.
 _LARGEST_LOSS = 0.5
 
@@ -34,7 +34,8 @@ def preview(scene: Scene) -> Scene:
     It asks for the continuum on a grid of up to four times the spacing, without the
     waves that this grid can't resolve, at a sixteenth of the steps or fewer, and at
     least one: the last one and some before, but not the first, which is the least
-    accurate on such a grid. A crystal of atoms becomes an isotropic solid of the same
+    accurate on such a grid. Of a loop it has the deepest state: on a coarse grid,
+    instabilities are others. A crystal of atoms becomes an isotropic solid of the same
     contact modulus. The errors are estimated as in any scene.
 
     Parameters
@@ -47,6 +48,8 @@ def preview(scene: Scene) -> Scene:
         The same one if its steps are so few and small that one of them takes more than
         a tenth of the time on any grid.
     """
+    if scene.path.is_loop:
+        scene = scene.deepest_state
     if _is_short(scene):
         return scene
     continuum = _continuum(scene)
@@ -54,9 +57,6 @@ def preview(scene: Scene) -> Scene:
         coarse = continuum.with_grid(_coarser(scene.grids.change, ratio))
         if ratio == 1 or _is_possible(coarse):
             break
-    if coarse.path.is_loop:
-        tolerance = _LOOSER * coarse.path.tolerance
-        return coarse.with_values({"path.tolerance": tolerance})
     steps = scene.steps / UNITS[scene.path.unit]
     count = max(1, math.floor(_PART * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
@@ -68,9 +68,7 @@ def preview(scene: Scene) -> Scene:
 def _is_short(scene: Scene) -> bool:
     """Return whether a run has few steps in small windows."""
     # the solid of a crystal takes longer than the steps
-    if scene.path.is_loop or scene.substrate.of_atoms:
-        return False
-    if len(scene.steps) >= _FEW_STEPS:
+    if scene.substrate.of_atoms or len(scene.steps) >= _FEW_STEPS:
         return False
     steps = scene.plan().steps
     if any(step.problem for step in steps):

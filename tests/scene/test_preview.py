@@ -113,13 +113,18 @@ def test_built_in_scene_is_planned_in_a_tenth_of_its_time():
     assert preview(full).plan().seconds < 0.1 * full.plan().seconds
 
 
-def test_loop_has_looser_steps_and_solver():
+@pytest.mark.parametrize("radius, spacing", [(100.0, "a0"), (20_000.0, "4 a0")])
+def test_preview_of_a_loop_is_its_deepest_state(radius, spacing):
     loop = Scene.parse('[path]\nkind = "loop"\ndeepest = 2.0').with_values(
-        {"interaction.kind": "adhesive", "interaction.work_of_adhesion": 0.1}
+        {
+            "interaction.kind": "adhesive",
+            "interaction.work_of_adhesion": 0.1,
+            "sphere.radius": radius,
+        }
     )
-    coarse = preview(loop)
-    assert coarse.path.is_loop and coarse.solver.accuracy == "fast"
-    assert coarse.loop_options["tolerance"] == 10.0 * loop.loop_options["tolerance"]
+    shown = preview(loop)
+    assert list(shown.steps) == [2.0] and shown.control == "penetrations"
+    assert shown.grids.change.label == spacing
 
 
 def test_crystal_becomes_an_isotropic_solid_of_its_modulus(crystal, tmp_path):
