@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -16,8 +17,10 @@ from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import json_line, prints_text, scene_text
 from ase_roughcontact.ensemble import (
+    MeanArea,
     Progress,
     Sampling,
+    mean_areas,
     product,
     run_ensemble,
     sample_ensemble,
@@ -30,6 +33,8 @@ from ase_roughcontact.scene.file import load_toml
 
 # A value of a list that is separated by commas: a string, a list, a table or others.
 _VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
+# What is printed of a mean area whose error is not one that is wanted.
+_MEAN = "target", "realisations", "mean", "error"
 UNITS_OF_PROGRESS = {"elapsed": "s", "left": "s"}
 
 
@@ -37,7 +42,8 @@ def ensemble(options: argparse.Namespace) -> int:
     r"""Run a scene for all combinations of some values, in parallel.
 
     The steps are stored in an ASE database. An interrupted ensemble is resumed by
-    running it again. For five realisations of the roughness on two spheres::
+    running it again. Of several seeds the mean areas are printed with their standard
+    errors. For five realisations of the roughness on two spheres::
 
       ase-roughcontact ensemble my.toml --set roughness.seed=0,1,2,3,4 \
                                         --set sphere.radius=100.0,1000.0
@@ -70,6 +76,8 @@ def ensemble(options: argparse.Namespace) -> int:
     scenes = product(scene, values)
     with _executor(options) as executor:
         enough, failures = _calculate(options, scenes, executor)
+    if options.error is None:
+        _print_mean_areas(options, scene, values)
     if options.table:
         write_csv(options.database, options.table)
     if prints_text(options):
@@ -140,6 +148,43 @@ def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) 
         print(means_table(scene, sampling), flush=True)
 
 
+def _print_mean_areas(
+    options: argparse.Namespace, scene: Scene, values: dict[str, list[Any]]
+) -> None:
+    """Print the mean areas over the seeds, for each combination of the other values."""
+    seeds = {key: listed for key, listed in values.items() if key == "roughness.seed"}
+    others = {key: listed for key, listed in values.items() if key not in seeds}
+    if options.quiet or not any(len(listed) > 1 for listed in seeds.values()):
+        return
+    units = {"mean": "Å^2", "target": report.target_unit(scene)}
+    for chosen in itertools.product(*others.values()):
+        settings = dict(zip(others, chosen, strict=True))
+        realisations = product(scene, {k: [v] for k, v in settings.items()} | seeds)
+        means = mean_areas(realisations, options.database)
+        if not options.json:
+            heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
+            print("\n".join(filter(None, [heading, *_rows(realisations[0], means)])))
+            continue
+        for mean in means:
+            shown = {name: getattr(mean, name) for name in _MEAN}
+            print(json_line(settings | shown, units))
+
+
+def _rows(scene: Scene, means: Sequence[MeanArea]) -> list[str]:
+    """Return a heading, and a line for each mean area and its error."""
+    unit = printed_unit(report.target_unit(scene))
+    target = f"{scene.path.control} ({unit})"
+    area = f"mean {report.heading(scene.area_column)}"
+    return [
+        f"{target:>16}   {area:>16}   standard error   realisations",
+        *(
+            f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
+            f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}"
+            for mean in means
+        ),
+    ]
+
+
 def means_table(scene: Scene, sampling: Sampling) -> str:
     """Return the mean areas of an ensemble, their errors and what is still needed.
 
@@ -152,17 +197,11 @@ def means_table(scene: Scene, sampling: Sampling) -> str:
     -------
     str
     """
-    unit = printed_unit(report.target_unit(scene))
-    target = f"{scene.path.control} ({unit})"
-    area = f"mean {report.heading(scene.area_column)}"
-    lines = [
-        f"{target:>16}   {area:>16}   standard error   realisations   expected (likely)"
-    ]
+    heading, *rows = _rows(scene, sampling.means)
+    lines = [f"{heading}   expected (likely)"]
     lines += [
-        f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
-        f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}   {mean.expected:8d} "
-        f"({_range(mean.likely)})"
-        for mean in sampling.means
+        f"{row}   {mean.expected:8d} ({_range(mean.likely)})"
+        for row, mean in zip(rows, sampling.means, strict=True)
     ]
     wanted = f"standard error of {100.0 * sampling.wanted:g} %"
     if sampling.done:

@@ -1,6 +1,11 @@
 """Ensembles: many scenes, calculated by many workers, stored in one ASE database."""
 
-from ase_roughcontact.ensemble.adaptive import MeanArea, Sampling, sample_ensemble
+from ase_roughcontact.ensemble.adaptive import (
+    MeanArea,
+    Sampling,
+    mean_areas,
+    sample_ensemble,
+)
 from ase_roughcontact.ensemble.cases import case_of, product
 from ase_roughcontact.ensemble.columns import COLUMNS
 from ase_roughcontact.ensemble.export import (
@@ -21,6 +26,7 @@ __all__ = [
     "Sampling",
     "case_of",
     "fill_database",
+    "mean_areas",
     "product",
     "read_csv",
     "read_ensemble",

@@ -76,6 +76,24 @@ class MeanArea:
         )
 
 
+def mean_areas(scenes: Sequence[Scene], database: PathName) -> tuple[MeanArea, ...]:
+    """Return the mean contact areas of realisations of the roughness.
+
+    Parameters
+    ----------
+    scenes : sequence of Scene
+        That differ in their seeds only.
+    database : path
+        Of `run_ensemble`.
+
+    Returns
+    -------
+    tuple of MeanArea
+        One for each load step, from the converged ones in the database.
+    """
+    return _Areas(scenes[0], database).means(list(map(case_of, scenes)), math.inf)
+
+
 @dataclass(frozen=True)
 class Sampling:
     """State of an ensemble that grows to a wanted error.

@@ -250,6 +250,29 @@ def test_command_prints_the_number_of_steps_that_the_pilot_predicts_before_them(
     assert "All areas have" in rest and "All areas have" not in pilot
 
 
+def test_command_prints_mean_areas_over_given_seeds(sampled, tmp_path, capsys):
+    file, database = tmp_path / "my.toml", tmp_path / "e.db"
+    file.write_text(LOADS.toml)
+    copyfile(sampled[0], database)
+    command = ["ensemble", str(file), "--database", str(database), "--workers", "1"]
+    command += ["--set", "roughness.seed=0,1,2,3", "--set", "sphere.radius=60.0"]
+    assert main(command) == 0
+    columns = read_ensemble(database)
+    light = columns["contact_area"][(columns["seed"] < 4) & (columns["step"] == 0)]
+    error = light.std(ddof=1) / 2.0 / light.mean()
+    lines = capsys.readouterr().out.splitlines()
+    place = lines.index("sphere.radius = 60.0")
+    assert "standard error" in lines[place + 1] and "expected" not in lines[place + 1]
+    row = lines[place + 2].split()
+    assert row == ["0.3", f"{light.mean() / 100:.4g}", f"{100 * error:.2g}", "%", "4"]
+    assert main([*command, "--json"]) == 0
+    *_, found, _ = map(json.loads, capsys.readouterr().out.splitlines())
+    assert found["error"] == pytest.approx(error)
+    assert found["sphere.radius"] == 60.0 and "expected" not in found
+    assert main([*command, "--quiet"]) == 0
+    assert capsys.readouterr().out == ""
+
+
 def test_command_refuses_seeds_beside_an_error(tmp_path, capsys):
     file = tmp_path / "my.toml"
     file.write_text(LOADS.toml)
