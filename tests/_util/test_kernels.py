@@ -101,10 +101,11 @@ def test_norm_is_the_euclidean_one():
     assert norm(a) == pytest.approx(np.linalg.norm(a), rel=1e-14)
 
 
-def test_linear_combination():
+@pytest.mark.parametrize(("first", "second"), [(2.0, -3.0), (1.0, -3.0), (1.0, 1.0)])
+def test_linear_combination(first, second):
     a, b, c = random(37, 5), random(37, 5) + 1.0, random(37, 5) - 1.0
-    expected = 2.0 * a - 3.0 * b + 0.5 * c
-    terms = [(2.0, a), (-3.0, b), (0.5, c)]
+    expected = first * a + second * b + 0.5 * c
+    terms = [(first, a), (second, b), (0.5, c)]
     assert_allclose(linear_combination(terms), expected, rtol=1e-13, atol=1e-15)
     assert linear_combination(terms, out=a) is a
     assert_allclose(a, expected, rtol=1e-13, atol=1e-15)
