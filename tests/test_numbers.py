@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import (
-    FourierModes,
-    HalfSpacePrecon,
     LennardJones93,
     RoughContact,
     RoughSphere,
@@ -95,14 +93,6 @@ FUNCTIONS = {
     "WindowOptions": (WindowOptions, asdict(WindowOptions())),
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),
-    "FourierModes": (
-        lambda stiffness: FourierModes(make_atoms(), stiffness),
-        {"stiffness": 1.0},
-    ),
-    "HalfSpacePrecon": (
-        lambda reference: HalfSpacePrecon(make_atoms(), reference),
-        {"reference": 1.0},
-    ),
     "fit_kappa": (
         partial(analysis.fit_kappa, [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]),
         {"rms_slope": 0.1, "contact_modulus": 1.0},
