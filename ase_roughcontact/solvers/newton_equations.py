@@ -123,7 +123,7 @@ class NewtonEquations:
             change,
             new.opening - state.opening,
             reduction,
-            self._options.forcing,
+            self._options.inverse_forcing,
         )
         return new if refined is change else self._changed(state, refined)
 

@@ -40,7 +40,9 @@ class NewtonKrylovOptions:
         Maximum number of such steps.
     inverse_residual : float
         If a step with the inverse of a repulsive wall leaves more than this part of the
-        residual, the exact system is solved to `forcing` by such Krylov steps.
+        residual, the exact system is solved by such Krylov steps.
+    inverse_forcing : float
+        Residual that they may leave, relative to that of the state.
     attraction_residual : float
         Residual pressure below which the negative stiffness of an attractive wall is
         included, in contact moduli.
@@ -87,6 +89,7 @@ class NewtonKrylovOptions:
     exact_residual: float = 1.0
     exact_krylov_steps: int = 10
     inverse_residual: float = 0.3
+    inverse_forcing: float = 0.09
     attraction_residual: float = 0.3
     history: int = 6
     least_curvature: float = 0.003
