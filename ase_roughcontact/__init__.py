@@ -1,80 +1,22 @@
 """Contact of rough spheres with elastic solids, as an ASE calculator."""
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
 
-from ase_roughcontact.atoms.calculator import RoughContact
-from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
-from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
-from ase_roughcontact.foundation import (
-    CrystalSurface,
-    ElasticFoundation,
-    FoundationPrecon,
-    RigidIndenter,
-    add_indenter,
-    crystal_slab,
-)
-from ase_roughcontact.interactions import (
-    DugdaleWall,
-    ExponentialWall,
-    HardWall,
-    Interaction,
-    LennardJones93,
-    PlasticWall,
-    PowerLawWall,
-)
-from ase_roughcontact.optimize import (
-    ActiveSet,
-    FourierModes,
-    HalfSpacePrecon,
-    NewtonKrylov,
-)
-from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
-from ase_roughcontact.paths.loading import load_path
-from ase_roughcontact.paths.record import LoadStep, column
-from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityWarning
-from ase_roughcontact.topography import (
-    HeightMap,
-    Heterogeneity,
-    RoughSphere,
-    SelfAffine,
-)
-from ase_roughcontact.windows.options import WindowOptions
+if TYPE_CHECKING:
+    from ase_roughcontact.api import *  # noqa: F403
+else:
 
-__all__ = [
-    "ActiveSet",
-    "AdhesionLoop",
-    "CrystalSurface",
-    "DugdaleWall",
-    "ElasticFoundation",
-    "ExponentialWall",
-    "FoundationPrecon",
-    "FourierModes",
-    "HalfSpacePrecon",
-    "HardWall",
-    "HeightMap",
-    "Heterogeneity",
-    "Interaction",
-    "LennardJones93",
-    "LoadStep",
-    "NewtonKrylov",
-    "PlasticWall",
-    "PowerLawWall",
-    "RigidIndenter",
-    "RoughContact",
-    "RoughSphere",
-    "SelfAffine",
-    "Stepper",
-    "ValidityWarning",
-    "WindowOptions",
-    "add_indenter",
-    "adhesion_loop",
-    "column",
-    "crystal_slab",
-    "fcc_spacing",
-    "load_path",
-    "pressure_of",
-    "restore",
-    "snapshot",
-    "substrate",
-]
+    def __getattr__(name: str) -> Any:
+        """Return a public name or a package; so late that Ctrl-C is handled before."""
+        public = import_module("ase_roughcontact.api")
+        if name in ("__all__", *public.__all__):
+            return getattr(public, name)
+        if name in globals():  # a package that was imported just now
+            return globals()[name]
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *import_module("ase_roughcontact.api").__all__})

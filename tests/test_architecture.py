@@ -23,7 +23,7 @@ LAYERS = [
     {"analysis", "paths"},
     {"plot", "scene"},
     {"ensemble"},
-    {"cli", "__main__"},
+    {"api", "cli", "__main__"},
 ]
 LAYER_OF = {name: layer for layer, names in enumerate(LAYERS) for name in names}
 EXTRAS = ("dask", "ducc0")

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite, lookup, positive, surface
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Heterogeneity
 
+# Modulus above that of any solid; diamond has 1200 GPa (eV/Å^3).
+_LARGEST_MODULUS = 2000.0 * UNITS["GPa"]
 _FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads", "measure"))
 
 
@@ -42,6 +46,13 @@ def checked(name: str, value: Any) -> Any:
         raise ValueError(f"solid must be an ElasticSolid, got {value!r}")
     if name == "contact_modulus":
         positive(contact_modulus=value)
+        if value > _LARGEST_MODULUS:
+            warnings.warn(
+                f"contact_modulus = {value:g} eV/Å^3 is {value / UNITS['GPa']:.3g} "
+                "GPa, more than that of any solid: multiply a value in GPa by "
+                "ase.units.GPa",
+                stacklevel=2,
+            )
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):
         raise ValueError(f"interaction must be an Interaction, got {value!r}")

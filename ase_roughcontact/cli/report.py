@@ -129,8 +129,12 @@ def target_unit(scene: Scene) -> str:
 
 
 def limits(step: LoadStep) -> str:
-    """Return the end of a row: names of the limits of the model that a step exceeds."""
-    names = [check.name for check in failed_checks(step.validity).values()]
+    """Return the end of a row: names of the limits of the model that a step exceeds.
+
+    Those that all steps of a path exceed are listed below the table only.
+    """
+    checks = failed_checks(step.validity).values()
+    names = [check.name for check in checks if not check.constant]
     return f"   LIMITS: {', '.join(names)}" if names else ""
 
 

@@ -52,6 +52,8 @@ class Check:
         Why it is a limit.
     value : callable
         Called with a `RelaxedStep`; returns the quantity, NaN if it is not defined.
+    constant : bool
+        Whether the quantity is the same in all steps of a path.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Check:
     limit: float
     reason: str
     value: Callable[[RelaxedStep], float]
+    constant: bool = False
 
     def violation(self, step: RelaxedStep) -> str:
         """Return ``"quantity = value > limit"``; empty if the limit is kept."""
@@ -338,6 +341,7 @@ CHECKS = (
         "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
         "contact attracts, and the pull-off force may be wrong by more than 1 %",
         _tip_zone,
+        constant=True,
     ),
     Check(
         "adhesive zone at the edge/a0",
@@ -346,5 +350,6 @@ CHECKS = (
         "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,
+        constant=True,
     ),
 )

@@ -32,8 +32,8 @@ from ase_roughcontact.windows.regrid import regrid
 
 AnyPath = TypeVar("AnyPath", bound="ContactPath")
 
-# Shape of the atoms before a window is chosen.
-_FIRST_SHAPE = (8, 8)
+# Least side of the atoms before a window is chosen.
+_FIRST_SIDE = 8
 # Number of steps up to which an error lists them.
 _MOST_LISTED = 20
 # Height of the indenter before a step, in units of the spacing.
@@ -118,12 +118,13 @@ class ContactPath(Predictions):
 
         The indenter is far above them, so that its heights are not needed.
         """
-        periodic = self.substrate.periodic
+        periodic, change = self.substrate.periodic, self.grids.change
         if self.shape:
-            check_memory(self.grids.change.shape(self.shape), margin=not periodic)
+            check_memory(change.shape(self.shape), margin=not periodic)
+        first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
         atoms = substrate(
             self.symbol,
-            self.shape or _FIRST_SHAPE,
+            self.shape or (first, first),
             self.surface,
             spacing=self.spacing,
             periodic=periodic,
@@ -228,7 +229,7 @@ class ContactPath(Predictions):
 
         if fails(len(steps) - 1):
             first = bisect_left(range(len(steps)), True, key=fails)
-            error = problems[first]
+            error = problems[len(steps) - 1]  # what the others need is less
             kind = MemoryError if isinstance(error, MemoryError) else ValueError
             raise kind(self._without(steps[first:], str(error))) from error
 
@@ -280,7 +281,11 @@ class ContactPath(Predictions):
         surface, spacing = coarsened(expected.indenter, expected.spacing, ratio)
         fixed = self.path.control != "load"
         atoms = substrate(
-            self.symbol, _FIRST_SHAPE, surface, spacing=spacing, fixed=fixed
+            self.symbol,
+            (_FIRST_SIDE, _FIRST_SIDE),
+            surface,
+            spacing=spacing,
+            fixed=fixed,
         )
         solid = self.solid  # a crystal has only the spacing of its own
         modulus = solid.contact_modulus if isinstance(solid, Crystal) else None

@@ -7,6 +7,7 @@ from pathlib import Path
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.topography import HeightMap
+from ase_roughcontact.topography.scan_files import TEXT
 
 # Limits beyond which a scan is doubtful: share of missing points, rms slopes, and size.
 _MOST_MISSING = 0.1
@@ -41,14 +42,16 @@ def scan_line(config: TopographyConfig) -> str:
     place = "highest" if config.center == "highest" else "axis"
     parts = [
         f"{width / unit:.4g} x {height / unit:.4g} {name}",
-        f"{n} x {m} points",
+        f"{n} x {m} points{_order(config.file)}",
         f"{surface.missing} ({100.0 * surface.missing / (n * m):.2g} %) missing",
         f"rms height {statistics.rms_height / nm:.3g} nm",
         f"rms slope {statistics.rms_slope:.3g}",
         f"{place} at ({x / unit:.4g}, {y / unit:.4g}) {name}",
     ]
     if surface.tip.is_tip:
-        parts.append(f"radius {surface.tip.radius / nm:.3g} nm")
+        parts.append(
+            f"curvature of the scan itself: radius {surface.tip.radius / nm:.3g} nm"
+        )
     return f"{Path(config.file).name}: {', '.join(parts)}"
 
 
@@ -106,6 +109,14 @@ def scan_warnings(
             'whole tip, or detrend = "curvature" if it is roughness of the sphere'
         )
     return [f"{Path(config.file).name}: {each}" for each in found]
+
+
+def _order(file: str) -> str:
+    """Return which way x is, for files that do not say it themselves."""
+    suffix = Path(file).suffix.lower()
+    if suffix == ".npy":
+        return " (first index along x)"
+    return " (rows of a matrix along x)" if suffix in TEXT else ""
 
 
 def _size(surface: HeightMap) -> tuple[float, float]:

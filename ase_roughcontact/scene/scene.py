@@ -81,7 +81,9 @@ class Scene(ContactPath):
         """
         try:
             return Path(file).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{file} is not a TOML file: it is not text") from error
+        except OSError as error:
             raise ValueError(f"can't read the scene {file}: {error}") from error
 
     @classmethod

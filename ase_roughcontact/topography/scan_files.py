@@ -11,7 +11,8 @@ import numpy as np
 from ase_roughcontact._util.validation import FloatArray, check_matrix, lookup
 from ase_roughcontact.topography.scan_text import RawScan, scan_from_text
 
-_TEXT = ".txt", ".asc", ".dat", ".csv", ".xyz", ".tsv"
+#: Endings of the names of text files.
+TEXT = ".txt", ".asc", ".dat", ".csv", ".xyz", ".tsv"
 
 
 def read_scan(file: str | Path, channel: int | str | None = None) -> RawScan:
@@ -38,7 +39,7 @@ def read_scan(file: str | Path, channel: int | str | None = None) -> RawScan:
     try:
         if path.suffix == ".npy":
             return RawScan(_array(np.load(path)))
-        if path.suffix.lower() in _TEXT and not _is_binary(path):
+        if path.suffix.lower() in TEXT and not _is_binary(path):
             return scan_from_text(path.read_text(encoding="utf-8", errors="replace"))
         return _with_surface_topography(path, channel)
     except ImportError:

@@ -220,6 +220,11 @@ class SelfAffine:
         if self.normalise == "ensemble":
             power = _mean_power(self, np.sqrt(square))
         kept = square <= (self.side / shortest * (1 + _ROUNDING)) ** 2
+        if not kept.any():
+            raise ValueError(
+                f"all waves of the roughness are shorter than {shortest:g}: choose at "
+                f"most {self.side / math.sqrt(square.min()):g}"
+            )
         part = (power @ (square * kept)) / (power @ square)
         return replace(
             self,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from typing import Any
@@ -14,12 +15,14 @@ from ase_roughcontact.atoms.calculator import wall_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import INDENTER_KEY, surface_id
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography import SelfAffine, Surface
 from ase_roughcontact.windows.exchange import moved
 
 # Spacings on the shortest wave of a surface that is sampled on a coarser grid. Two are
 # the least; smoother surfaces lose more slope than the grid gains.
 _PER_WAVE = 2
+# Tolerance within which a number is whole.
+_ROUNDING = 1e-6
 # A spacing relative to that of the atoms.
 _RELATIVE = re.compile(r"\s*((?P<coarsen>\d+)\s*)?a0\s*(/\s*(?P<refine>\d+))?\s*")
 
@@ -114,7 +117,8 @@ class GridChange:
         Raises
         ------
         ValueError
-            If the grid is coarser, and the indenter has no method `band_limited`.
+            If the grid is coarser, and the indenter has no method `band_limited`, or a
+            roughness without longer waves or of another period.
         """
         if self.coarsen == 1:
             return indenter
@@ -123,7 +127,34 @@ class GridChange:
             raise ValueError(
                 f"coarsen needs an indenter with a method band_limited, got {indenter}"
             )
+        self._check_waves(getattr(indenter, "roughness", indenter), spacing)
         return limit(_PER_WAVE * self.spacing(spacing))
+
+    def _check_waves(self, rough: Surface | None, spacing: float) -> None:
+        """Raise `ValueError` if a coarser grid has no waves, or not the period."""
+        if not isinstance(rough, SelfAffine):
+            return
+        ratio = self.coarsen
+        longest = rough.longest_wavelength or rough.long_wavelength
+        most, least = (
+            math.floor(wave / spacing / _PER_WAVE + _ROUNDING)
+            for wave in (longest, rough.short_wavelength)
+        )
+        if ratio > most:
+            raise ValueError(
+                f"coarsen = {ratio} leaves out all waves of the roughness: a grid of "
+                f"{ratio} a0 resolves waves of {_PER_WAVE * ratio} a0 and more, the "
+                f"longest one has {longest / spacing:.4g} a0: choose at most {most}, "
+                f"or {least} to leave out none"
+            )
+        side = rough.side / spacing
+        if abs(side / ratio - round(side / ratio)) > _ROUNDING:
+            fitting = math.ceil(side / ratio) * ratio
+            raise ValueError(
+                f"coarsen = {ratio} must divide the domain of the roughness, got "
+                f"{side:.9g} a0: choose a domain of {fitting} a0, "
+                f"{fitting * spacing:.9g} Å"
+            )
 
 
 def regrid(atoms: Atoms, change: GridChange) -> float:

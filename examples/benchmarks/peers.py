@@ -96,7 +96,12 @@ def arguments() -> argparse.Namespace:
     parser.add_argument(
         "--patience", type=float, default=60, help="seconds after which not to repeat"
     )
-    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument(
+        "--threads",
+        type=int,
+        default=os.environ.get("OMP_NUM_THREADS", 2),
+        help="default: OMP_NUM_THREADS, else 2",
+    )
     parser.add_argument("--csv", type=Path, default=Path("peers.csv"))
     parser.add_argument("--table-only", action="store_true")
     return parser.parse_args()

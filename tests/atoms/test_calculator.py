@@ -78,6 +78,7 @@ def test_free_energy_equals_the_energy():
     )
 
 
+@pytest.mark.filterwarnings("ignore:contact_modulus")  # in other units
 @pytest.mark.parametrize(
     "length, modulus",
     [
@@ -436,3 +437,9 @@ def test_calculator_has_no_reference_cycle():
 )
 def test_representation_lists_parameters_that_are_not_defaults(calc, expected):
     assert repr(calc) == expected
+
+
+@pytest.mark.parametrize("modulus", [171.0, 171e9])
+def test_a_modulus_above_that_of_any_solid_is_a_warning(modulus):
+    with pytest.warns(UserWarning, match=r"GPa, more than .*multiply .* ase.units.GPa"):
+        RoughContact(SPHERE, contact_modulus=modulus)

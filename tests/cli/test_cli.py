@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import runpy
+import subprocess
 import sys
 
 import numpy as np
@@ -391,3 +392,24 @@ def test_folder_with_more_steps_of_another_scene_is_refused(scene, tmp_path, cap
     other.write_text(text)
     assert main(["run", str(other), "--out", out]) == 2
     assert "contains results of another scene" in capsys.readouterr().err
+
+
+INTERRUPTED = """
+import os, runpy, signal, sys
+
+class Interrupt:
+    def find_spec(self, name, path=None, target=None):
+        if name == "numpy":
+            os.kill(os.getpid(), signal.SIGINT)
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # as in a terminal
+sys.meta_path.insert(0, Interrupt())
+runpy.run_module("ase_roughcontact", run_name="__main__")
+"""
+
+
+def test_an_interrupt_while_modules_are_imported_is_a_line():
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (130, "\ninterrupted\n")

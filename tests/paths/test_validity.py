@@ -359,5 +359,7 @@ def test_loops_mark_states_outside_of_the_limits(tmp_path, capsys):
         assert main([*command, str(tmp_path / "out")]) == 0
     text = capsys.readouterr().out
     assert re.search(r"   LIMITS: .*largest pressure/hardness", text)
+    assert not re.search(r"   LIMITS: .*adhesive zone", text)  # in all states
+    assert re.search(r"adhesive zone at the tip/a0 < 5 in (\d+) of \1 steps", text)
     assert re.search(r"largest pressure/hardness > 1 in \d+ of \d+ steps: the", text)
     assert main([*command, str(tmp_path / "strict"), "--strict"]) == 2

@@ -398,6 +398,12 @@ def test_a_file_that_can_not_be_read_is_an_error(tmp_path):
         Scene.read(tmp_path / "absent.toml")
 
 
+def test_an_array_given_as_a_scene_is_named_as_no_toml(tmp_path):
+    np.save(tmp_path / "scan.npy", np.arange(6.0))
+    with pytest.raises(ValueError, match=r"scan\.npy is not a TOML file: it is not"):
+        Scene.read(tmp_path / "scan.npy")
+
+
 def test_automatic_windows_need_a_free_half_space():
     text = SMALL.replace("shape = [32, 30]", 'shape = "auto"\nperiodic = true')
     with pytest.raises(ValueError, match="needs a free half space"):

@@ -107,3 +107,48 @@ values = [1.0, 10.0, 1e6, 1e8]
     message = r"load of 1e\+06 to 1e\+08 nN: atoms .*; or give values = \[1, 10\]"
     with pytest.raises(ValueError, match=message):
         Scene.parse(text).check_path()
+
+
+def test_too_small_a_domain_is_answered_with_that_of_the_largest_step():
+    text = """
+[roughness]
+long_wavelength = 16.0
+domain = 64.0
+[path]
+control = "load"
+values = [1.0, 1e5, 1e6]
+"""
+    scene = Scene.parse(text)
+    with pytest.raises(ValueError, match="domain of") as error:
+        scene.check_path()
+    assert "load of 100000 to 1e+06 nN" in str(error.value)
+    assert f"{scene.plan().advice}; or give" in str(error.value)
+
+
+COARSE = """
+substrate = { model = "continuum", coarsen = %d }
+roughness = { long_wavelength = 64.0 }
+path = { values = [5.0] }
+"""
+
+
+@pytest.mark.parametrize(
+    ("coarsen", "message"),
+    [
+        (64, r"64 leaves out all waves .* has 64 a0: choose at most 32, or 2 to leave"),
+        (12, r"12 must divide the domain .* 256 a0: choose a domain of 264 a0, .* Å$"),
+    ],
+)
+def test_a_grid_too_coarse_for_the_roughness_says_what_to_choose(coarsen, message):
+    scene = Scene.parse(COARSE % coarsen)
+    with pytest.raises(ValueError, match=f"^coarsen = {message}"):
+        scene.plan()
+    with pytest.raises(ValueError, match=message):
+        list(scene.relax(validity="ignore"))
+
+
+@pytest.mark.parametrize("coarsen", [16, 32])
+def test_grids_coarser_than_the_first_window_can_be_given(coarsen):
+    scene = Scene.parse(COARSE % coarsen)
+    (step,) = scene.relax(validity="ignore")
+    assert step.converged

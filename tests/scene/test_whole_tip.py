@@ -6,6 +6,7 @@ import pytest
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
+from ase_roughcontact.scene.scan_summary import scan_line
 
 X, Y = np.meshgrid(np.arange(-30.0, 34.0), np.arange(-33.0, 31.0), indexing="ij")
 TIP = -(4.0 * X**2 + 4.0 * Y**2) / 200.0  # Å, radius 100 Å at a spacing of 2 Å
@@ -45,6 +46,12 @@ def read(tmp_path):
 
 def steps(scene):
     return [(s.normal_force, s.penetration, s.contact_area) for s in scene.relax()]
+
+
+def test_the_summary_of_an_array_says_which_index_and_which_radius_is_meant(read):
+    line = scan_line(read().topography)
+    assert "64 x 64 points (first index along x), 0 (0 %) missing" in line
+    assert line.endswith(", curvature of the scan itself: radius 10 nm")
 
 
 ROUGH = SelfAffine(0.05, 0.8, 8.0, 32.0, seed=1).heights((64, 64), 2.0)

@@ -279,3 +279,8 @@ def test_lowest_height_is_that_of_a_grid_over_the_domain():
         heights = surface.heights((64, 64), 1.0, origin)
         assert surface.lowest(1.0, origin) == heights.min()
     assert surface.extent == 32.0
+
+
+def test_a_surface_without_any_of_its_waves_is_refused():
+    with pytest.raises(ValueError, match=r"shorter than 300: choose at most 64$"):
+        SelfAffine(0.1, 0.8, 4.0, 64.0).band_limited(300.0)
