@@ -22,7 +22,8 @@ without_pictures = pytest.mark.usefixtures("no_pictures")
 
 
 @pytest.fixture
-def scene(tmp_path):
+def scene(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # of the default database
     file = tmp_path / "small.toml"
     file.write_text(SMALL)
     return file
