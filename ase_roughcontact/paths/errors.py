@@ -11,8 +11,8 @@ They add up from three sources:
 
   under soft and hard walls.
 - *Grid*, if the continuum is asked for. Errors of the area are those of
-  `counted_area`. On a grid of spacing :math:`\Delta x` the height under a load is wrong
-  by about
+  `edge_area` or `counted_area`. On a grid of spacing :math:`\Delta x` the height
+  under a load is wrong by about
 
   .. math:: \frac{0.04\, \Delta x^2 S_d}{A^{3/2}\, dN/dZ} a_0^2 \sum |p|, \qquad
             \frac{0.006\, \Delta x^2 S_d}{A^2 E^*} a_0^2 \sum |p|
@@ -47,6 +47,7 @@ import numpy as np
 
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.theory.counted_area import grid_error
+from ase_roughcontact.theory.edge_area import edge_error
 
 # Factor of the error of the height by the grid: measured on rough spheres and flats by
 # examples/benchmarks/grid_error.py.
@@ -144,12 +145,16 @@ def _force_change(shift: float, compliance: float) -> float:
 
 def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
-    of_grid = grid_error(
-        step.perimeter,
-        step.state.cell_area,
-        step.coarse_area is not None,
-        _softness(step),
-    )
+    if step.edge_area:
+        change, spacing = step.edge_area.change, step.halfspace.spacing
+        of_grid = edge_error(change, step.perimeter, spacing)
+    else:
+        of_grid = grid_error(
+            step.perimeter,
+            step.state.cell_area,
+            step.coarse_area is not None,
+            _softness(step),
+        )
     return of_grid + step.lost_slope * step.state.contact_area
 
 

@@ -15,7 +15,8 @@ from ase_roughcontact.windows.regrid import GridChange
 _POINTS = {0.05: 4, 0.01: 8, 0.002: 16}
 # Smallest error that is attempted, with twice the points for half the error.
 _SMALLEST = 5e-4
-# Errors below which the area under a hard wall is extrapolated from two grids.
+# Errors below which the area under a hard wall that attracts, or with a hardness, is
+# extrapolated from two grids.
 _EXTRAPOLATED = 0.05
 # Spacings on the shortest wave of a surface whose wavelengths are not known.
 _UNKNOWN_WAVE = 4.0
@@ -85,7 +86,7 @@ def grids_for(
     rough = getattr(indenter, "roughness", indenter)
     wave = getattr(rough, "short_wavelength", _UNKNOWN_WAVE * spacing)
     finest = wave / _points(error) / spacing
-    extrapolated = wall.hard and error < _EXTRAPOLATED
+    extrapolated = wall.hard and not wall.elastic_edge and error < _EXTRAPOLATED
     largest = _ATTRACTIVE if wall.attractive else _HARD if wall.hard else _SOFT
     power = math.floor(math.log2(min(finest, largest)) + _ROUNDING)
     while power >= 0:

@@ -86,6 +86,8 @@ def _largest_force(step: RelaxedStep) -> float:
 
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
+    if step.edge_area:
+        return step.edge_area.area
     if step.coarse_area is not None:
         area = 2.0 * area - step.coarse_area
     elif step.contact.interaction.hard:
@@ -139,8 +141,9 @@ class LoadStep:
     )
     continuum_area: float = column(
         _continuum_area,
-        "area of the continuum that the grid discretises: extrapolated from two grids, "
-        "or on one grid corrected by the perimeter under a hard wall, at least load "
+        "area of the continuum that the grid discretises: under a hard wall by the "
+        "fields at the edge of the contact if the continuum is asked for, otherwise "
+        "corrected by the perimeter, or extrapolated from two grids, and at least load "
         "over hardness",
         "Å^2",
         "area",

@@ -17,6 +17,7 @@ from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 from ase_roughcontact.theory.counted_area import open_sides
+from ase_roughcontact.theory.edge_area import EdgeArea, edge_area
 
 # Relative residual of the equations for the contact stiffness; see `height_response`.
 _RESIDUAL = 1e-2
@@ -105,6 +106,25 @@ class RelaxedContact:
         """Length of the boundary of the contact along the lines of the grid (Å)."""
         sides = open_sides(self.state.contact, self.halfspace.periodic)
         return float(sides.sum()) * self.halfspace.spacing
+
+    @cached_property
+    def edge_area(self) -> EdgeArea | None:
+        """Area of the continuum by the fields at the edge of the contact.
+
+        None unless the continuum is asked for, and this is the contact of a wall with
+        an `elastic_edge`.
+        """
+        wall, state, halfspace = self.contact.interaction, self.state, self.halfspace
+        if not (self.continuum and wall.elastic_edge and self.touches):
+            return None
+        return edge_area(
+            state.pressure * state.contact,
+            state.gap,
+            self.perimeter,
+            halfspace.spacing,
+            halfspace.contact_modulus,
+            halfspace.periodic,
+        )
 
     @property
     def mean_pressure(self) -> float:

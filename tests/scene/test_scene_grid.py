@@ -81,7 +81,9 @@ def test_refined_scene_has_another_grid_and_all_else_the_same():
 def test_header_says_grid_and_loss():
     line = table_header(reference_for(scene('model = "continuum"\nrefine = 2')))
     assert "grid of spacing a0/2\n" in line
-    line = table_header(reference_for(scene('model = "continuum"')))
+    keys = {"interaction.kind": "plastic", "interaction.hardness": 1.0}
+    plastic = scene('model = "continuum"').with_values(keys)
+    line = table_header(reference_for(plastic))
     assert "grid of spacing a0/2, extrapolated with one of a0\n" in line
     coarse = scene('model = "continuum"\ncoarsen = 4')
     text = table_header(reference_for(coarse))

@@ -1,0 +1,86 @@
+"""Contact area of the continuum from the fields at the edge of a hard contact."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    HardWall,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.theory import Hertz
+from ase_roughcontact.theory.counted_area import open_sides
+from ase_roughcontact.theory.edge_area import edge_area, edge_error
+
+
+def fields(depth, modulus):
+    """Return pressure and gap next to a straight edge, at distances inside."""
+    strength = 0.3
+    pressure = strength * np.sqrt(depth.clip(0.0))
+    gap = 4.0 / 3.0 * strength / modulus * (-depth).clip(0.0) ** 1.5
+    return pressure, gap
+
+
+@pytest.mark.parametrize(
+    "shape, normal",
+    [((24, 24), n) for n in ((1, 0), (0, 1), (1, 1), (1, 2), (3, -1))]
+    + [((25, 35), (1, 0)), ((25, 35), (0, 1))],
+)
+def test_straight_edges_are_found_between_the_points(shape, normal):
+    """Periodic strips at angles to the grid, which wrap around odd windows, too."""
+    spacing, modulus, (a, b) = 0.5, 7.0, normal
+    period = np.gcd(a * shape[0], b * shape[1])
+    lines = a * np.arange(shape[0])[:, None] + b * np.arange(shape[1])
+    half = shape[0] * shape[1] * spacing**2 / 2
+    errors = []
+    for shift in np.arange(0.0, 2.0, 0.1):
+        across = (lines - shift + period / 2) % period - period / 2
+        depth = (period / 4 - abs(across)) * spacing / np.hypot(a, b)
+        pressure, gap = fields(depth, modulus)
+        edges = open_sides(pressure > 0.0, True).sum() * spacing
+        found = edge_area(pressure, gap, edges, spacing, modulus, periodic=True)
+        errors.append((found.area - half) / (edges * spacing))
+    # counting errs by up to 0.5, and the mean of counts for curved edges by 0.12
+    assert max(map(abs, errors)) < 0.03
+    assert abs(np.mean(errors)) < 0.011
+
+
+def test_full_contact_and_the_correction_by_the_perimeter():
+    pressure, gap = np.ones((6, 6)), np.zeros((6, 6))
+    full = edge_area(pressure, gap, 0.0, 0.5, 1.0, periodic=True)
+    assert full == (9.0, 0.0)
+    # 0.0158 S_d dx by all points, twice that by every other one
+    shifted = edge_area(pressure, gap, 10.0, 0.5, 1.0, periodic=True)
+    assert shifted.change == pytest.approx(0.0158 * 10.0 * 0.5)
+    assert shifted.area == pytest.approx(9.0 - 0.0158 * 5.0 * (1.0 - 1.0 / 3.0))
+
+
+def test_error_adds_up_change_perimeter_and_half_a_point():
+    expected = 0.25 * 3.0 + 0.006 * 40.0 * 0.5 + 0.125
+    assert edge_error(-3.0, 40.0, 0.5) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    "radius, error", [(2.0, 0.06), (4.0, 0.02), (8.0, 0.005), (16.0, 0.0015)]
+)
+def test_smooth_spheres_of_few_points(radius, error):
+    """At any contact radius, and within twice the estimate."""
+    sphere = RoughSphere(1000.0)
+    law = Hertz(sphere.radius, 1.0)
+    for offset in (0.0, 0.11, 0.27):
+        contact = radius * (1.0 + offset)
+        atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+        atoms.calc = RoughContact(sphere, 1.0, HardWall())
+        (step,) = load_path(
+            atoms,
+            loads=[law.force(contact)],
+            window="auto",
+            model="continuum",
+            refine=1,
+            accuracy=1e-6,
+        )
+        difference = abs(step.continuum_area - np.pi * contact**2)
+        assert difference < error * step.continuum_area
+        assert difference < 2.0 * step.area_error
