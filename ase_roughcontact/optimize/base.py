@@ -92,15 +92,23 @@ class ContactOptimizer(Optimizer):
             )
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
         self.pairs = 0.0
+        self._given_start: Start | None = None
         self._options = {} if options is None else {"options": options}
         self._connect()
 
-    def run(
-        self,
-        fmax: float = 0.05,
-        steps: int = DEFAULT_MAX_STEPS,
-        start: Start | None = None,
-    ) -> bool:
+    def start_from(self, pressure: np.ndarray, height: float) -> None:
+        """Start the next run from another state than that of the atoms.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (n, m)
+            Pressure on the window (eV/Å^3).
+        height : float
+            Height of the indenter, if it is not fixed (Å).
+        """
+        self._given_start = pressure, height
+
+    def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
         """Relax the atoms.
 
         Parameters
@@ -109,10 +117,6 @@ class ContactOptimizer(Optimizer):
             Tolerance of the force on every atom (eV/Å).
         steps : int
             Maximum number of steps.
-        start : (ndarray, float), optional
-            Pressure on the window, shape (n, m) (eV/Å^3), and, for an indenter that is
-            not fixed, its height (Å), from which to start instead of those of the
-            atoms.
 
         Returns
         -------
@@ -120,7 +124,7 @@ class ContactOptimizer(Optimizer):
             Whether the tolerance was reached. If not, `message` says why, and the atoms
             are in the best state that was found.
         """
-        *_, converged = self._iterate(fmax, steps, start)
+        *_, converged = self._iterate(fmax, steps)
         return converged
 
     def irun(
@@ -178,21 +182,10 @@ class ContactOptimizer(Optimizer):
             self._move_atoms()
         super().call_observers()
 
-    def _iterate(
-        self, fmax: float, steps: int, start: Start | None = None
-    ) -> Iterator[bool]:
+    def _iterate(self, fmax: float, steps: int) -> Iterator[bool]:
         self.fmax, self.max_steps = fmax, self.nsteps + steps
         self._connect()
-        height = float(self.atoms.positions[-1, 2])
-        if start is None:
-            pressure = self._start()
-        else:
-            self._energy, self._force = (
-                np.nan,
-                np.inf,
-            )  # not known before the first step
-            pressure = start[0]
-            height = height if self.indenter.fixed else start[1]
+        pressure, height = self._start()
         self._converged = self._force < fmax
         self._states = type(self).solver(
             self.contact,
@@ -243,11 +236,19 @@ class ContactOptimizer(Optimizer):
         self._converged = False
         self.message = ""
 
-    def _start(self) -> np.ndarray | None:
+    def _start(self) -> tuple[np.ndarray | None, float]:
+        """Return the first pressure, None if flat, and height; set energy and force."""
+        height = float(self.atoms.positions[-1, 2])
+        if self._given_start is not None:
+            (pressure, given_height), self._given_start = self._given_start, None
+            self._energy, self._force = np.nan, np.inf  # known after the first step
+            return pressure, height if self.indenter.fixed else given_height
+        return self._start_of_atoms(height), height
+
+    def _start_of_atoms(self, height: float) -> np.ndarray | None:
         """Return the pressure of the atoms, None if flat; set energy and force."""
         pressure = self._model.elastic_pressure(self.atoms)
         values = displacement(self.atoms, self._model.grid)
-        height = float(self.atoms.positions[-1, 2])
         area = self.contact.halfspace.cell_area
         n, m = pressure.shape
         load_energy, load_force = self.indenter.external(height)

@@ -236,11 +236,12 @@ class Stepper:
     ) -> None:
         """Run the optimizer once, and add its cost to the statistics."""
         optimizer = self._optimizer(self.atoms, logfile=None)
-        options = {"start": start} if isinstance(optimizer, ContactOptimizer) else {}
+        if start and isinstance(optimizer, ContactOptimizer):
+            optimizer.start_from(*start)
         counts = hasattr(optimizer, "pairs")
         before = 0 if counts else contact_of(self.atoms).halfspace.pairs
         statistics.converged = bool(
-            optimizer.run(fmax=tolerance, steps=self._max_steps, **options)
+            optimizer.run(fmax=tolerance, steps=self._max_steps)
         )
         for _ in optimizer.optimizable.iterimages():
             pass  # moves the atoms if the optimizer works on other coordinates

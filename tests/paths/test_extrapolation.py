@@ -102,6 +102,7 @@ def test_optimizers_start_from_a_given_state(wall, fixed):
     first.run(fmax=1e-7)
     state = first.state
     again = optimizer(make_atoms(wall, fixed, height=-0.5, load=20.0))
-    assert again.run(fmax=1e-6, start=(state.pressure, state.height))
+    again.start_from(state.pressure, state.height)
+    assert again.run(fmax=1e-6)
     assert again.pairs < 0.3 * first.pairs
     assert again.atoms.positions[-1, 2] == pytest.approx(state.height, abs=1e-6)
