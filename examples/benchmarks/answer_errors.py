@@ -257,6 +257,8 @@ def draw():
         if wall == "hard":
             axes.text(0.99, LEVELS[level], goal, color=colour, fontsize=8, **place)
     axes.set(xscale="log", yscale="log")
+    axes.set_xticks(ticks := [0.2, 0.5, 1, 2, 5], map(str, ticks))
+    axes.xaxis.set_minor_formatter("")
     axes.set(xlabel="CPU time of a step (s)", ylabel="true relative error of the area")
     figure.legend(loc="outside upper center", fontsize=8, ncols=2)
     figure.savefig(IMAGE, dpi=120)
