@@ -172,8 +172,11 @@ def _cut_to_tension(axes: Any, fit: Fit) -> None:
 
 
 def draw_tradeoff(study: Tradeoff, file: Path) -> None:
-    """Draw errors of choices against their times."""
-    choices = [(c.source, c.label, c.error, c.seconds) for c in study.choices]
+    """Draw errors of choices against their costs."""
+    choices = [
+        (c.source, f"{'≤ ' * c.is_bound}{c.label}", c.error, c.cost)
+        for c in study.choices
+    ]
     front = [n for n, choice in enumerate(study.choices) if choice in study.front]
     figure = Figure(figsize=(6.5, 4.5), layout="constrained")
     plot.plot_tradeoff(figure.subplots(), choices, front, study.wanted, study.of)
@@ -329,7 +332,11 @@ def _share_range(panels: Sequence[Any]) -> None:
 
 
 def check_picture(file: Path) -> None:
-    """Raise `ValueError` if the ending of a file is not that of a format."""
+    """Raise `ValueError` if a file can't be a picture by its ending or its folder."""
+    if not file.parent.is_dir():
+        raise ValueError(
+            f"there is no folder {file.parent} for the picture {file.name}"
+        )
     formats = Figure().canvas.get_supported_filetypes()
     if file.suffix and _format(file) not in formats:
         raise ValueError(

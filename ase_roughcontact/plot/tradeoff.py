@@ -1,15 +1,30 @@
-"""Errors of choices against their times."""
+"""Errors of choices against their costs."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+import math
+from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
+from matplotlib.transforms import Bbox
 
 from ase_roughcontact.plot.style import COLOURS, GREY
 
 _MARKERS = "osD^v<>P"
+# Smallest error that is told from zero, relative to the wanted one.
+_SMALLEST = 1e-3
+# Size of the markers of the first source, and by how much those of the next ones are
+# larger, which lie behind, so that none hides another; distances of labels (points).
+_SIZE, _LARGER, _DISTANCES = 5.0, 0.8, (8.0, 14.0, 22.0)
+# Number of places along a line that labels avoid, for each of its points.
+_ALONG = 100
+# Directions from a point to its label, the preferred ones first.
+_DIRECTIONS = (1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)
+_ALIGNMENTS = {
+    "ha": {1: "left", 0: "center", -1: "right"},
+    "va": {1: "bottom", 0: "center", -1: "top"},
+}
 
 
 def plot_tradeoff(
@@ -19,16 +34,18 @@ def plot_tradeoff(
     wanted: float | None = None,
     of: str = "area",
 ) -> Any:
-    """Plot error against time, with the Pareto front as a line.
+    """Plot error against cost, with the Pareto front of each source as a line.
 
     Parameters
     ----------
     axes : matplotlib Axes
     choices : sequence of (str, str, float, float)
-        Source of the error, label, relative error and time (s). Errors and times of
-        zero are drawn at the edge.
+        Source of the error, label, relative error and cost. Zeros, and errors of less
+        than 1e-3 of the wanted one, are drawn at a tenth of the smallest other value,
+        or of the wanted error if that is smaller.
     front : collection of int
-        Numbers of the choices than which no other is both faster and more accurate.
+        Numbers of the choices than which no other of their source is both cheaper and
+        more accurate.
     wanted : float, optional
         Wanted error, drawn as a horizontal line.
     of : str
@@ -38,34 +55,88 @@ def plot_tradeoff(
     -------
     matplotlib Axes
     """
-    sources = list(dict.fromkeys(source for source, *_ in choices))
-    errors, times = (
-        _above_zero(np.array([choice[i] for choice in choices])) for i in (2, 3)
+    sources = [source for source, *_ in choices]
+    given_errors, given_costs = (
+        np.array([choice[i] for choice in choices]) for i in (2, 3)
     )
-    for number, (source, label, *_) in enumerate(choices):
-        kind = sources.index(source)
-        axes.plot(
-            times[number],
-            errors[number],
-            _MARKERS[kind % len(_MARKERS)],
-            color=COLOURS[kind % len(COLOURS)],
-            ms=6,
-            label=source if source not in axes.get_legend_handles_labels()[1] else None,
-        )
-        place = {"xytext": (5, 3 - 10 * (number % 2)), "textcoords": "offset points"}
-        axes.annotate(label, (times[number], errors[number]), fontsize=7, **place)
-    along = sorted(front, key=lambda number: times[number])
-    if along:
-        axes.plot(times[along], errors[along], "k-", lw=0.8, label="Pareto front")
+    errors = _above_edge(given_errors, wanted)
+    costs = _above_edge(given_costs)
+    axes.set(xscale="log", yscale="log")
+    for kind, source in enumerate(dict.fromkeys(sources)):
+        style = {"color": COLOURS[kind % len(COLOURS)], "clip_on": False}
+        members = [n for n, each in enumerate(sources) if each == source]
+        marker = _MARKERS[kind % len(_MARKERS)]
+        points = costs[members], errors[members]
+        size, order = _SIZE + _LARGER * kind, 3.0 - 0.1 * kind
+        axes.plot(*points, marker, ms=size, label=source, zorder=order, **style)
+        along = sorted(set(front).intersection(members), key=lambda n: costs[n])
+        if len(along) > 1:
+            axes.plot(costs[along], errors[along], lw=0.8, zorder=1, **style)
     if wanted is not None:
         axes.axhline(wanted, color=GREY, ls="--", lw=0.8, label="wanted error")
-    axes.set(xscale="log", yscale="log")
-    axes.set(xlabel="time (s)", ylabel=f"error of the {of}")
-    axes.legend(fontsize=7)
+    axes.margins(0.12)
+    axes.set_xlabel("FFT pairs times grid points" + _edge(costs != given_costs, "left"))
+    axes.set_ylabel(f"error of the {of}" + _edge(errors != given_errors, "lower"))
+    options = {"ncols": 4, "frameon": False, "fontsize": 7}
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), **options)
+    labels = dict[tuple[float, float], list[str]]()
+    for x, y, (_, label, *_) in zip(costs, errors, choices, strict=True):
+        labels.setdefault((x, y), []).append(label)
+    _annotate(axes, {point: ", ".join(names) for point, names in labels.items()})
     return axes
 
 
-def _above_zero(values: np.ndarray) -> np.ndarray:
-    """Return values with a third of the smallest positive one in place of zeros."""
-    positive = values[values > 0.0]
-    return np.where(values > 0.0, values, positive.min(initial=1.0) / 3.0)
+def _above_edge(values: np.ndarray, wanted: float | None = None) -> np.ndarray:
+    """Return values with a tenth of the smallest other one in place of small ones."""
+    shown = values > _SMALLEST * (wanted or 0.0)
+    edge = min(values[shown].min(initial=math.inf), wanted or math.inf) / 10.0
+    return np.where(shown, values, edge if edge < math.inf else 1.0)
+
+
+def _edge(moved: np.ndarray, side: str) -> str:
+    """Return what a label of an axis says if values are drawn at its edge."""
+    return f" (about 0 at the {side} edge)" if moved.any() else ""
+
+
+def _annotate(axes: Any, labels: dict[tuple[float, float], str]) -> None:
+    """Write labels beside points, where they overlap neither lines nor each other."""
+    axes.get_figure().draw_without_rendering()  # places the axes
+    taken = [box for line in axes.lines for box in _boxes(line)]
+    for point, label in labels.items():
+        for note in _placed(axes, point, label):
+            box = note.get_window_extent()
+            inside = np.allclose(Bbox.intersection(axes.bbox, box) or 0.0, box)
+            if inside and not box.count_overlaps(taken):
+                break
+            note.remove()
+        else:
+            axes.add_artist(note)
+        taken.append(box)
+
+
+def _boxes(line: Any) -> Iterator[Bbox]:
+    """Yield boxes around the markers, or along a line without any."""
+    points = line.get_transform().transform(line.get_xydata())
+    size = line.get_markersize() / 2.0 * line.get_figure().dpi / 72.0
+    if line.get_marker() == "None":
+        size, ends = 1.0, np.arange(len(points))
+        along = np.linspace(0, ends[-1], _ALONG * len(points))
+        points = np.transpose([np.interp(along, ends, each) for each in points.T])
+    for point in points:
+        yield Bbox([point - size, point + size])
+
+
+def _placed(axes: Any, point: tuple[float, float], label: str) -> Any:
+    """Yield annotations of a point at various places, the preferred ones first."""
+    for distance in _DISTANCES:
+        for right, up in _DIRECTIONS:
+            yield axes.annotate(
+                label,
+                point,
+                xytext=(distance * right, distance * up),
+                textcoords="offset points",
+                fontsize=7,
+                ha=_ALIGNMENTS["ha"][right],
+                va=_ALIGNMENTS["va"][up],
+                in_layout=False,
+            )

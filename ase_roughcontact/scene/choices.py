@@ -10,6 +10,11 @@ from typing import Any
 from ase_roughcontact._util.text import cell
 from ase_roughcontact._util.units import UNITS
 
+#: Sources of errors that are numerical, which a plan may combine.
+NUMERICAL = ("tolerance", "grid", "cutoff", "boundary")
+#: Part of the wanted error that a plan may have on the steps it is made for.
+SAFETY = 0.7
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -23,20 +28,33 @@ class Choice:
     label : str
     error : float
         Largest relative error of the answer of any step.
+    cost : float
+        Sum over the steps of the FFT pairs times the points of their grids. It is the
+        same in every run, unlike the time.
     seconds : float
         Wall-clock time (s).
     memory : float
         Estimated peak memory (bytes).
     settings : dict
         Values by key of the scene file.
+    is_bound : bool
+        Whether the error is only known to be smaller, as the finest grid has about this
+        error itself.
     """
 
     source: str
     label: str
     error: float
-    seconds: float
+    cost: float
+    seconds: float = 0.0
     memory: float = 0.0
     settings: dict[str, Any] = field(default_factory=dict)
+    is_bound: bool = False
+
+    @property
+    def error_text(self) -> str:
+        """The error as it is printed, ``"< 1.0e-03"`` if it is a bound."""
+        return f"{'< ' * self.is_bound}{self.error:.1e}"
 
 
 @dataclass(frozen=True)
@@ -58,6 +76,8 @@ class Tradeoff:
     of : {"area", "force", "height"}
         The answer that has the errors; that of the height is relative to the
         penetration.
+    left_out : tuple of str
+        Choices and steps that were not calculated, and why.
     """
 
     wanted: float
@@ -66,6 +86,7 @@ class Tradeoff:
     plan: tuple[Choice, ...] = ()
     checked: float = math.nan
     of: str = "area"
+    left_out: tuple[str, ...] = ()
 
     @property
     def kept(self) -> bool:
@@ -94,50 +115,64 @@ class Tradeoff:
 
     @property
     def front(self) -> list[Choice]:
-        """Choices than which no other is both faster and more accurate."""
+        """Numerical choices that no other of their source beats in error and cost."""
         return [
             each
             for each in self.choices
-            if not any(
-                other.error <= each.error
-                and other.seconds <= each.seconds
-                and (other.error, other.seconds) != (each.error, each.seconds)
+            if each.source in NUMERICAL
+            and not any(
+                other.source == each.source
+                and other.error <= each.error
+                and other.cost <= each.cost
+                and (other.error, other.cost) != (each.error, each.cost)
                 for other in self.choices
             )
         ]
+
+    @property
+    def most_accurate(self) -> list[Choice]:
+        """The numerical choices with the smallest errors, one of each source."""
+        groups = ([c for c in self.choices if c.source == name] for name in NUMERICAL)
+        return [min(group, key=lambda c: c.error) for group in groups if group]
 
     def __str__(self) -> str:
         labels = "choice", *(choice.label for choice in self.choices)
         width = 1 + max(map(len, labels))
         front = self.front
         lines = [
-            f"{'source':<14}{'choice':<{width}}{f'{self.of} error':>12}  time (s)  "
-            "memory (GB)"
+            f"{'source':<14}{'choice':<{width}}{f'{self.of} error':>12}  cost (1e6)  "
+            "time (s)  memory (GB)"
         ]
         lines += [
-            f"{c.source:<14}{c.label:<{width}}{cell(c.error, 12, '.1e')}"
-            f"{cell(c.seconds, 10, '.2g')}{cell(c.memory / UNITS['GB'], 13, '.2f')}"
-            + ("  *" if c in front else "")
+            f"{c.source:<14}{c.label:<{width}}{cell(c.error_text, 12)}"
+            f"{cell(c.cost / 1e6, 12, '.3g')}{cell(c.seconds, 10, '.2g')}"
+            f"{cell(c.memory / UNITS['GB'], 13, '.2f')}" + ("  *" if c in front else "")
             for c in self.choices
         ]
         lines += [
             "",
             f"Errors: largest relative error of the {self.of} of any step"
             + (", relative to the penetration" if self.of == "height" else "")
-            + ", with all other numerical choices as accurate as possible.",
-            f"*: no other choice is both faster and more accurate. Steps: "
-            f"{', '.join(self.steps)}.",
+            + ", with all",
+            "other numerical choices as accurate as possible: of grids and theory "
+            "against a grid finer",
+            "than any choice, all others on one grid. <: below the estimated error of "
+            "the finest grid.",
+            "Cost: FFT pairs times points of the grid. *: no other choice of this "
+            "source is both",
+            f"cheaper and more accurate. Steps: {', '.join(self.steps)}.",
+            *(f"Left out: {text}." for text in self.left_out),
             "",
         ]
         if not self.plan:
-            return "\n".join([*lines, f"No plan has an error of {self.wanted:g}."])
+            return "\n".join([*lines, self._why_no_plan])
         surface = "another surface" if self.realisations else "other steps"
         lines += [
             f"Cheapest plan for an error of {self.wanted:g}:",
             "",
             self.toml,
             "",
-            f"On {surface} its error was {self.checked:.1e}: "
+            f"On {surface} its error was at most {self.checked:.1e}: "
             + ("kept." if self.kept else "NOT KEPT."),
         ]
         if self.realisations:
@@ -145,3 +180,14 @@ class Tradeoff:
                 f"For the mean over surfaces: {self.realisations} realisations."
             )
         return "\n".join(lines)
+
+    @property
+    def _why_no_plan(self) -> str:
+        smallest = " and ".join(
+            f"{c.source} {c.label}: {c.error_text}" for c in self.most_accurate
+        )
+        return (
+            f"No plan has an error of {self.wanted:g}: errors are added, and may be "
+            f"{SAFETY * self.wanted:.2g} in all on these steps, with a margin for "
+            f"others. The smallest are {smallest}."
+        )

@@ -1,7 +1,9 @@
 """Trade-off between accuracy and cost: the error budget of a scene.
 
 Each choice changes one thing in a scene whose other choices are the most accurate ones.
-The areas, forces or heights of a few steps are compared with those of that scene.
+The areas, forces or heights of a few steps are compared with those of that scene, and
+for grids with those of a grid that is finer than all of them. What is calculated and
+chosen depends on counts of grid points and FFT pairs, never on measured times.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import chain, product
 from typing import Any
 
@@ -18,8 +21,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
 from ase_roughcontact.paths.accuracy import LEVELS, OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
-from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.choices import Choice, Tradeoff
+from ase_roughcontact.scene.choices import NUMERICAL, SAFETY, Choice, Tradeoff
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.topography import SelfAffine
@@ -31,17 +33,17 @@ _COUNTS, _PILOT = (1, 4, 16, 64), 4
 _CELLS, _MULTIPLE = (2, 4), 16
 # Loose and tight tolerance of the model of atoms.
 _LOOSE, _TIGHT = 1e-1, 1e-8
+# Error of the continuum that the finest grid is chosen for: half that of "high".
+_FINEST = LEVELS["high"] / 2.0
 # Cutoffs of the 9-3 wall in units of the spacing, and that of the most accurate scene.
-_CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0), 30.0
-# Sources of errors that are numerical, which a plan may combine.
-_NUMERICAL = ("tolerance", "grid", "cutoff", "boundary")
-# Number of choices among which the time is divided.
-_RUNS = 16
-# Number of plans that are calculated as a whole: times that multiply are right within a
+_CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
+# Labels of the choices that a scene makes by default.
+_DEFAULTS = ("normal", f"{OF_ATOMS:g}", "10 a0", "free")
+# Errors that are equal in a table, and those that are practically zero.
+_EQUAL, _ZERO = 1e-2, 1e-6
+# Number of plans that are calculated as a whole: costs that multiply are right within a
 # factor of two or three.
 _TRIED = 3
-# Part of the wanted error that a plan may have on the steps it is made for.
-_SAFETY = 0.7
 # Columns of the answers, that of the area is the scene's, and of what their errors are
 # relative to.
 _COLUMNS = {
@@ -51,6 +53,8 @@ _COLUMNS = {
 }
 # Answers that a path prescribes.
 _PRESCRIBED = {"loads": "force", "heights": "height", "penetrations": "height"}
+# Sources that change the grid, whose errors are those against the finest one.
+_AGAINST_FINEST = ("scene", "grid")
 
 
 @dataclass(frozen=True)
@@ -63,23 +67,32 @@ class _Answers:
         With the estimated errors.
     scale : ndarray, shape (steps,)
         That errors are relative to: the values, or for heights the penetrations.
-    seconds : float
-        Wall-clock time (s).
-    memory : float
-        Estimated peak memory (bytes).
+    cost, seconds, memory : float
+        See `Choice`.
     """
 
     values: FloatArray
     errors: FloatArray
     scale: FloatArray
+    cost: float
     seconds: float
     memory: float
 
-    def error(self, exact: _Answers, estimated: bool = False) -> float:
-        """Return the largest relative error, with that estimated or without."""
-        differences = abs(self.values - exact.values) + estimated * self.errors
-        touching = exact.scale > 0.0
-        return float((differences[touching] / exact.scale[touching]).max())
+    def error(self, exact: _Answers) -> float:
+        """Return the largest relative difference."""
+        return exact.relative(self.values - exact.values)
+
+    @property
+    def estimate(self) -> float:
+        """Largest relative estimated error; zero if it is not known of any step."""
+        return self.relative(np.nan_to_num(self.errors, nan=0.0))
+
+    def relative(self, differences: FloatArray) -> float:
+        """Return the largest magnitude relative to the answers of touching steps."""
+        touching = self.scale > 0.0
+        if not touching.any():
+            raise ValueError("no step is in contact: an error has nothing to refer to")
+        return float((abs(differences[touching]) / self.scale[touching]).max())
 
 
 def tradeoff(
@@ -88,7 +101,7 @@ def tradeoff(
     *,
     of: str = "area",
     steps: int = 3,
-    seconds: float = 120.0,
+    points: int = 2**21,
 ) -> Tradeoff:
     """Measure the errors and costs of choices, and check the cheapest plan.
 
@@ -102,9 +115,9 @@ def tradeoff(
         penetration.
     steps : int
         Number of steps of the path to calculate, the first and the last one included.
-    seconds : float
-        Planned time of all choices (s). Steps that are too slow for it are omitted,
-        except for the first one, and choices that are too slow.
+    points : int
+        Largest number of points of an FFT grid. Steps that are planned with more on the
+        finest grid are omitted, except for the first one, and choices that need more.
 
     Returns
     -------
@@ -114,58 +127,83 @@ def tradeoff(
     Raises
     ------
     ValueError
-        If an argument is out of range, the scene is invalid, or its path prescribes
-        the answer.
+        If an argument is out of range, the scene is invalid, no step is in contact, or
+        the path prescribes the answer.
 
     Notes
     -----
     Most of the steps between the calculated ones are skipped. With strong adhesion this
     may lead to other states than the whole path.
     """
-    positive(error=error, seconds=seconds)
+    positive(error=error)
     integer("steps", steps, 1)
+    integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
     if of == _PRESCRIBED[scene.control]:
         raise ValueError(
             f"the path prescribes the {of}, which has no error: ask for that of the "
             f"area or the {'height' if of == 'force' else 'force'}"
         )
-    scene, best = _with_one_field(scene, _best(scene))
-    targets = _targets(best, steps, seconds / _RUNS)
-    exact = _answers(best, targets, of)
-    variants = [("scene", "as given", {}), *_variants(best)]
+    best = _best(scene)
+    scene, finest, best = _with_one_field(scene, _finest(best), best)
+    targets, left_out = _targets(finest, steps, points)
+    answers = cache(partial(_answers, targets=targets, of=of))
+    exact, truth = answers(best), answers(finest)
     choices = []
-    for source, label, settings in variants:
+    for source, label, settings in [("scene", "as given", {}), *_variants(best)]:
         tried = best.with_values(settings) if settings else scene
-        found = _measured(tried, targets, of, seconds / _RUNS)
-        if found:
-            # the most accurate scene has the error that it estimates
-            error_found = found.error(exact, estimated=tried == best)
-            cost = found.seconds, found.memory
-            choices.append(Choice(source, label, error_found, *cost, settings))
+        problem = _problem(tried, targets, points)
+        if problem:
+            left_out.append(f"{source} {label}: {problem}")
+            continue
+        found = answers(tried)
+        difference, bound = found.error(exact), 0.0
+        if source in _AGAINST_FINEST:
+            difference, bound = found.error(truth), truth.estimate
+        choices.append(
+            Choice(
+                source,
+                label,
+                max(difference, bound),
+                *(found.cost, found.seconds, found.memory, settings),
+                is_bound=difference < bound,
+            )
+        )
     if of == "area":
-        choices += _theory(best, targets, exact)
+        choices += _theory(best, targets, truth)
     choices += _realisations(scene, targets, of)
-    plan = _fastest(best, _cheapest(choices, _SAFETY * error), targets)
+    plan = _cheapest(best, _combinations(choices, SAFETY * error), targets, of)
+    checked = math.nan
+    if plan:
+        other, others = _unseen(best, targets)
+        truth = _answers(_finest(other), others, of)
+        found = _answers(_planned(other, plan), others, of)
+        checked = max(found.error(truth), truth.estimate)
     unit = scene.path.unit
     shown = tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets)
-    if not plan:
-        return Tradeoff(error, shown, tuple(choices), of=of)
-    other, others = _unseen(best, targets)
-    truth = _answers(other, others, of)
-    checked = _answers(_planned(other, plan), others, of).error(truth)
-    return Tradeoff(error, shown, tuple(choices), plan, checked, of)
+    return Tradeoff(error, shown, tuple(choices), plan, checked, of, tuple(left_out))
 
 
-def _targets(scene: Scene, steps: int, seconds: float) -> list[float]:
-    """Choose targets of a path that are fast enough for a choice."""
-    planned = [step for step in scene.plan().steps if not step.problem]
-    if not planned:
-        raise ValueError(f"no step can be calculated: {scene.plan().steps[0].problem}")
-    fast = [step.target for step in planned if step.seconds <= seconds / steps]
-    fast = fast or [planned[0].target]
-    chosen = np.linspace(0, len(fast) - 1, min(steps, len(fast))).round().astype(int)
-    return [fast[i] for i in chosen]
+def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[str]]:
+    """Choose targets of a path whose grids are small enough, and name the others."""
+    planned = finest.plan().steps
+    possible = [step for step in planned if not step.problem]
+    if not possible:
+        raise ValueError(f"no step can be calculated: {planned[0].problem}")
+    small = [step.target for step in possible if _points(step.grid) <= points]
+    small = small or [possible[0].target]
+    chosen = np.linspace(0, len(small) - 1, min(steps, len(small))).round().astype(int)
+    omitted = len(planned) - len(small)
+    left_out = [
+        f"{omitted} of {len(planned)} listed steps, which can't be calculated or need "
+        f"more than {points:.2g} points of the finest grid"
+    ]
+    return [small[i] for i in chosen], left_out if omitted else []
+
+
+def _points(grid: str) -> int:
+    """Return the number of points of an FFT grid, from its shape as text."""
+    return math.prod(map(int, grid.split("x")))
 
 
 def _best(scene: Scene) -> Scene:
@@ -187,6 +225,13 @@ def _best(scene: Scene) -> Scene:
     return scene.with_values(values)
 
 
+def _finest(best: Scene) -> Scene:
+    """Return the scene on a grid that is finer than that of any choice."""
+    if best.is_continuum:
+        return best.with_values({"solver.accuracy": _FINEST})
+    return best
+
+
 def _with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
     """Return scenes with the period of the last one's local work of adhesion."""
     field = getattr(scenes[-1].local_adhesion, "pattern", None)
@@ -206,7 +251,7 @@ def _variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
             yield "tolerance", f"{error:g}", {"solver.accuracy": error}
     free: dict[str, Any] = {"substrate.periodic": False, "substrate.shape": "auto"}
     if best.interaction.entries().get("cutoff") == _LARGEST_CUTOFF:
-        for cutoff in (*_CUTOFFS, _LARGEST_CUTOFF):
+        for cutoff in _CUTOFFS:
             yield "cutoff", f"{cutoff:g} a0", {"interaction.cutoff": cutoff}
     if best.radius < math.inf:
         yield "boundary", "free", free
@@ -221,17 +266,16 @@ def _variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     yield "wall", f"{other} instead", {"interaction": InteractionConfig(other)}
 
 
-def _measured(
-    scene: Scene, targets: Sequence[float], of: str, seconds: float
-) -> _Answers | None:
-    """Return answers and costs; None if it is impossible or takes too long."""
+def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
+    """Return why a choice is not calculated; empty if it is."""
     try:
-        plan = plan_path(scene.atoms(), scene.control, targets, scene.window)
-    except ValueError:
-        return None
-    if not plan.runs or plan.seconds > seconds:
-        return None
-    return _answers(scene, targets, of)
+        steps = plan_path(scene.atoms(), scene.control, targets, scene.window).steps
+    except ValueError as error:
+        return str(error)
+    if problem := next(filter(None, (step.problem for step in steps)), ""):
+        return problem
+    largest = max(_points(step.grid) for step in steps)
+    return f"a grid of {largest:.2g} points" if largest > points else ""
 
 
 def _theory(best: Scene, targets: Sequence[float], exact: _Answers) -> list[Choice]:
@@ -256,37 +300,54 @@ def _realisations(scene: Scene, targets: Sequence[float], of: str) -> list[Choic
     ]
     scale = np.mean([each.scale for each in found], axis=0)
     deviation = np.std([each.values for each in found], axis=0, ddof=1)
-    spread = (deviation[scale > 0.0] / scale[scale > 0.0]).max(initial=0.0)
+    spread = float((deviation[scale > 0.0] / scale[scale > 0.0]).max(initial=0.0))
+    cost = sum(each.cost for each in found) / _PILOT
     time = sum(each.seconds for each in found) / _PILOT
     memory = max(each.memory for each in found)
     return [
-        Choice("realisations", str(n), float(spread / math.sqrt(n)), n * time, memory)
+        Choice(
+            "realisations", str(n), spread / math.sqrt(n), n * cost, n * time, memory
+        )
         for n in _COUNTS
     ]
 
 
-def _cheapest(choices: Sequence[Choice], wanted: float) -> list[tuple[Choice, ...]]:
-    """Return the combinations of numerical choices that seem the fastest."""
-    groups = [[c for c in choices if c.source == source] for source in _NUMERICAL]
+def _combinations(choices: Sequence[Choice], wanted: float) -> list[tuple[Choice, ...]]:
+    """Return the combinations of numerical choices that seem the cheapest."""
+    groups = [[c for c in choices if c.source == source] for source in NUMERICAL]
     combined = [
         combination
-        for combination in product(*filter(None, groups))
+        for combination in product(*map(_without_equals, filter(None, groups)))
         if sum(choice.error for choice in combination) <= wanted
     ]
-    # each time is that of one change: the times relative to the most accurate multiply
-    combined.sort(key=lambda plan: math.prod(choice.seconds for choice in plan))
+    # each cost is that of one change: the costs relative to the most accurate multiply
+    combined.sort(key=lambda plan: math.prod(choice.cost for choice in plan))
     return combined[:_TRIED]
 
 
-def _fastest(
-    best: Scene, plans: Sequence[tuple[Choice, ...]], targets: Sequence[float]
+def _without_equals(group: Sequence[Choice]) -> list[Choice]:
+    """Return choices of a source without those that are as accurate as the default."""
+    default = next((c for c in group if c.label in _DEFAULTS), group[0])
+
+    def differs(each: Choice) -> bool:
+        equal = math.isclose(each.error, default.error, rel_tol=_EQUAL, abs_tol=_ZERO)
+        return each.is_bound or not equal
+
+    return [each for each in group if each is default or differs(each)]
+
+
+def _cheapest(
+    best: Scene,
+    plans: Sequence[tuple[Choice, ...]],
+    targets: Sequence[float],
+    of: str,
 ) -> tuple[Choice, ...]:
-    """Return the plan that takes the least time, if calculated; empty without any."""
+    """Return the cheapest plan, if calculated as a whole; empty without any."""
 
-    def seconds(plan: tuple[Choice, ...]) -> float:
-        return sum(step.seconds for step in _relaxed(_planned(best, plan), targets))
+    def cost(plan: tuple[Choice, ...]) -> float:
+        return _answers(_planned(best, plan), targets, of).cost
 
-    return min(plans, key=seconds, default=())
+    return min(plans, key=cost, default=())
 
 
 def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
@@ -307,15 +368,16 @@ def _unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[flo
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
     """Return answers and costs of the steps of a scene."""
     columns = (name or scene.area_column for name in _COLUMNS[of])
-    steps = _relaxed(scene, targets)
+    steps = list(scene.relax(targets, validity="ignore"))
     values, scales, errors = (
         np.array([getattr(step, name) for step in steps])
         for name in (*columns, f"{of}_error")
     )
-    seconds, memory = sum(s.seconds for s in steps), max(s.memory for s in steps)
-    return _Answers(values, errors, abs(scales), seconds, memory)
-
-
-def _relaxed(scene: Scene, targets: Sequence[float]) -> list[LoadStep]:
-    """Relax the steps of a scene."""
-    return list(scene.relax(targets, validity="ignore"))
+    return _Answers(
+        values,
+        errors,
+        abs(scales),
+        cost=sum(step.pairs * _points(step.grid) for step in steps),
+        seconds=sum(step.seconds for step in steps),
+        memory=max(step.memory for step in steps),
+    )

@@ -3,12 +3,15 @@
 import json
 from dataclasses import replace
 from functools import cache
+from itertools import combinations, count
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.figures import draw_tradeoff
+from ase_roughcontact.plot import plot_tradeoff
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.choices import Choice, Tradeoff
 from ase_roughcontact.scene.tradeoff import tradeoff
@@ -54,11 +57,64 @@ def test_errors_of_grids_are_those_against_finer_ones():
     assert errors_of(study(), "grid")["high"] < 0.01
 
 
-def test_most_accurate_scene_has_the_error_that_it_estimates():
-    steps = scene().with_values({"solver.accuracy": "high"}).relax()
-    estimate = max(step.area_error / step.continuum_area for step in steps)
-    assert errors_of(study(), "grid")["high"] == pytest.approx(estimate)
-    assert errors_of(study(), "boundary")["free"] == pytest.approx(estimate)
+def areas_of(**values):
+    steps = scene().with_values(values).relax(validity="ignore")
+    return np.array([[step.continuum_area, step.area_error] for step in steps]).T
+
+
+def test_errors_below_the_estimate_of_the_finest_grid_are_bounds():
+    (high, _), (finest, estimate) = (
+        areas_of(**{"solver.accuracy": accuracy}) for accuracy in ("high", 0.001)
+    )
+    difference, bound = abs(high / finest - 1.0).max(), (estimate / finest).max()
+    found = {c.label: c for c in study().choices if c.source == "grid"}
+    assert found["high"].error == pytest.approx(max(difference, bound))
+    assert found["high"].is_bound == (difference < bound)
+    assert not found["fast"].is_bound
+
+
+def test_error_of_the_boundary_is_that_on_the_same_grid():
+    found = {c.label: c for c in study().choices if c.source == "boundary"}
+    assert found["free"].error == 0.0
+    cell = found["cell of 2 diameters"]
+    (free, _), (periodic, _) = (
+        areas_of(**{"solver.accuracy": "high"}, **settings)
+        for settings in ({}, cell.settings)
+    )
+    assert cell.error == pytest.approx(abs(periodic / free - 1.0).max())
+
+
+def test_nothing_but_the_seconds_depends_on_the_clock(monkeypatch):
+    """On a clock that stands still, and one that jumps by minutes."""
+
+    def found(jump):
+        ticks = count(0.0, jump)
+        monkeypatch.setattr("time.perf_counter", lambda: next(ticks))
+        given = scene("atoms").with_values({"path.values": (5.0, 10.0, 20.0)})
+        return tradeoff(given, 0.1, steps=2)
+
+    still, jumping = found(0.0), found(300.0)
+    assert sum(c.seconds for c in jumping.choices) > 300.0
+    without = (
+        replace(each, choices=tuple(replace(c, seconds=0.0) for c in each.choices))
+        for each in (still, jumping)
+    )
+    first, second = (
+        replace(each, plan=tuple(c.label for c in each.plan)) for each in without
+    )
+    assert first == second
+    assert first.plan
+
+
+def test_grids_of_too_many_points_are_left_out_and_named():
+    given = scene().with_values({"path.values": (3.0, 100.0)})
+    found = tradeoff(given, 0.5, points=2**14)
+    assert found.steps == ("3 nN",)
+    assert "1 of 2 listed steps" in found.left_out[0]
+    fewer = tradeoff(given.with_values({"path.values": (3.0,)}), 0.5, points=2000)
+    (cell,) = (text for text in fewer.left_out if "4 diameters" in text)
+    assert cell == "boundary cell of 4 diameters: a grid of 1.6e+04 points"
+    assert f"Left out: {cell}." in str(fewer)
 
 
 def test_error_of_one_realisation_is_the_spread_of_four():
@@ -108,7 +164,7 @@ def test_plan_is_the_fastest_that_suffices_and_is_kept_on_another_surface():
     found = study()
     assert [choice.source for choice in found.plan] == ["grid", "boundary"]
     assert sum(choice.error for choice in found.plan) < 0.05
-    assert found.kept and found.checked < 0.05
+    assert found.kept and 0.0 < found.checked < 0.05
     assert "accuracy" in found.toml and "kept." in str(found)
     planned = Scene.parse(TEXT.format(model="continuum") + "[solver]\n")
     assert planned.with_values(found.plan[0].settings).check() is None
@@ -123,13 +179,30 @@ def test_front_has_the_choices_that_no_other_beats_in_both():
     found = made(
         ("grid", "fast", 0.1, 1.0),
         ("grid", "high", 0.01, 9.0),
+        ("grid", "slow", 0.01, 9.5),
+        ("boundary", "free", 0.0, 9.0),
+        ("boundary", "small cell", 0.5, 10.0),
         ("wall", "hard", 0.2, 5.0),
         ("theory", "Hertz", 0.3, 0.0),
     )
-    assert [choice.label for choice in found.front] == ["fast", "high", "Hertz"]
+    assert [choice.label for choice in found.front] == ["fast", "high", "free"]
     starred = [line for line in str(found).splitlines() if line.endswith("  *")]
-    assert len(starred) == 3
-    assert "No plan has an error of 0.1" in str(found) and not found.kept
+    assert len(starred) == 3 and not found.kept
+
+
+def test_no_plan_says_which_errors_are_the_smallest():
+    text = str(
+        made(
+            ("grid", "fast", 0.1, 1.0),
+            ("grid", "high", 0.08, 9.0, 0.0, 0.0, {}, True),
+            ("boundary", "free", 0.0, 1.0),
+            ("wall", "hard", 0.0, 1.0),
+        )
+    )
+    assert "No plan has an error of 0.1" in text
+    assert "may be 0.07 in all" in text
+    assert "The smallest are grid high: < 8.0e-02 and boundary free: 0.0e+00." in text
+    assert " < 8.0e-02" in text.splitlines()[2]
 
 
 def test_table_and_picture_name_the_answer(tmp_path):
@@ -137,8 +210,8 @@ def test_table_and_picture_name_the_answer(tmp_path):
         made(("grid", "fast", 0.1, 1.0), of=of) for of in ("area", "height")
     )
     for found, name in ((of_area, "area"), (of_height, "height")):
-        heading = ["source", "choice", name, "error", "time", "(s)", "memory", "(GB)"]
-        assert str(found).splitlines()[0].split() == heading
+        heading = f"source choice {name} error cost (1e6) time (s) memory (GB)"
+        assert str(found).splitlines()[0].split() == heading.split()
     pictures = []
     for number, found in enumerate((of_area, of_area, of_height)):
         draw_tradeoff(found, tmp_path / f"{number}.png")
@@ -162,20 +235,44 @@ def test_unknown_format_of_a_picture_is_refused_before_anything_is_read(
     assert "a picture ends in one of ." in capsys.readouterr().err
 
 
-def test_fastest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
-    """Products of single times: 80, 160 and 320 with a cell, 400 and more without."""
+@pytest.mark.parametrize("command", [["tradeoff"], ["fit", "curve.csv", "my.toml"]])
+def test_missing_folder_of_a_picture_is_refused_before_anything_is_read(
+    command, tmp_path, capsys
+):
+    assert main([*command, "--picture", str(tmp_path / "no" / "a.png")]) == 2
+    assert "no folder" in capsys.readouterr().err
+
+
+def test_cheapest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
+    """Products of single costs: 80, 160 and 320 with a cell, 400 and more without."""
     single = {"fast": 10.0, "normal": 20.0, "high": 40.0}
     with_cell = {"fast": 5.0, "normal": 3.0, "high": 8.0}
     relax = Scene.relax
 
-    def timed(self, *args, **options):
-        times = with_cell if self.substrate.periodic else single
+    def counted(self, *args, **options):
+        costs = with_cell if self.substrate.periodic else single
+        cost = costs.get(self.solver.accuracy, 100.0)
         for step in relax(self, *args, **options):
-            yield replace(step, seconds=times[self.solver.accuracy])
+            yield replace(step, pairs=cost, grid="1x1")
 
-    monkeypatch.setattr(Scene, "relax", timed)
+    monkeypatch.setattr(Scene, "relax", counted)
     plan = tradeoff(scene(), 1.0, steps=1).plan
     assert [each.label for each in plan] == ["normal", "cell of 2 diameters"]
+
+
+def test_of_choices_with_equal_errors_the_default_is_planned(monkeypatch):
+    relax = Scene.relax
+
+    def counted(self, *args, **options):
+        for step in relax(self, *args, **options):
+            yield replace(step, pairs=1.0 if self.solver.accuracy == 0.1 else 2.0)
+
+    monkeypatch.setattr(Scene, "relax", counted)
+    found = tradeoff(scene("atoms"), 0.05, steps=1)
+    loose, default = (c for c in found.choices if c.source == "tolerance")
+    assert loose.error == default.error == 0.0
+    assert loose.cost < default.cost
+    assert default in found.plan and loose not in found.plan
 
 
 @pytest.mark.parametrize("of, control", [("height", "load"), ("force", "penetration")])
@@ -213,7 +310,7 @@ def test_an_answer_that_the_path_prescribes_has_no_error(of, control):
 
 
 def test_realisations_make_up_for_what_the_plan_leaves():
-    grid = Choice("grid", "fast", 0.06, 1.0, 0.0, {"solver.accuracy": "fast"})
+    grid = Choice("grid", "fast", 0.06, 1.0, settings={"solver.accuracy": "fast"})
     found = made(("realisations", "1", 0.4, 1.0), plan=(grid,), checked=0.06)
     assert found.realisations == 25  # 0.4/5 beside 0.06
     assert 'accuracy = "fast"' in str(found)
@@ -244,16 +341,21 @@ def test_cutoffs_of_a_full_wall_are_choices():
             "path.values": (5.0,),
         }
     )
-    found = errors_of(tradeoff(full, 0.1, steps=1), "cutoff")
-    assert found["30 a0"] < 1e-9
-    assert found["10 a0"] <= found["3 a0"]
+    found = errors_of(tradeoff(full, 0.1, steps=1, of="height"), "cutoff")
+    assert 0.0 < found["20 a0"] < found["10 a0"] < found["3 a0"]
 
 
-@pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"seconds": -1.0}])
+@pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"points": 0}])
 def test_arguments_out_of_range_are_errors(given):
     (name,) = given
     with pytest.raises(ValueError, match=name):
         tradeoff(scene(), **given)
+
+
+def test_steps_out_of_contact_alone_are_an_error():
+    away = {"path.control": "height", "path.values": (50.0,)}
+    with pytest.raises(ValueError, match="no step is in contact"):
+        tradeoff(scene().with_values(away), 0.5)
 
 
 def test_all_choices_have_the_same_local_work_of_adhesion():
@@ -268,3 +370,40 @@ def test_all_choices_have_the_same_local_work_of_adhesion():
     found = tradeoff(Scene.parse(text), of="force", steps=1)
     assert errors_of(found, "cutoff")["10 a0"] < 1e-3
     assert errors_of(found, "scene")["as given"] < 1e-3
+
+
+CROWDED = [
+    ("scene", "as given", 1e-2, 1.0),
+    ("grid", "normal", 1e-2, 1.0),
+    ("grid", "fast", 1.1e-2, 0.9),
+    ("boundary", "free", 0.0, 1.0),
+    ("tolerance", "0.0001", 0.0, 1.01),
+    ("tolerance", "0.1", 1e-11, 0.99),
+    ("theory", "Eq. (4)", 0.2, 0.0),
+]
+
+
+def test_labels_overlap_neither_each_other_nor_lines():
+    axes = Figure(layout="constrained").subplots()
+    plot_tradeoff(axes, CROWDED, {1, 2}, wanted=0.01)
+    axes.get_figure().draw_without_rendering()
+    boxes = {text.get_text(): text.get_window_extent() for text in axes.texts}
+    assert "as given, normal" in boxes and len(boxes) == 6
+    assert not any(
+        one.overlaps(other) for one, other in combinations(boxes.values(), 2)
+    )
+    height = axes.transData.transform((1.0, 0.01))[1]
+    assert not any(box.y0 < height < box.y1 for box in boxes.values())
+
+
+def test_zeros_are_drawn_at_the_edge_and_the_axes_say_so():
+    axes = Figure().subplots()
+    plot_tradeoff(axes, CROWDED, wanted=0.05)
+    drawn = {line.get_label(): line.get_xydata() for line in axes.lines}
+    assert drawn["boundary"] == pytest.approx(np.array([[1.0, 1e-3]]))
+    assert drawn["tolerance"][:, 1] == pytest.approx([1e-3, 1e-3])
+    assert drawn["theory"] == pytest.approx(np.array([[0.09, 0.2]]))
+    assert axes.get_ylim()[0] > 1e-4
+    assert "lower edge" in axes.get_ylabel() and "left edge" in axes.get_xlabel()
+    plot_tradeoff(other := Figure().subplots(), CROWDED[:3], wanted=1e-3)
+    assert "edge" not in other.get_ylabel() + other.get_xlabel()
