@@ -101,7 +101,7 @@ def tradeoff(
     *,
     of: str = "area",
     steps: int = 3,
-    points: int = 2**21,
+    points: int = 2**22,
 ) -> Tradeoff:
     """Measure the errors and costs of choices, and check the cheapest plan.
 
@@ -147,6 +147,8 @@ def tradeoff(
     best = _best(scene)
     scene, finest, best = _with_one_field(scene, _finest(best), best)
     targets, left_out = _targets(finest, steps, points)
+    if best.is_continuum and finest == best:
+        left_out.append('a grid finer than "high", which needs more memory')
     answers = cache(partial(_answers, targets=targets, of=of))
     exact, truth = answers(best), answers(finest)
     choices = []
@@ -226,10 +228,18 @@ def _best(scene: Scene) -> Scene:
 
 
 def _finest(best: Scene) -> Scene:
-    """Return the scene on a grid that is finer than that of any choice."""
-    if best.is_continuum:
-        return best.with_values({"solver.accuracy": _FINEST})
-    return best
+    """Return the scene on a grid finer than that of any choice, if the memory allows.
+
+    The error of the most accurate choice is then only known by its own estimate.
+    """
+    if not best.is_continuum:
+        return best
+    finest = best.with_values({"solver.accuracy": _FINEST})
+    try:
+        finest.check()
+    except MemoryError:
+        return best
+    return finest
 
 
 def _with_one_field(*scenes: Scene) -> tuple[Scene, ...]:

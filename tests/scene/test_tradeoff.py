@@ -73,6 +73,17 @@ def test_errors_below_the_estimate_of_the_finest_grid_are_bounds():
     assert not found["fast"].is_bound
 
 
+def test_without_memory_for_a_finer_grid_high_has_its_own_estimate(monkeypatch):
+    large = {"roughness.domain": 256.0, "path.values": (30.0,)}
+    steps = scene().with_values({"solver.accuracy": "high"} | large).relax()
+    (estimate,) = (step.area_error / step.continuum_area for step in steps)
+    monkeypatch.setattr("ase_roughcontact.windows.memory.available_memory", lambda: 2e8)
+    found = tradeoff(scene().with_values(large), 0.5)
+    (high,) = (choice for choice in found.choices if choice.label == "high")
+    assert high.is_bound and high.error == pytest.approx(estimate)
+    assert 'a grid finer than "high", which needs more memory' in found.left_out
+
+
 def test_error_of_the_boundary_is_that_on_the_same_grid():
     found = {c.label: c for c in study().choices if c.source == "boundary"}
     assert found["free"].error == 0.0
