@@ -3,7 +3,7 @@
 import json
 from dataclasses import replace
 from functools import cache
-from itertools import combinations, count
+from itertools import chain, combinations, count
 
 import numpy as np
 import pytest
@@ -179,6 +179,15 @@ def test_plan_is_the_fastest_that_suffices_and_is_kept_on_another_surface():
     assert "accuracy" in found.toml and "kept." in str(found)
     planned = Scene.parse(TEXT.format(model="continuum") + "[solver]\n")
     assert planned.with_values(found.plan[0].settings).check() is None
+
+
+def test_plan_is_checked_against_a_finer_grid_on_another_surface():
+    other = {"roughness.seed": scene().roughness.seed + 4}
+    settings = dict(chain.from_iterable(c.settings.items() for c in study().plan))
+    planned, _ = areas_of(**settings, **other)
+    finest, estimate = areas_of(**{"solver.accuracy": 0.001}, **other)
+    error = max(abs(planned / finest - 1.0).max(), (estimate / finest).max())
+    assert study().checked == pytest.approx(error)
 
 
 def made(*choices, wanted=0.1, **options):
