@@ -172,8 +172,8 @@ class Tradeoff:
             "",
             self.toml,
             "",
-            f"On {surface} its error was at most {self.checked:.1e}: "
-            + ("kept." if self.kept else "NOT KEPT."),
+            f"On {surface} its error was at most {self.checked:.2e}: "
+            + ("kept." if self.kept else "NOT KEPT, ask for a smaller error."),
         ]
         if self.realisations:
             lines.append(

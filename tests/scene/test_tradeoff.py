@@ -336,7 +336,7 @@ def test_realisations_make_up_for_what_the_plan_leaves():
     assert 'accuracy = "fast"' in str(found)
     assert "mean over surfaces: 25 realisations" in str(found)
     worse = made(("realisations", "1", 0.4, 1.0), plan=(grid,), checked=0.2)
-    assert "NOT KEPT" in str(worse)
+    assert "at most 2.00e-01: NOT KEPT, ask for a smaller error." in str(worse)
 
 
 def test_command_prints_table_or_lines_and_draws(tmp_path, capsys):
