@@ -147,7 +147,10 @@ def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
     if step.edge_area:
         change, spacing = step.edge_area.change, step.halfspace.spacing
-        of_grid = edge_error(change, step.perimeter, spacing)
+        surface = step.atoms.calc.parameters["indenter"]
+        rough = getattr(surface, "roughness", surface)
+        wave = getattr(rough, "short_wavelength", math.inf)
+        of_grid = edge_error(change, step.perimeter, spacing, wave)
     else:
         of_grid = grid_error(
             step.perimeter,

@@ -27,6 +27,9 @@ _EDGE_CORRECTION = 0.0158
 # times the spacing: measured on rough spheres and flats by
 # examples/benchmarks/grid_error.py.
 _ERROR_PER_CHANGE, _ERROR_PER_PERIMETER = 0.25, 0.006
+# The same of the perimeter with fewer than 4 points on the shortest wave: with 2 points
+# 96 % of 72 areas were within twice the estimate, 82 % without it.
+_ERROR_UNRESOLVED = 0.036
 # Smallest rho^(2/3) beside the one that it is added to.
 _TINY = 1e-12
 
@@ -91,10 +94,15 @@ def edge_area(
     return EdgeArea(fine + (fine - coarse) / 3.0, fine - coarse)
 
 
-def edge_error(change: float, perimeter: float, spacing: float) -> float:
+def edge_error(
+    change: float, perimeter: float, spacing: float, shortest_wave: float = math.inf
+) -> float:
     r"""Return the estimated error of the area by `edge_area`.
 
     .. math:: 0.25\, |A - A_2| + 0.006\, S_d \Delta x + 0.5\, \Delta x^2
+
+    and another :math:`0.036\, S_d \Delta x` if the shortest wave of the surface has
+    fewer than 4 points.
 
     Parameters
     ----------
@@ -104,15 +112,18 @@ def edge_error(change: float, perimeter: float, spacing: float) -> float:
         Boundary S_d of the contact along the lines of the grid (length).
     spacing : float
         Distance of grid points (length).
+    shortest_wave : float
+        Of the surface (length); infinity for a smooth one.
 
     Returns
     -------
     float
         Length^2.
     """
-    of_edge = (
-        _ERROR_PER_CHANGE * abs(change) + _ERROR_PER_PERIMETER * perimeter * spacing
-    )
+    per_perimeter = _ERROR_PER_PERIMETER
+    if shortest_wave < (4.0 - 1e-6) * spacing:
+        per_perimeter += _ERROR_UNRESOLVED
+    of_edge = _ERROR_PER_CHANGE * abs(change) + per_perimeter * perimeter * spacing
     return of_edge + 0.5 * spacing**2
 
 

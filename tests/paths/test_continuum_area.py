@@ -118,6 +118,8 @@ def test_estimate_of_the_error_is_that_of_the_edge():
     (step, *_) = steps_on_flat("hard", 0.5, model="continuum", refine=1)
     at_edge = 0.006 * step.perimeter * 0.5 + 0.125
     assert at_edge < step.area_error < at_edge + 0.03 * step.continuum_area
+    (coarse, *_) = steps_on_flat("hard", 1.0, model="continuum", coarsen=2)
+    assert coarse.area_error > 0.042 * coarse.perimeter * 2.0
     (of_atoms, *_) = steps_on_flat("hard", 0.5)
     assert of_atoms.area_error < 1e-3 * of_atoms.contact_area
 

@@ -60,6 +60,9 @@ def test_full_contact_and_the_correction_by_the_perimeter():
 def test_error_adds_up_change_perimeter_and_half_a_point():
     expected = 0.25 * 3.0 + 0.006 * 40.0 * 0.5 + 0.125
     assert edge_error(-3.0, 40.0, 0.5) == pytest.approx(expected)
+    assert edge_error(-3.0, 40.0, 0.5, 2.0) == pytest.approx(expected)
+    coarse = edge_error(-3.0, 40.0, 0.5, 1.9)
+    assert coarse == pytest.approx(expected + 0.036 * 40.0 * 0.5)
 
 
 @pytest.mark.parametrize(
