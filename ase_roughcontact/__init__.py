@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name: str) -> Any:
-        """Return a public name or a package; so late that Ctrl-C is handled before."""
+        """Import the package when a name is used, so that `__main__` handles Ctrl-C."""
         public = import_module("ase_roughcontact.api")
         if name in ("__all__", *public.__all__):
             return getattr(public, name)

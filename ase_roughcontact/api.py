@@ -1,4 +1,4 @@
-"""The public names of the package, which imports them when one of them is used."""
+"""The public names of the package, imported when one of them is used."""
 
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot

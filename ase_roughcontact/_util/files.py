@@ -90,7 +90,7 @@ def lock(name: PathName) -> Iterator[bool]:
         try:
             yield free
         finally:
-            if free:
+            if free and not file.closed:  # closed in a forked process
                 _held.remove(file)
                 Path(name).unlink(missing_ok=True)
 

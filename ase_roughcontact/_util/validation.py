@@ -64,7 +64,7 @@ def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> N
 def one_of(known: Sequence[str], **values: Any) -> None:
     """Raise `ValueError` for a value that is not one of two or more known words."""
     for name, value in values.items():
-        if value not in known:
+        if not (isinstance(value, str) and value in known):
             *first, last = map(repr, known)
             words = f"{', '.join(first)} or {last}"
             raise ValueError(f"{name} must be {words}, got {shown(value)}")

@@ -125,8 +125,7 @@ class HalfSpace(ABC):
         ndarray, shape (N//2 + 1, M//2 + 1)
             Real (length/pressure). The other rows follow from its evenness.
         """
-        by_value = type(self.solid).__hash__ not in (None, object.__hash__)
-        kept = by_value and math.prod(grid) <= _LARGEST_KEPT
+        kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(self.solid)
         make = _kept_spectrum if kept else _new_spectrum
         return make(type(self), self.solid, self.spacing, grid)
 
@@ -333,6 +332,17 @@ class FreeHalfSpace(HalfSpace):
         for block in np.array_split(rows, math.ceil(rows.size / _KERNEL_ROWS)):
             kernel[block] = solid.cell_compliance(block[:, None], columns, spacing)
         return _even_spectrum(_even_spectrum(kernel, m, 1), n, 0)
+
+
+def _by_value(solid: ElasticSolid) -> bool:
+    """Return whether a solid is compared by all of its parameters."""
+    if "__hash__" not in vars(type(solid)):  # that of a base ignores what is new
+        return False
+    try:
+        hash(solid)
+    except TypeError:  # a parameter is an array or a list
+        return False
+    return True
 
 
 def _new_spectrum(

@@ -106,7 +106,7 @@ class ContactOptimizer(Optimizer):
         height : float
             Height of the indenter, if it is not fixed (Å).
         """
-        self._given_start = pressure, height
+        self._given_start = np.asarray(pressure, dtype=float), height
 
     def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
         """Relax the atoms.

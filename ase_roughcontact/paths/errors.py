@@ -11,7 +11,7 @@ They add up from three sources:
 
   under soft and hard walls.
 - *Grid*, if the continuum is asked for. Errors of the area are those of
-  `edge_area` or `counted_area`. On a grid of spacing :math:`\Delta x` the height
+  `edge_error` or `grid_error`. On a grid of spacing :math:`\Delta x` the height
   under a load is wrong by about
 
   .. math:: \frac{0.04\, \Delta x^2 S_d}{A^{3/2}\, dN/dZ} a_0^2 \sum |p|, \qquad
@@ -145,7 +145,7 @@ def _force_change(shift: float, compliance: float) -> float:
 
 def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
-    if step.edge_area:
+    if step.edge_area is not None:
         change, spacing = step.edge_area.change, step.halfspace.spacing
         surface = step.atoms.calc.parameters["indenter"]
         rough = getattr(surface, "roughness", surface)

@@ -60,7 +60,7 @@ class Extrapolation:
         pressure : ndarray, shape (n, m)
             Not negative.
         height : float
-            None stands for both without two states of this half space, or if the
+            None, in place of both, without two states of this half space, or if the
             target is farther from the last one than twice the last step.
         """
         if any(point.halfspace is not contact.halfspace for point in self._points):

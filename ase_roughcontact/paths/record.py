@@ -86,9 +86,9 @@ def _largest_force(step: RelaxedStep) -> float:
 
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
-    if step.edge_area:
-        return step.edge_area.area
-    if step.coarse_area is not None:
+    if step.edge_area is not None:
+        area = step.edge_area.area
+    elif step.coarse_area is not None:
         area = 2.0 * area - step.coarse_area
     elif step.contact.interaction.hard:
         area = continuum_area(area, step.perimeter, step.halfspace.spacing)
@@ -141,10 +141,10 @@ class LoadStep:
     )
     continuum_area: float = column(
         _continuum_area,
-        "area of the continuum that the grid discretises: under a hard wall by the "
-        "fields at the edge of the contact if the continuum is asked for, otherwise "
-        "corrected by the perimeter, or extrapolated from two grids, and at least load "
-        "over hardness",
+        "area of the continuum: the count under soft walls; under hard walls the count "
+        "corrected by the perimeter, and if the continuum is asked for, by the fields "
+        "at the edge, or, with attraction or a hardness, extrapolated from two grids "
+        "for errors below 5 %; at least load over hardness",
         "Å^2",
         "area",
     )

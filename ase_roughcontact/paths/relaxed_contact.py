@@ -112,17 +112,19 @@ class RelaxedContact:
         """Area of the continuum by the fields at the edge of the contact.
 
         None unless the continuum is asked for, and this is the contact of a wall with
-        an `elastic_edge`.
+        an `elastic_edge` that does not end at the edge of a free window.
         """
         wall, state, halfspace = self.contact.interaction, self.state, self.halfspace
         if not (self.continuum and wall.elastic_edge and self.touches):
             return None
+        if not halfspace.periodic and _at_edge(state.contact):
+            return None
         return edge_area(
-            state.pressure * state.contact,
+            state.pressure,
             state.gap,
             self.perimeter,
             halfspace.spacing,
-            halfspace.contact_modulus,
+            float(halfspace.solid.wave_modulus(math.pi / halfspace.spacing)),
             halfspace.periodic,
         )
 
@@ -170,3 +172,9 @@ class RelaxedContact:
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
         return height_response(self.contact, self.state, _RESIDUAL)
+
+
+def _at_edge(contact: np.ndarray) -> bool:
+    """Return whether an atom at the edge of the window is in contact."""
+    edges = contact[[0, -1]], contact[:, [0, -1]]
+    return any(edge.any() for edge in edges)

@@ -135,7 +135,9 @@ class Stepper:
         statistics = SolverStatistics()
         self._set_target(target)
         self.windows.choose(self.atoms, self.control)
-        start = self._extrapolation.start(contact_of(self.atoms), target)
+        start = None
+        if target or self.control != "loads":  # without a load nothing holds a sphere
+            start = self._extrapolation.start(contact_of(self.atoms), target)
         self._relax(statistics, start)
         while self.windows.enlarge_if_needed(self.atoms):
             self._relax(statistics)
@@ -162,7 +164,9 @@ class Stepper:
             lost_slope=self._lost_slope,
             coarse_area=coarse_area,
         )
-        self._extrapolation.add(relaxed.contact, target, relaxed.state, relaxed.height)
+        if statistics.converged:
+            state, height = relaxed.state, relaxed.height
+            self._extrapolation.add(relaxed.contact, target, state, height)
         return relaxed
 
     def restart_from(self, frame: Atoms) -> None:
@@ -173,7 +177,7 @@ class Stepper:
         frame : Atoms
             From `snapshot`.
         """
-        atoms = self.atoms
+        atoms, self._extrapolation = self.atoms, Extrapolation()
         if isinstance(self.windows, AutoWindow):
             exchange_window(atoms, window_of(SurfaceGrid.of(frame)))
             atoms.positions = frame.positions

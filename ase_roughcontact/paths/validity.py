@@ -350,6 +350,5 @@ CHECKS = (
         "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,
-        constant=True,
     ),
 )

@@ -34,9 +34,9 @@ def preview(scene: Scene) -> Scene:
     It asks for the continuum on a grid of up to four times the spacing, without the
     waves that this grid can't resolve, at a sixteenth of the steps or fewer, and at
     least one: the last one and some before, but not the first, which is the least
-    accurate on such a grid. Of a loop it has the deepest state: on a coarse grid,
-    instabilities are others. A crystal of atoms becomes an isotropic solid of the same
-    contact modulus. The errors are estimated as in any scene.
+    accurate on such a grid. Of a loop it has the deepest state: on a coarse grid
+    the contact jumps at other depths. A crystal of atoms becomes an isotropic solid of
+    the same contact modulus. The errors are estimated as in any scene.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ def preview(scene: Scene) -> Scene:
     Returns
     -------
     Scene
-        The same one if its steps are so few and small that one of them takes more than
-        a tenth of the time on any grid.
+        The same one, or the deepest state of a loop, if its steps are so few and small
+        that a single step would take more than a tenth of the time of the run.
     """
     if scene.path.is_loop:
         scene = scene.deepest_state

@@ -24,13 +24,13 @@ import numpy as np
 # contact radii of 90 to 256 spacings.
 _EDGE_CORRECTION = 0.0158
 # Estimated error, in parts of the change by every other point and of the perimeter
-# times the spacing: measured on rough spheres and flats by
-# examples/benchmarks/grid_error.py.
+# times the spacing: chosen on the rough spheres and flats of
+# examples/benchmarks/grid_error.py, and tested on other spheres by answer_errors.py.
 _ERROR_PER_CHANGE, _ERROR_PER_PERIMETER = 0.25, 0.006
 # The same of the perimeter with fewer than 4 points on the shortest wave: with 2 points
 # 96 % of 72 areas were within twice the estimate, 82 % without it.
 _ERROR_UNRESOLVED = 0.036
-# Smallest rho^(2/3) beside the one that it is added to.
+# Lower bound of rho^(2/3), which avoids a division by zero.
 _TINY = 1e-12
 
 
@@ -71,10 +71,10 @@ def edge_area(
     spacing : float
         Distance of grid points (length).
     contact_modulus : float
-        E* (pressure).
+        E* of the surface, that of the shortest waves (pressure).
     periodic : bool
-        Whether opposite edges of the window are neighbours; otherwise all points beyond
-        the edges are as open as those at the edges.
+        Whether opposite edges of the window are neighbours; otherwise points beyond the
+        edges carry no pressure and have the gap of the nearest point.
 
     Returns
     -------

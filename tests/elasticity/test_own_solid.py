@@ -1,5 +1,7 @@
 """A solid from outside the package: one class, used like the isotropic one."""
 
+from dataclasses import dataclass, field
+
 import numpy as np
 import pytest
 
@@ -94,3 +96,33 @@ def test_spectra_are_kept_for_equal_solids_only(kind):
     first = kind(shape, 2.0, solid).spectrum(grid)
     solid.contact_modulus, solid.stiffness = 3.0, 2.0 * STIFFNESS
     np.testing.assert_allclose(kind(shape, 2.0, solid).spectrum(grid), first / 2.0)
+
+
+class Scaled(Isotropic):
+    """With a parameter that the comparison of its base class leaves out."""
+
+    factor = 1.0
+
+    def wave_compliance(self, qx, qy):
+        return self.factor * super().wave_compliance(qx, qy)
+
+
+@dataclass(frozen=True)
+class WithArray(Isotropic):
+    """Frozen, but a parameter has no hash."""
+
+    factors: np.ndarray = field(default_factory=lambda: np.array([2.0]))
+
+    def wave_compliance(self, qx, qy):
+        return self.factors[0] * super().wave_compliance(qx, qy)
+
+
+def test_spectra_of_solids_that_are_not_compared_by_value_are_not_kept():
+    bare = PeriodicHalfSpace((8, 8), 1.0, Isotropic(1.0)).spectrum((8, 8))
+    for factor in (1.0, 5.0):
+        solid = Scaled(1.0)
+        object.__setattr__(solid, "factor", factor)
+        spectrum = PeriodicHalfSpace((8, 8), 1.0, solid).spectrum((8, 8))
+        np.testing.assert_allclose(spectrum, factor * bare)
+    spectrum = PeriodicHalfSpace((8, 8), 1.0, WithArray(1.0)).spectrum((8, 8))
+    np.testing.assert_allclose(spectrum, 2.0 * bare)

@@ -106,3 +106,15 @@ def test_optimizers_start_from_a_given_state(wall, fixed):
     assert again.run(fmax=1e-6)
     assert again.pairs < 0.3 * first.pairs
     assert again.atoms.positions[-1, 2] == pytest.approx(state.height, abs=1e-6)
+
+
+@pytest.mark.parametrize("steps", [4, 6, 9])
+def test_unloading_a_soft_wall_to_no_load_at_all(steps):
+    """Nothing holds the indenter there: it starts from the last state."""
+    sphere = RoughSphere(100.0)
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
+    loads = np.linspace(3.0, 0.0, steps)
+    path = list(load_path(atoms, loads=loads, window="auto", validity="ignore"))
+    assert all(step.converged for step in path)
+    assert path[-1].normal_force == pytest.approx(0.0, abs=1e-6)

@@ -5,13 +5,15 @@ import pytest
 
 from ase_roughcontact import (
     HardWall,
+    HeightMap,
     RoughContact,
     RoughSphere,
     load_path,
     substrate,
 )
+from ase_roughcontact.elasticity.layer import Layer
 from ase_roughcontact.theory import Hertz
-from ase_roughcontact.theory.counted_area import open_sides
+from ase_roughcontact.theory.counted_area import continuum_area, open_sides
 from ase_roughcontact.theory.edge_area import edge_area, edge_error
 
 
@@ -87,3 +89,52 @@ def test_smooth_spheres_of_few_points(radius, error):
         difference = abs(step.continuum_area - np.pi * contact**2)
         assert difference < error * step.continuum_area
         assert difference < 2.0 * step.area_error
+
+
+def continuum_steps(sphere, spacing, loads, window=None, **solid):
+    """Return the steps of a path on a grid, in a free half space of spacing 1."""
+    shape = window or (8, 8)
+    atoms = substrate("Cu", shape, sphere, spacing=spacing, fixed=False)
+    atoms.calc = RoughContact(sphere, interaction=HardWall(), **solid)
+    return list(
+        load_path(
+            atoms,
+            loads=loads,
+            window="fixed" if window else "auto",
+            model="continuum",
+            refine=1,
+            accuracy=1e-6,
+            edge="ignore",
+            validity="ignore",
+        )
+    )
+
+
+@pytest.mark.parametrize("modulus, load", [(0.1, 20.0), (10.0, 3.0), (10.0, 20.0)])
+def test_edge_on_a_layer_has_the_modulus_of_the_layer(modulus, load):
+    sphere = RoughSphere(200.0)
+    solid = Layer(modulus, 1.0, 1.0)
+    coarse, fine = (
+        continuum_steps(sphere, spacing, [load], solid=solid)[0]
+        for spacing in (1.0, 0.25)
+    )
+    error = abs(coarse.continuum_area - fine.continuum_area)
+    assert error < 2.0 * coarse.area_error
+    assert error < 0.02 * fine.continuum_area
+
+
+def test_area_of_a_lightly_loaded_atom_is_not_negative():
+    for load in (1e-8, 1e-4):
+        (step,) = continuum_steps(RoughSphere(1000.0), 1.0, [load], contact_modulus=1.0)
+        assert step.repulsive_atoms == 1
+        assert 0.0 <= step.continuum_area < 2.0 * step.area_error
+
+
+def test_contact_that_ends_at_the_window_has_no_edge_of_its_own():
+    """A flat punch: the correction by the perimeter, as for the model of atoms."""
+    heights = np.zeros((16, 16))
+    punch = HeightMap(heights, 1.0)
+    (step,) = continuum_steps(punch, 1.0, [10.0], (16, 16), contact_modulus=1.0)
+    assert step.contact_area == 256.0
+    expected = continuum_area(256.0, step.perimeter, 1.0)
+    assert step.continuum_area == pytest.approx(expected)
