@@ -25,7 +25,7 @@ import numpy as np
 _EDGE_CORRECTION = 0.0158
 # Estimated error, in parts of the change by every other point and of the perimeter
 # times the spacing: chosen on the rough spheres and flats of
-# examples/benchmarks/grid_error.py, and tested on other spheres by answer_errors.py.
+# examples/benchmarks/edge_area.py, and tested on other spheres by answer_errors.py.
 _ERROR_PER_CHANGE, _ERROR_PER_PERIMETER = 0.25, 0.006
 # The same of the perimeter with fewer than 4 points on the shortest wave: with 2 points
 # 96 % of 72 areas were within twice the estimate, 82 % without it.
