@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from loop_areas import zero_load_area
 
 from ase_roughcontact import (
     DugdaleWall,
@@ -13,18 +14,6 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.theory import MaugisDugdale
-
-
-def zero_load_area(states):
-    """Contact area of a branch where its force, from the deepest state on, is zero."""
-    upward = sorted(states, key=lambda state: state.height)
-    first = next(i for i, state in enumerate(upward) if state.normal_force <= 0.0)
-    above, below = upward[first], upward[first - 1]
-    forces, areas = (
-        [getattr(state, name) for state in (above, below)]
-        for name in ("normal_force", "contact_area")
-    )
-    return np.interp(0.0, forces, areas)
 
 
 def loop_of(radius, wall, deepest, step, **options):

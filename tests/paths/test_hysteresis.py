@@ -16,6 +16,7 @@ import ase.io.ulm as ulm
 import numpy as np
 import pytest
 from ase.io import read
+from loop_areas import zero_load_area
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
@@ -48,18 +49,6 @@ def sphere_above(radius, work, shape, stiffness=1.0, roughness=None, **options):
     wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     atoms.calc = RoughContact(sphere, contact_modulus=1.0, interaction=wall)
     return atoms
-
-
-def zero_load_area(states):
-    """Contact area of a branch where its force, from the deepest state on, is zero."""
-    upward = sorted(states, key=lambda state: state.height)
-    first = next(i for i, state in enumerate(upward) if state.normal_force <= 0.0)
-    above, below = upward[first], upward[first - 1]
-    forces, areas = (
-        [getattr(state, name) for state in (above, below)]
-        for name in ("normal_force", "contact_area")
-    )
-    return np.interp(0.0, forces, areas)
 
 
 @cache
