@@ -10,7 +10,10 @@ all codes (`problems.optimality_residuals`), is at most that asked of ours. Time
 those of the processor, the least of several runs in turns: they may be taken while
 other programs use the machine.
 
-A row is written as soon as it is known, and what the file has is not run again.
+A row is written as soon as it is known, and what the file has is not run again. The
+tolerances of ASPHER may be those of an earlier file:
+
+    python ratios.py --sizes 1024 --tolerances earlier.csv --csv ratios.csv
 """
 
 import argparse
@@ -35,6 +38,7 @@ FIELDS = [
     *(f"{name} {what}" for name in WAYS for what in ("seconds", "tol", "residual")),
 ]
 KEY = ("boundary", "n", "part")
+KINDS = {"free": "hard", "periodic": "periodic"}
 
 
 @dataclass(frozen=True)
@@ -71,22 +75,26 @@ def matched(solve, problem, first):
     return k, found[k]
 
 
-def measure(problem, guess, patience):
+def measure(problem, guess, patience, earlier=None):
     """Return the row of a problem; `guess` keeps the tolerances of the last one."""
     row, best, spent = {}, {}, 0.0
     for name, solve in WAYS.items():
-        guess[name], row[f"{name} residual"] = matched(
-            solve, problem, guess.get(name, 4)
-        )
+        if earlier is not None:
+            row[f"{name} tol"] = float(earlier[f"{name} tol"])
+            continue
+        guess[name], _ = matched(solve, problem, guess.get(name, 4))
         row[f"{name} tol"] = float(SERIES[guess[name]])
     while spent < patience:
         for name, solve in {**OURS, **WAYS}.items():
             if name in WAYS:
                 codes._ASPHER = row[f"{name} tol"]
             answer = solve(problem)
+            first = name not in best
             best[name] = min(best.get(name, np.inf), answer.seconds)
             spent += answer.setup + answer.seconds
-            if name == "arrays":
+            if first and name in WAYS:
+                row[f"{name} residual"] = residual(problem, answer)
+            elif first and name == "arrays":
                 row["residual ours"] = residual(problem, answer)
                 row["contact"] = np.count_nonzero(answer.pressure) / problem.n**2
     for name, seconds in best.items():
@@ -99,31 +107,38 @@ def main():
     parser.add_argument("--sizes", type=int, nargs="+", default=[128, 256, 512])
     parser.add_argument("--parts", type=float, nargs="+", default=PARTS)
     parser.add_argument("--patience", type=float, default=10.0, help="seconds a row")
+    parser.add_argument("--boundaries", nargs="+", choices=KINDS, default=list(KINDS))
+    parser.add_argument("--tolerances", type=Path, help="CSV file of an earlier run")
     parser.add_argument("--csv", type=Path, default=Path("ratios.csv"))
     options = parser.parse_args()
     codes.perf_counter = time.process_time
-    rows = []
-    if options.csv.exists():
-        with options.csv.open(newline="") as file:
-            rows = list(csv.DictReader(file))
-    known = {tuple(row[name] for name in KEY) for row in rows}
+    known = read(options.csv)
+    earlier = read(options.tolerances) if options.tolerances else {}
     guess = {}
     for n in options.sizes:
-        for kind, boundary in (("hard", "free"), ("periodic", "periodic")):
+        for boundary in options.boundaries:
             for part in options.parts:
                 key = (boundary, str(n), str(part))
                 if key in known:
                     continue
-                problem = Pressed(kind, n, part=part)
+                problem = Pressed(KINDS[boundary], n, part=part)
                 row = dict(zip(KEY, key, strict=True))
-                row |= measure(problem, guess, options.patience)
+                row |= measure(problem, guess, options.patience, earlier.get(key))
                 with options.csv.open("a", newline="") as file:
                     writer = csv.DictWriter(file, FIELDS)
-                    if not rows:
+                    if not known:
                         writer.writeheader()
                     writer.writerow(row)
-                rows.append(row)
+                known[key] = row
                 show(row)
+
+
+def read(path):
+    """Return the rows of a file by boundary, size and part in contact."""
+    if not path.exists():
+        return {}
+    with path.open(newline="") as file:
+        return {tuple(row[name] for name in KEY): row for row in csv.DictReader(file)}
 
 
 def show(row):
