@@ -194,14 +194,17 @@ class RoughContact(Calculator):
     ) -> None:
         """Calculate all properties; see the class."""
         super().calculate(atoms, properties, system_changes)
-        if not np.isfinite(self.atoms.positions).all():
-            raise ValueError("positions must be finite, got NaN or infinity")
-        self._state = state = self._model(self.atoms).state(self.atoms)
+        self._store(self._model(self.atoms).state(self.atoms))
+
+    def _store(self, state: ContactState) -> None:
+        """Set the results of the present atoms."""
+        self._state = state
         self._fixed = indenter_fixed(self.atoms)
         load = 0.0 if self._fixed else self.parameters["load"]
         work = load * float(self.atoms.positions[-1, 2])
         forces = np.zeros((len(self.atoms), 3))
-        forces[:-1, 2] = state.forces.ravel()
+        if state.forces.any():
+            forces[:-1, 2] = state.forces.ravel()
         forces[-1, 2] = state.normal_force - load
         self.results = {
             "energy": state.energy + work,
@@ -299,7 +302,7 @@ def grid_of(atoms: Atoms) -> SurfaceGrid:
 
 def wall_of(atoms: Atoms) -> Interaction:
     """Return the wall of the atoms, without sampling the indenter if it is given."""
-    wall = atoms.calc.parameters["interaction"]
+    wall = _calculator_of(atoms).parameters["interaction"]
     return contact_of(atoms).interaction if wall is None else wall
 
 
@@ -347,6 +350,26 @@ def apply_pressure(
     atoms.calc.reset()
 
 
+def relax_to(
+    atoms: Atoms, model: ContactModel, pressure: np.ndarray, height: float
+) -> None:
+    """Move the atoms to the state that a solver has found, with its results.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        With a `RoughContact` calculator; changed in place.
+    model : ContactModel
+        That of the atoms.
+    pressure, height
+        See `apply_pressure`.
+    """
+    displacement = model.apply_pressure(atoms, pressure, height)
+    state = model.contact.evaluate(displacement, height, pressure, pressure)
+    atoms.calc.atoms = atoms.copy()
+    atoms.calc._store(state)
+
+
 def indent(atoms: Atoms) -> None:
     """Lower the surface by its plastic depth, so that it keeps its plastic shape.
 
@@ -366,6 +389,10 @@ def indent(atoms: Atoms) -> None:
 
 def model_of(atoms: Atoms) -> ContactModel:
     """Return what the calculator keeps of the atoms; see `contact_of`."""
+    return _calculator_of(atoms)._model(atoms)
+
+
+def _calculator_of(atoms: Atoms) -> RoughContact:
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
-    return atoms.calc._model(atoms)
+    return atoms.calc

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -70,6 +71,8 @@ class ContactModel:
         """Return energy, forces and fields of the atoms."""
         values, height = displacement(atoms, self.grid), float(atoms.positions[-1, 2])
         pressure, known_height = self._known(values)
+        if not (math.isfinite(height) and np.isfinite(values).all()):
+            raise ValueError("positions must be finite, got NaN or infinity")
         reaction = pressure if height == known_height else None
         return self.contact.evaluate(values, height, pressure, reaction)
 
@@ -86,13 +89,15 @@ class ContactModel:
 
     def apply_pressure(
         self, atoms: Atoms, pressure: np.ndarray, height: float | None
-    ) -> None:
-        """Move the atoms to the displacement that a pressure causes, and a height."""
-        set_displacement(atoms, self.contact.halfspace.padded_displacement(pressure))
+    ) -> np.ndarray:
+        """Move the atoms to the displacement of a pressure, and a height; return it."""
+        values = self.contact.halfspace.padded_displacement(pressure)
+        values = np.asarray(values, dtype=float)
+        set_displacement(atoms, values)
         if height is not None:
             atoms.positions[-1, 2] = height
-        values = displacement(atoms, self.grid).copy()
         self.known = values, float(atoms.positions[-1, 2]), pressure
+        return values
 
     def _known(self, values: np.ndarray) -> tuple[np.ndarray | None, float | None]:
         """Return pressure and height of the indenter if they belong to the values."""

@@ -190,38 +190,46 @@ class Contact:
                 f"displacement must have the shape {self.halfspace.dof_shape} of the "
                 f"atoms, got {displacement.shape}"
             )
-        if self.halfspace.periodic:
+        periodic, area = self.halfspace.periodic, self.halfspace.cell_area
+        if periodic:
             displacement = displacement - displacement.mean()
         if known_pressure is None:
             elastic = self.elastic_pressure(displacement)
-        else:
-            elastic = self._padded(known_pressure)
-        gap, touching = self.gap(displacement, height), None
+        else:  # on the window: there is none on the padding
+            elastic = known_pressure
+            if periodic:
+                elastic = elastic - elastic.mean()
+        window = tuple(slice(n) for n in self.halfspace.shape)
+        loaded = tuple(slice(n) for n in elastic.shape)
+        gap, touching = self.heights - displacement[window], None
+        gap += height
+        wall_energy: np.ndarray | float = 0.0
+        attraction: np.ndarray | float = 0.0
         if not self.interaction.hard:
             wall_energy, pressure = self.wall(gap)
         else:
-            wall_energy, pressure = self.wall(np.maximum(gap, 0.0))
-            if reaction is None:
-                reaction = self._reaction(gap, elastic, pressure)
-            elif self.interaction.attractive:
-                reaction = self._where_touching(gap, reaction, pressure)
             if self.interaction.attractive:
-                touching = reaction > pressure
+                wall_energy, attraction = self.wall(np.maximum(gap, 0.0))
+            if reaction is None:
+                reaction = self._reaction(gap, elastic, attraction)
+            elif self.interaction.attractive:
+                reaction = self._where_touching(gap, reaction, attraction)
+            if self.interaction.attractive:
+                touching = reaction > attraction
             if self.interaction.hardness < math.inf:
-                wall_energy += self._plastic_energy(gap, reaction)
+                wall_energy = wall_energy + self._plastic_energy(gap, reaction)
             pressure = reaction
 
-        area, (n, m) = self.halfspace.cell_area, gap.shape
-        energies = displacement * elastic
-        energies *= -0.5 * area
-        energies[:n, :m] += area * wall_energy
-        forces = elastic
-        if self.halfspace.periodic:
-            forces += pressure.mean()
-        forces *= area
-        forces[:n, :m] -= area * pressure
+        energies, forces = np.zeros(displacement.shape), np.zeros(displacement.shape)
+        np.multiply(displacement[loaded], -0.5 * area * elastic, out=energies[loaded])
+        energies[window] += area * wall_energy
+        if pressure is not known_pressure:  # else all forces are zero
+            if periodic:
+                elastic = elastic + pressure.mean()
+            np.multiply(elastic, area, out=forces[loaded])
+            forces[window] -= area * pressure
         return ContactState(
-            energy=float(energies.sum()),
+            energy=float(energies[loaded].sum()),
             energies=energies,
             forces=forces,
             gap=gap,
@@ -232,15 +240,6 @@ class Contact:
             hardness=self.interaction.hardness,
             kept_depth=self.plastic_depth,
         )
-
-    def _padded(self, pressure: np.ndarray) -> np.ndarray:
-        """Return a pressure on the window as one on all atoms; without a mean."""
-        if self.halfspace.periodic:
-            return pressure - pressure.mean()
-        padded = np.zeros(self.halfspace.dof_shape)
-        n, m = pressure.shape
-        padded[:n, :m] = pressure
-        return padded
 
     def _checked(self, name: str, values: np.ndarray) -> np.ndarray:
         """Return an array of the window, or raise `ValueError`."""
@@ -270,7 +269,7 @@ class Contact:
             )
 
     def _reaction(
-        self, gap: np.ndarray, elastic: np.ndarray, attraction: np.ndarray
+        self, gap: np.ndarray, elastic: np.ndarray, attraction: np.ndarray | float
     ) -> np.ndarray:
         """Return the elastic pressure on the atoms that touch a hard wall."""
         window = elastic[: gap.shape[0], : gap.shape[1]]
@@ -310,7 +309,7 @@ class Contact:
         return hardness * depth
 
     def _where_touching(
-        self, gap: np.ndarray, pressure: np.ndarray, attraction: np.ndarray
+        self, gap: np.ndarray, pressure: np.ndarray, attraction: np.ndarray | float
     ) -> np.ndarray:
         """Return a pressure where atoms touch a hard wall, else the attraction."""
         excess = pressure - attraction

@@ -24,7 +24,7 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
-from scipy.fft import dct, irfft2, rfft, rfft2
+from scipy.fft import dct, fft, irfft2, rfft
 
 from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact._util.validation import grid_shape, positive
@@ -246,10 +246,13 @@ class HalfSpace(ABC):
             raise ValueError(
                 f"pressure must have the shape {self.shape}, got {pressure.shape}"
             )
-        workers = _workers(math.prod(self.grid))
-        spectrum = rfft2(pressure, self.grid, workers=workers)
-        spectrum *= -self.compliance
-        return irfft2(spectrum, self.grid, workers=workers, overwrite_x=True)
+        (rows, columns), workers = self.grid, _workers(math.prod(self.grid))
+        # rows first: those of the padding are zero
+        spectrum = rfft(pressure, columns, axis=1, workers=workers)
+        spectrum = fft(spectrum, rows, axis=0, workers=workers)
+        spectrum *= self.compliance
+        values = irfft2(spectrum, self.grid, workers=workers, overwrite_x=True)
+        return np.negative(values, out=values)
 
     @property
     def _inverse_spectrum(self) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
-from ase_roughcontact.atoms.calculator import apply_pressure, model_of
+from ase_roughcontact.atoms.calculator import model_of, relax_to, wall_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.constraints import Indenter
@@ -94,7 +94,7 @@ class ContactOptimizer(Optimizer):
         self.pairs = 0.0
         self._given_start: Start | None = None
         self._options = {} if options is None else {"options": options}
-        self._connect()
+        self._check()
 
     def start_from(self, pressure: np.ndarray, height: float) -> None:
         """Start the next run from another state than that of the atoms.
@@ -215,10 +215,14 @@ class ContactOptimizer(Optimizer):
 
     def _connect(self) -> None:
         """Read contact, load and constraints off the atoms."""
-        name = type(self).__name__
+        self._check()
         self._model = model_of(self.atoms)
         self.contact = self._model.contact
-        wall = self.contact.interaction
+        self.message = ""
+
+    def _check(self) -> None:
+        """Read the constraints, and raise `ValueError` if there is no solver."""
+        name, wall = type(self).__name__, wall_of(self.atoms)
         if not self.supports(wall):
             if self.hard_walls:
                 raise ValueError(
@@ -234,7 +238,6 @@ class ContactOptimizer(Optimizer):
             )
         self.state = self._applied = None
         self._converged = False
-        self.message = ""
 
     def _start(self) -> tuple[np.ndarray | None, float]:
         """Return the first pressure, None if flat, and height; set energy and force."""
@@ -247,11 +250,14 @@ class ContactOptimizer(Optimizer):
 
     def _start_of_atoms(self, height: float) -> np.ndarray | None:
         """Return the pressure of the atoms, None if flat; set energy and force."""
-        pressure = self._model.elastic_pressure(self.atoms)
         values = displacement(self.atoms, self._model.grid)
+        load_energy, load_force = self.indenter.external(height)
+        if self.hard_walls and not values.any():
+            self._energy, self._force = load_energy, np.inf
+            return None
+        pressure = self._model.elastic_pressure(self.atoms)
         area = self.contact.halfspace.cell_area
         n, m = pressure.shape
-        load_energy, load_force = self.indenter.external(height)
         if self.contact.interaction.hard:
             # whether the atoms are relaxed is not known before the first step
             work = float(np.sum(values[:n, :m] * pressure))
@@ -270,8 +276,9 @@ class ContactOptimizer(Optimizer):
 
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""
-        if self.state is not None and self.state is not self._applied:
-            apply_pressure(self.atoms, self.state.pressure, self.state.height)
-            self._applied = self.state
-        if self.state is not None or self._converged:
+        state = self.state
+        if state is not None and state is not self._applied:
+            relax_to(self.atoms, self._model, state.pressure, state.height)
+            self._applied = state
+        elif state is not None or self._converged:
             self.atoms.get_potential_energy()

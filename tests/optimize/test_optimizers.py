@@ -6,6 +6,7 @@ from ase.calculators.emt import EMT
 from ase.constraints import Hookean
 from ase.io import read
 from ase.optimize import LBFGS
+from numpy.testing import assert_allclose
 
 from ase_roughcontact import (
     ActiveSet,
@@ -263,6 +264,35 @@ def rough_atoms(wall, shape=(14, 14), periodic=False, fixed=True):
     atoms.calc = RoughContact(sphere, 1.0, wall)
     atoms.positions[-1, 2] = contact_of(atoms).first_contact
     return atoms
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_results_of_a_run_are_those_of_a_new_calculator(solver, periodic):
+    atoms = make_atoms(WALLS[solver], periodic=periodic, fixed=False, load=3.0)
+    solver(atoms).run(fmax=1e-9)
+    fresh = atoms.copy()
+    fresh.calc = RoughContact(**atoms.calc.parameters)
+    fresh.get_potential_energy()
+    assert atoms.calc.calculation_required(atoms, ["forces"]) is False
+    assert atoms.calc.results.keys() == fresh.calc.results.keys()
+    for name, values in fresh.calc.results.items():
+        assert_allclose(atoms.calc.results[name], values, atol=1e-7, err_msg=name)
+
+
+def test_optimizer_does_not_sample_the_indenter_before_its_run(solver):
+    class Counting(RoughSphere):
+        def heights(self, *args):
+            samples.append(args)
+            return super().heights(*args)
+
+    samples, sphere = [], Counting(radius=40.0)
+    atoms = substrate("Cu", (14, 14), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, WALLS[solver])
+    samples.clear()
+    optimizer = solver(atoms)
+    assert samples == []
+    optimizer.run(fmax=1e-6)
+    assert len(samples) == 1
 
 
 @pytest.mark.parametrize("wall", [None, HardWall()], ids=["soft", "hard"])
