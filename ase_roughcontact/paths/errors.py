@@ -146,11 +146,11 @@ def _force_change(shift: float, compliance: float) -> float:
 def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
     if step.edge_area is not None:
-        change, spacing = step.edge_area.change, step.halfspace.spacing
         surface = step.atoms.calc.parameters["indenter"]
         rough = getattr(surface, "roughness", surface)
         wave = getattr(rough, "short_wavelength", math.inf)
-        of_grid = edge_error(change, step.perimeter, spacing, wave)
+        spacing = step.halfspace.spacing
+        of_grid = edge_error(step.edge_area, step.perimeter, spacing, wave)
     else:
         of_grid = grid_error(
             step.perimeter,

@@ -1,5 +1,7 @@
 """Contact area of the continuum from the fields at the edge of a hard contact."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,8 @@ from ase_roughcontact import (
 from ase_roughcontact.elasticity.layer import Layer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.theory.counted_area import continuum_area, open_sides
-from ase_roughcontact.theory.edge_area import edge_area, edge_error
+from ase_roughcontact.theory.edge_area import EdgeArea, edge_area, edge_error
+from ase_roughcontact.topography import BoundedSurface
 
 
 def fields(depth, modulus):
@@ -52,7 +55,7 @@ def test_straight_edges_are_found_between_the_points(shape, normal):
 def test_full_contact_and_the_correction_by_the_perimeter():
     pressure, gap = np.ones((6, 6)), np.zeros((6, 6))
     full = edge_area(pressure, gap, 0.0, 0.5, 1.0, periodic=True)
-    assert full == (9.0, 0.0)
+    assert full == (9.0, 0.0, 0.0)
     # 0.0158 S_d dx by all points, twice that by every other one
     shifted = edge_area(pressure, gap, 10.0, 0.5, 1.0, periodic=True)
     assert shifted.change == pytest.approx(0.0158 * 10.0 * 0.5)
@@ -61,10 +64,13 @@ def test_full_contact_and_the_correction_by_the_perimeter():
 
 def test_error_adds_up_change_perimeter_and_half_a_point():
     expected = 0.25 * 3.0 + 0.006 * 40.0 * 0.5 + 0.125
-    assert edge_error(-3.0, 40.0, 0.5) == pytest.approx(expected)
-    assert edge_error(-3.0, 40.0, 0.5, 2.0) == pytest.approx(expected)
-    coarse = edge_error(-3.0, 40.0, 0.5, 1.9)
+    found = EdgeArea(area=100.0, change=-3.0)
+    assert edge_error(found, 40.0, 0.5) == pytest.approx(expected)
+    assert edge_error(found, 40.0, 0.5, 2.0) == pytest.approx(expected)
+    coarse = edge_error(found, 40.0, 0.5, 1.9)
     assert coarse == pytest.approx(expected + 0.036 * 40.0 * 0.5)
+    punch = edge_error(found._replace(corners=20.0), 40.0, 0.5)
+    assert punch == pytest.approx(expected + 0.25 * 20.0 * 0.5)
 
 
 @pytest.mark.parametrize(
@@ -138,3 +144,40 @@ def test_contact_that_ends_at_the_window_has_no_edge_of_its_own():
     assert step.contact_area == 256.0
     expected = continuum_area(256.0, step.perimeter, 1.0)
     assert step.continuum_area == pytest.approx(expected)
+
+
+@dataclass(frozen=True)
+class Axial(BoundedSurface):
+    """Flat punch of a radius, or a cone."""
+
+    radius: float = 0.0
+    cone: bool = False
+
+    def heights(self, shape, spacing, origin=(0.0, 0.0)):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        distance = np.hypot(x[:, None], y)
+        return 0.05 * distance if self.cone else 1e3 * (distance > self.radius)
+
+    def reach(self, level, spacing, origin=(0.0, 0.0)):
+        return max(level, 0.0) / 0.05 if self.cone else self.radius
+
+
+@pytest.mark.parametrize("radius", [6.0, 6.3, 12.0, 12.4, 24.0])
+def test_edge_of_a_flat_punch_is_known_to_half_a_spacing(radius):
+    """The pressure rises to the edge, where the equations of the edge do not hold."""
+    punch = Axial(radius)
+    (step,) = continuum_steps(punch, 1.0, [30.0], (64, 64), contact_modulus=1.0)
+    error = abs(step.continuum_area - np.pi * radius**2)
+    assert error < 2.0 * step.area_error
+    # both are too small by 0.3 to 0.4 of the perimeter without regard to the corner
+    assert error < 0.15 * step.perimeter
+    assert 0.2 * step.perimeter < step.area_error < 0.4 * step.perimeter
+
+
+@pytest.mark.parametrize("load", [1.0, 5.0, 30.0])
+def test_contact_of_a_cone_has_a_smooth_edge(load):
+    """N = E* cot(alpha) a^2 pi/2 (Sneddon), though the pressure is singular inside."""
+    area = 2.0 * load / 0.05
+    (step,) = continuum_steps(Axial(cone=True), 1.0, [load], contact_modulus=1.0)
+    error = abs(step.continuum_area - area)
+    assert error < 2.0 * step.area_error < 0.07 * area
