@@ -152,17 +152,12 @@ class Model(SceneFile):
     @property
     def given_grid(self) -> GridChange | None:
         """The grid that the scene gives; None if it is chosen for the accuracy."""
-        given, continuum = self.substrate, self.is_continuum
+        given = self.substrate
         change = GridChange.of(given.refine, given.coarsen, given.spacing)
-        if change and not continuum:
+        if change and not self.is_continuum:
             raise ValueError(
                 'refine, coarsen and a spacing of a0/2 need model = "continuum": the '
                 "grid of the model of atoms is their lattice"
-            )
-        if self.substrate.of_atoms and continuum:
-            raise ValueError(
-                'model = "continuum" needs moduli: a solid that follows from the '
-                "forces between atoms is a lattice"
             )
         return change
 

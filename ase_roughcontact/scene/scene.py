@@ -124,6 +124,7 @@ class Scene(ContactPath):
         """
         parts = {
             "substrate": [
+                "area_column",
                 "given_grid",
                 "spacing",
                 "contact_modulus",

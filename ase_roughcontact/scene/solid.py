@@ -182,6 +182,11 @@ def _layer(substrate: SubstrateConfig) -> Layer:
 
 
 def _crystal(substrate: SubstrateConfig) -> Crystal:
+    if substrate.model == "continuum":
+        raise ValueError(
+            'model = "continuum" needs moduli: a solid that follows from the forces '
+            "between atoms is a lattice"
+        )
     for key in ("contact_modulus", "elastic_constants"):
         if getattr(substrate, key) is not None:
             raise ValueError(

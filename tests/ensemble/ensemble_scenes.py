@@ -26,12 +26,12 @@ last = 0.6
 steps = 3
 scale = "linear"
 """)
-LONG = replace(SCENE, path=replace(SCENE.path, first=0.02, last=0.8, steps=20))
+LONG = replace(SCENE, path=replace(SCENE.path, first=0.02, last=0.8, steps=10))
 SCENES = [
     *product(SCENE, {"roughness.seed": range(2), "interaction": WALLS}),
     *product(LONG, {"interaction": WALLS}),
 ]
-STEPS = 4 * 3 + 2 * 20
+STEPS = 4 * 3 + 2 * 10
 
 
 def finish(scenes, database, **options):

@@ -243,7 +243,7 @@ def test_a_worker_stops_after_its_step_when_its_run_has_ended(tmp_path):
             worker = pool.submit(calculate_case, *task)
             wait_for(database.steps)
         assert worker.result() == ("stopped", "")
-    assert 0 < len(database.steps()) < 20
+    assert 0 < len(database.steps()) < 10
 
 
 def die_writing(scene, database, count, after):
@@ -280,7 +280,7 @@ def test_a_case_continues_that_was_killed_in_the_middle_of_a_transaction(
     assert process.exitcode == -signal.SIGKILL
     before = {row.step: row.unique_id for row in rows(database, record="step")}
     assert list(before) == list(range(6))
-    assert finish([scene], database).steps == 20
+    assert finish([scene], database).steps == 10
     after = {row.step: row.unique_id for row in rows(database, record="step")}
     assert before.items() <= after.items()
     whole = read_ensemble(undisturbed, case=case_of(scene))

@@ -122,6 +122,18 @@ def test_curvature_is_nearly_one(rng):
 # ASE's optimizers
 
 
+def controlled_atoms(control):
+    atoms = make_atoms(load=0.5, fixed=control == "fixed")
+    return spring(atoms) if control == "spring" else atoms
+
+
+@cache
+def relaxed_atoms(control):
+    atoms = controlled_atoms(control)
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-7)
+    return atoms
+
+
 @pytest.mark.parametrize("control", ["fixed", "load", "spring"])
 @pytest.mark.parametrize(
     "optimizer, options",
@@ -136,12 +148,7 @@ def test_curvature_is_nearly_one(rng):
     ],
 )
 def test_optimizers_find_the_same_energy_as_on_atoms(optimizer, options, control):
-    reference, atoms = (
-        make_atoms(load=0.5, fixed=control == "fixed") for _ in range(2)
-    )
-    if control == "spring":
-        spring(reference), spring(atoms)
-    assert LBFGS(reference, logfile=None).run(fmax=1e-7)
+    reference, atoms = relaxed_atoms(control), controlled_atoms(control)
     with optimizer(FourierModes(atoms), logfile=None, **options) as dynamics:
         assert dynamics.run(fmax=1e-6, steps=1000)
     energy = reference.get_potential_energy()

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from ase.optimize import FIRE, LBFGS
+from ase.optimize import LBFGS
 from ase.optimize.precon import PreconLBFGS
 from scipy.optimize import lsq_linear
 from solids import CONTINUA
@@ -74,10 +74,9 @@ def test_newton_leaves_no_forces(solid, wall, periodic):
     "method",
     [
         lambda atoms: LBFGS(FourierModes(atoms), logfile=None),
-        lambda atoms: FIRE(FourierModes(atoms), logfile=None),
         lambda a: PreconLBFGS(a, precon=HalfSpacePrecon(a), logfile=None),
     ],
-    ids=["LBFGS", "FIRE", "PreconLBFGS"],
+    ids=["LBFGS", "PreconLBFGS"],
 )
 def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
     forces = []

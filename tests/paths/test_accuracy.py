@@ -28,7 +28,7 @@ WALLS = {
     "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
     "full": LennardJones93.full(1.0, 0.03, cutoff=5.0),
 }
-SEEDS = (101, 102)
+SEEDS = (101, pytest.param(102, marks=pytest.mark.slow))
 PATHS = {
     "large steps": {"penetrations": (0.3, 1.0, 2.0)},
     "small steps": {"penetrations": tuple(np.linspace(0.8, 1.0, 6))},
