@@ -220,10 +220,13 @@ class Contact:
                 wall_energy = wall_energy + self._plastic_energy(gap, reaction)
             pressure = reaction
 
-        energies, forces = np.zeros(displacement.shape), np.zeros(displacement.shape)
+        energies = np.zeros(displacement.shape)
         np.multiply(displacement[loaded], -0.5 * area * elastic, out=energies[loaded])
         energies[window] += area * wall_energy
-        if pressure is not known_pressure:  # else all forces are zero
+        if pressure is known_pressure:  # no array of zeros to fill the memory
+            forces = np.broadcast_to(0.0, displacement.shape)
+        else:
+            forces = np.zeros(displacement.shape)
             if periodic:
                 elastic = elastic + pressure.mean()
             np.multiply(elastic, area, out=forces[loaded])

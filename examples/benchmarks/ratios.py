@@ -13,7 +13,11 @@ other programs use the machine.
 A row is written as soon as it is known, and what the file has is not run again. The
 tolerances of ASPHER may be those of an earlier file:
 
-    python ratios.py --sizes 1024 --tolerances earlier.csv --csv ratios.csv
+    python ratios.py --sizes 1024 --tolerances ratios.csv --csv again.csv
+
+At the end the table of the README is printed: the times of the faster way of ASPHER
+over those of our arrays and of our ASE atoms. ``--sizes`` without numbers runs nothing
+else.
 """
 
 import argparse
@@ -104,7 +108,7 @@ def measure(problem, guess, patience, earlier=None):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--sizes", type=int, nargs="+", default=[128, 256, 512])
+    parser.add_argument("--sizes", type=int, nargs="*", default=[128, 256, 512])
     parser.add_argument("--parts", type=float, nargs="+", default=PARTS)
     parser.add_argument("--patience", type=float, default=10.0, help="seconds a row")
     parser.add_argument("--boundaries", nargs="+", choices=KINDS, default=list(KINDS))
@@ -131,6 +135,7 @@ def main():
                     writer.writerow(row)
                 known[key] = row
                 show(row)
+    table(known)
 
 
 def read(path):
@@ -151,6 +156,24 @@ def show(row):
         + " ".join(f"{float(row[f'{name} residual']):.1e}" for name in WAYS),
         flush=True,
     )
+
+
+def table(rows):
+    """Print the ratios of the faster way of ASPHER, of all sizes and parts."""
+    parts = sorted(PARTS)
+    print("| boundary | n |", " | ".join(f"{100 * part:.0f} %" for part in parts), "|")
+    print("|---" * (2 + len(parts)) + "|")
+    for boundary in KINDS:
+        for n in sorted({int(key[1]) for key in rows if key[0] == boundary}):
+            cells = (cell(rows.get((boundary, str(n), str(part)))) for part in parts)
+            print(f"| {boundary} | {n} |", " | ".join(cells), "|")
+
+
+def cell(row):
+    if row is None:
+        return ""
+    peer = min(float(row[f"{name} seconds"]) for name in WAYS)
+    return " / ".join(f"{peer / float(row[name]):#.3g}" for name in OURS)
 
 
 if __name__ == "__main__":
