@@ -91,6 +91,7 @@ class ContactOptimizer(Optimizer):
                 f"{type(self).__name__} starts from the atoms: restart must be None"
             )
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
+        self._writes_log = logfile is not None
         self.pairs = 0.0
         self._given_start: Start | None = None
         self._options = {} if options is None else {"options": options}
@@ -167,7 +168,9 @@ class ContactOptimizer(Optimizer):
         return self._converged
 
     def log(self, gradient: np.ndarray | None = None) -> None:
-        """Write a line to the log file."""
+        """Write a line to the log file, if there is one."""
+        if not self._writes_log:
+            return
         name = type(self).__name__
         if self.nsteps == 0:
             head = f"{'':{len(name)}}  {'Step':>4} {'Time':>8} {'Energy':>15}"
