@@ -50,9 +50,10 @@ def rowwise(
             first = args[0]
             if not isinstance(first, np.ndarray):
                 first = _first_array(first)
-            if first.size <= block_size():  # as is: small arrays are worth no more
+            size = block_size() * (2 if first.itemsize <= 4 else 1)  # of equal memory
+            if first.size <= size:  # as is: small arrays are worth no more
                 return function(*args, **kwargs)
-            blocks = split(len(first), block_size() * len(first) // first.size)
+            blocks = split(len(first), size * len(first) // first.size)
             results = thread_map(
                 lambda rows: function(*_block(args, rows), **kwargs),
                 blocks,
@@ -104,8 +105,10 @@ def inner(a: np.ndarray, b: np.ndarray) -> float:
     a, b = a.reshape(-1), b.reshape(-1)
     if a.size <= _SINGLE_THREAD:
         return float(a @ b)
-    pieces = (slice(k, k + _SINGLE_THREAD) for k in range(0, a.size, _SINGLE_THREAD))
-    return sum(float(a[piece] @ b[piece]) for piece in pieces)
+    whole = a.size // _SINGLE_THREAD * _SINGLE_THREAD
+    rows = a[:whole].reshape(-1, 1, _SINGLE_THREAD)
+    columns = b[:whole].reshape(-1, _SINGLE_THREAD, 1)
+    return float((rows @ columns).sum(dtype=float) + a[whole:] @ b[whole:])
 
 
 @rowwise(np.add)

@@ -37,7 +37,16 @@ import math
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import dot, least, rowwise, scale, total
+from ase_roughcontact._util.kernels import (
+    dot,
+    dots,
+    inner,
+    least,
+    linear_combination,
+    rowwise,
+    scale,
+    total,
+)
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.solvers.options import ActiveSetOptions
 
@@ -156,7 +165,8 @@ class ComplementarityProblem:
         clipped, difference = self._clipped(), self._change
         self._change, self._scratch = clipped, difference
         if _subtract_from(difference, clipped):
-            self._gap += self._model.compliance(difference, difference)
+            opening = self._model.compliance(difference, difference)
+            linear_combination([(1.0, self._gap), (1.0, opening)], out=self._gap)
 
     def _close_gaps(self, target: float) -> bool:
         r"""Close the gaps in contact until the set changes; return whether it does.
@@ -171,12 +181,12 @@ class ComplementarityProblem:
 
         Under a load the mean of :math:`z` in contact is subtracted from it.
         """
-        count = int(np.count_nonzero(self._contact))
+        count = int(total(self._contact))
         if not count:
             return self._exchange(target)
-        largest = self._update_residual(count)
+        opened = dot(self._gap, self._contact) if self._loaded else 0.0
+        largest = self._update_residual(opened / count)
         stage = max(target, self._forcing * max(largest, self._overlap()))
-        self._direction[:] = 0.0
         last_work = math.inf
         while self._steps > 0:
             if largest <= stage:
@@ -185,8 +195,8 @@ class ComplementarityProblem:
                 if largest <= target:
                     return False
                 stage = max(target, self._forcing * largest)
-            last_work = self._advance(count, last_work)
-            largest = self._update_residual(count)
+            last_work, opened = self._advance(count, last_work)
+            largest = self._update_residual(opened / count)
             self._steps -= 1
         return self._exchange(target)
 
@@ -194,25 +204,33 @@ class ComplementarityProblem:
         """Return the largest overlap."""
         return -least(self._gap) - self._height_change
 
-    def _update_residual(self, count: int) -> float:
+    def _update_residual(self, mean_gap: float) -> float:
         """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
         if self._loaded:
-            self._height_change = -dot(self._gap, self._contact) / count
+            self._height_change = -mean_gap
         return _set_residual(
             self._residual, self._gap, self._height_change, self._contact
         )
 
-    def _advance(self, count: int, last_work: float) -> float:
-        """Make a step of conjugate gradients, and return the work ``z . r``."""
+    def _advance(self, count: int, last_work: float) -> tuple[float, float]:
+        """Make a step of conjugate gradients.
+
+        Returns
+        -------
+        work, opened : float
+            ``z . r``, and the sum of the gaps in contact.
+        """
         z = self._model.stiffness(self._residual, self._scratch)
-        work = dot(z, self._residual)
+        work, mean = dots([(z, self._residual), (z, self._contact)])
         # under a load the residuals have no mean: that of z does not change the work
-        mean = dot(z, self._contact) / count if self._loaded else 0.0
+        mean = mean / count if self._loaded else 0.0
         _set_direction(self._direction, work / last_work, z, mean, self._contact)
         opening = self._model.compliance(self._direction, self._scratch)
         length = work / dot(self._direction, opening)
-        _advance(self._change, self._gap, length, self._direction, opening)
-        return work
+        opened = _advance(
+            self._change, self._gap, length, self._direction, opening, self._contact
+        )
+        return work, opened
 
 
 @rowwise(np.logical_or)
@@ -276,23 +294,32 @@ def _set_direction(
 ) -> None:
     """Set ``t = beta t + z - mean`` in contact, zero elsewhere; overwrite ``z``."""
     z -= mean
+    if not beta:  # the first direction
+        np.multiply(z, contact, out=direction)
+        return
     z *= contact
     direction *= beta
     direction += z
 
 
-@rowwise()
+@rowwise(np.add)
 def _advance(
     change: np.ndarray,
     gap: np.ndarray,
     length: float,
     direction: np.ndarray,
     opening: np.ndarray,
-) -> None:
-    """Set ``x += length t`` and ``g += length C t``; overwrite ``C t``."""
+    contact: np.ndarray,
+) -> float:
+    """Set ``x += length t`` and ``g += length C t``; overwrite ``C t``.
+
+    Returns the sum of the gaps in contact.
+    """
     opening *= length
     gap += opening
-    change += length * direction
+    np.multiply(direction, length, out=opening)
+    change += opening
+    return inner(gap, contact)
 
 
 @rowwise(np.add)

@@ -9,6 +9,7 @@ from ase_roughcontact._util.kernels import (
     concatenate,
     dot,
     dots,
+    inner,
     linear_combination,
     max_abs,
     norm,
@@ -94,6 +95,12 @@ def test_scalar_products_of_strided_arrays():
     a, b = random(40, 9)[:, 2:7], random(40, 9)[:, 1:6]
     assert_allclose(dot(a, b), (a * b).sum(), rtol=1e-13)
     assert_allclose(dots([(a, b), (b, b)]), [(a * b).sum(), (b * b).sum()], rtol=1e-13)
+
+
+@pytest.mark.parametrize("size", [8192, 20_000])
+def test_scalar_product_of_long_vectors(size):
+    a, b = random(2, size)
+    assert_allclose(inner(a, b), np.vdot(a, b), rtol=1e-11)
 
 
 def test_norm_is_the_euclidean_one():
