@@ -93,10 +93,6 @@ FUNCTIONS = {
     "WindowOptions": (WindowOptions, asdict(WindowOptions())),
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),
-    "fit_kappa": (
-        partial(analysis.fit_kappa, [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]),
-        {"rms_slope": 0.1, "contact_modulus": 1.0},
-    ),
     "first_contact": (partial(analysis.first_contact, SPHERE), {"spacing": 1.0}),
     "sphere_theory": (theory.sphere_theory, HERTZ | ADHESION),
     "regime": (theory.regime, {"normal_force": 1.0} | HERTZ | ADHESION | FACTORS),

@@ -12,12 +12,10 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.solvers.response import force_derivative, height_response
 
@@ -111,40 +109,6 @@ class ForceDerivatives:
             for change in self._changes
         ]
         return np.array(row), response.force
-
-
-def forces_and_derivatives(
-    scene: Scene, heights: ArrayLike, free: Sequence[str], accuracy: float = 1e-6
-) -> tuple[FloatArray, FloatArray]:
-    """Return the forces at heights, and their derivatives.
-
-    Parameters
-    ----------
-    scene : Scene
-    heights : array_like, shape (k,)
-        Heights of the indenter, relaxed one after the other (Å).
-    free : sequence of str
-        Parameters among `FREE`.
-    accuracy : float
-        Relative error of the forces.
-
-    Returns
-    -------
-    forces : ndarray, shape (k,)
-        eV/Å.
-    derivatives : ndarray, shape (k, p + 1)
-        To the parameters in the units of `FREE`, and to the height (eV/Å per unit).
-    """
-    held = scene.with_values({"path.control": "height", "path.kind": "steps"})
-    atoms = held.atoms()
-    stepper = Stepper(atoms, "heights", accuracy=accuracy, window=scene.window)
-    derivatives = ForceDerivatives(scene, free)
-    forces, rows = [], []
-    for number, height in enumerate(np.asarray(heights, dtype=float)):
-        forces.append(stepper.step(number, float(height)).normal_force)
-        row, to_height = derivatives.of(atoms)
-        rows.append([*row, to_height])
-    return np.array(forces), np.array(rows)
 
 
 class _Change:

@@ -3,7 +3,7 @@
 Smooth spheres: `Hertz`, `JKR`, `DMT` and `MaugisDugdale`, with the same interface, and
 `sphere_theory`, which chooses between them. Rough surfaces: `self_affine` (spectral
 moments), `rough_flats` (kappa, macroscopic adhesion), `stickiness` (criteria of
-adhesion), `flat_reference` (tabulated contact fraction), `first_asperity`,
+adhesion), `first_asperity`,
 `rough_contact` (area of rough spheres), `rough_sphere` (all characteristic numbers of
 one), `plastic` (contact at the hardness) and `regime`, which determines the law.
 """
@@ -16,7 +16,6 @@ from ase_roughcontact.theory.first_asperity import (
     first_contact_radius_from_height,
     low_load_plateau,
 )
-from ase_roughcontact.theory.flat_reference import FlatReference
 from ase_roughcontact.theory.hertz import DMT, Hertz
 from ase_roughcontact.theory.jkr import JKR
 from ase_roughcontact.theory.maugis import MaugisDugdale
@@ -26,7 +25,7 @@ from ase_roughcontact.theory.plastic import (
     plastic_crossover_load,
     yield_load,
 )
-from ase_roughcontact.theory.regime import Regime, regime
+from ase_roughcontact.theory.regime import regime
 from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
@@ -52,10 +51,8 @@ __all__ = [
     "KAPPA_HARD",
     "KAPPA_REPULSIVE",
     "Criterion",
-    "FlatReference",
     "Hertz",
     "MaugisDugdale",
-    "Regime",
     "RoughSphereTheory",
     "Roughness",
     "SphereTheory",

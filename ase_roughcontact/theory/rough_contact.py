@@ -45,8 +45,7 @@ def predicted_area(
         E*, force per area.
     flat : array_like or callable
         Contact of nominally flat surfaces: p_rough of `mean_contact_pressure` for the
-        error function, or a function f of the nominal pressure (force per area), such
-        as `FlatReference.fraction`.
+        error function, or a function f of the nominal pressure (force per area).
     asperity_radius : array_like, optional
         rho of `asperity_radius`, times `ASPERITY_FACTOR_REPULSIVE` for the repulsive
         wall, length; by default no first asperity is considered.

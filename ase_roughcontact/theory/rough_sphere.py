@@ -181,7 +181,7 @@ class RoughSphereTheory:
         -------
         float or None
             A, area; None if rough flats adhere macroscopically: `predicted_area` with a
-            `FlatReference` returns it then.
+            tabulated contact fraction returns it then.
 
         Notes
         -----

@@ -21,6 +21,7 @@ from typing import Any
 
 import matplotlib
 import numpy as np
+from flat_reference import flat_fraction
 from paper_scenes import BANDS, Curve, curves, scenes, theory
 
 from ase_roughcontact.ensemble import (
@@ -30,7 +31,6 @@ from ase_roughcontact.ensemble import (
     write_csv,
 )
 from ase_roughcontact.theory import (
-    FlatReference,
     Hertz,
     contact_fraction,
     low_load_plateau,
@@ -137,8 +137,8 @@ def draw_adhesive(axes: Any, curve: Curve) -> None:
     hertz = Hertz(curve.radius, 1.0).contact_area(loads)
     first = np.nanmean(curve.areas[0])  # A_adh, of the least load
     sphere = theory(curve.radius, curve.slope, curve.kind, curve.work)
-    table = FlatReference.read(curve.work)
-    flats: dict[str, Any] = {"-": table.fraction, ":": sphere.rough_pressure}
+    table = flat_fraction(curve.work)
+    flats: dict[str, Any] = {"-": table, ":": sphere.rough_pressure}
     for line, flat in flats.items():
         area = predicted_area(loads, curve.radius, 1.0, flat, asperity_area=first)
         axes.plot(loads / crossover, area / hertz, line, color="k", lw=0.8)

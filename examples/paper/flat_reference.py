@@ -10,10 +10,10 @@ makes such a table::
 
 Periodic self-affine surfaces are pressed on a flat solid, from zero pressure up, and
 the fraction of atoms that feel a repulsive force is written. Lengths are in units of
-a0, pressures in units of E*, works of adhesion in units of E* a0. The table of the
-package, ``ase_roughcontact/theory/flat_reference.csv``, was made in this way. For
-another roughness change the options, for another interaction the function ``wall``, and
-read the file with ``theory.FlatReference.read``.
+a0, pressures in units of E*, works of adhesion in units of E* a0. The table
+``examples/paper/results/flat-reference.csv`` was made in this way. For another
+roughness change the options, for another interaction the function ``wall``, and give
+the file to ``flat_fraction``.
 """
 
 import argparse
@@ -21,8 +21,10 @@ import csv
 import shlex
 import sys
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from ase_roughcontact import (
     LennardJones93,
@@ -33,6 +35,16 @@ from ase_roughcontact import (
 )
 
 COLUMNS = "work_of_adhesion", "pressure", "contact_fraction", "spread"
+TABLE = Path(__file__).parent / "results" / "flat-reference.csv"
+
+
+def flat_fraction(work, file=TABLE):
+    """Fraction in contact as a function of the pressure, interpolated in a table."""
+    lines = [line for line in file.read_text().splitlines() if line[0] != "#"]
+    table = np.genfromtxt(lines, delimiter=",", names=True)
+    table = table[np.isclose(table["work_of_adhesion"], work, rtol=1e-6, atol=0.0)]
+    curve = PchipInterpolator(table["pressure"], table["contact_fraction"])
+    return lambda pressure: curve(np.minimum(pressure, table["pressure"][-1]))
 
 
 def wall(work, stiffness):

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 from ase.units import J, m
+from flat_reference import flat_fraction
 from paper_scenes import DOMAIN, WORKS, Curve, curves, scenes, theory
 
 from ase_roughcontact import (
@@ -30,11 +31,10 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.analysis import first_contact, fit_kappa
+from ase_roughcontact.analysis import first_contact
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.ensemble import case_of, read_csv
 from ase_roughcontact.theory import (
-    FlatReference,
     contact_fraction,
     first_contact_radius_from_height,
 )
@@ -110,16 +110,18 @@ def linear_range(curve: Curve) -> tuple[float, float]:
 
 
 def kappas(curve: Curve, areas: np.ndarray) -> np.ndarray:
-    """Kappa of each realisation in the linear range, NaN with less than three steps."""
+    """Kappa of each realisation in the linear range, NaN with less than three steps.
+
+    The least-squares line through the origin, with errors as the areas.
+    """
     least, largest = linear_range(curve)
     used = (curve.loads >= least) & (curve.loads <= largest)
     found = np.full(areas.shape[1], np.nan)
     for seed, values in enumerate(areas[used].T):
         known = np.isfinite(values)
         if np.count_nonzero(known) >= 3:
-            data = curve.loads[used][known], values[known]
-            fit = fit_kappa(*data, curve.slope, 1.0, area_error=values[known])
-            found[seed] = fit.kappa
+            x = curve.loads[used][known] / curve.slope / values[known]
+            found[seed] = x.sum() / (x**2).sum()
     return found
 
 
@@ -189,10 +191,7 @@ def attraction(table: Table) -> Iterator[str]:
     yield from markdown(head, rows)
     yield ""
     pressures = np.array([0.0005, 0.001, 0.002])
-    inverse = {
-        w: pressures / 0.1 / FlatReference.read(w).fraction(pressures)
-        for w in (0.0, *WORKS)
-    }
+    inverse = {w: pressures / 0.1 / flat_fraction(w)(pressures) for w in (0.0, *WORKS)}
     rows = []
     for work in WORKS:
         values = inverse[0.0] - inverse[work]
@@ -211,7 +210,7 @@ def collapse(table: Table) -> Iterator[str]:
         pressure = curve.loads / curve.hertz
         flat = contact_fraction(pressure, scales.rough_pressure)
         if curve.work:
-            flat = FlatReference.read(curve.work).fraction(pressure)
+            flat = flat_fraction(curve.work)(pressure)
         ratio = np.nanmean(curve.areas, axis=1) / curve.hertz / flat
         wall = curve.kind + (f" {curve.work:g}" if curve.work else "")
         for load, value in zip(curve.loads[used], ratio[used], strict=True):

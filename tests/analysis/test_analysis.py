@@ -5,7 +5,6 @@ import pytest
 from ase import Atoms
 from ase.io import read, write
 from ase.units import GPa
-from scipy import stats
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -24,13 +23,12 @@ from ase_roughcontact import (
 from ase_roughcontact.analysis import (
     ContactMap,
     first_contact,
-    fit_kappa,
     gap_distribution,
     patches,
     pressure_distribution,
     radial_average,
 )
-from ase_roughcontact.theory import Hertz, contact_fraction, mean_contact_pressure
+from ase_roughcontact.theory import Hertz
 
 A0 = 2.5
 SPHERE = RoughSphere(radius=20.0 * A0)
@@ -477,105 +475,6 @@ def test_distributions_of_nothing_are_refused():
         gap_distribution(map_of(np.ones((2, 2)), gap=np.ones((2, 2))))
     with pytest.raises(ValueError, match="bins"):
         pressure_distribution(map_of(np.ones((2, 2))), [2.0, 1.0])
-
-
-# Kappa
-
-SLOPE = 0.1
-
-
-def line(kappa, forces):
-    return kappa * forces / (SLOPE * MODULUS)
-
-
-def test_kappa_of_a_line_is_its_slope():
-    forces = np.geomspace(1e-3, 1.0, 7)
-    fit = fit_kappa(forces, line(2.3, forces), SLOPE, MODULUS)
-    assert fit.kappa == pytest.approx(2.3, rel=1e-12)
-    assert fit.standard_error == pytest.approx(0.0, abs=1e-12)
-    assert fit.points == 7
-
-
-@pytest.mark.parametrize("relative", [False, True])
-def test_error_bar_covers_kappa_as_often_as_it_should(relative, rng):
-    forces = np.linspace(1.0, 5.0, 6)
-    exact = line(2.0, forces)
-    sigma = 0.1 * exact if relative else np.full(6, 0.1 * exact[0])
-    trials = 2000
-    fits = [
-        fit_kappa(forces, areas, SLOPE, MODULUS, area_error=sigma)
-        for areas in exact + sigma * rng.standard_normal((trials, 6))
-    ]
-    t = np.array([(fit.kappa - 2.0) / fit.standard_error for fit in fits])
-    # Student's t with five degrees of freedom, not a normal distribution
-    assert stats.kstest(t, stats.t(df=5).cdf).pvalue > 0.01
-    covered = np.count_nonzero(np.abs(t) < stats.t(df=5).ppf(0.975))
-    assert covered == pytest.approx(0.95 * trials, abs=4 * np.sqrt(trials * 0.0475))
-
-
-def test_error_of_the_area_counts_up_to_a_factor():
-    forces = np.array([1.0, 2.0, 4.0])
-    areas, sigma = np.array([1.0, 2.3, 3.9]), np.array([0.1, 0.3, 0.2])
-    one = fit_kappa(forces, areas, SLOPE, MODULUS, area_error=sigma)
-    two = fit_kappa(forces, areas, SLOPE, MODULUS, area_error=7 * sigma)
-    assert two.kappa == pytest.approx(one.kappa)
-    assert two.standard_error == pytest.approx(one.standard_error)
-
-
-def test_error_in_per_cent_gives_the_mean_ratio():
-    forces, areas = np.array([1.0, 2.0, 4.0]), np.array([1.0, 2.3, 3.9])
-    ratio = areas / line(1.0, forces)
-    fit = fit_kappa(forces, areas, SLOPE, MODULUS, area_error=line(1.0, forces))
-    assert fit.kappa == pytest.approx(ratio.mean())
-    assert fit.standard_error == pytest.approx(ratio.std(ddof=1) / np.sqrt(3))
-
-
-@pytest.mark.parametrize("end", [0.1, 0.2])
-def test_limits_keep_the_saturation_out(end):
-    # erf falls below its tangent by pi/12 x^2, the line fitted up to x by 3/5 of that
-    full = mean_contact_pressure(SLOPE, MODULUS, 2.0)
-    pressures = full * np.linspace(1e-4, 3.0, 30000)
-    areas = 1e4 * contact_fraction(pressures, full)
-    fit = fit_kappa(1e4 * pressures, areas, SLOPE, MODULUS, (0.0, 1e4 * end * full))
-    assert 1.0 - fit.kappa / 2.0 == pytest.approx(np.pi / 20 * end**2, rel=0.01)
-
-
-def test_points_outside_the_limits_do_not_count():
-    forces = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
-    areas = line(2.0, forces)
-    areas[[0, 1, 5]] = 100.0
-    fit = fit_kappa(forces, areas, SLOPE, MODULUS, limits=(2.0, 4.0))
-    assert (fit.points, fit.kappa) == (3, pytest.approx(2.0))
-
-
-def test_two_points_are_too_few():
-    forces = np.array([0.0, 1.0, 2.0])
-    with pytest.raises(ValueError, match=r"3 points or more.*got 2 of 3"):
-        fit_kappa(forces, forces, SLOPE, MODULUS)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"normal_force": [1.0, np.nan, 2.0]}, "normal_force"),
-        ({"contact_area": [1.0, -1.0, 2.0]}, "contact_area"),
-        ({"contact_area": [1.0, 2.0]}, "same length"),
-        ({"rms_slope": 0.0}, "rms_slope"),
-        ({"contact_modulus": -1.0}, "contact_modulus"),
-        ({"limits": (2.0, 1.0)}, "limits"),
-        ({"area_error": [1.0, 0.0, 1.0]}, "area_error"),
-        ({"area_error": [1.0, 1.0]}, "area_error"),
-    ],
-)
-def test_bad_arguments_of_the_fit_are_refused(change, message):
-    given = {
-        "normal_force": [1.0, 2.0, 3.0],
-        "contact_area": [1.0, 2.0, 3.0],
-        "rms_slope": SLOPE,
-        "contact_modulus": MODULUS,
-    }
-    with pytest.raises(ValueError, match=message):
-        fit_kappa(**{**given, **change})
 
 
 # A calculation

@@ -14,11 +14,12 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.fit import fit_curve
 from ase_roughcontact.scene.force_curve import ForceCurve
-from ase_roughcontact.scene.parameters import FREE, forces_and_derivatives
+from ase_roughcontact.scene.parameters import FREE, ForceDerivatives
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.theory import sphere_theory
@@ -92,10 +93,23 @@ def fitted(drifted, trials):
     return fit_curve(start, drifted, free, lambda *trial: trials.append(trial))
 
 
+def forces_and_derivatives(scene, heights, free=()):
+    """Forces at heights, and their derivatives to parameters and to the height."""
+    held = scene.with_values({"path.control": "height", "path.kind": "steps"})
+    atoms, derivatives = held.atoms(), ForceDerivatives(scene, free)
+    stepper = Stepper(atoms, "heights", accuracy=1e-10, window=scene.window)
+    forces, rows = [], []
+    for number, height in enumerate(heights):
+        forces.append(stepper.step(number, height).normal_force)
+        row, to_height = derivatives.of(atoms)
+        rows.append([*row, to_height])
+    return np.array(forces), np.array(rows)
+
+
 def test_derivatives_are_those_of_differences():
     touch = contact_of(scene().atoms()).first_contact
     heights = touch - np.array([2.0, 0.5])
-    _, derivatives = forces_and_derivatives(scene(), heights, list(FREE), 1e-10)
+    _, derivatives = forces_and_derivatives(scene(), heights, FREE)
     values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 3.0}
     for i, (name, value) in enumerate([*values.items(), ("height", 10.0)]):
         step = 1e-4 * value
@@ -106,7 +120,7 @@ def test_derivatives_are_those_of_differences():
                 key, unit = FREE[name]
                 unit, shift = unit.replace("²", "^2"), 0.0
                 changed = changed.with_values({key: f"{x:.17g} {unit}"})
-            return forces_and_derivatives(changed, heights + shift, [], 1e-10)[0]
+            return forces_and_derivatives(changed, heights + shift)[0]
 
         near = force(value + step) - force(value - step)
         far = force(value + 2 * step) - force(value - 2 * step)
