@@ -7,21 +7,18 @@ from ase_roughcontact.ensemble.adaptive import (
     sample_ensemble,
 )
 from ase_roughcontact.ensemble.cases import case_of, product
-from ase_roughcontact.ensemble.columns import COLUMNS
 from ase_roughcontact.ensemble.export import (
     fill_database,
     read_csv,
     read_ensemble,
     write_csv,
 )
-from ase_roughcontact.ensemble.places import Place, read_places, run_places
+from ase_roughcontact.ensemble.places import read_places, run_places
 from ase_roughcontact.ensemble.progress import Progress
 from ase_roughcontact.ensemble.run import run_ensemble
 
 __all__ = [
-    "COLUMNS",
     "MeanArea",
-    "Place",
     "Progress",
     "Sampling",
     "case_of",

@@ -35,6 +35,15 @@ from ase_roughcontact.windows.memory import check_memory
 from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.prediction import DepthPrediction, contact_level
 
+# A window is kept for the next step while it has at most this many times the atoms that
+# are needed.
+_LARGEST_EXCESS = 2.0
+# Largest factor by which the depth of the overlap, for which a window is made, grows
+# at once when a window was too small.
+_LARGEST_DEEPENING = 2.0
+# With a repulsive wall, a step starts from flat atoms if this many times more atoms
+# overlap than at the last one.
+_RESTART_GROWTH = 1.1
 # Smallest depth of a window that is to be made deeper, in units of the spacing.
 _LEAST_DEPTH = 1e-3
 
@@ -122,13 +131,13 @@ class AutoWindow:
         window = window_of(grid_of(atoms))
         if (
             not self._wall.attractive
-            and overlap.size > self._options.restart_growth * self._overlap_size
+            and overlap.size > _RESTART_GROWTH * self._overlap_size
         ):
             self._flatten(atoms)
         needed = self._needed(self._level, self._box_in_range(atoms, window))
         needed = needed.union(adhesive_contact).union(self._indented(atoms, window))
         usual = self.footprint.standard_size(needed)
-        excessive = window.size > self._options.largest_excess * usual.size
+        excessive = window.size > _LARGEST_EXCESS * usual.size
         if excessive or not window.contains(needed):
             self._exchange(atoms, needed)
 
@@ -153,7 +162,7 @@ class AutoWindow:
         level = self._wall.cutoff - float(atoms.positions[-1, 2])
         window, lowest = window_of(grid_of(atoms)), self.footprint.lowest
         depth = max(self._level - lowest, _LEAST_DEPTH * self.footprint.spacing)
-        deepest = self._options.largest_deepening * depth
+        deepest = _LARGEST_DEEPENING * depth
         if level - lowest > deepest and not window.contains(
             self.footprint.overlap(level)
         ):

@@ -14,15 +14,6 @@ class WindowOptions:
 
     Attributes
     ----------
-    largest_excess : float
-        A window is kept for the next step while it has at most this many times the
-        atoms that are needed.
-    largest_deepening : float
-        Largest factor by which the depth of the overlap, for which a window is made,
-        increases at once when a window is too small.
-    restart_growth : float
-        With a repulsive wall, a step starts from flat atoms if this many times more
-        atoms overlap than at the last one.
     load_factor : float
         Normal force over ``E*``, depth and half the side of the overlap, before any
         step is known; by default that of Hertz's contact.
@@ -33,9 +24,6 @@ class WindowOptions:
         Factor by which such a window is larger than the expected contact.
     """
 
-    largest_excess: float = 2.0
-    largest_deepening: float = 2.0
-    restart_growth: float = 1.1
     load_factor: float = math.sqrt(8.0) / 3.0
     contact_window_size: int = 256 * 256
     contact_window_scale: float = 1.03

@@ -166,10 +166,10 @@ def test_window_too_large_for_the_memory_is_an_error_with_the_numbers():
 
 def test_path_stops_before_it_exceeds_the_memory(monkeypatch):
     monkeypatch.setattr(
-        "ase_roughcontact.windows.memory.available_memory", lambda: 138e6
+        "ase_roughcontact.windows.memory.available_memory", lambda: 141e6
     )
     atoms = make_atoms(fixed=False)
-    path = load_path(atoms, loads=[1e-3, 1e3], window="auto")
+    path = load_path(atoms, loads=[1e-3, 1e4], window="auto")
     assert next(path).converged
-    with pytest.raises(MemoryError, match=r"only 0\.138 GB are free"):
+    with pytest.raises(MemoryError, match=r"only 0\.141 GB are free"):
         next(path)

@@ -183,3 +183,11 @@ def test_synthesising_a_roughness_may_need_more_memory_than_a_step():
     small, large = (100, 100), (4000, 4000)
     smooth, rough = memory_of(small), memory_of(small, points=4096**2)
     assert rough - smooth > 2.0 * (memory_of(large, points=4096**2) - memory_of(large))
+
+
+def test_limits_are_not_read_for_little_memory(monkeypatch):
+    """Reading them takes a tenth of a small step; a window of 158 x 158 needs 10 MB."""
+    monkeypatch.setattr("ase_roughcontact.windows.memory.available_memory", lambda: 0.0)
+    check_memory((150, 150))
+    with pytest.raises(MemoryError):
+        check_memory((160, 160))
