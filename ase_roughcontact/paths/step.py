@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from typing import Any
@@ -148,6 +149,9 @@ class Stepper:
             height = float(self.atoms.positions[-1, 2])
             coarse = self._coarser._relaxed(number, target if of_load else height)
             coarse_area = coarse.state.contact_area
+            grids = coarse.halfspace.grid, contact_of(self.atoms).halfspace.grid
+            share = math.prod(grids[0]) / math.prod(grids[1])
+            statistics.pairs += share * coarse.statistics.pairs
             self._coarser._indent(coarse)
             if not coarse.statistics.converged:
                 statistics.converged = False

@@ -151,7 +151,8 @@ class Tradeoff:
         ]
         lines += [
             "",
-            f"Errors: largest relative error of the {self.of} of any step"
+            f"Errors: largest relative error of the {self.of} of "
+            f"{len(self.steps)} steps"
             + (", relative to the penetration" if self.of == "height" else "")
             + ", with all",
             "other numerical choices as accurate as possible: of grids and theory "

@@ -88,6 +88,18 @@ def test_corrected_area_of_plastic_contact_is_at_least_load_over_hardness():
     assert light.continuum_area == light.normal_force / 0.02
 
 
+def test_pairs_of_an_extrapolated_area_are_those_of_both_grids():
+    """In units of one on the finer grid, which has four times the points."""
+    options = [{"accuracy": "normal"}, {"refine": 2}, {"refine": 1}]
+    both, fine, coarse = (
+        steps_on_flat(PlasticWall(0.02), 1.0, [2.0], model="continuum", **each)[0]
+        for each in options
+    )
+    assert (both.grid, fine.grid, coarse.grid) == ("64x64", "64x64", "32x32")
+    assert both.pairs == pytest.approx(fine.pairs + coarse.pairs / 4.0)
+    assert both.continuum_area != fine.continuum_area
+
+
 def test_area_under_a_wall_of_finite_stiffness_needs_no_correction():
     for step in steps_on_flat("repulsive", 1.0):
         assert step.perimeter > 0.0
