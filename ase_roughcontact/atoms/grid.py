@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.kernels import max_abs, rowwise
 from ase_roughcontact._util.validation import surface
 from ase_roughcontact.atoms.indenter import check_surface, surface_id
 from ase_roughcontact.elasticity.greens import ElasticSolid
@@ -199,13 +200,25 @@ def _window_of(
 
 
 def _check_on_grid(xy: np.ndarray, shape: tuple[int, int], spacing: float) -> None:
-    sites = spacing * np.indices(shape).reshape(2, -1).T
-    sites += xy[0]
-    sites -= xy
-    distance = np.abs(sites, out=sites).max(axis=1)
+    tolerance = _LATERAL_TOLERANCE * spacing
+    rows = spacing * np.arange(shape[0])
+    origin = float(xy[0, 0]), float(xy[0, 1])
+    if _largest_offset(xy.reshape(*shape, 2), rows, origin, spacing) <= tolerance:
+        return
+    sites = spacing * np.indices(shape).reshape(2, -1).T + xy[0]
+    distance = np.abs(sites - xy).max(axis=1)
     worst = int(distance.argmax())
-    if distance[worst] > _LATERAL_TOLERANCE * spacing:
-        raise ValueError(
-            f"atom {worst} is off the square grid by {distance[worst]:.3g} (spacing "
-            f"{spacing:.6g}): surface atoms may move along z only"
-        )
+    raise ValueError(
+        f"atom {worst} is off the square grid by {distance[worst]:.3g} (spacing "
+        f"{spacing:.6g}): surface atoms may move along z only"
+    )
+
+
+@rowwise(np.maximum)
+def _largest_offset(
+    xy: np.ndarray, rows: np.ndarray, origin: tuple[float, float], spacing: float
+) -> float:
+    """Return the largest distance of atoms, shape (n, m, 2), from their sites."""
+    x = xy[..., 0] - (origin[0] + rows[:, None])
+    y = xy[..., 1] - (origin[1] + spacing * np.arange(xy.shape[1]))
+    return max(max_abs(x), max_abs(y))

@@ -132,7 +132,9 @@ def surface_atoms(number: int, shape: tuple[int, int], spacing: float) -> Atoms:
     grid = positions[:-1].reshape(n, m, 3)
     grid[..., 0] = spacing * np.arange(n)[:, None]
     grid[..., 1] = spacing * np.arange(m)
-    return Atoms(numbers=[number] * (n * m) + [0], positions=positions)
+    numbers = np.full(n * m + 1, number)
+    numbers[-1] = 0
+    return Atoms(numbers=numbers, positions=positions)
 
 
 def fcc_spacing(symbol: str) -> float:

@@ -142,7 +142,7 @@ class ComplementarityProblem:
             new[inside], old[inside], self._unit, self._clipped(), self._pressure
         )
         if self._loaded:
-            new *= old.sum() / reached
+            scale(new, new, total(old) / reached)
         return new
 
     def _open_lowest_pressure(self) -> None:

@@ -180,7 +180,10 @@ class _DefectCorrection:
         """Correct the pressure by the model, so that the energy falls."""
         trial = self._solve_model(self._violations[-1])
         opening = self._opened(trial)
-        correction = Correction(trial - self._pressure, opening - self._opening)
+        correction = Correction(
+            linear_combination([(1.0, trial), (-1.0, self._pressure)]),
+            linear_combination([(1.0, opening), (-1.0, self._opening)]),
+        )
         self._corrections = [correction, *self._corrections[:1]]
         if self._is_slow:
             self._length, self._pressure = 1.0, self._combined(trial)

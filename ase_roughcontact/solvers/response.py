@@ -26,6 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact._util.allocation import freed_memory_kept
 from ase_roughcontact._util.kernels import norm
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.circulant import covering_model
@@ -109,8 +110,9 @@ def height_response(
         return HeightResponse(np.zeros(shape), np.ones(shape), 0.0)
     if halfspace.periodic and hard.all():
         return HeightResponse(np.full(shape, -np.inf), np.zeros(shape), -np.inf)
-    equations = _Equations(halfspace, d, hard, active, tolerance)
-    x = equations.solve()
+    with freed_memory_kept(d.size):
+        equations = _Equations(halfspace, d, hard, active, tolerance)
+        x = equations.solve()
     pressure = x / compliance
     response = 1.0 - halfspace.displacement(pressure)
     fields = (field[active] for field in (x, response, d, hard))
