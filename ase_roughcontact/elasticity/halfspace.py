@@ -182,6 +182,8 @@ class HalfSpace(ABC):
     @cached_property
     def grid_transform(self) -> RealFFT2:
         """Transform of the whole grid."""
+        if self.grid == self.shape:
+            return self.window_transform.twin()
         return RealFFT2(self.grid, **self.fft)
 
     @property

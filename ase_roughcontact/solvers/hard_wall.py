@@ -9,9 +9,10 @@ the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution
 minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
 pressures.
 
-1. Without a start, take the pressure of a full contact if nearly all of it is positive.
-   Otherwise solve the same contact on every other atom, and so on, to a loose
-   tolerance, and interpolate its pressure.
+1. Without a start, take the pressure of a full contact if nearly all of it is positive,
+   on periodic surfaces with its few open atoms relaxed; see `nearly_full`. Otherwise
+   solve the same contact on every other atom, and so on, to a loose tolerance, and
+   interpolate its pressure.
 2. On a free half space, crop the window to the atoms that the rigid indenter overlaps:
    no other atom can touch.
 3. Solve the contact on this window; see `defect_correction`.
@@ -39,6 +40,7 @@ from ase_roughcontact.solvers.coarsening import (
     refine,
 )
 from ase_roughcontact.solvers.defect_correction import HardWallState, defect_correction
+from ase_roughcontact.solvers.nearly_full import nearly_full_contact
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import External, Relaxation, without_rounding
 
@@ -202,7 +204,7 @@ def _solve(
     """Solve on a window, cropped where possible; `height` is a guess under a load."""
     work, shape, area = 0.0, contact.halfspace.shape, contact.halfspace.cell_area
     if start is None and load is not None:
-        start, work = _nearly_full_contact(contact, load, options)
+        start, work = _nearly_full_contact(contact, load, tolerance, options)
     if start is None and can_coarsen(contact, options.coarsest):
         coarse, coarse_work = _coarse_solution(contact, height, load, options)
         work += coarse_work
@@ -239,17 +241,23 @@ def _solve(
 
 
 def _nearly_full_contact(
-    contact: Contact, load: float, options: ActiveSetOptions
+    contact: Contact, load: float, tolerance: float, options: ActiveSetOptions
 ) -> tuple[np.ndarray | None, float]:
-    """Return the pressure of a full contact if nearly all of it is positive, and work.
+    """Return the pressure of a nearly full contact, or None, and the work.
 
-    By the circulant model; it is not tried if the load is too small to close all gaps.
+    None if not nearly all of the pressure of a full contact is positive; this pressure
+    is not calculated if the load is too small to close all gaps. On an elastic periodic
+    surface the tension is relaxed; else it is cut off, and the model is circulant.
     """
     halfspace, heights = contact.halfspace, contact.heights
     mean = load / (halfspace.cell_area * heights.size)
     depth = mean * halfspace.self_compliance * max(heights.shape)
     if depth < np.ptp(heights):
         return None, 0.0
+    if halfspace.periodic and contact.interaction.hardness == math.inf:
+        left = 0.3 * tolerance / halfspace.self_compliance
+        start, pairs = nearly_full_contact(halfspace, heights, mean, left, options)
+        return start, pairs * heights.size
     model = covering_model(halfspace, Box((0, 0), heights.shape))
     before = model.work
     uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
