@@ -75,6 +75,8 @@ def test_guide_builds_without_warnings(build):
     ).read_text()
     for name in ("load_path", "adhesion_loop", "LoadStep"):
         assert f"{name}</span>" in reference
+    for file in (pages / "reference" / "generated").glob("*.html"):
+        assert "alpha simple" not in file.read_text()  # initials are no lists
     theory = (pages / "theory.html").read_text()
     assert "<math" in theory and "http" not in re.findall(
         r'<script[^>]*src="([^"]*)', theory

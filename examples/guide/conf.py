@@ -7,9 +7,11 @@ without executing them. Nothing is downloaded, neither here nor by the pages: fo
 become MathML, which browsers show without a script.
 """
 
+import re
 import sys
 from pathlib import Path
 from pkgutil import walk_packages
+from typing import Any
 
 from docutils.nodes import Element, SkipNode
 from docutils.utils.math.latex2mathml import tex2mathml
@@ -130,9 +132,16 @@ def visit_displaymath(self: HTML5Translator, node: Element) -> None:
     raise SkipNode
 
 
+def escape_initials(*arguments: Any) -> None:
+    """Keep initials of authors, and symbols, from becoming the numbers of a list."""
+    lines = arguments[-1]
+    lines[:] = [re.sub(r"^(\s*[A-Za-z])\.(?= |$)", r"\1\\.", line) for line in lines]
+
+
 def setup(app: Sphinx) -> None:
     """Let browsers set the formulas."""
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
+    app.connect("autodoc-process-docstring", escape_initials)
 
 
 html_math_renderer = "mathml"
