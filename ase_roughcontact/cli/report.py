@@ -13,8 +13,8 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli.description import description, pull_off_text
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.ensemble import Progress
+from ase_roughcontact.paths.limits import failed_checks
 from ase_roughcontact.paths.record import LoadStep, columns_of
-from ase_roughcontact.paths.validity import failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 

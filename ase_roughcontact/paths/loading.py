@@ -19,11 +19,12 @@ from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.snapshot import snapshot
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import Grids, grids_for
+from ase_roughcontact.paths.hardness import hardness_of_atoms
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.paths.validity import ValidityReport, hardness_of_atoms
+from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.regrid import GridChange, lost_text, regrid
 

@@ -23,8 +23,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
-from ase_roughcontact.paths.validity import violations
 from ase_roughcontact.theory.counted_area import continuum_area
 from ase_roughcontact.windows.memory import memory_of, points_of
 

@@ -19,10 +19,10 @@ from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.optimize.base import ContactOptimizer, Start
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.extrapolation import Extrapolation
+from ase_roughcontact.paths.hardness import hardness_of_atoms
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
-from ase_roughcontact.paths.validity import hardness_of_atoms
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.exchange import exchange_window, window_of
 from ase_roughcontact.windows.fixed import FixedWindow

@@ -19,7 +19,7 @@ from ase_roughcontact.elasticity.named_materials import (
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import Grids, grids_for
-from ase_roughcontact.paths.validity import hardness_of
+from ase_roughcontact.paths.hardness import hardness_of
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
 from ase_roughcontact.scene.fields import local_adhesion, random_field
 from ase_roughcontact.scene.file import SceneFile

@@ -9,34 +9,30 @@ chosen depends on counts of grid points and FFT pairs, never on measured times.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from itertools import chain, product
-from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
-from ase_roughcontact.paths.accuracy import LEVELS, OF_ATOMS
+from ase_roughcontact.paths.accuracy import OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene.choices import NUMERICAL, SAFETY, Choice, Tradeoff
-from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.scene import Scene
-from ase_roughcontact.topography import SelfAffine
+from ase_roughcontact.scene.variants import (
+    PILOT,
+    finest_grid,
+    most_accurate,
+    unseen,
+    variants,
+    with_one_field,
+)
 
-# Numbers of realisations, and those from which their spread is estimated.
-_COUNTS, _PILOT = (1, 4, 16, 64), 4
-# Sides of periodic cells in diameters of a smooth contact, as multiples of atoms that
-# any grid divides.
-_CELLS, _MULTIPLE = (2, 4), 16
-# Loose and tight tolerance of the model of atoms.
-_LOOSE, _TIGHT = 1e-1, 1e-8
-# Error of the continuum that the finest grid is chosen for: half that of "high".
-_FINEST = LEVELS["high"] / 2.0
-# Cutoffs of the 9-3 wall in units of the spacing, and that of the most accurate scene.
-_CUTOFFS, _LARGEST_CUTOFF = (3.0, 5.0, 10.0, 20.0), 30.0
+# Numbers of realisations.
+_COUNTS = (1, 4, 16, 64)
 # Labels of the choices that a scene makes by default.
 _DEFAULTS = ("normal", f"{OF_ATOMS:g}", "10 a0", "free")
 # Errors that are equal in a table, and those that are practically zero.
@@ -144,15 +140,15 @@ def tradeoff(
             f"the path prescribes the {of}, which has no error: ask for that of the "
             f"area or the {'height' if of == 'force' else 'force'}"
         )
-    best = _best(scene)
-    scene, finest, best = _with_one_field(scene, _finest(best), best)
+    best = most_accurate(scene)
+    scene, finest, best = with_one_field(scene, finest_grid(best), best)
     targets, left_out = _targets(finest, steps, points)
     if best.is_continuum and finest == best:
         left_out.append('a grid finer than "high", which needs more memory')
     answers = cache(partial(_answers, targets=targets, of=of))
     exact, truth = answers(best), answers(finest)
     choices = []
-    for source, label, settings in [("scene", "as given", {}), *_variants(best)]:
+    for source, label, settings in [("scene", "as given", {}), *variants(best)]:
         tried = best.with_values(settings) if settings else scene
         problem = _problem(tried, targets, points)
         if problem:
@@ -177,8 +173,8 @@ def tradeoff(
     plan = _cheapest(best, _combinations(choices, SAFETY * error), targets, of)
     checked = math.nan
     if plan:
-        other, others = _unseen(best, targets)
-        truth = _answers(_finest(other), others, of)
+        other, others = unseen(best, targets)
+        truth = _answers(finest_grid(other), others, of)
         found = _answers(_planned(other, plan), others, of)
         checked = max(found.error(truth), truth.estimate)
     unit = scene.path.unit
@@ -206,74 +202,6 @@ def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[
 def _points(grid: str) -> int:
     """Return the number of points of an FFT grid, from its shape as text."""
     return math.prod(map(int, grid.split("x")))
-
-
-def _best(scene: Scene) -> Scene:
-    """Return the scene with the most accurate numerical choices."""
-    values: dict[str, Any] = {
-        "solver.optimizer": None,
-        "solver.fmax": None,
-        "solver.accuracy": "high" if scene.is_continuum else _TIGHT,
-    }
-    if scene.is_continuum:
-        values |= {"substrate.refine": None, "substrate.coarsen": None}
-        if scene.given_grid is not None and isinstance(scene.substrate.spacing, str):
-            values["substrate.spacing"] = None
-    is_given = "cutoff" in scene.interaction.entries()
-    if "cutoff" in scene.wall.parameters and not is_given:
-        values["interaction.cutoff"] = _LARGEST_CUTOFF
-    if scene.substrate.periodic and scene.radius < math.inf:
-        values |= {"substrate.periodic": False, "substrate.shape": "auto"}
-    return scene.with_values(values)
-
-
-def _finest(best: Scene) -> Scene:
-    """Return the scene on a grid finer than that of any choice, if the memory allows.
-
-    The error of the most accurate choice is then only known by its own estimate.
-    """
-    if not best.is_continuum:
-        return best
-    finest = best.with_values({"solver.accuracy": _FINEST})
-    try:
-        finest.check()
-    except MemoryError:
-        return best
-    return finest
-
-
-def _with_one_field(*scenes: Scene) -> tuple[Scene, ...]:
-    """Return scenes with the period of the last one's local work of adhesion."""
-    field = getattr(scenes[-1].local_adhesion, "pattern", None)
-    if not isinstance(field, SelfAffine):
-        return scenes
-    domain = f"{field.side / scenes[-1].spacing:.12g} a0"
-    return tuple(s.with_values({"heterogeneity.domain": domain}) for s in scenes)
-
-
-def _variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
-    """Yield source, label and settings of the choices that are calculated."""
-    if best.is_continuum:
-        for level in LEVELS:
-            yield "grid", level, {"solver.accuracy": level}
-    else:
-        for error in (_LOOSE, OF_ATOMS):
-            yield "tolerance", f"{error:g}", {"solver.accuracy": error}
-    free: dict[str, Any] = {"substrate.periodic": False, "substrate.shape": "auto"}
-    if best.interaction.entries().get("cutoff") == _LARGEST_CUTOFF:
-        for cutoff in _CUTOFFS:
-            yield "cutoff", f"{cutoff:g} a0", {"interaction.cutoff": cutoff}
-    if best.radius < math.inf:
-        yield "boundary", "free", free
-    if best.radius < math.inf and best.control == "loads":
-        largest = float(best.hertz_area(best.steps.max()))
-        diameter = 2.0 * math.sqrt(largest / math.pi) / best.spacing
-        for ratio in _CELLS:
-            side = _MULTIPLE * math.ceil(ratio * diameter / _MULTIPLE)
-            cells = {"substrate.periodic": True, "substrate.shape": (side, side)}
-            yield "boundary", f"cell of {ratio} diameters", cells
-    other = "repulsive" if best.wall.hard or best.wall.attractive else "hard"
-    yield "wall", f"{other} instead", {"interaction": InteractionConfig(other)}
 
 
 def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
@@ -306,13 +234,13 @@ def _realisations(scene: Scene, targets: Sequence[float], of: str) -> list[Choic
     fast = scene.with_values({"solver.accuracy": "fast"})
     found = [
         _answers(fast.with_values({"roughness.seed": seed}), targets, of)
-        for seed in range(first, first + _PILOT)
+        for seed in range(first, first + PILOT)
     ]
     scale = np.mean([each.scale for each in found], axis=0)
     deviation = np.std([each.values for each in found], axis=0, ddof=1)
     spread = float((deviation[scale > 0.0] / scale[scale > 0.0]).max(initial=0.0))
-    cost = sum(each.cost for each in found) / _PILOT
-    time = sum(each.seconds for each in found) / _PILOT
+    cost = sum(each.cost for each in found) / PILOT
+    time = sum(each.seconds for each in found) / PILOT
     memory = max(each.memory for each in found)
     return [
         Choice(
@@ -364,15 +292,6 @@ def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
     """Return the scene with the settings of a plan."""
     settings = [choice.settings.items() for choice in plan]
     return scene.with_values(dict(chain.from_iterable(settings)))
-
-
-def _unseen(scene: Scene, targets: Sequence[float]) -> tuple[Scene, Sequence[float]]:
-    """Return another surface, or for a smooth one other targets."""
-    if scene.roughness is not None:
-        seed = scene.roughness.seed + _PILOT
-        return scene.with_values({"roughness.seed": seed}), targets
-    between = np.unique([*targets, 0.9 * targets[-1]])
-    return scene, list((between[1:] + between[:-1]) / 2.0)
 
 
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:

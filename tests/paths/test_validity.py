@@ -29,7 +29,7 @@ from ase_roughcontact import (
 from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
-from ase_roughcontact.paths.validity import CHECKS, failed_checks
+from ase_roughcontact.paths.limits import CHECKS, failed_checks
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.topography import BoundedSurface
 

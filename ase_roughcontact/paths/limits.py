@@ -1,0 +1,231 @@
+"""Limits of the model: quantities of a relaxed step that must not exceed a value.
+
+The model is a linear elastic half space under small slopes, sampled by atoms. A limit
+is an entry of `CHECKS`. The column `validity` of a step lists the limits it exceeds.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.paths.errors import LARGEST_PART_OF_CELL
+from ase_roughcontact.paths.relaxed import RelaxedStep
+
+# Separates the entries of the column.
+_SEPARATOR = "; "
+
+
+@dataclass(frozen=True)
+class Check:
+    """A limit of the model's validity.
+
+    Attributes
+    ----------
+    name : str
+        The quantity, divided by its unit.
+    sign : {">", "<"}
+        Whether values above or below the limit are outside of the validity.
+    limit : float
+    reason : str
+        Why it is a limit.
+    value : callable
+        Called with a `RelaxedStep`; returns the quantity, NaN if it is not defined.
+    constant : bool
+        Whether the quantity is the same in all steps of a path.
+    """
+
+    name: str
+    sign: str
+    limit: float
+    reason: str
+    value: Callable[[RelaxedStep], float]
+    constant: bool = False
+
+    def violation(self, step: RelaxedStep) -> str:
+        """Return ``"quantity = value > limit"``; empty if the limit is kept."""
+        value = self.value(step)
+        outside = value > self.limit if self.sign == ">" else value < self.limit
+        if not outside:
+            return ""
+        return f"{self.name} = {value:.3g} {self.sign} {self.limit:g}"
+
+
+def violations(step: RelaxedStep) -> str:
+    """Return the limits that a relaxed step exceeds, with values; empty if none."""
+    return _SEPARATOR.join(filter(None, (check.violation(step) for check in CHECKS)))
+
+
+def failed_checks(validity: str) -> dict[str, Check]:
+    """Return the checks in a column `validity`, by their entries in it.
+
+    Parameters
+    ----------
+    validity : str
+        As `violations` returns it.
+
+    Returns
+    -------
+    dict of Check
+    """
+    checks = {check.name: check for check in CHECKS}
+    entries = validity.split(_SEPARATOR) if validity else []
+    return {entry: checks[entry.partition(" = ")[0]] for entry in entries}
+
+
+def _largest_pressure(step: RelaxedStep) -> float:
+    return float(step.state.pressure.max()) / step.hardness
+
+
+def _mean_pressure(step: RelaxedStep) -> float:
+    # rounding may make the mean of equal pressures larger than any of them
+    return min(step.mean_pressure, float(step.state.pressure.max())) / step.hardness
+
+
+def _contact_radius(step: RelaxedStep) -> float:
+    """Return the largest distance from the axis over R, for a paraboloid."""
+    indenter = step.atoms.calc.parameters["indenter"]
+    if getattr(indenter, "profile", "") != "paraboloid":
+        return math.nan
+    return step.contact_radius / indenter.radius
+
+
+def _slope(step: RelaxedStep) -> float:
+    """Return the largest slope between an atom in contact and its neighbours."""
+    contact, heights = step.state.contact[:-1, :-1], step.contact.heights
+    along_x = np.diff(heights, axis=0)[:, :-1][contact]
+    along_y = np.diff(heights, axis=1)[:-1][contact]
+    slopes = np.hypot(along_x, along_y)
+    return float(slopes.max(initial=0.0)) / step.halfspace.spacing
+
+
+def _atoms(step: RelaxedStep) -> float:
+    state = step.state
+    if not state.repulsive_atoms:
+        return math.nan
+    return state.repulsive_atoms + state.attractive_atoms
+
+
+def _smallest_gap(step: RelaxedStep) -> float:
+    core = getattr(step.contact.interaction, "core", math.nan)
+    return float(step.state.gap.min()) / core
+
+
+def _tension(step: RelaxedStep) -> float:
+    halfspace = step.halfspace
+    if step.contact.interaction.attractive:
+        return math.nan
+    load = 0.0
+    if not indenter_fixed(step.atoms):
+        load = step.atoms.calc.parameters["load"] / halfspace.cell_area
+    return max(-float(step.state.pressure.min()), -load) / halfspace.contact_modulus
+
+
+def _tip_zone(step: RelaxedStep) -> float:
+    """Return the radius around a point contact in which the wall attracts, in a0."""
+    wall = step.contact.interaction
+    radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
+    if not wall.attractive or radius == math.inf:
+        return math.nan
+    return math.sqrt(2.0 * radius * wall.attraction_range) / step.halfspace.spacing
+
+
+def _part_of_cell(step: RelaxedStep) -> float:
+    """Return the diameter of an adhesive contact over the side of its cell."""
+    attractive = step.contact.interaction.attractive
+    return step.part_of_cell if attractive else math.nan
+
+
+def _edge_zone(step: RelaxedStep) -> float:
+    """Return the smallest width of Dugdale's zone at the edge of a contact, in a0."""
+    wall, halfspace = step.contact.interaction, step.halfspace
+    if not wall.attractive:
+        return math.nan
+    adhesion = step.contact.adhesion  # relative, None if it is uniform
+    work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
+    width = halfspace.contact_modulus * wall.attraction_range**2 / work
+    return 0.25 * math.pi * width / halfspace.spacing
+
+
+#: Limits of the model.
+CHECKS = (
+    Check(
+        "mean pressure/hardness",
+        ">",
+        1.0,
+        "the contact deforms plastically: its area is about load over hardness",
+        _mean_pressure,
+    ),
+    Check(
+        "largest pressure/hardness",
+        ">",
+        1.0,
+        "the highest asperities deform plastically",
+        _largest_pressure,
+    ),
+    Check(
+        "contact radius/R",
+        ">",
+        0.2,
+        "a paraboloid is lower than the sphere of its curvature, by 1 % at this limit",
+        _contact_radius,
+    ),
+    Check(
+        "slope",
+        ">",
+        0.5,
+        "slopes must be small: the true area is 12 % above its projection at this "
+        "limit, and pressures act along z only",
+        _slope,
+    ),
+    Check(
+        "atoms in contact",
+        "<",
+        10.0,
+        "the area of fewer atoms depends on where the lattice lies below the indenter",
+        _atoms,
+    ),
+    Check(
+        "smallest gap/core",
+        "<",
+        1.0,
+        "the potential of the wall is extrapolated below its core",
+        _smallest_gap,
+    ),
+    Check(
+        "tension/E*",
+        ">",
+        0.0,
+        "nothing holds the surfaces together without adhesion",
+        _tension,
+    ),
+    Check(
+        "adhesive contact/cell",
+        ">",
+        LARGEST_PART_OF_CELL,
+        "the contact nearly touches its periodic images, and may be in another state "
+        "than a single one",
+        _part_of_cell,
+    ),
+    Check(
+        "adhesive zone at the tip/a0",
+        "<",
+        5.0,
+        "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
+        "contact attracts, and the pull-off force may be wrong by more than 1 %",
+        _tip_zone,
+        constant=True,
+    ),
+    Check(
+        "adhesive zone at the edge/a0",
+        "<",
+        7.0,
+        "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
+        "edge of a contact, and the pull-off force may be wrong by more than 1 %",
+        _edge_zone,
+    ),
+)
