@@ -8,8 +8,6 @@ import pytest
 
 from ase_roughcontact.ensemble import (
     case_of,
-    fill_database,
-    read_csv,
     read_ensemble,
     run_ensemble,
     write_csv,
@@ -35,8 +33,8 @@ def examples():
 
 
 @pytest.fixture(scope="module")
-def table():
-    return read_csv(TABLE)
+def table(examples):
+    return examples["paper"].read_table(TABLE)
 
 
 @pytest.fixture(scope="module")
@@ -158,22 +156,24 @@ def test_figure_2_goes_on_from_a_table_on_another_machine(
     first, table = tmp_path / "first.db", tmp_path / "figure2-quick.csv"
     list(run_ensemble(band[:2], first, workers=1))
     write_csv(first, table)
-    before = read_csv(table)
+    before = examples["paper"].read_table(table)
     examples["2"].main(["--out", str(tmp_path), "--workers", "1"])
-    after = read_csv(table)
+    after = examples["paper"].read_table(table)
     kept = np.isin(after["case"], before["case"])
     assert (len(before["case"]), len(after["case"])) == (4, 8)
     np.testing.assert_array_equal(after["seconds"][kept], before["seconds"])
     assert is_picture(table.with_suffix(".png"))
 
 
-def test_a_database_filled_from_the_table_holds_the_same(tmp_path):
+def test_a_database_filled_from_the_table_holds_the_same(tmp_path, examples):
     head, *lines = TABLE.read_text().splitlines()
     some = tmp_path / "some.csv"
     some.write_text("\n".join([head, *lines[::20]]))
-    assert fill_database(tmp_path / "filled.db", some) == len(lines[::20])
+    paper = examples["paper"]
+    assert paper.fill_database(tmp_path / "filled.db", some) == len(lines[::20])
+    assert paper.fill_database(tmp_path / "filled.db", some) == 0
     found = read_ensemble(tmp_path / "filled.db", kind="hard", seed=0)
-    table = read_csv(some)
+    table = paper.read_table(some)
     wanted = (table["kind"] == "hard") & (table["seed"] == 0)
     assert wanted.sum() > 5
     np.testing.assert_array_equal(found["contact_area"], table["contact_area"][wanted])

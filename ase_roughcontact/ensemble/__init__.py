@@ -8,8 +8,6 @@ from ase_roughcontact.ensemble.adaptive import (
 )
 from ase_roughcontact.ensemble.cases import case_of, product
 from ase_roughcontact.ensemble.export import (
-    fill_database,
-    read_csv,
     read_ensemble,
     write_csv,
 )
@@ -22,10 +20,8 @@ __all__ = [
     "Progress",
     "Sampling",
     "case_of",
-    "fill_database",
     "mean_areas",
     "product",
-    "read_csv",
     "read_ensemble",
     "read_places",
     "run_ensemble",

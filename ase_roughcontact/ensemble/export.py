@@ -1,11 +1,9 @@
-"""The load steps of an ensemble as arrays, and their exchange as a CSV file."""
+"""The load steps of an ensemble as arrays, and as a CSV file."""
 
 from __future__ import annotations
 
 import csv
-import os
 from collections.abc import Iterable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -80,75 +78,6 @@ def write_csv(
         writer.writerows(zip(*texts, strict=True))
 
 
-def read_csv(file: PathName) -> dict[str, np.ndarray]:
-    """Read a file of `write_csv`.
-
-    Parameters
-    ----------
-    file : path
-        It may lack columns, but not ``case`` and ``step``.
-
-    Returns
-    -------
-    dict of ndarray, shape (steps,)
-        As from `read_ensemble`.
-
-    Raises
-    ------
-    ValueError
-        If the file has unknown columns, or a value that is not of its column's type.
-    """
-    with open(file, newline="", encoding="utf-8") as stream:
-        reader = csv.DictReader(stream, restval="")
-        header = reader.fieldnames or []
-        if not {"case", "step"} <= set(header) <= set(COLUMNS):
-            raise ValueError(
-                f"{os.fspath(file)}: the columns must be case, step and any of "
-                f"{', '.join(COLUMNS)}; got {', '.join(header)}"
-            )
-        rows = []
-        for row in reader:
-            where = f"{os.fspath(file)}, line {reader.line_num}"
-            rows.append({name: _parse(row[name], name, where) for name in header})
-    return _columns(rows)
-
-
-def fill_database(database: PathName, file: PathName) -> int:
-    """Add the load steps of a CSV file to a database, so that a run continues there.
-
-    Parameters
-    ----------
-    database : path
-        Created if it does not exist. The steps it has already are not changed.
-    file : path
-        From `write_csv`.
-
-    Returns
-    -------
-    int
-        Number of steps added.
-
-    Raises
-    ------
-    ValueError
-        If `read_csv` can't read the file, or it has a step twice.
-    """
-    columns = read_csv(file)
-    rows = [
-        dict(zip(columns, values, strict=True))
-        for values in zip(*(x.tolist() for x in columns.values()), strict=True)
-    ]
-    for row, following in pairwise(rows):  # they are sorted
-        if (row["case"], row["step"]) == (following["case"], following["step"]):
-            raise ValueError(
-                f"{os.fspath(file)} must have each step once, got step {row['step']} "
-                f"of case {row['case']} twice"
-            )
-    target = EnsembleDatabase(database_address(database))
-    target.create()
-    return target.add_steps(rows, data={})
-
-
 def _columns(rows: Iterable[Any]) -> dict[str, np.ndarray]:
     """Return rows as columns, sorted by case and step."""
     ordered = sorted(rows, key=lambda row: (row["case"], row["step"]))
@@ -156,14 +85,3 @@ def _columns(rows: Iterable[Any]) -> dict[str, np.ndarray]:
         name: np.array([row.get(name, MISSING[kind]) for row in ordered], dtype=kind)
         for name, kind in COLUMNS.items()
     }
-
-
-def _parse(text: str, name: str, where: str) -> Any:
-    """Return the value of a field."""
-    kind = COLUMNS[name]
-    try:
-        return {"True": True, "False": False}[text] if kind is bool else kind(text)
-    except (KeyError, ValueError) as error:
-        raise ValueError(
-            f"{where}: {name} must be of type {kind.__name__}, got {text!r}"
-        ) from error

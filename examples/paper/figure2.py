@@ -22,11 +22,17 @@ from typing import Any
 import matplotlib
 import numpy as np
 from flat_reference import flat_fraction
-from paper_scenes import BANDS, Curve, curves, scenes, theory
+from paper_scenes import (
+    BANDS,
+    Curve,
+    curves,
+    fill_database,
+    read_table,
+    scenes,
+    theory,
+)
 
 from ase_roughcontact.ensemble import (
-    fill_database,
-    read_csv,
     run_ensemble,
     write_csv,
 )
@@ -67,7 +73,7 @@ def draw(table: Path, picture: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    found = curves(read_csv(table))
+    found = curves(read_table(table))
     size = {"figsize": (16.0, 5.2), "sharex": True, "layout": "constrained"}
     figure, (hard, repulsive, adhesive) = plt.subplots(1, 3, **size)
     for curve in found:

@@ -4,14 +4,18 @@ Lengths are in units of the spacing a0, pressures in units of the contact modulu
 scene with a spacing of 1 Å and a modulus of 1 eV/Å^3.
 """
 
+import csv
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise, product
+from pathlib import Path
 
 import numpy as np
 from ase.units import GPa, J, m
 
 from ase_roughcontact import LennardJones93
+from ase_roughcontact.ensemble.columns import COLUMNS
+from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import (
     NANONEWTON,
     InteractionConfig,
@@ -155,6 +159,26 @@ class Curve:
     def theory(self) -> RoughSphereTheory:
         """The sphere without attraction: N_c is that of the repulsive wall."""
         return theory(self.radius, self.slope, self.kind)
+
+
+def read_table(file: Path) -> dict[str, np.ndarray]:
+    """Columns of a file of `write_csv`."""
+    with open(file, newline="") as stream:
+        header, *rows = csv.reader(stream)
+    columns = dict(zip(header, map(np.array, zip(*rows, strict=True)), strict=True))
+    return {
+        name: texts == "True" if COLUMNS[name] is bool else texts.astype(COLUMNS[name])
+        for name, texts in columns.items()
+    }
+
+
+def fill_database(database: Path, file: Path) -> int:
+    """Add the steps of a file of `write_csv`, so that a run continues there."""
+    table = read_table(file)
+    values = zip(*(column.tolist() for column in table.values()), strict=True)
+    stored = EnsembleDatabase(str(database.absolute()))
+    stored.create()
+    return stored.add_steps([dict(zip(table, row, strict=True)) for row in values], {})
 
 
 def curves(table: Mapping[str, np.ndarray]) -> list[Curve]:

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 from ase.units import J, m
 from flat_reference import flat_fraction
-from paper_scenes import DOMAIN, WORKS, Curve, curves, scenes, theory
+from paper_scenes import DOMAIN, WORKS, Curve, curves, read_table, scenes, theory
 
 from ase_roughcontact import (
     HardWall,
@@ -33,7 +33,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.analysis import first_contact
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.ensemble import case_of, read_csv
+from ase_roughcontact.ensemble import case_of
 from ase_roughcontact.theory import (
     contact_fraction,
     first_contact_radius_from_height,
@@ -360,7 +360,7 @@ def main(arguments: list[str] | None = None) -> None:
     add("--page", type=Path, help="file whose numbers are to be replaced")
     add("--check", action="store_true", help="measure convergence as well")
     options = parser.parse_args(arguments)
-    table = read_csv(options.table)
+    table = read_table(options.table)
     readings = missing, kappa, asperity, attraction, collapse, exponents
     parts = {reading.__name__: list(reading(table)) for reading in readings}
     if options.check:
