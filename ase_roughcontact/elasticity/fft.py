@@ -22,6 +22,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.fft import next_fast_len
 
+from ase_roughcontact._util.kernels import scale
 from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, integer, one_of
 from ase_roughcontact.elasticity import fft_backends
@@ -183,22 +184,25 @@ class RealFFT2:
         self._each(self._column_blocks, self._inverse_columns)
         return self._inverse_rows(self.spectrum)
 
-    def multiplier(self, values: np.ndarray) -> np.ndarray:
+    def multiplier(self, values: np.ndarray, factor: float = 1.0) -> np.ndarray:
         """Prepare a real, even spectrum for `filter`, normalisation included.
 
         Parameters
         ----------
         values : ndarray, shape (N, M//2 + 1), real
             Even in both directions, so that only the first ``N//2 + 1`` rows are read.
+        factor : float
+            Of all values.
 
         Returns
         -------
         ndarray
         """
         rows = self.grid[0] // 2 + 1
-        half = values[:rows] * (1.0 / math.prod(self.grid))
+        half = np.empty(values[:rows].shape, float if self._whole else self.dtype)
+        scale(half, values[:rows], factor / math.prod(self.grid))
         if not self._whole:
-            return half.astype(self.dtype, copy=False)
+            return half
         # NumPy multiplies complex numbers faster by complex than by real ones
         whole = np.concatenate((half, half[self.grid[0] - rows : 0 : -1]))
         return whole.astype(self._buffers[0].columns.dtype)

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from scipy.fft import dct, fft, irfft2, rfft
 
-from ase_roughcontact._util.threads import available_threads
+from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
@@ -102,7 +102,6 @@ class HalfSpace(ABC):
         """Return the same half space with transforms in single precision."""
         single = self.resized(self.shape, self.spacing)
         single.fft["dtype"] = np.float32
-        single.__dict__["grid_spectrum"] = self.grid_spectrum
         return single
 
     @staticmethod
@@ -136,7 +135,7 @@ class HalfSpace(ABC):
     ) -> np.ndarray:
         """Return the spectrum of a solid; see `spectrum`."""
 
-    @cached_property
+    @property
     def grid_spectrum(self) -> np.ndarray:
         """Spectrum on the padded grid; see `spectrum`."""
         return self.spectrum(self.grid)
@@ -271,11 +270,11 @@ class HalfSpace(ABC):
 
     @cached_property
     def _compliance_filter(self) -> np.ndarray:
-        return self.window_transform.multiplier(-self.grid_spectrum)
+        return self.window_transform.multiplier(self.grid_spectrum, -1.0)
 
     @cached_property
     def _stiffness_filter(self) -> np.ndarray:
-        return self.grid_transform.multiplier(-self._inverse_spectrum)
+        return self.grid_transform.multiplier(self._inverse_spectrum, -1.0)
 
 
 class PeriodicHalfSpace(HalfSpace):
@@ -332,10 +331,13 @@ class FreeHalfSpace(HalfSpace):
     ) -> np.ndarray:
         """Transform the cell compliance, wrapped around the grid; see `HalfSpace`."""
         n, m = grid
-        rows, columns = np.arange(n // 2 + 1), np.arange(m // 2 + 1)
+        rows, columns = np.arange(n // 2 + 1)[:, None], np.arange(m // 2 + 1)
         kernel = np.empty((rows.size, columns.size))
-        for block in np.array_split(rows, math.ceil(rows.size / _KERNEL_ROWS)):
-            kernel[block] = solid.cell_compliance(block[:, None], columns, spacing)
+
+        def calculate(block: slice) -> None:
+            kernel[block] = solid.cell_compliance(rows[block], columns, spacing)
+
+        thread_map(calculate, split(rows.size, _KERNEL_ROWS), _workers(kernel.size))
         return _even_spectrum(_even_spectrum(kernel, m, 1), n, 0)
 
 

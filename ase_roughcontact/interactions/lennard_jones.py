@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,20 @@ from ase_roughcontact.interactions.parameter import WORK_OF_ADHESION, Parameter
 
 # Number of gaps evaluated at once, so that the intermediate arrays fit into the cache.
 _CHUNK = 1 << 13
+
+
+def _in_chunks(
+    function: Callable[[np.ndarray], np.ndarray | Profile], argument: np.ndarray
+) -> Profile:
+    """Return the three values of a function of an array, calculated in chunks."""
+    values = np.asarray(argument, dtype=float)
+    flat = values.reshape(-1)
+    result = np.empty((3, flat.size))
+    for start in range(0, flat.size, _CHUNK):
+        part = slice(start, start + _CHUNK)
+        result[:, part] = function(flat[part])
+    first, second, third = result.reshape(3, *values.shape)
+    return first, second, third
 
 
 class LennardJones93(Interaction):
@@ -216,14 +231,7 @@ class LennardJones93(Interaction):
 
     def evaluate(self, gap: np.ndarray) -> Profile:
         """Return energy, pressure and stiffness; see `Interaction.evaluate`."""
-        values = np.asarray(gap, dtype=float)
-        flat = values.reshape(-1)
-        result = np.empty((3, flat.size))
-        for start in range(0, flat.size, _CHUNK):
-            part = slice(start, start + _CHUNK)
-            result[:, part] = self._evaluate(flat[part])
-        energy, pressure, stiffness = result.reshape(3, *values.shape)
-        return energy, pressure, stiffness
+        return _in_chunks(self._evaluate, gap)
 
     def _evaluate(self, gap: np.ndarray) -> np.ndarray:
         """Return the rows of `evaluate` at one chunk of gaps."""
@@ -292,6 +300,10 @@ class RepulsiveLennardJones93(LennardJones93):
 
     def inverse(self, pressure: np.ndarray) -> Profile:
         """Return the gaps at given pressures; see `Interaction.inverse`."""
+        return _in_chunks(self._inverse, pressure)
+
+    def _inverse(self, pressure: np.ndarray) -> Profile:
+        """Return the values of `inverse` at one chunk of pressures."""
         depth = self.stiffness * self.distance**2 / 27.0
         gap, exact, stiffness = nine_three_inverse(pressure, self.distance, depth)
         inside = np.flatnonzero(gap < self.core)

@@ -28,7 +28,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import dot, dots, linear_combination, rowwise
+from ase_roughcontact._util.kernels import (
+    dot,
+    dots,
+    linear_combination,
+    rowwise,
+    scale,
+)
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
@@ -270,7 +276,8 @@ class _DefectCorrection:
         """Return ``G p``, and count its transforms."""
         self._work += math.prod(self._halfspace.grid)
         displacement = self._halfspace.displacement(pressure)
-        return np.negative(displacement, out=displacement)
+        scale(displacement, displacement, -1.0)
+        return displacement
 
     def _combined(self, trial: np.ndarray) -> np.ndarray:
         """Return the pressure of the least energy in the span of the corrections."""

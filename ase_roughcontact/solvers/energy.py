@@ -24,6 +24,7 @@ from ase_roughcontact._util.kernels import (
     inner,
     max_abs,
     rowwise,
+    scale,
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
@@ -114,7 +115,8 @@ class ContactEnergy:
     def opening(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
         displacement = self.contact.halfspace.displacement(pressure)
-        return np.negative(displacement, out=displacement)
+        scale(displacement, displacement, -1.0)
+        return displacement
 
     def state(
         self,

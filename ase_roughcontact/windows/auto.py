@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact.atoms.calculator import contact_of, elastic_pressure, grid_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.atoms.indenter import indenter_fixed
@@ -46,6 +47,9 @@ _LARGEST_DEEPENING = 2.0
 _RESTART_GROWTH = 1.1
 # Smallest depth of a window that is to be made deeper, in units of the spacing.
 _LEAST_DEPTH = 1e-3
+# Upper bound to the rounding error of a displacement in single precision, relative to
+# the largest one.
+_ROUNDING = 1e-6
 
 
 class AutoWindow:
@@ -296,16 +300,18 @@ class AutoWindow:
         )
 
     def _gap(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
-        """Return the gap of the atoms of a wider window."""
+        """Return a lower bound to the gap of the atoms of a wider window."""
         undeformed = float(atoms.positions[-1, 2]) + self.footprint.heights(wide)
         return undeformed - self._displacement_on(atoms, window, wide)
 
     def _displacement_on(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
-        """Return the displacement of the atoms of a wider window."""
+        """Return an upper bound to the displacement of the atoms of a wider window."""
         pressure = carry(elastic_pressure(atoms), window, wide)
         halfspace = contact_of(atoms).halfspace
         wider = halfspace.resized(wide.shape, self.footprint.spacing)
-        return wider.displacement(pressure)
+        displacement = wider.in_single_precision().displacement(pressure)
+        displacement += _ROUNDING * max_abs(displacement)
+        return displacement
 
     def _exchange(self, atoms: Atoms, needed: Box) -> None:
         window = self.footprint.standard_size(needed)
