@@ -28,7 +28,7 @@ _PADDING = 16
 _EXACT_SIZE = 40 * 40
 # Up to this number of points of the grid, exact models are in double precision, which
 # makes further outer steps unnecessary.
-_DOUBLE_UP_TO = 256 * 256
+_DOUBLE_UP_TO = 128 * 128
 # Up to this number of points, a smaller grid for the preconditioner does not pay.
 _ONE_GRID_UP_TO = 64 * 64
 

@@ -343,8 +343,8 @@ def test_a_free_window_nearly_in_contact_needs_few_steps():
     load = 0.1 * contact.heights.size
     state = solve(contact, load)
     assert 0.6 < np.mean(state.pressure > 0.0) < 1.0
-    few = len(steps(contact, load))
-    assert few == 2 < len(steps(contact, load, exact_contact=2.0)) - 2
+    few = len(steps(contact, load))  # the model is in single precision
+    assert few == 3 < len(steps(contact, load, exact_contact=2.0)) - 2
 
 
 def test_combined_corrections_save_transforms():
