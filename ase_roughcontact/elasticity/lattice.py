@@ -64,9 +64,9 @@ class Box:
         start : (int, int)
             Lattice index of the first entry of the mask.
         """
-        if not mask.any():
+        rows, columns = (mask.any(axis=axis).nonzero()[0] for axis in (1, 0))
+        if not rows.size:
             return None
-        rows, columns = (np.flatnonzero(mask.any(axis=axis)) for axis in (1, 0))
         return cls(
             (start[0] + int(rows[0]), start[1] + int(columns[0])),
             (int(rows[-1] - rows[0]) + 1, int(columns[-1] - columns[0]) + 1),
@@ -80,11 +80,11 @@ class Box:
         """Return the smallest box that contains this box and another one."""
         if other is None:
             return self
-        (i, j), (k, m) = (
-            np.minimum(self.start, other.start),
-            np.maximum(self.stop, other.stop),
+        (i, j), (k, m) = self.start, self.stop
+        (other_i, other_j), (other_k, other_m) = other.start, other.stop
+        return Box.between(
+            (min(i, other_i), min(j, other_j)), (max(k, other_k), max(m, other_m))
         )
-        return Box.between((int(i), int(j)), (int(k), int(m)))
 
     def intersection(self, other: Box) -> Box:
         """Return the indices in both boxes; a side is negative if they are apart."""

@@ -41,6 +41,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.active_set import ComplementarityProblem
 from ase_roughcontact.solvers.bounded_set import BoundedProblem
 from ase_roughcontact.solvers.bounds import with_sum
+from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import precision_advice
 from ase_roughcontact.solvers.starting_pressure import initial_pressure, start_factor
@@ -148,6 +149,8 @@ class _DefectCorrection:
             factor = start_factor(self._pressure, self._opening, undeformed)
             self._pressure = factor * self._pressure
             self._opening *= factor
+        self._dense = DenseContact(contact, options.dense_atoms)
+        self._total = 0.0 if load is None else load / self._halfspace.cell_area
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
         self._corrections: list[Correction] = []  # the last two
@@ -184,7 +187,9 @@ class _DefectCorrection:
 
     def correct(self) -> None:
         """Correct the pressure by the model, so that the energy falls."""
-        trial = self._solve_model(self._violations[-1])
+        trial = self._dense_solution()
+        if trial is None:
+            trial = self._solve_model(self._violations[-1])
         opening = self._opened(trial)
         correction = Correction(
             linear_combination([(1.0, trial), (-1.0, self._pressure)]),
@@ -230,6 +235,28 @@ class _DefectCorrection:
             return ""
         reached = f"the largest gap is {violation:.3g}, not {self._tolerance:.3g}"
         return f"{reason}: {reached}{precision_advice(self._halfspace)}"
+
+    def _dense_solution(self) -> np.ndarray | None:
+        """Return the pressure found by dense matrices; None if they do not find it."""
+        in_contact = np.count_nonzero(self._pressure)
+        few = 0 < in_contact <= self._options.dense_atoms
+        small = self._pressure.size <= self._options.exact_size
+        if not (few and small and self._hardness == math.inf):
+            return None
+        halfspace = self._halfspace
+        before = halfspace.pairs
+        found = self._dense.solve(
+            self._pressure,
+            self._opening,
+            self._height,
+            None if self._load is None else lambda height: (0.0, self._total),
+            0.3 * self._tolerance / halfspace.self_compliance,
+        )
+        self._work += math.prod(halfspace.grid) * (halfspace.pairs - before)
+        if not found.converged:
+            return None
+        trial = np.maximum(found.pressure, 0.0)
+        return trial if self._load is None else trial * (self._total / trial.sum())
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""

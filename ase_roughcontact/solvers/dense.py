@@ -1,99 +1,167 @@
-r"""Newton's equations for a small number of atoms in contact, by dense matrices.
+r"""Contact of few atoms with a repulsive wall, by dense matrices.
 
-On the atoms with a stiffness :math:`D > 0` the changes :math:`x` of the pressure and
-:math:`z` of the height solve
+With the gap :math:`w(q)` at which the wall has the pressure :math:`q`, zero for a hard
+wall, :math:`w(q) = Z + h + G q` for the atoms in contact, and :math:`q = 0` elsewhere.
+A step of the semismooth Newton method linearises the wall at the pressure :math:`q_0`
+and the height :math:`Z_0` and solves
 
-.. math:: (D^{-1} + G) x + z = D^{-1} r, \qquad \sum x - s z = t ,
+.. math:: (D^{-1} + G) q + Z = w + D^{-1} p - h, \qquad \sum q - s (Z - Z_0) = L
 
-as in `newton_system`, with the exact compliance :math:`G` between pairs of atoms. The
-matrix is symmetric and positive definite.
+for the pressures in contact and the height, with the exact compliance :math:`G` between
+pairs of atoms, pressure :math:`p` and stiffness :math:`D` of the wall at the gap
+:math:`w(q_0)`, the stiffness :math:`s` of springs on the indenter per area of an atom
+and the required sum :math:`L` of the pressures. The matrix is symmetric and positive
+definite. A convolution gives the gaps :math:`g` of all atoms.
+
+In contact are the atoms with :math:`p + \min(D, 1/c) (w - g) > 0`, where :math:`c` is
+the self-compliance. With a hard wall this is the primal-dual active-set method.
+
+References
+----------
+M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 865 (2002).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs
+from scipy.linalg.blas import dgemm
+from scipy.linalg.lapack import dposv, dpotrf, dtrtri
 
 from ase_roughcontact._util.threads import split
+from ase_roughcontact.contact import Contact
 
-# Size of matrices up to which BLAS does not start threads, whose number would change
-# the rounding of the result.
-_SINGLE_THREAD = 64
+# Size of matrices up to which BLAS and LAPACK do not start threads, whose number would
+# change the rounding of the result.
+_SINGLE_THREAD = 96
+# Largest number of steps; most contacts need less than ten.
+_STEPS = 20
+
+#: Stiffness of springs on the indenter per area of an atom, and required sum of the
+#: pressures, at a height.
+Support = Callable[[float], tuple[float, float]]
 
 
-class DenseEquations:
-    """Newton's equations of a small window.
+@dataclass(frozen=True)
+class DenseState:
+    """Pressure, opening of the gap and height, and whether they solve the problem."""
+
+    pressure: np.ndarray
+    opening: np.ndarray
+    height: float
+    converged: bool
+
+
+class DenseContact:
+    """Contact of few atoms with a repulsive wall that has an inverse.
 
     Parameters
     ----------
-    compliance : ndarray, shape (n, m)
-        Opening of the gap by a unit pressure on the first atom of the window, which is
-        a function of the distances along x and y.
+    contact : Contact
+    most_atoms : int
+        Largest number of atoms in contact.
     """
 
-    def __init__(self, compliance: np.ndarray) -> None:
-        n, m = compliance.shape
-        rows, columns = abs(np.arange(1 - n, n)), abs(np.arange(1 - m, m))
-        # compliance between the atoms i and k, at the place of i - k
-        self._pairs = compliance[np.ix_(rows, columns)].reshape(-1)
-        self._origin = self._pairs.size // 2
-        self._places = np.add.outer(np.arange(n) * columns.size, np.arange(m))
+    def __init__(self, contact: Contact, most_atoms: int) -> None:
+        self._contact, self._most = contact, most_atoms
 
     def solve(
         self,
-        stiffness: np.ndarray,
-        residual: np.ndarray,
-        spring: float | None,
-        load: float,
-    ) -> tuple[np.ndarray, float] | None:
-        """Return the changes of the pressure and the height.
+        pressure: np.ndarray,
+        opening: np.ndarray,
+        height: float,
+        support: Support | None,
+        tolerance: float,
+    ) -> DenseState:
+        """Solve the contact problem.
 
         Parameters
         ----------
-        stiffness, residual : ndarray, shape (n, m)
-            D, not negative, and r.
-        spring : float or None
-            s; None if the height is fixed.
-        load : float
-            t.
+        pressure, opening : ndarray, shape (n, m)
+            Start, and the opening of the gap by it.
+        height : float
+            Height of the indenter; the initial one with a support.
+        support : callable, optional
+            By default the height is fixed.
+        tolerance : float
+            Error of pressures and of their sum that may be left. A gap of a hard wall
+            counts as the pressure on its atom that would close it.
 
         Returns
         -------
-        x : ndarray, shape (n, m)
-        z : float
-            None stands for both if the matrix is singular to rounding errors.
+        DenseState
+            The last one. It has not converged if the steps do not suffice, too many
+            atoms come into contact or the matrix is singular to rounding errors.
         """
-        held = np.flatnonzero(stiffness)
-        places, d = self._places.take(held), stiffness.take(held)
-        change = np.where(stiffness > 0.0, 0.0, residual)
-        right = np.ones((held.size, 2))
-        right[:, 0] = residual.take(held) / d
-        lost = np.flatnonzero(change)
-        if lost.size:
-            opening = self._between(places, self._places.take(lost))
-            right[:, 0] -= (opening * change.take(lost)).sum(axis=1)
-        matrix = self._between(places, places)
-        matrix.reshape(-1)[:: held.size + 1] += 1.0 / d
-        solution = solve_positive(matrix, right)
-        if solution is None:
-            return None
-        x, response = solution.T
-        z = 0.0
-        if spring is not None:
-            missing = x.sum() + change.sum() - load
-            z = float(missing / (response.sum() + spring))
-        change.put(held, x - z * response)
-        return change, z
+        wall, halfspace = self._contact.interaction, self._contact.halfspace
+        spring = total = 0.0
+        for _ in range(_STEPS):
+            undeformed = self._contact.heights + height
+            gap = undeformed + opening
+            near = gap < wall.cutoff
+            near |= pressure != 0.0
+            atoms = near.ravel().nonzero()[0]
+            q = pressure.take(atoms)
+            contact_gap, p, stiffness = wall.inverse(np.maximum(q, 0.0))
+            overlap = contact_gap - gap.take(atoms)
+            least = np.minimum(stiffness, 1.0 / halfspace.self_compliance)
+            held = p + least * overlap > 0.0
+            pushed = held * (p + (least if wall.hard else stiffness) * overlap)
+            error = abs(pushed - q).max(initial=0.0)
+            if support is not None:
+                spring, total = support(height)
+                error = max(error, abs(pushed.sum() - total))
+            if error <= tolerance:
+                return DenseState(pressure, opening, height, converged=True)
+            atoms, softness = atoms[held], 1.0 / stiffness[held]
+            right = np.ones((atoms.size, 2))
+            right[:, 0] = contact_gap[held] + softness * p[held]
+            right[:, 0] -= undeformed.take(atoms)
+            solution = self._solved(atoms, softness, right)
+            if solution is None:
+                break
+            q, response = solution.T
+            if support is not None:
+                rise = (q.sum() - total) / (response.sum() + spring)
+                q = q - rise * response
+                height += float(rise)
+            pressure = np.zeros(pressure.shape)
+            pressure.put(atoms, q)
+            opening = -halfspace.displacement(pressure)
+        return DenseState(pressure, opening, height, converged=False)
 
-    def _between(self, i: np.ndarray, k: np.ndarray) -> np.ndarray:
-        """Return the compliances between atoms at two sets of places."""
-        return self._pairs.take(np.subtract.outer(i + self._origin, k))
+    def _solved(
+        self, atoms: np.ndarray, softness: np.ndarray, right: np.ndarray
+    ) -> np.ndarray | None:
+        """Solve ``(1/D + G) q = right``; None for too many atoms or none."""
+        if not 0 < atoms.size <= self._most:
+            return None
+        pairs, places = self._pairs
+        places = places.take(atoms)
+        matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
+        matrix.reshape(-1)[:: atoms.size + 1] += softness
+        return solve_positive(matrix, right)
+
+    @cached_property
+    def _pairs(self) -> tuple[np.ndarray, np.ndarray]:
+        """Compliances between atoms by the difference of their places, and places."""
+        halfspace = self._contact.halfspace
+        unit = np.zeros(halfspace.shape)
+        unit[0, 0] = 1.0
+        n, m = unit.shape
+        rows, columns = abs(np.arange(1 - n, n)), abs(np.arange(1 - m, m))
+        compliance = -halfspace.displacement(unit)[np.ix_(rows, columns)]
+        places = np.add.outer(np.arange(n) * columns.size, np.arange(m))
+        return compliance.reshape(-1), places
 
 
 def solve_positive(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     """Solve a symmetric, positive definite system, with the same bits on any threads.
 
-    Gaussian elimination of blocks that are too small for LAPACK to start threads.
+    Cholesky decomposition by blocks that are too small for BLAS to start threads.
 
     Parameters
     ----------
@@ -106,20 +174,26 @@ def solve_positive(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     ndarray, shape (k, l), or None
         None if the matrix is not positive definite.
     """
-    a, b = matrix, right.copy()
-    blocks = split(len(a), _SINGLE_THREAD)
-    for i, block in enumerate(blocks):
-        factor, info = dpotrf(a[block, block], lower=1)
-        if info:
-            return None
-        b[block] = dpotrs(factor, b[block], lower=1)[0]
-        for k, other in enumerate(blocks[i + 1 :], i + 1):
-            coupling = a[other, block].copy()
-            a[block, other] = dpotrs(factor, coupling.T, lower=1)[0]
-            b[other] -= coupling @ b[block]
-            for last in blocks[i + 1 : k + 1]:
-                a[other, last] -= coupling @ a[block, last]
-    for i, block in reversed(list(enumerate(blocks))):
-        for other in blocks[i + 1 :]:
-            b[block] -= a[block, other] @ b[other]
-    return b
+    if len(matrix) <= _SINGLE_THREAD:
+        _, solution, info = dposv(matrix.T, right, lower=1, overwrite_a=1)
+        return None if info else solution
+    first = min(_SINGLE_THREAD, len(matrix) // 2)
+    factor, info = dpotrf(matrix[:first, :first].T, lower=1)
+    if info:
+        return None
+    inverse = dtrtri(factor, lower=1)[0]
+    rest, known = matrix[first:, first:], inverse @ right[:first]
+    pieces = split(len(rest), _SINGLE_THREAD)
+    couplings = [inverse @ matrix[:first, first:][:, piece] for piece in pieces]
+    for i, a in zip(pieces, couplings, strict=True):
+        for k, b in zip(pieces, couplings, strict=True):
+            rest[i, k] -= dgemm(1.0, a.T, b.T, trans_b=1)  # a.T @ a may start threads
+    missing = right[first:].copy()
+    for i, a in zip(pieces, couplings, strict=True):
+        missing[i] -= a.T @ known
+    solution = solve_positive(rest, missing)
+    if solution is None:
+        return None
+    for i, a in zip(pieces, couplings, strict=True):
+        known -= a @ solution[i]
+    return np.concatenate((inverse.T @ known, solution))

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg.lapack import dtrtrs
+from scipy.linalg.blas import dtrsv
 
 from ase_roughcontact._util.kernels import (
     dot,
@@ -83,5 +83,5 @@ def gcr(
     if not images:
         return 0.0
     k = len(images)
-    weights = dtrtrs(triangle[:k, :k], lengths[:k])[0].tolist()
+    weights = dtrsv(triangle[:k, :k], lengths[:k]).tolist()  # dtrtrs starts threads
     return linear_combination(list(zip(weights, directions, strict=True)))

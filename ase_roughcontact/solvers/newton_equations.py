@@ -13,14 +13,13 @@ satisfied well enough then, they are solved with the model as the preconditioner
 from __future__ import annotations
 
 import math
-from functools import cached_property
 
 import numpy as np
 
 from ase_roughcontact._util.kernels import linear_combination, norm, total
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.dense import DenseEquations
+from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.gcr import gcr
 from ase_roughcontact.solvers.increments import Increment
@@ -44,6 +43,7 @@ class NewtonEquations:
         self._model_work = 0
         small = max(self._halfspace.shape) <= options.dense_window
         self._most_dense = options.dense_atoms if small else 0
+        self._dense = DenseContact(energy.contact, self._most_dense)
 
     @property
     def pairs(self) -> float:
@@ -89,7 +89,9 @@ class NewtonEquations:
         )
         return increment if refined is change else self._increment(state, refined)
 
-    def inverse_step(self, state: EnergyState, reduction: float) -> EnergyState | None:
+    def inverse_step(
+        self, state: EnergyState, reduction: float, tolerance: float
+    ) -> EnergyState | None:
         """Return the state that solves the equations, linearised in the pressures.
 
         Parameters
@@ -98,6 +100,8 @@ class NewtonEquations:
             Linearised in the pressures.
         reduction : float
             Residual that may be left, relative to that of the state.
+        tolerance : float
+            Force at which the solver will stop.
 
         Returns
         -------
@@ -105,7 +109,7 @@ class NewtonEquations:
             None if nothing resists a change of height.
         """
         if 0 < np.count_nonzero(state.stiffness) <= self._most_dense:
-            new = self._dense_step(state)
+            new = self._dense_step(state, tolerance)
             if new is not None:
                 return new
         stiffness = state.stiffness[state.box.slices]
@@ -127,15 +131,30 @@ class NewtonEquations:
         )
         return new if refined is change else self._changed(state, refined)
 
-    def _dense_step(self, state: EnergyState) -> EnergyState | None:
-        """Return the state that solves the equations; None if they are singular."""
-        spring, load = self._support(state)
-        solution = self._dense.solve(state.stiffness, state.residual, spring, load)
-        if solution is None:
+    def _dense_step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
+        """Return the state found by dense matrices; None without a step."""
+        area, energy = self._halfspace.cell_area, self._energy
+
+        def support(height: float) -> tuple[float, float]:
+            force = energy.external(height)[1]
+            return energy.spring_stiffness(height) / area, -force / area
+
+        found = self._dense.solve(
+            state.pressure,
+            state.opening,
+            state.height,
+            support if energy.loaded else None,
+            0.5 * tolerance / area,
+        )
+        if found.pressure is state.pressure:
             return None
-        change, z = solution
-        pressure = (state.pressure + change) * (state.stiffness > 0.0)
-        return self._energy.state(pressure, state.height + z, by_pressure=True)
+        return energy.state(
+            found.pressure,
+            found.height,
+            found.opening,
+            exact=True,
+            by_pressure=not found.converged,
+        )
 
     def _solve(
         self, state: EnergyState, stiffness: np.ndarray, reduction: float
@@ -161,12 +180,6 @@ class NewtonEquations:
         spring = self._energy.spring_stiffness(state.height) / area
         force = self._energy.external(state.height)[1]
         return spring, -force / area - total(state.pressure)
-
-    @cached_property
-    def _dense(self) -> DenseEquations:
-        unit = np.zeros(self._halfspace.shape)
-        unit[0, 0] = 1.0
-        return DenseEquations(self._energy.opening(unit))
 
     def _covering_model(self, box: Box) -> CirculantModel:
         """Return a model that covers a box, the last one if it does."""

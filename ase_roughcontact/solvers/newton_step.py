@@ -82,7 +82,7 @@ class NewtonStepper:
             return self._lowered(state)
         reduction = max(options.forcing, 0.3 * tolerance / state.error)
         if self._inverse:
-            new, state = self._inverse_step(state, reduction)
+            new, state = self._inverse_step(state, reduction, tolerance)
             if new is not None:
                 return new
         increment = self._equations.increment(state, self._convex, reduction)
@@ -108,7 +108,7 @@ class NewtonStepper:
         self._history, self._convex, self._inverse = [], False, False
 
     def _inverse_step(
-        self, state: EnergyState, reduction: float
+        self, state: EnergyState, reduction: float, tolerance: float
     ) -> tuple[EnergyState | None, EnergyState]:
         """Return the state after a step with the inverse of the wall.
 
@@ -126,7 +126,7 @@ class NewtonStepper:
             self._futile += 1
         new = None
         if self._futile <= self._options.watchdog:
-            new = self._equations.inverse_step(state, reduction)
+            new = self._equations.inverse_step(state, reduction, tolerance)
         if new is None:
             best, self._best = self._best, None
             state = energy.state(best.pressure, best.height, best.opening)

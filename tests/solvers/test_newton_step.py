@@ -9,8 +9,8 @@ from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.interactions import LennardJones93
-from ase_roughcontact.solvers.dense import DenseEquations, solve_positive
+from ase_roughcontact.interactions import HardWall, LennardJones93
+from ase_roughcontact.solvers.dense import DenseContact, solve_positive
 from ase_roughcontact.solvers.energy import ContactEnergy
 from ase_roughcontact.solvers.gcr import gcr
 from ase_roughcontact.solvers.increments import (
@@ -28,6 +28,7 @@ from ase_roughcontact.solvers.newton_system import NewtonSystem
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.005)
 STEPS = 3
+CAP = sum(x**2 for x in np.indices((12, 12)) - 5.4) / 40.0
 # Flat except for one atom.
 HILL = np.where(np.arange(576) == 300, 0.0, 0.8).reshape(24, 24)
 
@@ -115,26 +116,52 @@ def test_newton_equations_are_those_of_dense_algebra(held, rng, solid):
     np.testing.assert_allclose(change, expected, atol=2e-4 * abs(expected).max())
 
 
-@pytest.mark.parametrize("spring, load", [(None, 0.0), (0.3, 0.2)])
-def test_dense_equations_are_those_of_numpy(spring, load, rng):
-    shape = (12, 11)
-    halfspace = FreeHalfSpace(shape, 1.0, 1.0)
-    unit = np.zeros(shape)
-    unit[0, 0] = 1.0
-    d = rng.uniform(0.5, 20.0, shape) * (rng.random(shape) < 0.7)
-    r = rng.normal(size=shape) * (rng.random(shape) < 0.8)
-    dense = DenseEquations(-halfspace.displacement(unit))
-    x, z = dense.solve(d, r, spring, load)
-    opening = -halfspace.displacement(x)
-    assert np.allclose(x + d * (opening + z), r, rtol=0.0, atol=1e-12)
-    if spring is None:
-        assert z == 0.0
+@pytest.mark.parametrize("wall", [HardWall(), REPULSIVE], ids=["hard", "repulsive"])
+@pytest.mark.parametrize("support", [None, (0.0, 3.0), (0.3, 3.0)])
+def test_dense_matrices_solve_a_contact(wall, support, solid):
+    contact = scene(wall, heights=CAP, solid=solid)
+    halfspace, zero = contact.halfspace, np.zeros((12, 12))
+    first = contact.first_contact - 0.2
+    spring, load = support or (0.0, 0.0)
+    law = support and (lambda z: (spring, load + spring * (z - first)))
+    found = DenseContact(contact, 144).solve(zero, zero, first, law, 1e-10)
+    opening = -halfspace.displacement(found.pressure)
+    gap = contact.gap(-opening, found.height)
+    assert found.converged and 5 < np.count_nonzero(found.pressure) < 144
+    np.testing.assert_allclose(found.opening, opening, atol=1e-13)
+    if wall.hard:
+        assert found.pressure.min() > -1e-13 and gap.min() > -1e-9
+        assert abs(gap[found.pressure > 1e-12]).max() < 1e-9
     else:
-        assert x.sum() - spring * z == pytest.approx(load, abs=1e-12)
+        np.testing.assert_allclose(wall.evaluate(gap)[1], found.pressure, atol=1e-9)
+    if support is None:
+        assert found.height == first
+    else:
+        expected = load + spring * (found.height - first)
+        assert found.pressure.sum() == pytest.approx(expected, abs=1e-9)
 
 
-def test_a_matrix_that_is_not_positive_definite_has_no_dense_solution():
-    assert solve_positive(-np.eye(70), np.ones((70, 1))) is None
+def test_dense_matrices_do_not_solve_contacts_of_too_many_atoms():
+    contact = scene(heights=CAP)
+    zero, height = np.zeros((12, 12)), contact.first_contact - 0.2
+    found = DenseContact(contact, 5).solve(zero, zero, height, None, 1e-10)
+    assert not found.converged and found.pressure is zero
+
+
+@pytest.mark.parametrize("size", [1, 96, 97, 200, 300])
+def test_solutions_of_positive_definite_systems_are_those_of_numpy(size, rng):
+    factor, right = rng.standard_normal((size, size)), rng.standard_normal((size, 2))
+    matrix = factor @ factor.T + np.eye(size)
+    expected = np.linalg.solve(matrix, right)
+    found = solve_positive(matrix.copy(), right)
+    np.testing.assert_allclose(found, expected, atol=1e-10 * abs(expected).max())
+
+
+@pytest.mark.parametrize("place", [0, 60, 149])
+def test_a_matrix_that_is_not_positive_definite_has_no_dense_solution(place):
+    matrix = np.eye(150)
+    matrix[place, place] = -1.0
+    assert solve_positive(matrix, np.ones((150, 1))) is None
 
 
 def test_a_height_that_nothing_resists_has_no_solution(solid):
