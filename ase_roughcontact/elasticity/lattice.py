@@ -64,7 +64,7 @@ class Box:
         start : (int, int)
             Lattice index of the first entry of the mask.
         """
-        rows, columns = (mask.any(axis=axis).nonzero()[0] for axis in (1, 0))
+        rows, columns = (np.any(mask, axis=axis).nonzero()[0] for axis in (1, 0))
         if not rows.size:
             return None
         return cls(

@@ -37,8 +37,8 @@ from ase_roughcontact.contact import Contact
 # Size of matrices up to which BLAS and LAPACK do not start threads, whose number would
 # change the rounding of the result.
 _SINGLE_THREAD = 96
-# Largest number of steps; most contacts need less than ten.
-_STEPS = 20
+# Largest number of steps; most contacts need four to seven.
+_STEPS = 12
 
 #: Stiffness of springs on the indenter per area of an atom, and required sum of the
 #: pressures, at a height.

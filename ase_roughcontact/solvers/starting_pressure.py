@@ -10,6 +10,10 @@ from ase_roughcontact._util.kernels import dot
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
 
+# Growth of the compliance of springs: with twice as much, atoms in contact with a smooth
+# sphere would be as many as in the contact of Hertz; roughness leaves fewer.
+_GROWTH = 0.15
+
 
 def initial_pressure(
     contact: Contact, load: float | None, start: np.ndarray | None
@@ -33,24 +37,24 @@ def initial_pressure(
         return with_sum(start, total, hardness, push)
     if start is None or not start.any():
         above = contact.heights - contact.heights.min()
-        depth, stiffness = winkler_foundation(above, total, halfspace.self_compliance)
+        compliance = halfspace.self_compliance
+        depth, stiffness = winkler_foundation(above, total, compliance, _GROWTH)
         start = stiffness * np.maximum(depth - above, 0.0)
     return start * (total / start.sum())
 
 
 def winkler_foundation(
-    heights: np.ndarray, total: float, compliance: float
+    heights: np.ndarray, total: float, compliance: float, growth: float = 0.0
 ) -> tuple[float, float]:
     r"""Return depth and stiffness of independent springs that carry a total pressure.
 
     At the depth :math:`d` the pressure is ``k max(d - (h - min h), 0)``. The compliance
-    of a spring grows with the number N of atoms in contact from that of a single atom,
-    :math:`k^{-1} = c (0.7 + 0.15 \sqrt{N})`. On a smooth sphere N would be that of
-    Hertz with a factor of 0.3; roughness leaves fewer atoms in contact.
+    of a spring may grow with the number N of atoms in contact, which displace each
+    other: :math:`k^{-1} = c [1 + \gamma (\sqrt{N} - 2)]`.
     """
     h = np.sort(heights - heights.min(), axis=None)
     count = np.arange(1, h.size + 1)
-    springs = compliance * (0.7 + 0.15 * np.sqrt(count))
+    springs = compliance * (1.0 + growth * (np.sqrt(count) - 2.0))
     below = np.cumsum(h)
     carried = (count[:-1] * h[1:] - below[:-1]) / springs[:-1]
     i = int(np.searchsorted(np.maximum.accumulate(carried), total))
