@@ -255,6 +255,17 @@ class HalfSpace(ABC):
         values = irfft2(spectrum, self.grid, workers=workers, overwrite_x=True)
         return np.negative(values, out=values)
 
+    @cached_property
+    def pair_compliance(self) -> np.ndarray:
+        """Depth of a cell by unit pressure on another one, by their distance.
+
+        Shape (2n - 1, 2m - 1), zero distance in the middle (length/pressure).
+        """
+        unit = np.zeros(self.shape)
+        unit[0, 0] = 1.0
+        rows, columns = (abs(np.arange(1 - n, n)) for n in self.shape)
+        return -self.displacement(unit)[rows[:, None], columns]
+
     @property
     def _inverse_spectrum(self) -> np.ndarray:
         """Inverse of the spectrum; zero for the mean of a periodic cell."""

@@ -25,7 +25,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.linalg.blas import dgemm
@@ -33,6 +32,7 @@ from scipy.linalg.lapack import dposv, dpotrf, dtrtri
 
 from ase_roughcontact._util.threads import split
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.halfspace import HalfSpace
 
 # Size of matrices up to which BLAS and LAPACK do not start threads, whose number would
 # change the rounding of the result.
@@ -120,7 +120,9 @@ class DenseContact:
             right = np.ones((atoms.size, 2))
             right[:, 0] = contact_gap[held] + softness * p[held]
             right[:, 0] -= undeformed.take(atoms)
-            solution = self._solved(atoms, softness, right)
+            solution = None
+            if 0 < atoms.size <= self._most:
+                solution = pressures(halfspace, atoms, softness, right)
             if solution is None:
                 break
             q, response = solution.T
@@ -133,29 +135,32 @@ class DenseContact:
             opening = -halfspace.displacement(pressure)
         return DenseState(pressure, opening, height, converged=False)
 
-    def _solved(
-        self, atoms: np.ndarray, softness: np.ndarray, right: np.ndarray
-    ) -> np.ndarray | None:
-        """Solve ``(1/D + G) q = right``; None for too many atoms or none."""
-        if not 0 < atoms.size <= self._most:
-            return None
-        pairs, places = self._pairs
-        places = places.take(atoms)
-        matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
-        matrix.reshape(-1)[:: atoms.size + 1] += softness
-        return solve_positive(matrix, right)
 
-    @cached_property
-    def _pairs(self) -> tuple[np.ndarray, np.ndarray]:
-        """Compliances between atoms by the difference of their places, and places."""
-        halfspace = self._contact.halfspace
-        unit = np.zeros(halfspace.shape)
-        unit[0, 0] = 1.0
-        n, m = unit.shape
-        rows, columns = abs(np.arange(1 - n, n)), abs(np.arange(1 - m, m))
-        compliance = -halfspace.displacement(unit)[np.ix_(rows, columns)]
-        places = np.add.outer(np.arange(n) * columns.size, np.arange(m))
-        return compliance.reshape(-1), places
+def pressures(
+    halfspace: HalfSpace, atoms: np.ndarray, softness: np.ndarray, right: np.ndarray
+) -> np.ndarray | None:
+    """Solve ``(s + G) q = r`` for the pressures on some atoms of the window.
+
+    Parameters
+    ----------
+    halfspace : HalfSpace
+    atoms : ndarray of int, shape (k,)
+        Indices of the atoms in the flat window.
+    softness : ndarray, shape (k,)
+        Not negative (length/pressure).
+    right : ndarray, shape (k, l)
+
+    Returns
+    -------
+    ndarray, shape (k, l), or None
+        None if the matrix is singular to rounding errors.
+    """
+    pairs, columns = halfspace.pair_compliance, halfspace.shape[1]
+    # of a pair of atoms, at the difference of their places in this table
+    places = atoms + (atoms // columns) * (columns - 1)
+    matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
+    matrix.reshape(-1)[:: atoms.size + 1] += softness
+    return solve_positive(matrix, right)
 
 
 def solve_positive(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:

@@ -33,6 +33,7 @@ from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import scaled_attraction
+from ase_roughcontact.solvers.dense import pressures
 from ase_roughcontact.solvers.gcr import gcr
 
 # Largest number of steps.
@@ -43,6 +44,8 @@ _LARGEST_RESIDUAL = 0.05
 _ROUNDING = 1e-3
 # From this tolerance and number of atoms on, steps are made in single precision.
 _SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
+# Largest number of atoms, and longest side of the window, for dense matrices.
+_DENSE_ATOMS, _DENSE_WINDOW = 200, 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,19 +113,49 @@ def height_response(
         return HeightResponse(np.zeros(shape), np.ones(shape), 0.0)
     if halfspace.periodic and hard.all():
         return HeightResponse(np.full(shape, -np.inf), np.zeros(shape), -np.inf)
-    with freed_memory_kept(d.size):
-        equations = _Equations(halfspace, d, hard, active, tolerance)
-        x = equations.solve()
+    equations = None
+    x = _dense_solution(halfspace, d, active)
+    if x is None:
+        with freed_memory_kept(d.size):
+            equations = _Equations(halfspace, d, hard, active, tolerance)
+            x = equations.solve()
     pressure = x / compliance
     response = 1.0 - halfspace.displacement(pressure)
     fields = (field[active] for field in (x, response, d, hard))
     force = halfspace.cell_area / compliance * _stationary_sum(*fields)
-    size = norm(equations.rows(x, response))
     rigid = np.inf if hard.any() else halfspace.cell_area / compliance * d.sum()
     least = -rigid - _ROUNDING * halfspace.cell_area / compliance * abs(d).sum()
-    if not (size <= _LARGEST_RESIDUAL * equations.size and force >= least):
+    if not (force >= least and (equations is None or equations.solved(x, response))):
         force = np.nan
     return HeightResponse(pressure, response, force)
+
+
+def _dense_solution(
+    halfspace: HalfSpace, d: np.ndarray, active: np.ndarray
+) -> np.ndarray | None:
+    """Solve the equations by dense matrices, in units of one over c.
+
+    Returns
+    -------
+    ndarray, shape (n, m), or None
+        None for many atoms or a large window, or if the stiffness of an atom is
+        negative.
+    """
+    if max(d.shape) > _DENSE_WINDOW or np.count_nonzero(active) > _DENSE_ATOMS:
+        return None
+    atoms = active.ravel().nonzero()[0]
+    stiffness = d.take(atoms)
+    if stiffness.min() < 0.0:
+        return None
+    # that of a hard wall is not in d: no softness
+    softness = np.divide(1.0, stiffness, where=stiffness > 0.0, out=0.0 * stiffness)
+    softness *= halfspace.self_compliance
+    solution = pressures(halfspace, atoms, softness, np.ones((atoms.size, 1)))
+    if solution is None:
+        return None
+    x = np.zeros(d.shape)
+    x.put(atoms, -halfspace.self_compliance * solution)
+    return x
 
 
 def _stationary_sum(
@@ -208,7 +241,7 @@ class _Equations:
         t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
         self._t = t.astype(dtype)
         self._s = np.where(hard, 1.0, d * t).astype(dtype)
-        self.size = norm(self._s)
+        self._size = norm(self._s)
         stiff = self._s > 0.0
         self._inverse = None
         if box := Box.bounding(stiff):
@@ -217,13 +250,14 @@ class _Equations:
             self._stiff = stiff[self._box].astype(model.dtype)
             self._inverse = model.preconditioner(float(self._t.mean(where=stiff)))
 
-    def rows(self, x: np.ndarray, response: np.ndarray) -> np.ndarray:
-        """Return what is left of the equations, for ``response = 1 + G x``."""
-        return self._t * x + self._s * response
+    def solved(self, x: np.ndarray, response: np.ndarray) -> bool:
+        """Return whether the residual is small, for ``response = 1 + G x``."""
+        residual = norm(self._t * x + self._s * response)
+        return residual <= _LARGEST_RESIDUAL * self._size
 
     def solve(self) -> np.ndarray:
         """Return the change of the pressure, in units of one over c."""
-        limit = self._tolerance * self.size
+        limit = self._tolerance * self._size
         solution = gcr(self._apply, self._precondition, -self._s, limit, _STEPS)
         return np.zeros(self._s.shape) + solution
 

@@ -10,8 +10,8 @@ from ase_roughcontact._util.kernels import dot
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
 
-# Growth of the compliance of springs: with twice as much, atoms in contact with a smooth
-# sphere would be as many as in the contact of Hertz; roughness leaves fewer.
+# Growth of the compliance of springs. With twice as much, as many atoms would be in
+# contact with a smooth sphere as in that of Hertz; roughness leaves fewer.
 _GROWTH = 0.15
 
 

@@ -142,7 +142,7 @@ def test_frames_have_tags_and_the_result_of_the_step(tmp_path):
 def test_step_that_does_not_converge_is_written_and_marked(tmp_path):
     table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
     path = load_path(
-        make_atoms(), DEPTHS, fmax=1e-9, max_steps=2, trajectory=movie, csv=table
+        make_atoms(), DEPTHS, fmax=1e-9, max_steps=1, trajectory=movie, csv=table
     )
     records = list(path)
     assert [record.converged for record in records] == [False] * 3
