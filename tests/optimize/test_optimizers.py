@@ -122,7 +122,7 @@ def test_run_out_of_steps_has_a_message_and_can_be_continued(solver):
 
 
 def test_unconverged_run_lowers_the_energy():
-    atoms = make_atoms()
+    atoms = make_atoms(LennardJones93.adhesive(1.0, 1.0, 0.005))
     before = atoms.get_potential_energy()
     assert not NewtonKrylov(atoms).run(fmax=1e-10, steps=4)
     assert atoms.get_potential_energy() < before
