@@ -217,4 +217,4 @@ def array_equal(a: np.ndarray, b: np.ndarray) -> bool:
 
 @rowwise(np.logical_and)
 def _all_equal(a: np.ndarray, b: np.ndarray) -> bool:
-    return bool((a == b).all())
+    return np.count_nonzero(a == b) == a.size  # for small arrays faster than `all`

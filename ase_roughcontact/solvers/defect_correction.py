@@ -149,7 +149,10 @@ class _DefectCorrection:
             factor = start_factor(self._pressure, self._opening, undeformed)
             self._pressure = factor * self._pressure
             self._opening *= factor
-        self._dense = DenseContact(contact, options.dense_atoms)
+        small = math.prod(contact.halfspace.shape) <= options.exact_size
+        dense_atoms = options.dense_atoms // (3 if start is None else 1)
+        self._most_dense = dense_atoms if small and self._hardness == math.inf else 0
+        self._dense = DenseContact(contact, self._most_dense)
         self._total = 0.0 if load is None else load / self._halfspace.cell_area
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
@@ -238,10 +241,7 @@ class _DefectCorrection:
 
     def _dense_solution(self) -> np.ndarray | None:
         """Return the pressure found by dense matrices; None if they do not find it."""
-        in_contact = np.count_nonzero(self._pressure)
-        few = 0 < in_contact <= self._options.dense_atoms
-        small = self._pressure.size <= self._options.exact_size
-        if not (few and small and self._hardness == math.inf):
+        if not 0 < np.count_nonzero(self._pressure) <= self._most_dense:
             return None
         halfspace = self._halfspace
         before = halfspace.pairs

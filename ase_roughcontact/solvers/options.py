@@ -128,7 +128,8 @@ class ActiveSetOptions:
         Largest part of the window for which a half space of its own is made.
     dense_atoms : int
         Largest number of atoms in contact for which the contact problem of a window of
-        up to `exact_size` atoms is solved by dense matrices.
+        up to `exact_size` atoms is solved by dense matrices. Without a start, which
+        takes more steps, a third of this number.
     exact_size : int
         Windows of up to this number of atoms have an exact model.
     exact_contact : float
@@ -160,7 +161,7 @@ class ActiveSetOptions:
     coarse_gap: float = 0.07
     full_contact: float = 0.8
     largest_crop: float = 0.5
-    dense_atoms: int = 64
+    dense_atoms: int = 200
     exact_size: int = 64 * 64
     exact_contact: float = 0.5
     contraction: float = 0.07
