@@ -161,7 +161,9 @@ class HalfSpace(ABC):
 
         It is that of a free half space, also for a periodic cell.
         """
-        return self.solid.self_compliance(self.spacing)
+        kept = _by_value(self.solid)
+        calculate = _kept_self_compliance if kept else type(self.solid).self_compliance
+        return calculate(self.solid, self.spacing)
 
     @cached_property
     def compliance(self) -> np.ndarray:
@@ -372,6 +374,11 @@ def _new_spectrum(
 
 
 _kept_spectrum = lru_cache(_KEPT)(_new_spectrum)
+
+
+@lru_cache(_KEPT)
+def _kept_self_compliance(solid: ElasticSolid, spacing: float) -> float:
+    return solid.self_compliance(spacing)
 
 
 def _workers(points: int) -> int:

@@ -170,8 +170,8 @@ class _DefectCorrection:
         gap += self._height
         self._gap = gap
         # the maximum of NumPy returns NaN if there is one
-        ends = [0.0, highest + self._height, overlap - self._height]
-        violation = float(np.max(ends))
+        ends = np.array([0.0, highest + self._height, overlap - self._height])
+        violation = float(ends.max())
         self._violations.append(violation)
         converged = violation <= self._tolerance
         work, self._work = self._work, 0.0

@@ -44,6 +44,8 @@ from ase_roughcontact.solvers.nearly_full import nearly_full_contact
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import External, Relaxation, without_rounding
 
+_DEFAULTS = ActiveSetOptions()
+
 
 def active_set(
     contact: Contact,
@@ -52,7 +54,7 @@ def active_set(
     external: External | None,
     start: np.ndarray | None,
     tolerance: float,
-    options: ActiveSetOptions | None = None,
+    options: ActiveSetOptions = _DEFAULTS,
 ) -> Generator[Relaxation, None, None]:
     """Relax the contact of a hard wall, step by step.
 
@@ -89,7 +91,6 @@ def active_set(
         hardness times the area, or no load reaches the height of a periodic surface.
     """
     _check(contact, height, external, tolerance)
-    options = options or ActiveSetOptions()
     halfspace = contact.halfspace
     start = None if start is None else _nonnegative(contact, start)
     load = None if external is None else -external(height)[1]

@@ -57,6 +57,8 @@ _UPDATES = 30
 _SLOW_UPDATE, _STIFFER = 0.7, 3.0
 _TOO_SLOW = "the energy decreases too slowly to matter"
 
+_DEFAULTS = NewtonKrylovOptions()
+
 
 def newton_krylov(
     contact: Contact,
@@ -65,7 +67,7 @@ def newton_krylov(
     external: External | None,
     start: np.ndarray | None,
     tolerance: float,
-    options: NewtonKrylovOptions | None = None,
+    options: NewtonKrylovOptions = _DEFAULTS,
 ) -> Generator[Relaxation, None, None]:
     """Relax the contact of a soft wall, step by step.
 
@@ -106,7 +108,6 @@ def newton_krylov(
     _check(contact, height, start, tolerance)
     if contact.interaction.hard and external is None:
         check_height(contact, height)
-    options = options or NewtonKrylovOptions()
     energy = ContactEnergy(contact, external)
     with freed_memory_kept(contact.heights.size):
         state, pairs = _initial_state(energy, height, start, options)
