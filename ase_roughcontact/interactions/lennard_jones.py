@@ -260,22 +260,7 @@ class LennardJones93(Interaction):
 
 @dataclass(frozen=True)
 class RepulsiveLennardJones93(LennardJones93):
-    """Repulsive branch of the 9-3 wall, see `LennardJones93.repulsive`.
-
-    Parameters
-    ----------
-    distance : float
-        r0, gap of the minimum (length).
-    stiffness : float
-        k = V''(r0) (pressure per length).
-    core : float
-        Gap below which the potential is extrapolated (length).
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not a finite positive number, or the gaps are not in order.
-    """
+    """Repulsive branch of the 9-3 wall, see `LennardJones93.repulsive`."""
 
     kind = "repulsive"
     invertible = True
@@ -319,24 +304,7 @@ class RepulsiveLennardJones93(LennardJones93):
 
 @dataclass(frozen=True)
 class AdhesiveLennardJones93(LennardJones93):
-    """9-3 wall with a short tail, see `LennardJones93.adhesive`.
-
-    Parameters
-    ----------
-    distance : float
-        r0, gap of the minimum (length).
-    stiffness : float
-        k = V''(r0) (pressure per length).
-    work_of_adhesion : float
-        w (energy per area).
-    core : float
-        Gap below which the potential is extrapolated (length).
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not a finite positive number, or the gaps are not in order.
-    """
+    """9-3 wall with a short tail, see `LennardJones93.adhesive`."""
 
     kind = "adhesive"
     parameters = {"work_of_adhesion": WORK_OF_ADHESION}
@@ -380,24 +348,7 @@ class AdhesiveLennardJones93(LennardJones93):
 
 @dataclass(frozen=True)
 class FullLennardJones93(LennardJones93):
-    """9-3 wall with its own tail, see `LennardJones93.full`.
-
-    Parameters
-    ----------
-    distance : float
-        r0, gap of the minimum (length).
-    work_of_adhesion : float
-        w, depth of the minimum (energy per area).
-    onset, cutoff : float
-        Gaps between which the tail is switched off (length).
-    core : float
-        Gap below which the potential is extrapolated (length).
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not a finite positive number, or the gaps are not in order.
-    """
+    """9-3 wall with its own tail, see `LennardJones93.full`."""
 
     kind = "full"
     label = "Lennard-Jones 9-3 wall"

@@ -196,22 +196,9 @@ class HeightMap:
     def heights(
         self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
-        """Sample the map on a grid.
+        """Sample the map on a grid around its center; see `Surface.heights`.
 
-        Parameters
-        ----------
-        shape : tuple of int
-            Grid points (n, m) along x and y.
-        spacing : float
-            Distance between grid points (length), which may differ from that of the
-            map.
-        origin : tuple of float
-            Position (x, y) of grid point (0, 0) relative to `center` (length).
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            Heights (length).
+        The spacing of the grid may differ from that of the map.
 
         Raises
         ------

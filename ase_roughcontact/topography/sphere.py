@@ -59,22 +59,7 @@ class RoughSphere:
     def heights(
         self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
-        """Sample the lower side of the indenter on a grid.
-
-        Parameters
-        ----------
-        shape : tuple of int
-            Grid points (n, m) along x and y.
-        spacing : float
-            Distance between grid points (length).
-        origin : tuple of float
-            Position (x, y) of grid point (0, 0) relative to the axis of the sphere
-            (length).
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            Heights h_R + h, with h_R = 0 on the axis (length).
+        """Sample the heights h_R + h, with h_R = 0 on the axis; see `Surface.heights`.
 
         Raises
         ------
