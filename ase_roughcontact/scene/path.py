@@ -17,7 +17,8 @@ from ase_roughcontact.atoms.substrate import substrate
 from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step
-from ase_roughcontact.paths.plan import Plan, PlannedStep, plan_path, thinned
+from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.predictions import Predictions

@@ -1,0 +1,151 @@
+"""Expected windows, memory and time of the steps of a path, as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ase_roughcontact._util.text import cell, duration
+
+# Number of steps that a plan lists; each of them stands for several of longer paths.
+_MOST_LISTED = 500
+
+
+@dataclass(frozen=True)
+class PlannedStep:
+    """Expected window and cost of a step.
+
+    Attributes
+    ----------
+    target : float
+        Load (eV/Å), penetration or height (Å).
+    count : int
+        Number of steps that it stands for, itself included.
+    window, grid : str
+        Shapes of the window and of the FFT grid.
+    memory : float
+        Peak memory (bytes).
+    seconds : float
+        Time (s).
+    problem : str
+        Why the step can't be calculated; empty if it can.
+    """
+
+    target: float
+    count: int = 1
+    window: str = ""
+    grid: str = ""
+    memory: float = 0.0
+    seconds: float = 0.0
+    problem: str = ""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Expected cost of a path, and the approximations that it makes.
+
+    Attributes
+    ----------
+    steps : tuple of PlannedStep
+    left_out : tuple of str
+        What is not calculated, and why that is justified.
+    available : float
+        Free memory of the machine (bytes).
+    advice : str
+        What to do about steps that can't be calculated; empty if there are none.
+    """
+
+    steps: tuple[PlannedStep, ...]
+    left_out: tuple[str, ...]
+    available: float
+    advice: str = ""
+
+    @property
+    def memory(self) -> float:
+        """Peak memory of all steps (bytes)."""
+        return max(step.memory for step in self.steps)
+
+    @property
+    def seconds(self) -> float:
+        """Time of all steps (s), correct within a factor of about three."""
+        return sum(step.count * step.seconds for step in self.steps)
+
+    @property
+    def fits(self) -> bool:
+        """Whether the free memory suffices."""
+        return self.memory < self.available
+
+    @property
+    def runs(self) -> bool:
+        """Whether all steps can be calculated."""
+        return self.fits and not any(step.problem for step in self.steps)
+
+    def table(self, heading: str, unit: float) -> str:
+        """Return the plan as text.
+
+        Parameters
+        ----------
+        heading : str
+            Name and unit of the targets.
+        unit : float
+            That unit.
+
+        Returns
+        -------
+        str
+        """
+        lines = [f"{heading:>15}      window        grid  memory (GB)  time (s)"]
+        last_problem = ""
+        for step in self.steps:
+            target = cell(step.target / unit, 15, ".5g")
+            if step.problem:
+                same = step.problem == last_problem
+                reason = "for the same reason" if same else step.problem
+                lines.append(f"{target}   CAN'T RUN: {reason}")
+            else:
+                lines.append(
+                    f"{target}{cell(step.window, 12)}{cell(step.grid, 12)}"
+                    f"{cell(step.memory / 1e9, 13, '.2f')}"
+                    f"{cell(step.seconds, 10, '.2g')}"
+                )
+            last_problem = step.problem
+        number = sum(step.count for step in self.steps)
+        if number > len(self.steps):
+            lines += ["", f"These are {len(self.steps)} of {number} steps."]
+        bad = sum(step.count for step in self.steps if step.problem)
+        if bad:
+            advice = f" To run all, {self.advice}." if self.advice else ""
+            lines += ["", f"{bad} of {number} steps can't run.{advice}"]
+        verdict = "" if self.fits else ": NOT ENOUGH"
+        lines += [
+            "",
+            f"In all about {duration(max(self.seconds, 1.0))}, and at most "
+            f"{self.memory / 1e9:.2g} GB of the "
+            f"{self.available / 1e9:.2g} GB that are free{verdict}.",
+            "",
+            "Left out:",
+        ]
+        return "\n".join([*lines, *(f"- {reason}" for reason in self.left_out)])
+
+
+def thinned(
+    targets: Sequence[float] | np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return at most 500 targets of a path, and the numbers of steps they stand for.
+
+    Parameters
+    ----------
+    targets : sequence of float
+
+    Returns
+    -------
+    targets : ndarray of float
+        The first and the last one included.
+    counts : ndarray of int
+    """
+    number = len(targets)
+    listed = np.linspace(0, number - 1, min(number, _MOST_LISTED)).round().astype(int)
+    counts = np.diff(listed, prepend=-1)
+    return np.asarray(targets, dtype=float)[listed], counts
