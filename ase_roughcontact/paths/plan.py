@@ -20,6 +20,7 @@ from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.expected import ExpectedContact
+from ase_roughcontact.windows.fixed import at_edge
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
 from ase_roughcontact.windows.options import WindowOptions
@@ -165,17 +166,11 @@ def _contact_width(atoms: Atoms, control: str, target: float) -> float:
         )
     else:
         height = target if control == "heights" else contact.first_contact - target
-        if not _at_edge(contact.heights < wall.cutoff - height):
+        if not at_edge(contact.heights < wall.cutoff - height):
             return 0.0
         # the depth of the mean sphere, not that of the lowest atom
         a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
     return 2.0 * a / halfspace.spacing
-
-
-def _at_edge(inside: np.ndarray) -> bool:
-    """Return whether a window has any of some atoms on its edge."""
-    rows, columns = inside[[0, -1]], inside[:, [0, -1]]
-    return bool(rows.any() or columns.any())
 
 
 def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:

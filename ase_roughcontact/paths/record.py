@@ -17,6 +17,7 @@ of columns follow from it. A subclass adds columns: ::
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar
@@ -69,6 +70,11 @@ def column(
 def text_of(shape: tuple[int, ...]) -> str:
     """Return a shape as written in the columns: ``"128x96"``."""
     return "x".join(map(str, shape))
+
+
+def size_of(text: str) -> int:
+    """Return the number of points of a shape as written in the columns."""
+    return math.prod(map(int, text.split("x")))
 
 
 def _gap_error(step: RelaxedStep) -> float:

@@ -18,6 +18,7 @@ from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 from ase_roughcontact.theory.counted_area import open_sides
 from ase_roughcontact.theory.edge_area import EdgeArea, edge_area
+from ase_roughcontact.windows.fixed import at_edge
 
 # Relative residual of the equations for the contact stiffness; see `height_response`.
 _RESIDUAL = 1e-2
@@ -117,7 +118,7 @@ class RelaxedContact:
         wall, state, halfspace = self.contact.interaction, self.state, self.halfspace
         if not (self.continuum and wall.elastic_edge and self.touches):
             return None
-        if not halfspace.periodic and _at_edge(state.contact):
+        if not halfspace.periodic and at_edge(state.contact):
             return None
         return edge_area(
             state.pressure,
@@ -172,9 +173,3 @@ class RelaxedContact:
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
         return height_response(self.contact, self.state, _RESIDUAL)
-
-
-def _at_edge(contact: np.ndarray) -> bool:
-    """Return whether an atom at the edge of the window is in contact."""
-    edges = contact[[0, -1]], contact[:, [0, -1]]
-    return any(edge.any() for edge in edges)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange, regrid
@@ -73,8 +74,7 @@ def _is_short(scene: Scene) -> bool:
     steps = scene.plan().steps
     if any(step.problem for step in steps):
         return False
-    windows = (map(int, step.window.split("x")) for step in steps)
-    return sum(map(math.prod, windows)) < _FEW_POINTS
+    return sum(size_of(step.window) for step in steps) < _FEW_POINTS
 
 
 def _continuum(scene: Scene) -> Scene:

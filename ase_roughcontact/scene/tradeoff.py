@@ -20,6 +20,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, integer, lookup, positive
 from ase_roughcontact.paths.accuracy import OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.choices import NUMERICAL, SAFETY, Choice, Tradeoff
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.scene.variants import (
@@ -188,7 +189,7 @@ def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[
     possible = [step for step in planned if not step.problem]
     if not possible:
         raise ValueError(f"no step can be calculated: {planned[0].problem}")
-    small = [step.target for step in possible if _points(step.grid) <= points]
+    small = [step.target for step in possible if size_of(step.grid) <= points]
     small = small or [possible[0].target]
     chosen = np.linspace(0, len(small) - 1, min(steps, len(small))).round().astype(int)
     omitted = len(planned) - len(small)
@@ -199,11 +200,6 @@ def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[
     return [small[i] for i in chosen], left_out if omitted else []
 
 
-def _points(grid: str) -> int:
-    """Return the number of points of an FFT grid, from its shape as text."""
-    return math.prod(map(int, grid.split("x")))
-
-
 def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
     """Return why a choice is not calculated; empty if it is."""
     try:
@@ -212,7 +208,7 @@ def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
         return str(error)
     if problem := next(filter(None, (step.problem for step in steps)), ""):
         return problem
-    largest = max(_points(step.grid) for step in steps)
+    largest = max(size_of(step.grid) for step in steps)
     return f"a grid of {largest:.2g} points" if largest > points else ""
 
 
@@ -306,7 +302,7 @@ def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
         values,
         errors,
         abs(scales),
-        cost=sum(step.pairs * _points(step.grid) for step in steps),
+        cost=sum(step.pairs * size_of(step.grid) for step in steps),
         seconds=sum(step.seconds for step in steps),
         memory=max(step.memory for step in steps),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
 from ase import Atoms
 
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
@@ -44,7 +45,7 @@ class FixedWindow:
         if self._edge == "ignore" or atoms.pbc.any():
             return False
         acts = atoms.calc.state(atoms).pressure != 0.0
-        if acts[[0, -1]].any() or acts[:, [0, -1]].any():
+        if at_edge(acts):
             advice = "give a larger shape or 'auto'"
             if not isinstance(atoms.calc.parameters["indenter"], RoughSphere):
                 advice += " (or edge='ignore' if the indenter ends there)"
@@ -57,3 +58,8 @@ class FixedWindow:
     def describe_lattice(self) -> dict[str, Any]:
         """Return what distinguishes the atoms from others, for resuming a path."""
         return self._grid
+
+
+def at_edge(mask: np.ndarray) -> bool:
+    """Return whether a mask of the atoms of a window is true at its edge."""
+    return bool(mask[[0, -1]].any() or mask[:, [0, -1]].any())
