@@ -92,7 +92,7 @@ class ContactOptimizer(Optimizer):
             )
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
         self._writes_log = logfile is not None
-        self.pairs = 0.0
+        self.message, self.pairs = "", 0.0
         self._given_start: Start | None = None
         self._options = {} if options is None else {"options": options}
         self._check()
