@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import minimize
+from solids import CONTINUA
 
 from ase_roughcontact import RoughSphere, SelfAffine
 from ase_roughcontact.contact import Contact
@@ -332,8 +333,12 @@ def test_soft_and_stiff_walls_relax(stiffness, periodic, solid):
 def test_stiff_and_soft_walls_take_few_steps_on_larger_windows(stiffness, solid):
     wall = LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness)
     states = relax(scene(96, wall, solid=solid), 0.0, constant(540.0), tolerance=1e-6)
-    assert len(states) < 45  # 34 measured
-    assert sum(state.pairs for state in states) < 450.0  # 349 measured
+    steps, pairs = len(states), sum(state.pairs for state in states)
+    # changes of the heights in their last digits make them 26 to 51 and 310 to 661 for
+    # the stiffest wall on the hard layer
+    chaotic = stiffness == 1e4 and solid is CONTINUA["hard layer"]
+    assert steps < (55 if chaotic else 45)  # 34 measured
+    assert pairs < (700.0 if chaotic else 450.0)  # 349 measured
 
 
 def test_balancing_the_load_saves_steps(solid):
