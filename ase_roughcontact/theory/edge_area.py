@@ -96,7 +96,7 @@ def edge_area(
     """
     if not periodic:
         box = _box(pressure > 0.0)
-        pressure, gap = np.pad(pressure, 2)[box], np.pad(gap, 2, "edge")[box]
+        pressure, gap = np.pad(pressure[box], 2), np.pad(gap[box], 2, "edge")
     gap = 0.75 * contact_modulus / spacing * gap.clip(0.0)
     corner, sides = _corners(pressure, gap)
     fields = [pressure, gap, corner]
@@ -145,9 +145,9 @@ def edge_error(
 
 
 def _box(contact: np.ndarray) -> tuple[slice, slice]:
-    """Return the box of a contact with a frame of two points, in a padded array."""
+    """Return the box of a contact with a frame of two points, as far as there are."""
     ends = (np.flatnonzero(contact.any(axis)) for axis in (1, 0))
-    rows, columns = (slice(end[0], end[-1] + 5) for end in ends)
+    rows, columns = (slice(max(end[0] - 2, 0), end[-1] + 3) for end in ends)
     return rows, columns
 
 

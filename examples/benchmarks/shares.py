@@ -19,6 +19,7 @@ from windows import WALLS, load_of, make_atoms, memory
 from ase_roughcontact import LennardJones93, LoadStep, RoughSphere, load_path
 from ase_roughcontact._util import kernels
 from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.elasticity import halfspace
 from ase_roughcontact.elasticity.fft import RealFFT2
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.optimize.base import ContactOptimizer
@@ -79,7 +80,8 @@ def watch():
     recorder = type("Recorder", (), {"of": of})
     parts.part(recorder, "of", RESULTS)
     LoadStep.of = classmethod(recorder.of)
-    shared.part(kernels, "thread_map", "shared")
+    for module in (kernels, halfspace):
+        shared.part(module, "thread_map", "shared")
     shared.part(RealFFT2, "filter", shared_by_threads)
     return parts.seconds, shared.seconds
 
@@ -99,10 +101,10 @@ def main():
     parts["atoms and windows"] = total - sum(parts.values())
     for part, seconds in sorted(parts.items(), key=lambda item: -item[1]):
         print(f"{100 * seconds / total:5.1f} %  {part}")
-    halfspace, pair = contact_of(atoms).halfspace, []
+    solid, pair = contact_of(atoms).halfspace, []
     for _ in range(6):
         start = time.process_time()
-        halfspace.displacement(np.ones(halfspace.shape))
+        solid.displacement(np.ones(solid.shape))
         pair.append(time.process_time() - start)
     relaxed = (total - parts[RESULTS]) / (record.pairs * min(pair))
     print(
