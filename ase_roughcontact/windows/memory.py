@@ -11,7 +11,7 @@ from pathlib import Path
 import psutil
 
 # Bytes for each atom at the peak of a step, also in a window with its margin.
-_PER_ATOM = 400
+_PER_ATOM = 350
 _PER_ATOM_IN_MARGIN = 1050
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
