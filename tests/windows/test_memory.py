@@ -186,8 +186,8 @@ def test_synthesising_a_roughness_may_need_more_memory_than_a_step():
 
 
 def test_limits_are_not_read_for_little_memory(monkeypatch):
-    """Reading them takes a tenth of a small step; a window of 158 x 158 needs 10 MB."""
+    """Reading them takes a tenth of a small step; a window of 169 x 169 needs 10 MB."""
     monkeypatch.setattr("ase_roughcontact.windows.memory.available_memory", lambda: 0.0)
-    check_memory((150, 150))
+    check_memory((165, 165))
     with pytest.raises(MemoryError):
-        check_memory((160, 160))
+        check_memory((172, 172))
