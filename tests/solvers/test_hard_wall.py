@@ -232,6 +232,13 @@ def assert_same(state, other, atol=1e-6):
     assert_allclose(state.height, other.height, atol=atol)
 
 
+def test_pairs_are_those_of_the_half_space_in_small_contacts():
+    contact = contact_of(rough_sphere((16, 16)))
+    states = steps(contact, 0.5)
+    assert states[-1].converged
+    assert sum(state.pairs for state in states) == contact.halfspace.pairs <= 7
+
+
 def test_result_fulfils_the_conditions_of_contact(rough):
     contact, load, _ = rough
     assert_optimal(contact, solve(contact, load), load)
