@@ -225,7 +225,8 @@ class SelfAffine:
                 f"all waves of the roughness are shorter than {shortest:g}: choose at "
                 f"most {self.side / math.sqrt(square.min()):g}"
             )
-        part = (power @ (square * kept)) / (power @ square)
+        slopes = power * square
+        part = slopes.sum(where=kept) / slopes.sum()
         return replace(
             self,
             rms_slope=self.rms_slope * math.sqrt(part),
@@ -300,11 +301,12 @@ def _modes(surface: SelfAffine) -> tuple[IntArray, IntArray, NDArray[np.complex1
         )
 
     power = _mean_power(surface, wavenumber)
-    square_slope = power @ wavenumber**2
+    # no scalar products here: their rounding depends on the threads of BLAS
+    square_slope = (power * wavenumber**2).sum()
     if surface.random_amplitudes:
         power *= -np.log1p(-uniform[first:])
     if surface.normalise == "realisation":
-        square_slope = power @ wavenumber**2
+        square_slope = (power * wavenumber**2).sum()
     # factor 2: a wave of the half plane also represents the one with -k
     unit = surface.rms_slope * surface.side / (2 * np.pi * np.sqrt(2 * square_slope))
     return kx, ky, unit * np.sqrt(power) * np.exp(2j * np.pi * phase[first:])

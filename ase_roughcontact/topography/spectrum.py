@@ -55,7 +55,7 @@ class Statistics:
         -------
         Statistics
         """
-        sums = (np.vdot(square**m, power) for m in range(3))
+        sums = ((square**m * power).sum() for m in range(3))
         return cls(*(math.sqrt(total) for total in sums))
 
 

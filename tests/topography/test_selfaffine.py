@@ -1,7 +1,10 @@
 """Self-affine surfaces: spectrum, statistics, sampling on grids, errors."""
 
 import math
+import os
+import sys
 from dataclasses import replace
+from subprocess import check_output
 
 import numpy as np
 import pytest
@@ -284,3 +287,20 @@ def test_lowest_height_is_that_of_a_grid_over_the_domain():
 def test_a_surface_without_any_of_its_waves_is_refused():
     with pytest.raises(ValueError, match=r"shorter than 300: choose at most 64$"):
         SelfAffine(0.1, 0.8, 4.0, 64.0).band_limited(300.0)
+
+
+def test_roughness_does_not_depend_on_the_threads_of_blas():
+    code = (
+        "from ase_roughcontact import SelfAffine; from hashlib import sha256;"
+        "rough = SelfAffine(0.1, 0.8, 4.0, 256.0, seed=1);"
+        "print(rough.band_limited(8.0).rms_slope.hex(), rough.statistics());"
+        "print(sha256(rough.heights((64, 64), 2.0)).hexdigest())"
+    )
+    results = {
+        check_output(
+            (sys.executable, "-c", code),
+            env=os.environ | {"OPENBLAS_NUM_THREADS": threads},
+        )
+        for threads in ("1", "2")
+    }
+    assert len(results) == 1
