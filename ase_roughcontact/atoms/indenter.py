@@ -79,6 +79,26 @@ def check_surface(atoms: Atoms, identity: str | None) -> None:
         )
 
 
+def part_of_period(indenter: Surface, sides: np.ndarray) -> float:
+    """Return the smaller ratio of a side of a cell and the period of an indenter.
+
+    Parameters
+    ----------
+    indenter : Surface
+    sides : ndarray, shape (2,)
+        Of the cell along x and y (length).
+
+    Returns
+    -------
+    float
+        One, but for rounding, if the indenter continues across the edges of a periodic
+        cell, as no cell is larger than a period; NaN if it has no `periods`.
+    """
+    periods = getattr(indenter, "periods", (np.inf, np.inf))
+    ratios = np.where(np.isfinite(periods), np.divide(sides, periods), np.nan)
+    return float(np.round(ratios.min(), 9))
+
+
 def _plain(value: Any) -> Any:
     """Return what JSON can represent in place of NumPy's types."""
     if isinstance(value, np.ndarray):

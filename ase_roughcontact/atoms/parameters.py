@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import finite, lookup, positive, surface
 from ase_roughcontact.elasticity.fft import RealFFT2
@@ -47,11 +47,10 @@ def checked(name: str, value: Any) -> Any:
     if name == "contact_modulus":
         positive(contact_modulus=value)
         if value > _LARGEST_MODULUS:
-            warnings.warn(
+            warn(
                 f"contact_modulus = {value:g} eV/Å^3 is {value / UNITS['GPa']:.3g} "
                 "GPa, more than that of any solid: multiply a value in GPa by "
-                "ase.units.GPa",
-                stacklevel=2,
+                "ase.units.GPa"
             )
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):

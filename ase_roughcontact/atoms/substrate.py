@@ -11,15 +11,17 @@ with the indenter and may be left out.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from ase import Atoms
 from ase.constraints import FixAtoms
 from ase.data import atomic_numbers, chemical_symbols, reference_states
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import INDENTER_KEY, surface_id
+from ase_roughcontact.atoms.indenter import INDENTER_KEY, part_of_period, surface_id
 from ase_roughcontact.topography import Surface
 
 
@@ -75,6 +77,12 @@ def substrate(
         If the symbol has no fcc or diamond reference and no spacing is given, or a
         number is not finite or not positive.
 
+    Warns
+    -----
+    UserWarning
+        If the heights of a flat indenter jump at the edges of a periodic cell, whose
+        sides are not the periods of the indenter.
+
     Examples
     --------
     >>> from ase_roughcontact import RoughSphere, substrate
@@ -96,6 +104,8 @@ def substrate(
     if height is None:
         height = a0 - float(indenter.heights((n, m), a0, (-axis[0], -axis[1])).min())
     finite(height=height)
+    if periodic and getattr(indenter, "radius", math.inf) == math.inf:
+        _check_period(indenter, (n, m), a0)
 
     grid = SurfaceGrid.padded_shape((n, m), periodic)
     atoms = surface_atoms(atomic_numbers[symbol], grid, a0)
@@ -165,6 +175,19 @@ def fcc_spacing(symbol: str) -> float:
             "nor diamond in ASE's reference states"
         )
     return float(state["a"] / math.sqrt(2))
+
+
+def _check_period(indenter: Any, shape: tuple[int, int], spacing: float) -> None:
+    """Warn if a flat indenter does not continue across the edges of a periodic cell."""
+    sides = spacing * np.array(shape)
+    if part_of_period(indenter, sides) < 1.0:
+        (x, y), points = sides, [round(side / spacing, 6) for side in indenter.periods]
+        warn(
+            f"the periodic cell of {x:g} x {y:g} Å is smaller than the period of the "
+            f"indenter, {indenter.periods[0]:g} x {indenter.periods[1]:g} Å, so that "
+            "its heights jump at the edges of the cell: make them the same, here "
+            f"{points[0]:g} x {points[1]:g} spacings"
+        )
 
 
 def _check_element(symbol: str) -> None:

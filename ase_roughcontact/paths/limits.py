@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact.atoms.indenter import indenter_fixed
+from ase_roughcontact.atoms.indenter import indenter_fixed, part_of_period
 from ase_roughcontact.paths.errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.paths.relaxed import RelaxedStep
 
@@ -140,6 +140,16 @@ def _part_of_cell(step: RelaxedStep) -> float:
     return step.part_of_cell if attractive else math.nan
 
 
+def _part_of_period(step: RelaxedStep) -> float:
+    """Return the cell over the period of the indenter, if the edges touch."""
+    contact, halfspace = step.state.contact, step.halfspace
+    touches = any(edge.any() for edge in (*contact[[0, -1]], *contact[:, [0, -1]].T))
+    if not (halfspace.periodic and touches):
+        return math.nan
+    sides = halfspace.spacing * np.array(halfspace.shape)
+    return part_of_period(step.atoms.calc.parameters["indenter"], sides)
+
+
 def _edge_zone(step: RelaxedStep) -> float:
     """Return the smallest width of Dugdale's zone at the edge of a contact, in a0."""
     wall, halfspace = step.contact.interaction, step.halfspace
@@ -210,6 +220,13 @@ CHECKS = (
         "the contact nearly touches its periodic images, and may be in another state "
         "than a single one",
         _part_of_cell,
+    ),
+    Check(
+        "cell/period of the roughness",
+        "<",
+        1.0,
+        "heights jump at the edges of the periodic cell, and atoms touch there",
+        _part_of_period,
     ),
     Check(
         "adhesive zone at the tip/a0",

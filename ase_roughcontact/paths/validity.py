@@ -1,12 +1,8 @@
 """Warnings and errors about steps outside of the validity of the model."""
 
-import sys
-import warnings
-
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.paths.limits import failed_checks
-
-_PACKAGE = "ase_roughcontact."
 
 
 class ValidityWarning(UserWarning):
@@ -59,12 +55,4 @@ class ValidityReport:
         )
         if self._action == "raise":
             raise RuntimeError(text)
-        warnings.warn(text, ValidityWarning, stacklevel=_level_of_caller())
-
-
-def _level_of_caller() -> int:
-    """Return the stack level, for a warning, of the code that uses the package."""
-    frame, level = sys._getframe(1), 1
-    while frame.f_back and frame.f_globals["__name__"].startswith(_PACKAGE):
-        frame, level = frame.f_back, level + 1
-    return level
+        warn(text, ValidityWarning)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from functools import cached_property
 from typing import Any
 
@@ -219,6 +220,12 @@ class HeightMap:
         """Number of points and their distance along x and y."""
         (n, m), (x, y) = self.shape, self.spacing
         return (n, x), (m, y)
+
+    @property
+    def periods(self) -> Point:
+        """Periods along x and y; infinity unless the map is periodic (length)."""
+        x, y = (n * step if self.periodic else math.inf for n, step in self._axes)
+        return x, y
 
     @property
     def extent(self) -> float:

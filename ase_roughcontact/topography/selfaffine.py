@@ -126,6 +126,11 @@ class SelfAffine:
         return 4 * (self.longest_wavelength or self.long_wavelength)
 
     @property
+    def periods(self) -> Point:
+        """Periods along x and y (length)."""
+        return self.side, self.side
+
+    @property
     def extent(self) -> float:
         """Half of the period (length)."""
         return self.side / 2

@@ -138,6 +138,11 @@ class RoughSphere:
         periodic = getattr(self.roughness, "repeats", False)
         return periodic and self.profile == "paraboloid"
 
+    @property
+    def periods(self) -> Point:
+        """Periods of the roughness along x and y; infinity if not known (length)."""
+        return getattr(self.roughness, "periods", (math.inf, math.inf))
+
     def band_limited(self, shortest: float) -> RoughSphere:
         """Return the sphere without roughness shorter than a wavelength.
 

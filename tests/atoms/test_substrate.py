@@ -10,9 +10,11 @@ from ase.optimize import LBFGS
 from ase.units import GPa
 
 from ase_roughcontact import (
+    HeightMap,
     LennardJones93,
     RoughContact,
     RoughSphere,
+    SelfAffine,
     fcc_spacing,
     restore,
     snapshot,
@@ -39,6 +41,42 @@ def relaxed_atoms(**options):
 
 
 # Building
+
+
+WAVES = SelfAffine(0.1, 0.8, 4.0, 8.0, domain=16.0)
+MAP = HeightMap(np.cos(np.arange(16.0))[:, None] * np.ones(12), 1.0, periodic=True)
+
+
+@pytest.mark.parametrize(
+    "indenter, shape, period",
+    [
+        (WAVES, (16, 12), "16 x 16"),
+        (RoughSphere(np.inf, WAVES), (12, 16), "16 x 16"),
+        (MAP, (16, 11), "16 x 12"),
+    ],
+)
+def test_a_flat_indenter_of_another_period_than_the_cell_is_warned_of(
+    indenter, shape, period
+):
+    message = f"cell of {shape[0]} x {shape[1]} Å .* indenter, {period} Å, .*{period} s"
+    with pytest.warns(UserWarning, match=message) as found:
+        substrate("Cu", shape, indenter, spacing=1.0, periodic=True)
+    assert found[0].filename == __file__
+
+
+@pytest.mark.parametrize(
+    "indenter, shape, periodic",
+    [
+        (WAVES, (16, 16), True),
+        (MAP, (16, 12), True),
+        (MAP, (8, 8), False),
+        (RoughSphere(1e3, WAVES), (8, 8), True),  # may touch in the middle only
+        (HeightMap(np.zeros((16, 16)), 1.0), (8, 8), True),  # makes no such claim
+    ],
+)
+def test_no_other_indenter_is_warned_of(indenter, shape, periodic):
+    atoms = substrate("Cu", shape, indenter, spacing=1.0, periodic=periodic)
+    assert SurfaceGrid.of(atoms).window == shape
 
 
 def test_spacing_is_that_of_the_100_surface():

@@ -21,6 +21,7 @@ from ase_roughcontact import (
     LennardJones93,
     RoughContact,
     RoughSphere,
+    SelfAffine,
     ValidityWarning,
     adhesion_loop,
     load_path,
@@ -338,6 +339,28 @@ def test_ensembles_have_the_column_and_do_not_warn(tmp_path):
 def test_the_built_in_scene_is_within_all_limits():
     steps = list(Scene.default().relax(validity="raise"))
     assert len(steps) == len(Scene.default().steps)
+
+
+PERIOD = "cell/period of the roughness"
+
+
+@pytest.mark.parametrize("radius, touches", [(1e6, True), (10.0, False)])
+@pytest.mark.parametrize("side, missing", [(16, False), (12, True)])
+def test_a_jump_at_the_edges_of_a_periodic_cell_is_marked(
+    radius, touches, side, missing
+):
+    surface = RoughSphere(radius, SelfAffine(0.1, 0.8, 4.0, 8.0, domain=16.0))
+    atoms = substrate("Cu", (side, side), surface, spacing=1.0, periodic=True)
+    atoms.calc = RoughContact(surface, 1.0)
+    # pressed flat, or touched in one place only
+    names = names_after(atoms, 1.0 if touches else 1e-4, window="fixed")
+    assert (PERIOD in names) == (missing and touches)
+
+
+def test_no_jump_is_marked_in_a_window_of_free_boundary():
+    surface = SelfAffine(0.1, 0.8, 4.0, 8.0, domain=32.0)
+    names = names_after(atoms_on(surface), window="fixed", edge="ignore")
+    assert PERIOD not in names
 
 
 def test_the_guide_has_a_row_for_each_limit():

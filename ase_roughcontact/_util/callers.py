@@ -1,0 +1,23 @@
+"""Warnings at the line of the code that uses the package."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+
+# Modules whose lines are skipped: ASE calls the package, and is called by it.
+_SKIPPED = "ase_roughcontact.", "ase."
+
+
+def warn(message: str, category: type[Warning] = UserWarning) -> None:
+    """Issue a warning at the line of the code that uses the package.
+
+    Parameters
+    ----------
+    message : str
+    category : type of Warning
+    """
+    frame, level = sys._getframe(1), 2
+    while frame.f_back and frame.f_globals["__name__"].startswith(_SKIPPED):
+        frame, level = frame.f_back, level + 1
+    warnings.warn(message, category, stacklevel=level)
