@@ -133,13 +133,18 @@ def check_matrix(array: np.ndarray) -> None:
 def height_array(heights: Any) -> FloatArray:
     """Return a copy of a height map; raise `ValueError` for a wrong shape or type."""
     array = np.asarray(heights)
+    check_heights(array)
+    return array.astype(np.float64)
+
+
+def check_heights(array: np.ndarray) -> None:
+    """Raise `ValueError` unless an array is a matrix of finite real numbers."""
     check_matrix(array)
     wrong = int(array.size - np.isfinite(array).sum())
     if wrong:
         raise ValueError(
             f"heights must be finite, got {wrong} values that are nan or infinite"
         )
-    return array.astype(np.float64)
 
 
 def integer(name: str, value: Any, least: int) -> int:

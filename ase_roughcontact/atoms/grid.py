@@ -10,7 +10,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import max_abs, rowwise
 from ase_roughcontact._util.validation import surface
-from ase_roughcontact.atoms.indenter import check_surface, surface_id
+from ase_roughcontact.atoms.indenter import check_surface, heights_of, surface_id
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
@@ -71,7 +71,7 @@ class SurfaceGrid:
 
     def heights(self, indenter: Surface) -> np.ndarray:
         """Return the heights of an indenter above the window, shape (n, m) (length)."""
-        return indenter.heights(self.window, self.spacing, self.origin)
+        return heights_of(indenter, self.window, self.spacing, self.origin)
 
     def adhesion(self, heterogeneity: Heterogeneity) -> np.ndarray:
         """Return the relative work of adhesion on the window, shape (n, m)."""

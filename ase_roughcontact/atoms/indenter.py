@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
+from ase_roughcontact._util.validation import Point, Shape, check_heights
 from ase_roughcontact.topography import Surface
 
 #: Key of `Atoms.info` under which `substrate` stores the `surface_id` of the indenter.
@@ -77,6 +78,21 @@ def check_surface(atoms: Atoms, identity: str | None) -> None:
             "substrate() and the calculator the same indenter, or delete "
             f"atoms.info[{INDENTER_KEY!r}] to replace the indenter on purpose"
         )
+
+
+def heights_of(
+    indenter: Surface, shape: Shape, spacing: float, origin: Point
+) -> np.ndarray:
+    """Return the heights of an indenter; see `Surface.heights`.
+
+    Raises
+    ------
+    ValueError
+        If they are not a matrix of finite real numbers.
+    """
+    heights = np.asarray(indenter.heights(shape, spacing, origin))
+    check_heights(heights)
+    return heights
 
 
 def part_of_period(indenter: Surface, sides: np.ndarray) -> float:

@@ -14,6 +14,8 @@ from ase_roughcontact.topography import Heterogeneity
 
 # Modulus above that of any solid; diamond has 1200 GPa (eV/Å^3).
 _LARGEST_MODULUS = 2000.0 * UNITS["GPa"]
+# Work of adhesion above that of any pair of solids (eV/Å^2).
+_LARGEST_WORK = 30.0 * UNITS["J/m^2"]
 _FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads", "measure"))
 
 
@@ -55,6 +57,13 @@ def checked(name: str, value: Any) -> Any:
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):
         raise ValueError(f"interaction must be an Interaction, got {value!r}")
+    if name == "interaction" and value.work_of_adhesion > _LARGEST_WORK:
+        work = value.work_of_adhesion
+        warn(
+            f"work_of_adhesion = {work:g} eV/Å^2 is {work / UNITS['J/m^2']:.3g} J/m^2, "
+            "more than that of any solids: multiply a value in J/m^2 by "
+            "ase.units.J / ase.units.m**2"
+        )
     if name == "heterogeneity" and not isinstance(value, Heterogeneity):
         raise ValueError(f"heterogeneity must be a Heterogeneity, got {value!r}")
     if name == "indenter":

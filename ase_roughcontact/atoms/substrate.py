@@ -21,7 +21,12 @@ from ase.data import atomic_numbers, chemical_symbols, reference_states
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import INDENTER_KEY, part_of_period, surface_id
+from ase_roughcontact.atoms.indenter import (
+    INDENTER_KEY,
+    heights_of,
+    part_of_period,
+    surface_id,
+)
 from ase_roughcontact.topography import Surface
 
 
@@ -75,7 +80,10 @@ def substrate(
     ------
     ValueError
         If the symbol has no fcc or diamond reference and no spacing is given, or a
-        number is not finite or not positive.
+        number is not finite or not positive, or the heights of the indenter are not
+        finite real numbers.
+    MemoryError
+        If the window does not fit into the memory.
 
     Warns
     -----
@@ -101,14 +109,21 @@ def substrate(
     axis = a0 * np.array(
         [n // 2 - round(center[0] / a0), m // 2 - round(center[1] / a0)]
     )
-    if height is None:
-        height = a0 - float(indenter.heights((n, m), a0, (-axis[0], -axis[1])).min())
-    finite(height=height)
+    grid = SurfaceGrid.padded_shape((n, m), periodic)
+    try:
+        if height is None:
+            origin = -float(axis[0]), -float(axis[1])
+            height = a0 - float(heights_of(indenter, (n, m), a0, origin).min())
+        finite(height=height)
+        atoms = surface_atoms(atomic_numbers[symbol], grid, a0)
+    except MemoryError as error:
+        raise MemoryError(
+            f"a window of {n} x {m} atoms does not fit into the memory: give a smaller "
+            "shape, and window='auto' to load_path, which enlarges it where needed"
+        ) from error
     if periodic and getattr(indenter, "radius", math.inf) == math.inf:
         _check_period(indenter, (n, m), a0)
 
-    grid = SurfaceGrid.padded_shape((n, m), periodic)
-    atoms = surface_atoms(atomic_numbers[symbol], grid, a0)
     atoms.positions[-1] = *axis, height
     atoms.cell[:] = a0 * np.diag([n, m, max(n, m)])
     atoms.pbc = (periodic, periodic, False)
@@ -172,7 +187,7 @@ def fcc_spacing(symbol: str) -> float:
     if state is None or state.get("symmetry") not in ("fcc", "diamond"):
         raise ValueError(
             f"the (100) surface of {symbol} is not known: its crystal is neither fcc "
-            "nor diamond in ASE's reference states"
+            "nor diamond in ASE's reference states; give spacing"
         )
     return float(state["a"] / math.sqrt(2))
 

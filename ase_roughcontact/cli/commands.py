@@ -29,11 +29,12 @@ def plan(options: argparse.Namespace) -> int:
 
     The approximations that are made are printed with their reasons. The time is
     extrapolated from FFTs timed on this machine, and correct within a factor of about
-    three. For a step that can't be calculated the reason is printed. Of a loop, the
+    three. For a step that can't be calculated the reason is printed. Windows are those
+    that are expected; when "run" refuses a step it prints a lower bound. Of a loop, the
     deepest state is planned.
 
-    Exit status: 0 all steps can run in the free memory, 1 some can't, 2 the scene is
-    invalid.
+    Exit status, as that of "run": 0 all steps can run in the free memory, 2 some can't,
+    or the scene is invalid.
     """
     scene, heading = checked_scene(options), ""
     if scene.path.is_loop:
@@ -48,7 +49,7 @@ def plan(options: argparse.Namespace) -> int:
         printed = printed_unit(unit)
         table = planned.table(f"{scene.path.control} ({printed})", UNITS[printed])
         print(f"{bodies(scene)}\n\n{heading}{table}")
-    return 0 if planned.runs else 1
+    return 0 if planned.runs else 2
 
 
 def fit(options: argparse.Namespace) -> int:

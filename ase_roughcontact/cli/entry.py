@@ -73,6 +73,8 @@ def _what_is_kept(options: argparse.Namespace) -> str:
     if options.command == "ensemble":
         database = without_password(options.database)
         return f"; finished steps are saved in {database}; {again}"
+    if not (options.out / "sweep.traj").exists():
+        return "; no step was finished"
     return (
         f"; finished steps are saved in {options.out}; {again}; to draw them: "
         f"ase-roughcontact figure {options.out}"

@@ -68,6 +68,7 @@ def table_header(reference: Reference) -> str:
     lines = [
         description(reference),
         f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
+        *_without_rim(scene),
         "",
         f"   step{depth}   {heading('normal_force')}{error}   "
         f"{heading(scene.area_column)}{_AREA_ERROR}   {ratio:>9}{equation}   "
@@ -221,6 +222,16 @@ def _bare(scene: Scene) -> str:
     if scene.solid.base_modulus is None:
         return ", on the material of the layer"
     return ", on the base without a layer"
+
+
+def _without_rim(scene: Scene) -> list[str]:
+    """Return a line on what the area is under a soft wall with attraction."""
+    if scene.wall.hard or not scene.wall.attractive:
+        return []
+    return [
+        "Areas are those of the atoms under pressure; that of theory includes the rim "
+        "under tension, and is larger."
+    ]
 
 
 def _first_contact(scene: Scene, steps: Sequence[LoadStep]) -> str:

@@ -41,8 +41,9 @@ _CURVATURE = 1.0
 class FourierModes(Optimizable):
     """Atoms of a `RoughContact` in the scaled Fourier modes of their half space.
 
-    An ASE `Optimizable`, to be given to FIRE, FIRE2, LBFGS, BFGSLineSearch or the SciPy
-    optimizers in place of the atoms. Energy and gradient together cost one FFT pair.
+    An ASE `Optimizable`, to be given to FIRE, FIRE2, LBFGS or the SciPy optimizers in
+    place of the atoms; also to BFGSLineSearch, but its Hessian matrix is for windows of
+    a few hundred atoms at most. Energy and gradient together cost one FFT pair.
     The atoms are moved when the optimizer has converged or writes a trajectory, and by
     `write`. Load and constraints are those at the time of construction.
 

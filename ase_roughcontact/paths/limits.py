@@ -15,6 +15,7 @@ import numpy as np
 from ase_roughcontact.atoms.indenter import indenter_fixed, part_of_period
 from ase_roughcontact.paths.errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.windows.fixed import at_edge
 
 # Separates the entries of the column.
 _SEPARATOR = "; "
@@ -94,6 +95,11 @@ def _contact_radius(step: RelaxedStep) -> float:
     return step.contact_radius / indenter.radius
 
 
+def _radius(step: RelaxedStep) -> float:
+    indenter = step.atoms.calc.parameters["indenter"]
+    return getattr(indenter, "radius", math.inf) / step.halfspace.spacing
+
+
 def _slope(step: RelaxedStep) -> float:
     """Return the largest slope between an atom in contact and its neighbours."""
     contact, heights = step.state.contact[:-1, :-1], step.contact.heights
@@ -142,9 +148,8 @@ def _part_of_cell(step: RelaxedStep) -> float:
 
 def _part_of_period(step: RelaxedStep) -> float:
     """Return the cell over the period of the indenter, if the edges touch."""
-    contact, halfspace = step.state.contact, step.halfspace
-    touches = any(edge.any() for edge in (*contact[[0, -1]], *contact[:, [0, -1]].T))
-    if not (halfspace.periodic and touches):
+    halfspace = step.halfspace
+    if not (halfspace.periodic and at_edge(step.state.contact)):
         return math.nan
     sides = halfspace.spacing * np.array(halfspace.shape)
     return part_of_period(step.atoms.calc.parameters["indenter"], sides)
@@ -183,6 +188,14 @@ CHECKS = (
         0.2,
         "a paraboloid is lower than the sphere of its curvature, by 1 % at this limit",
         _contact_radius,
+    ),
+    Check(
+        "R/a0",
+        "<",
+        1.0,
+        "the sphere is smaller than the spacing of the atoms: lengths are in Å",
+        _radius,
+        constant=True,
     ),
     Check(
         "slope",

@@ -64,8 +64,7 @@ class Model(SceneFile):
         try:
             return fcc_spacing(self.symbol)
         except ValueError as error:
-            message = f"symbol = {self.symbol!r}: {error}; give spacing"
-            raise ValueError(message) from error
+            raise ValueError(f"symbol = {self.symbol!r}: {error}") from error
 
     @property
     def solid(self) -> ElasticSolid:
@@ -205,6 +204,11 @@ class Model(SceneFile):
         if tip is not None:
             return self._radius_of_tip(tip)
         given, units = self.sphere.radius, lengths(self.spacing)
+        if given == math.inf:
+            raise ValueError(
+                "radius = inf needs a section [topography], whose scan is the whole "
+                "tip: give that, or a finite radius; flat indenters are made in Python"
+            )
         if given is None:
             self._check_default_radius()
             return DEFAULT_RADIUS * self.spacing

@@ -144,11 +144,21 @@ def check_roughness(points: int) -> None:
     )
 
 
-def check_memory(window: tuple[int, int], *, margin: bool = False) -> None:
-    """Raise `MemoryError` if a window exceeds the free memory; see `memory_of`."""
+def check_memory(
+    window: tuple[int, int], *, margin: bool = False, bound: str = ""
+) -> None:
+    """Raise `MemoryError` if a window exceeds the free memory.
+
+    Parameters
+    ----------
+    window, margin
+        See `memory_of`.
+    bound : str
+        Words before the size of the window in the message, such as "at least ".
+    """
     _check(
         memory_of(window, margin=margin),
-        f"for a window of {window[0]} x {window[1]} atoms",
+        f"for a window of {bound}{window[0]} x {window[1]} atoms",
         "choose a smaller load, sphere or window",
     )
 

@@ -441,5 +441,16 @@ def test_representation_lists_parameters_that_are_not_defaults(calc, expected):
 
 @pytest.mark.parametrize("modulus", [171.0, 171e9])
 def test_a_modulus_above_that_of_any_solid_is_a_warning(modulus):
-    with pytest.warns(UserWarning, match=r"GPa, more than .*multiply .* ase.units.GPa"):
+    advice = r"GPa, more than .*multiply .* ase.units.GPa"
+    with pytest.warns(UserWarning, match=advice) as found:
         RoughContact(SPHERE, contact_modulus=modulus)
+    assert found[0].filename == __file__
+
+
+def test_a_work_of_adhesion_above_that_of_any_solids_is_a_warning():
+    wall = LennardJones93.adhesive(1.0, 4.0, 50.0)  # J/m^2 or mJ/m^2 forgotten
+    with pytest.warns(
+        UserWarning, match=r"is 801 J/m\^2, more than .*multiply"
+    ) as found:
+        RoughContact(SPHERE, 1.0, wall)
+    assert found[0].filename == __file__

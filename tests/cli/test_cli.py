@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import runpy
 import subprocess
 import sys
@@ -123,6 +124,17 @@ def test_an_interrupted_run_prints_the_command_that_draws_it(
     assert len(read(f"{out}/view.traj", ":")) == 1
 
 
+def test_a_run_that_is_interrupted_in_its_first_step_says_that_nothing_is_saved(
+    scene, tmp_path, capsys, monkeypatch
+):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ase_roughcontact.RoughContact.calculate", interrupted)
+    assert main(["run", str(scene), "--out", str(tmp_path / "out")]) == 130
+    assert capsys.readouterr().err == "\ninterrupted; no step was finished\n"
+
+
 @without_pictures
 def test_a_step_whose_frame_is_truncated_is_calculated_again(scene, tmp_path, capsys):
     out = tmp_path / "out"
@@ -179,10 +191,23 @@ def test_plan_of_a_scene_that_needs_too_much_memory_is_an_error(tmp_path, capsys
 def test_plan_marks_steps_that_can_not_run(tmp_path, capsys):
     file = tmp_path / "deep.toml"
     file.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
-    assert main(["plan", str(file)]) == 1
+    assert main(["plan", str(file)]) == 2
     lines = capsys.readouterr().out.splitlines()[2:]
     assert "32x30" in lines[1] and "CAN'T RUN" not in lines[1]
     assert "CAN'T RUN: the contact is about" in lines[2]
+
+
+def test_plan_and_run_of_a_load_for_which_memory_is_missing_have_one_status(
+    tmp_path, capsys
+):
+    file = tmp_path / "large.toml"
+    file.write_text("[sphere]\nradius = 2500.0\n[path]\nvalues = [1e12]\n")
+    assert main(["plan", str(file)]) == 2
+    planned = capsys.readouterr().out
+    assert "NOT ENOUGH" in planned
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 2
+    (least,) = re.findall(r"at least (\d+) x", capsys.readouterr().err)
+    assert int(least) < int(re.findall(r"(\d+)x\d+", planned)[0])
 
 
 @without_pictures

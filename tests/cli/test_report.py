@@ -51,6 +51,18 @@ def test_the_header_of_an_adhesive_scene_has_theory_and_pull_off_force(run):
     assert "A/A_MD" in header and "depth (Å)" in header and "Eq. (4)" not in header
 
 
+@pytest.mark.parametrize(
+    "kind, without_rim",
+    [("adhesive", True), ("full", True), ("dugdale", False), ("repulsive", False)],
+)
+def test_the_area_of_a_soft_adhesive_wall_is_said_to_lack_the_rim(kind, without_rim):
+    scene = Scene.parse(SMOOTH + f'[interaction]\nkind = "{kind}"\n')
+    if scene.interaction.kind != "repulsive":
+        scene = adhesive(SMOOTH, 0.5, kind)
+    header = table_header(reference_for(scene))
+    assert ("rim under tension" in header) == without_rim
+
+
 def test_the_wall_is_printed_by_its_label(run):
     for wall in ("hard", "repulsive"):
         scene = Scene.parse(f'{SMOOTH}[interaction]\nkind = "{wall}"\n')

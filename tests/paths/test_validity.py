@@ -341,6 +341,11 @@ def test_the_built_in_scene_is_within_all_limits():
     assert len(steps) == len(Scene.default().steps)
 
 
+def test_a_sphere_smaller_than_the_spacing_is_marked():
+    assert "R/a0" in names_after(atoms_on(RoughSphere(0.9)), 0.1)
+    assert "R/a0" not in names_after(atoms_on(RoughSphere(1.1)), 0.1)
+
+
 PERIOD = "cell/period of the roughness"
 
 

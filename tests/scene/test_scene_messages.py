@@ -52,6 +52,11 @@ def test_a_key_of_many_parts_in_an_option_is_refused_at_once(option, capsys):
     assert len(capsys.readouterr().err) < 500
 
 
+def test_an_infinite_radius_without_a_scan_is_refused_in_words_of_the_file():
+    with pytest.raises(ValueError, match=r"radius = inf needs .* \[topography\]"):
+        Scene.parse("[sphere]\nradius = inf\n[roughness]\n").check()
+
+
 def test_dots_in_values_and_comments_are_no_keys():
     numbers = ", ".join(["1.5"] * 2000)
     scene = Scene.parse(f"# {'.' * 500}\n[path]\nvalues = [{numbers}]")

@@ -48,6 +48,7 @@ def relaxed(wall, depth, periodic, radius, solid):
     return atoms, relax
 
 
+@pytest.mark.filterwarnings("ignore:the periodic cell")  # a jump does no harm here
 @pytest.mark.parametrize("wall", WALLS)
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 def test_derivative_of_the_force_to_the_height_is_that_of_differences(

@@ -72,6 +72,36 @@ def test_cone_touches_with_its_tip_first():
     assert found.height == pytest.approx(0.05)
 
 
+@pytest.mark.parametrize(
+    "value, message",
+    [
+        (np.nan, "heights must be finite, got 64 values"),
+        (np.inf, "heights must be finite, got 64 values"),
+        ("1.0", "heights must be .* real numbers, got shape .* <U3"),
+        (1.0 + 0.0j, "heights must be .* real numbers, got shape .* complex128"),
+    ],
+)
+@pytest.mark.parametrize("height", [None, 1.0])
+def test_heights_that_are_not_finite_real_numbers_are_refused(value, message, height):
+    class Wrong:
+        def heights(self, shape, spacing, origin=(0.0, 0.0)):
+            return np.full(shape, value)
+
+    with pytest.raises(ValueError, match=message):
+        atoms = substrate("Cu", (8, 8), Wrong(), spacing=A0, height=height)
+        atoms.calc = RoughContact(Wrong(), 1.0)
+        atoms.get_potential_energy()
+
+
+def test_a_window_that_exceeds_the_memory_is_an_error_with_advice():
+    class Large(Flute):
+        def heights(self, *_):
+            raise MemoryError("Unable to allocate 671 GiB")
+
+    with pytest.raises(MemoryError, match=r"window of 8 x 8 atoms .* smaller shape"):
+        substrate("Cu", (8, 8), Large(), spacing=A0)
+
+
 def test_heights_alone_are_enough_in_a_fixed_window():
     (record,) = path(Flute(), [0.1], edge="ignore")
     assert record.converged
