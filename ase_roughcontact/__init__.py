@@ -19,4 +19,6 @@ else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__() -> list[str]:
-        return sorted({*globals(), *import_module("ase_roughcontact.api").__all__})
+        imported = {"Any", "TYPE_CHECKING", "import_module"}
+        public = import_module("ase_roughcontact.api").__all__
+        return sorted({*globals(), *public} - imported)

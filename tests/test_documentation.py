@@ -174,6 +174,12 @@ def test_classes_in_code_exist():
                 assert name[1] in known, f"{page}: {name[1]}"
 
 
+def test_the_package_lists_no_names_that_it_imports_for_itself():
+    listed = dir(import_module("ase_roughcontact"))
+    assert {"RoughContact", "__version__"} < {*listed}
+    assert not {"Any", "TYPE_CHECKING", "import_module"} & {*listed}
+
+
 def test_version_is_the_same_everywhere():
     assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {__version__}" in (ROOT / "CHANGELOG.md").read_text()

@@ -200,7 +200,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     rough = reference.rough_area(along)
     if np.isfinite(rough).any():
         theory = {"Eq. (4): theory, rough sphere": rough, **theory}
-    figure = Figure(figsize=(5, 5 if adhesive else 4), layout="constrained")
+    figure = Figure(figsize=(5, 5 if adhesive else 4.6), layout="constrained")
     axes = figure.subplots()
     plot.plot_curve(
         axes,
@@ -217,8 +217,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     )
     if len(shown) < len(steps):
         axes.set_title("steps under compression", fontsize="medium")
-    if adhesive:
-        _legend_below(figure, [axes])
+    _legend_below(figure, [axes])
     save(figure, file, dpi=150)
 
 
@@ -231,9 +230,12 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     # the penetration of a rough sphere is relative to its highest peak, not its mean
     if scene.rough is None and scene.whole_tip is None:
         area = max(getattr(step, scene.area_column) for step in steps)
-        largest = _EXTENT * math.sqrt(area / np.pi) + scene.spacing
+        largest_force = max(step.normal_force for step in steps)
         for curve in _smooth(reference):
-            depth, force = curve.curve(largest)
+            # wider than the atoms under pressure: with the rim under tension
+            highest = max(largest_force, curve.pull_off_force)
+            radius = max(float(curve.contact_radius(highest)), math.sqrt(area / np.pi))
+            depth, force = curve.curve(_EXTENT * radius + scene.spacing)
             theory[curve.label] = first_contact - depth if by_height else depth, force
     figure = Figure(figsize=(5, 4.6), layout="constrained")
     axes = figure.subplots()

@@ -251,9 +251,9 @@ def _errors(scene: Scene, steps: Sequence[LoadStep]) -> str:
     parts = [part for part in parts if math.isfinite(part)]  # the others are not known
     if not parts or max(parts) < _SHOWN_ERROR:
         return ""
-    low, high = (f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
+    ends = dict.fromkeys(f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
     return (
-        f"Estimated errors of the areas: {low} to {high} %; nine of ten are below "
+        f"Estimated errors of the areas: {' to '.join(ends)} %; nine of ten are below "
         "twice that."
     )
 

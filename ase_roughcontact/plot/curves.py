@@ -92,7 +92,8 @@ def plot_force(
 ) -> Any:
     """Plot force against penetration or height; tension is negative.
 
-    The axes are limited to the simulation and the pull-off force. A path that reverses
+    The axes are limited to the simulation and the pull-off force; theories outside of
+    them are left out. A path that reverses
     is drawn as two: up to its largest force, and from there on.
 
     Parameters
@@ -122,12 +123,14 @@ def plot_force(
     """
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
     axes.axhline(0.0, color=GREY, lw=0.6)
+    _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
     for i, (name, (along, forces)) in enumerate((theory or {}).items()):
-        axes.plot(along, np.asarray(forces) / NN, f"k{LINES[i % 4]}", label=name)
+        points = np.array([along, np.asarray(forces) / NN])
+        if _is_inside(axes, points):
+            axes.plot(*points, f"k{LINES[i % 4]}", label=name)
     if pull_off_force is not None:
         level = pull_off_force / NN
         axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off_label)
-    _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
     ok = _mask(converged, x.size)
     _cross(axes, x[~ok], y[~ok])
     bars = {"xerr": _twice(depth_error, x), "yerr": _twice(force_error, x) / NN}
@@ -166,6 +169,13 @@ def _cut(axes: Any, x: np.ndarray, y: np.ndarray) -> None:
     for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
         margin = 0.08 * (float(np.ptp(values)) or 1.0)
         limit(values.min() - margin, values.max() + margin)
+
+
+def _is_inside(axes: Any, points: np.ndarray) -> bool:
+    """Return whether a point, shape (2, k), is within the limits of axes."""
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    inside = (points >= low[:, None]) & (points <= high[:, None])
+    return bool(inside.all(axis=0).any())
 
 
 def plot_loop(

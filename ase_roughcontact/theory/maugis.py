@@ -23,7 +23,7 @@ class MaugisDugdale(SphereTheory):
     """Maugis and Dugdale: a tension of finite range; see `SphereTheory`.
 
     Around the contact of radius a, a constant tension w/D acts up to the radius c at
-    which the gap is D.
+    which the gap is D. Radius, force and penetration follow from c/a, see `state`.
 
     Parameters
     ----------

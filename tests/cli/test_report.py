@@ -85,6 +85,12 @@ def test_the_summary_compares_the_largest_tension_with_the_pull_off_force(run):
     assert "tension" not in summary(reference, steps[2:3], folder, [])
 
 
+def test_one_error_of_an_area_is_no_range(run):
+    reference, steps, folder = run
+    step = replace(steps[2], area_error=0.17 * steps[2].contact_area)
+    assert "of the areas: 17 %; nine" in summary(reference, [step], folder, [])
+
+
 def test_steps_that_are_not_converged_do_not_count_as_tension(run):
     reference, steps, folder = run
     lost = replace(steps[1], normal_force=-100.0, converged=False)
@@ -154,6 +160,20 @@ def test_a_path_with_tension_has_a_figure_of_the_force(run):
     tensile = [step for step in steps if step.normal_force <= 0.0]
     assert draw(reference, tensile, folder) == names[1:]
     assert draw(reference, steps[:1], folder) == []
+
+
+def test_curves_of_theory_reach_beyond_the_deepest_step(tmp_path, monkeypatch):
+    curves = []
+    monkeypatch.setattr(
+        plot, "plot_force", lambda axes, x, y, theory, *_: curves.append((x, theory))
+    )
+    text = SMOOTH.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[-2.0, 3.0]")
+    scene = adhesive(text.replace("100.0", "1.0").replace("60.0", "300.0"), 0.05)
+    # of the soft solid only a part of the contact is under pressure
+    draw(reference_for(scene), list(scene.run(tmp_path, "ignore")), tmp_path)
+    ((depths, theory),) = curves
+    assert depths == pytest.approx([-2.0, 3.0])
+    assert all(depth.max() > 3.0 for depth, _ in theory.values())
 
 
 def test_forces_below_the_tolerance_are_not_drawn_on_a_logarithmic_axis(

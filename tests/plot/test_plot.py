@@ -114,6 +114,13 @@ def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
     assert -5.0 < low < -4.0 and 3.0 < high < 4.0
 
 
+def test_a_theory_outside_of_the_axes_is_not_in_the_legend(axes):
+    theory = {"DMT": ([0.0, 1.0], [-9.0, -8.0]), "JKR": ([0.0, 1.0], [2.0, 3.0])}
+    plot.plot_force(axes, [0.0, 1.0], [1.0, 3.0], theory)
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == ["JKR", "simulation"]
+
+
 def test_steps_that_did_not_converge_are_crossed_and_no_line_leads_to_them(axes):
     force = np.array([5.0, 9.0, -1.0, -2.0]) * NANONEWTON
     ok = [True, False, True, True]

@@ -140,5 +140,5 @@ def test_steps_that_can_run_are_not_refused():
 def test_plans_of_any_duration_are_printed(text, tmp_path, capsys):
     file = tmp_path / "long.toml"
     file.write_text(text)
-    assert main(["plan", str(file)]) == 1
+    assert main(["plan", str(file)]) == 2
     assert re.search("In all about .* years", capsys.readouterr().out)
