@@ -248,7 +248,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         "height of the indenter (Å)" if by_height else f"{along} (Å)",
         [step.converged for step in steps],
         f"pull-off: theory, {reference.smooth.sphere}",
-        _column(steps, "height_error"),
+        _column(steps, "height_error" if by_height else "penetration_error"),
         _column(steps, "force_error"),
     )
     _legend_below(figure, [axes])

@@ -22,7 +22,7 @@ _COLUMNS = (
     "force_error",
     "contact_area",
     "area_error",
-    "height_error",
+    "penetration_error",
     "contact_stiffness",
     "mean_pressure",
     "largest_pressure",

@@ -1,4 +1,4 @@
-r"""Estimated errors of area, force and height of a relaxed step.
+r"""Estimated errors of area, force, height and penetration of a relaxed step.
 
 They add up from three sources:
 
@@ -11,16 +11,28 @@ They add up from three sources:
 
   under soft and hard walls.
 - *Grid*, if the continuum is asked for. Errors of the area are those of
-  `edge_error` or `grid_error`. On a grid of spacing :math:`\Delta x` the height
-  under a load is wrong by about
+  `edge_error` or `grid_error`. At a given height the error of the force is about
 
-  .. math:: \frac{0.04\, \Delta x^2 S_d}{A^{3/2}\, dN/dZ} a_0^2 \sum |p|, \qquad
-            \frac{0.006\, \Delta x^2 S_d}{A^2 E^*} a_0^2 \sum |p|
+  .. math:: \delta N = \frac{0.04\, \Delta x^2 S_d}{A^{3/2}} a_0^2 \sum |p|
+            \max\left(1, \frac{n + 1}{3}\right) + N \frac{\delta A_c}{2 A}
 
-  in a free and a periodic half space, with the area A and its perimeter :math:`S_d`:
-  attraction adds to the forces that a grid can't resolve, and next to an instability
-  the contact is compliant. Under a given penetration its zero, the lowest point of the
-  indenter, is found to a quarter of the second differences there.
+  on a grid of spacing :math:`\Delta x`, with the area A and its perimeter :math:`S_d`:
+  attraction adds to the forces that a grid can't resolve. Under a rigid indenter of the
+  profile r^n the force has a maximum at the true radius a of the contact, and an error
+  da changes it by :math:`\tfrac{1}{2} (n + 1) N (da/a)^2`, where
+  :math:`n + 1 = (1 - N/(\delta\, dN/d\delta))^{-1}` with the penetration
+  :math:`\delta` (from I. N. Sneddon, Int. J. Eng. Sci. 3, 47 (1965)). It is 3 under a
+  sphere, about that or less in rough contacts, taken as 3 under walls that are soft,
+  attract or have a hardness, and not above :math:`A^{1/2}/\Delta x`. At a corner of the
+  indenter there is no maximum: N is proportional to a, that is to :math:`\sqrt{A}`, and
+  the error :math:`\delta A_c` of the area there, that of `corner_error`, counts to
+  first order. The height under a load is wrong by :math:`\delta N/(dN/dZ)`: next to an
+  instability the contact is compliant. In a periodic half space the factor is 0.006
+  without that of the profile, and the height is wrong by
+  :math:`\delta N/(E^* \sqrt{A})`. The zero of the penetration, the lowest point of the
+  indenter, is known to `lowest_point_error`. Under a load or at a given height it is an
+  error of the penetration, at a given penetration one of the height, which the
+  stiffness of the contact turns into one of the force.
 - *Cell.* Images of the contact in a square cell of side L shift the height, and press
   the surroundings down, by
 
@@ -47,14 +59,12 @@ import numpy as np
 
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
 from ase_roughcontact.theory.counted_area import grid_error
-from ase_roughcontact.theory.edge_area import edge_error
+from ase_roughcontact.theory.edge_area import corner_error, edge_error
+from ase_roughcontact.topography.lowest_point import lowest_point_error
 
-# Factor of the error of the height by the grid: measured on rough spheres and flats by
+# Factors of the error of the force by the grid: measured on rough spheres and flats by
 # examples/benchmarks/grid_error.py.
-_HEIGHT_FACTOR = {False: 0.04, True: 0.006}  # free and periodic half space
-# Part of the sum of second differences by which the lowest point of a grid is too high
-# on average.
-_LOWEST_POINT = 1.0 / 24.0
+_FORCE_FACTOR = {False: 0.04, True: 0.006}  # free and periodic half space
 # Sums over a square lattice, of 1/r with a uniform background and of 1/r^3.
 _SUM_OF_INVERSES, _SUM_OF_CUBES = 3.900265, 9.033622
 #: Largest diameter of an adhesive contact over the side of its periodic cell, at which
@@ -75,15 +85,18 @@ class Errors(NamedTuple):
         Of the normal force (eV/Å).
     height : float
         Of the height (Å).
+    penetration : float
+        Of the penetration (Å).
     """
 
     area: float
     force: float
     height: float
+    penetration: float
 
 
 def estimated_errors(step: RelaxedContact) -> Errors:
-    """Return the estimated errors of area, force and height.
+    """Return the estimated errors of area, force, height and penetration.
 
     Parameters
     ----------
@@ -98,11 +111,13 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         contact nearly touches its images.
     """
     unbalanced = abs(float(step.forces[-1, 2]))
+    given_depth = step.control == "penetrations"
+    lowest = _lowest_point(step)
     if not step.touches:
-        return Errors(0.0, unbalanced, 0.0)
+        return Errors(0.0, unbalanced, 0.0, 0.0 if given_depth else lowest)
     attractive = step.contact.interaction.attractive
     if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
-        return Errors(math.nan, math.nan, math.nan)
+        return Errors(math.nan, math.nan, math.nan, math.nan)
     stiffness = abs(step.response.force)
     # all atoms in contact may be in plastic contact
     softness = 1.0 / stiffness if stiffness else math.inf
@@ -110,16 +125,19 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     compliance = _cell_compliance(step)
     shift = _cell_shift(step)
     if step.continuum:
-        shift += _grid_height(step)
+        shift += _grid_height(step, softness)
     area = _cell_area(step) + _area_change(step, relaxation)
     if step.continuum:
         area += continuum_area_error(step)
     if step.control == "loads":
         height = shift + (relaxation + unbalanced) * softness
-        return Errors(_within_cell(step, area), unbalanced, height)
+        area = _within_cell(step, area)
+        return Errors(area, unbalanced, height, height + lowest)
+    if given_depth:
+        shift, lowest = shift + lowest, 0.0
     force = _force_change(shift, softness + compliance)
     area += _area_change(step, force)
-    return Errors(_within_cell(step, area), relaxation + force, 0.0)
+    return Errors(_within_cell(step, area), relaxation + force, 0.0, lowest)
 
 
 def _within_cell(step: RelaxedContact, area: float) -> float:
@@ -188,30 +206,40 @@ def _relaxation(step: RelaxedContact) -> float:
     return abs(float(change)) + float(rounding)
 
 
-def _grid_height(step: RelaxedContact) -> float:
-    """Return the error of the height under a load, or at a penetration (Å)."""
-    halfspace, state = step.halfspace, step.state
-    width = math.sqrt(state.contact_area)
-    if halfspace.periodic:
-        stiffness = halfspace.contact_modulus * width
-    else:
-        stiffness = abs(step.response.force)
+def _grid_height(step: RelaxedContact, softness: float) -> float:
+    """Return the error of the height under a load by the grid (Å)."""
+    if step.halfspace.periodic:
+        width = math.sqrt(step.state.contact_area)
+        softness = 1.0 / (step.halfspace.contact_modulus * width)
+    return _grid_force(step) * softness
+
+
+def _grid_force(step: RelaxedContact) -> float:
+    """Return the error of the force at a given height by the grid (eV/Å)."""
+    state, edge, spacing = step.state, step.edge_area, step.halfspace.spacing
+    area, periodic = state.contact_area, step.halfspace.periodic
     forces = float(abs(state.pressure).sum()) * state.cell_area
-    error = forces * step.perimeter * halfspace.spacing**2 / (width**3 * stiffness)
-    error *= _HEIGHT_FACTOR[halfspace.periodic]
-    if step.control == "penetrations":
-        error += _LOWEST_POINT * _second_differences(step.contact.heights)
+    error = _FORCE_FACTOR[periodic] * forces * step.perimeter * spacing**2 / area**1.5
+    if edge and not periodic:
+        error *= _profile_factor(step)
+    if edge:
+        error += state.normal_force * corner_error(edge, spacing) / (2.0 * area)
     return error
 
 
-def _second_differences(heights: np.ndarray) -> float:
-    """Return the sum of second differences at the lowest point, zero at an edge."""
-    i, j = divmod(int(heights.argmin()), heights.shape[1])
-    around = heights[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
-    if around.shape != (3, 3):
+def _profile_factor(step: RelaxedContact) -> float:
+    """Return by how much the error of the force is larger than under a sphere."""
+    state, depth = step.state, step.contact.first_contact - step.height
+    finest = step.halfspace.spacing / math.sqrt(state.contact_area)
+    linear = abs(step.response.force) * depth
+    return max(1.0, 1.0 / (3.0 * max(1.0 - state.normal_force / linear, finest)))
+
+
+def _lowest_point(step: RelaxedContact) -> float:
+    """Return the error of the lowest point of the indenter by the grid (Å)."""
+    if not step.continuum:
         return 0.0
-    sides = around[[0, 2, 1, 1], [1, 1, 0, 2]]
-    return float(sides.sum() - 4.0 * around[1, 1])
+    return lowest_point_error(step.contact.heights, step.halfspace.periodic)
 
 
 def _cell_compliance(step: RelaxedContact) -> float:

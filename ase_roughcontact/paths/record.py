@@ -102,6 +102,13 @@ def _continuum_area(step: RelaxedStep) -> float:
     return max(area, step.state.normal_force / step.state.hardness)
 
 
+def _mean_pressure(step: RelaxedStep) -> float:
+    area = _continuum_area(step)
+    if not step.continuum or not area:
+        return step.mean_pressure
+    return step.mean_pressure * step.state.contact_area / area
+
+
 def _memory(step: RelaxedStep) -> float:
     halfspace = step.halfspace
     return memory_of(
@@ -140,11 +147,6 @@ class LoadStep:
         "Å^2",
         "area",
     )
-    perimeter: float = column(
-        lambda s: s.perimeter,
-        "length of the boundary between repelled atoms and others, along the grid",
-        "Å",
-    )
     continuum_area: float = column(
         _continuum_area,
         "area of the continuum: the count under soft walls; under hard walls the count "
@@ -154,10 +156,14 @@ class LoadStep:
         "Å^2",
         "area",
     )
+    area_column: str = column(
+        lambda s: "continuum_area" if s.continuum else "contact_area",
+        "which of the two areas is asked for, and has the `area_error`",
+    )
     area_error: float = column(
         lambda s: s.errors.area,
-        "estimated error of the area, that of atoms or of the continuum, whichever is "
-        "asked for; the true error is below twice the estimate in nine of ten cases",
+        "estimated error of the area that `area_column` names; the true error is below "
+        "twice the estimate in nine of ten cases",
         "Å^2",
     )
     force_error: float = column(
@@ -170,6 +176,17 @@ class LoadStep:
         "estimated error of the height; zero at a given height or penetration",
         "Å",
     )
+    penetration_error: float = column(
+        lambda s: s.errors.penetration,
+        "estimated error of the penetration: that of the height, and for the continuum "
+        "that of the lowest point of the indenter; zero at a given penetration",
+        "Å",
+    )
+    perimeter: float = column(
+        lambda s: s.perimeter,
+        "length of the boundary between repelled atoms and others, along the grid",
+        "Å",
+    )
     contact_stiffness: float = column(
         lambda s: 0.0 - s.response.force,
         "derivative of the force to the penetration of the relaxed contact, to within "
@@ -177,8 +194,9 @@ class LoadStep:
         "eV/Å^2",
     )
     mean_pressure: float = column(
-        lambda s: s.mean_pressure,
-        "mean pressure on the repelled atoms",
+        _mean_pressure,
+        "mean pressure on the repelled atoms; if the continuum is asked for, their "
+        "force over `continuum_area`",
         "eV/Å^3",
     )
     largest_pressure: float = column(

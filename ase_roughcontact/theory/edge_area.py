@@ -140,8 +140,13 @@ def edge_error(
     per_perimeter = _ERROR_PER_PERIMETER
     if shortest_wave < (4.0 - 1e-6) * spacing:
         per_perimeter += _ERROR_UNRESOLVED
-    length = per_perimeter * perimeter + _ERROR_PER_CORNER * found.corners
-    return _ERROR_PER_CHANGE * abs(found.change) + (length + 0.5 * spacing) * spacing
+    of_edge = per_perimeter * perimeter * spacing + corner_error(found, spacing)
+    return _ERROR_PER_CHANGE * abs(found.change) + of_edge + 0.5 * spacing**2
+
+
+def corner_error(found: EdgeArea, spacing: float) -> float:
+    """Return the part of `edge_error` at corners of the indenter (length^2)."""
+    return _ERROR_PER_CORNER * found.corners * spacing
 
 
 def _box(contact: np.ndarray) -> tuple[slice, slice]:

@@ -54,6 +54,7 @@ ERRORS = {
     "area_error": "contact_area",
     "force_error": "normal_force",
     "height_error": "height",
+    "penetration_error": "penetration",
 }
 COSTS = {"memory": "bytes", "seconds": "s", "elapsed": "s", "left": "s"}
 

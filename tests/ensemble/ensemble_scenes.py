@@ -69,7 +69,7 @@ def assert_same_states(columns, others):
     force; the path of the solver to them is not.
     """
     solver = {"max_force", "tolerance", "iterations", "pairs", "window", "grid"}
-    solver |= {"area_error", "force_error", "height_error"}
+    solver |= {"area_error", "force_error", "height_error", "penetration_error"}
     kept = columns.keys() - solver
     assert_same(
         {name: columns[name] for name in kept},

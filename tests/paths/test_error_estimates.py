@@ -191,6 +191,7 @@ def test_waves_that_a_coarse_grid_loses_are_an_error_of_the_area():
 def test_errors_out_of_contact_are_zero():
     step = relaxed("repulsive", fixed=True, heights=[20.0], refine=1)
     assert (step.area_error, step.force_error, step.height_error) == (0.0, 0.0, 0.0)
+    assert 0.0 < step.penetration_error < 0.05
 
 
 @pytest.mark.parametrize("refine", [1, 2])
@@ -251,6 +252,36 @@ def test_nine_of_ten_errors_of_the_grid_are_within_twice_the_estimate(control):
     for values in errors.values():
         assert len(values) == 52
         assert share_within_twice(values) >= 0.9
+
+
+@pytest.mark.parametrize(
+    "column, grid",
+    [
+        ("contact_area", {"model": "atoms"}),
+        ("continuum_area", {"model": "continuum", "refine": 1}),
+    ],
+)
+def test_error_and_mean_pressure_are_those_of_the_area_asked_for(column, grid):
+    step = relaxed("hard", smooth=True, **grid)
+    area = getattr(step, column)
+    assert step.area_column == column
+    assert step.mean_pressure == pytest.approx(step.normal_force / area, rel=1e-6)
+    assert abs(step.contact_area / step.continuum_area - 1.0) > 0.02
+    assert (step.area_error < 1e-3 * area) == (column == "contact_area")
+
+
+@pytest.mark.parametrize("refine", [1, 2])
+def test_zero_of_the_penetration_is_an_error_of_the_continuum(refine):
+    error = estimate = 0.0
+    for seed in range(5, 11):
+        step, exact = (relaxed("hard", seed, refine=n) for n in (refine, 8))
+        depth = exact.penetration - step.penetration
+        assert abs(depth) < 2.0 * step.penetration_error
+        error += depth - (step.height - exact.height)
+        estimate += step.penetration_error - step.height_error
+    assert 0.5 * error < estimate < 3.0 * error
+    atoms = relaxed("hard")
+    assert atoms.penetration_error == atoms.height_error
 
 
 def test_error_of_the_area_is_at_most_the_area_where_attraction_cancels_reaction():
