@@ -178,7 +178,8 @@ def test_a_crystal_takes_as_many_transforms_as_an_isotropic_solid(
     wall, periodic, crystal
 ):
     def pairs(solid, seed):
-        rough = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=seed)
+        domain = 64.0 if periodic else None
+        rough = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=seed, domain=domain)
         sphere = RoughSphere(np.inf if periodic else 200.0, rough)
         atoms = substrate(
             "Cu", (64, 64), sphere, spacing=1.0, fixed=False, periodic=periodic
