@@ -144,7 +144,7 @@ def check_height(contact: Contact, height: float) -> None:
     periodic = contact.halfspace.periodic
     if periodic and elastic and height <= -float(contact.heights.mean()):
         raise ValueError(
-            f"height must be above {-contact.heights.mean():g}, at which all of the "
+            f"height must be above {0.0 - contact.heights.mean():g}, at which all of the "
             f"periodic surface is in contact whatever the load, got {height:g}: give a "
             "load instead"
         )

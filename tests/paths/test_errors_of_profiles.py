@@ -138,3 +138,14 @@ def test_edge_of_a_punch_is_an_error_of_force_and_height(radius, accuracy):
         assert found[control, name] > 0.1
     # the punch is flat: all errors of the force are those of its edge
     assert found["penetrations", "force"] == pytest.approx(found["heights", "force"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("accuracy", ["fast", "normal", "high"])
+@pytest.mark.parametrize("radius", [5.2, 12.3, 17.1, 30.0])
+def test_errors_of_all_profiles(radius, accuracy):
+    for exponent in (1.0, 1.5, 2.0, 4.0, 8.0):
+        for shift in ((0.0, 0.0), (0.37, 0.0), (0.37, 0.13), (0.5, 0.5)):
+            found = ratios(Profile(exponent, radius, shift), accuracy)
+            assert max(found.values()) < 1.8  # 1.78 measured
+    assert max(ratios(Punch(radius), accuracy).values()) < 0.5  # 0.48 measured
