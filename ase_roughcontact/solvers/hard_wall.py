@@ -142,11 +142,12 @@ def check_height(contact: Contact, height: float) -> None:
     """Raise `ValueError` if a periodic surface is in full contact whatever the load."""
     elastic = contact.interaction.hardness == math.inf
     periodic = contact.halfspace.periodic
-    if periodic and elastic and height <= -float(contact.heights.mean()):
+    full_contact = 0.0 - float(contact.heights.mean())  # not -0
+    if periodic and elastic and height <= full_contact:
         raise ValueError(
-            f"height must be above {0.0 - contact.heights.mean():g}, at which all of the "
-            f"periodic surface is in contact whatever the load, got {height:g}: give a "
-            "load instead"
+            f"height must be above {full_contact:g}, at which all of the periodic "
+            f"surface is in contact whatever the load, got {height:g}: give a load "
+            "instead"
         )
 
 
