@@ -63,7 +63,7 @@ class Blocking:
     row_block: int = 131072
     column_block: int = 8
     column_height: int = 14000
-    single_thread_points: int = 256 * 256
+    single_thread_points: int = 432 * 432
     whole_grid_bytes: int = 8 << 20
 
 

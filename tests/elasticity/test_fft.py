@@ -117,10 +117,10 @@ def test_threads_share_a_grid_in_one_buffer(monkeypatch):
     ducc0 = pytest.importorskip("ducc0")
     c2c = ducc0.fft.c2c
     monkeypatch.setattr(ducc0.fft, "c2c", spied)
-    for window in ((256, 300), (250, 256)):
+    for window in ((432, 460), (430, 432)):
         transform(window, engine="ducc0", threads=2).forward(np.zeros(window))
-    assert sorted(columns[:2]) == [71, 80]  # a multiple of 16, and the rest
-    assert columns[2:] == [129]
+    assert sorted(columns[:2]) == [112, 119]  # a multiple of 16, and the rest
+    assert columns[2:] == [217]
 
 
 @pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])
