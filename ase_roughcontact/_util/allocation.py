@@ -26,7 +26,9 @@ _KEPT, _USUAL_TRIM, _USUAL_MMAP = 2**31 - 1, 64 << 20, 32 << 20
 def freed_memory_kept(size: int) -> Iterator[None]:
     """Keep freed memory within a ``with`` block, and return it at the end.
 
-    It applies to the whole process. Nothing happens with other C libraries.
+    It applies to the whole process, and to forked ones. Nothing happens with other C
+    libraries, and with old versions that refuse to keep large arrays. At the end the
+    thresholds are fixed at their usual values.
 
     Parameters
     ----------
@@ -35,10 +37,9 @@ def freed_memory_kept(size: int) -> Iterator[None]:
         small ones.
     """
     library = _library() if size >= _LARGE else None
-    if library is None:
+    if library is None or not library.mallopt(_MMAP_THRESHOLD, _KEPT):
         yield
         return
-    library.mallopt(_MMAP_THRESHOLD, _KEPT)
     library.mallopt(_TRIM_THRESHOLD, _KEPT)
     try:
         yield

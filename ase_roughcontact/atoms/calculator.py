@@ -350,6 +350,11 @@ def apply_pressure(
     atoms.calc.reset()
 
 
+def has_model(atoms: Atoms, model: ContactModel) -> bool:
+    """Return whether the calculator of the atoms and its parameters are unchanged."""
+    return isinstance(atoms.calc, RoughContact) and atoms.calc._cached_model is model
+
+
 def relax_to(
     atoms: Atoms, model: ContactModel, pressure: np.ndarray, height: float
 ) -> None:

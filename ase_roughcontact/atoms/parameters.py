@@ -57,13 +57,8 @@ def checked(name: str, value: Any) -> Any:
         return float(value)
     if name == "interaction" and not isinstance(value, Interaction):
         raise ValueError(f"interaction must be an Interaction, got {value!r}")
-    if name == "interaction" and value.work_of_adhesion > _LARGEST_WORK:
-        work = value.work_of_adhesion
-        warn(
-            f"work_of_adhesion = {work:g} eV/Å^2 is {work / UNITS['J/m^2']:.3g} J/m^2, "
-            "more than that of any solids: multiply a value in J/m^2 by "
-            "ase.units.J / ase.units.m**2"
-        )
+    if name == "interaction":
+        _warn_of_units(value)
     if name == "heterogeneity" and not isinstance(value, Heterogeneity):
         raise ValueError(f"heterogeneity must be a Heterogeneity, got {value!r}")
     if name == "indenter":
@@ -82,3 +77,14 @@ def _checked_fft(options: Any) -> dict:
     if "dtype" in options:
         options["dtype"] = trial.dtype.name
     return options
+
+
+def _warn_of_units(wall: Interaction) -> None:
+    """Warn of a work of adhesion that must be in J/m^2; walls need not have one."""
+    work = getattr(wall, "work_of_adhesion", 0.0)
+    if work > _LARGEST_WORK:
+        warn(
+            f"work_of_adhesion = {work:g} eV/Å^2 is {work / UNITS['J/m^2']:.3g} J/m^2, "
+            "more than that of any solids: multiply a value in J/m^2 by "
+            "ase.units.J / ase.units.m**2"
+        )

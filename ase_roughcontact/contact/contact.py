@@ -201,29 +201,19 @@ class Contact:
                 elastic = elastic - elastic.mean()
         window = tuple(slice(n) for n in self.halfspace.shape)
         loaded = tuple(slice(n) for n in elastic.shape)
-        gap, touching = self.heights - displacement[window], None
+        gap = self.heights - displacement[window]
         gap += height
-        wall_energy: np.ndarray | float = 0.0
-        attraction: np.ndarray | float = 0.0
-        if not self.interaction.hard:
-            wall_energy, pressure = self.wall(gap)
+        touching = None
+        wall_energy: np.ndarray | float
+        if self.interaction.hard:
+            wall_energy, pressure, touching = self._hard_wall(gap, elastic, reaction)
         else:
-            if self.interaction.attractive:
-                wall_energy, attraction = self.wall(np.maximum(gap, 0.0))
-            if reaction is None:
-                reaction = self._reaction(gap, elastic, attraction)
-            elif self.interaction.attractive:
-                reaction = self._where_touching(gap, reaction, attraction)
-            if self.interaction.attractive:
-                touching = reaction > attraction
-            if self.interaction.hardness < math.inf:
-                wall_energy = wall_energy + self._plastic_energy(gap, reaction)
-            pressure = reaction
+            wall_energy, pressure = self.wall(gap)
 
         energies = np.zeros(displacement.shape)
         np.multiply(displacement[loaded], -0.5 * area * elastic, out=energies[loaded])
         energies[window] += area * wall_energy
-        if pressure is known_pressure:  # no array of zeros to fill the memory
+        if pressure is known_pressure:  # zeros without memory, read-only
             forces = np.broadcast_to(0.0, displacement.shape)
         else:
             forces = np.zeros(displacement.shape)
@@ -243,6 +233,27 @@ class Contact:
             hardness=self.interaction.hardness,
             kept_depth=self.plastic_depth,
         )
+
+    def _hard_wall(
+        self, gap: np.ndarray, elastic: np.ndarray, reaction: np.ndarray | None
+    ) -> tuple[np.ndarray | float, np.ndarray, np.ndarray | None]:
+        """Return energy and pressure of a hard wall, and which atoms touch it.
+
+        The latter is None unless the wall attracts: then those under pressure touch.
+        """
+        wall = self.interaction
+        energy: np.ndarray | float = 0.0
+        attraction: np.ndarray | float = 0.0
+        if wall.attractive:
+            energy, attraction = self.wall(np.maximum(gap, 0.0))
+        if reaction is None:
+            reaction = self._reaction(gap, elastic, attraction)
+        elif wall.attractive:
+            reaction = self._where_touching(gap, reaction, attraction)
+        touching = reaction > attraction if wall.attractive else None
+        if wall.hardness < math.inf:
+            energy = energy + self._plastic_energy(gap, reaction)
+        return energy, reaction, touching
 
     def _checked(self, name: str, values: np.ndarray) -> np.ndarray:
         """Return an array of the window, or raise `ValueError`."""

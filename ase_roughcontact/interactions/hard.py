@@ -33,7 +33,7 @@ class HardWall(Interaction):
         return wall, wall.copy(), wall.copy()
 
     def inverse(self, pressure: np.ndarray) -> Profile:
-        """Return gaps of zero, the pressures, and infinite stiffness."""
+        """Return gaps of zero, the pressures, and infinite stiffness; see `dense`."""
         return np.zeros(pressure.shape), pressure, np.full(pressure.shape, np.inf)
 
 

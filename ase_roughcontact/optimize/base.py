@@ -11,7 +11,7 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
-from ase_roughcontact.atoms.calculator import model_of, relax_to, wall_of
+from ase_roughcontact.atoms.calculator import has_model, model_of, relax_to, wall_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.constraints import Indenter
@@ -148,7 +148,17 @@ class ContactOptimizer(Optimizer):
         return cls.hard_walls == (wall.hard and not wall.attractive)
 
     def step(self) -> None:
-        """Do one step of the solver."""
+        """Do one step of the solver.
+
+        Raises
+        ------
+        RuntimeError
+            If the calculator of the atoms was changed since the run began.
+        """
+        if not has_model(self.atoms, self._model):
+            raise RuntimeError(
+                "the calculator of the atoms was changed during the run: start it again"
+            )
         state = next(self._states, None)
         if state is None:
             self.message = "the solver has ended"
@@ -214,6 +224,7 @@ class ContactOptimizer(Optimizer):
                 self.call_observers()
                 yield self._converged
         finally:
+            self._states.close()
             self._move_atoms()
 
     def _connect(self) -> None:
@@ -279,6 +290,8 @@ class ContactOptimizer(Optimizer):
 
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""
+        if not has_model(self.atoms, self._model):
+            return  # the state is not one of theirs
         state = self.state
         if state is not None and state is not self._applied:
             relax_to(self.atoms, self._model, state.pressure, state.height)

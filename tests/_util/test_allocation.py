@@ -9,8 +9,20 @@ import pytest
 from ase_roughcontact._util.allocation import freed_memory_kept
 
 resource = pytest.importorskip("resource")
+M_MMAP_THRESHOLD = -3
+
+
+def keeps_large_arrays():
+    library = ctypes.CDLL(None)
+    if not hasattr(library, "gnu_get_libc_version"):
+        return False
+    kept = library.mallopt(M_MMAP_THRESHOLD, 2**31 - 1)
+    library.mallopt(M_MMAP_THRESHOLD, 32 << 20)
+    return bool(kept)
+
+
 pytestmark = pytest.mark.skipif(
-    not hasattr(ctypes.CDLL(None), "gnu_get_libc_version"), reason="needs glibc"
+    not keeps_large_arrays(), reason="needs a recent C library of GNU"
 )
 
 LARGE = 1 << 20

@@ -190,6 +190,16 @@ def test_atoms_follow_the_generator_at_every_step(wall):
     np.testing.assert_allclose(*np.transpose(energies), rtol=1e-9)
 
 
+def test_a_calculator_changed_during_a_run_is_an_error(wall):
+    atoms = make_atoms(wall)
+    optimizer = (ActiveSet if wall.hard else NewtonKrylov)(atoms)
+    run = optimizer.irun(fmax=1e-9)
+    next(run)
+    atoms.calc.set(contact_modulus=2.0)
+    with pytest.raises(RuntimeError, match="changed during the run"):
+        list(run)
+
+
 def test_forces_on_the_padding_are_not_lost_in_a_solver_that_has_not_moved_atoms(rng):
     atoms = make_atoms(WALLS["repulsive"])
     atoms.positions[:-1, 2] += 0.01 * rng.standard_normal(len(atoms) - 1)

@@ -6,6 +6,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from scipy.optimize import nnls
 
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.halfspace import PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall
 from ase_roughcontact.solvers.hard_wall import active_set
@@ -94,3 +95,29 @@ def test_steps_that_do_not_suffice_are_a_start():
     assert pressure.min() >= 0.0
     *_, last = done = steps(rough(64), 0.15, inner_steps=3)
     assert last.converged and len(done) > 1
+
+
+@pytest.mark.parametrize("solid", [1.0, Layer(0.5, 3.0, 2.0, 0.3, 0.2)])
+def test_windows_need_not_be_square_nor_solids_uniform(solid):
+    heights = rough(48)[:, :36]
+    contact = Contact(PeriodicHalfSpace((48, 36), 1.0, solid), heights, HardWall())
+    full = contact.halfspace.elastic_pressure(heights - heights.mean())
+    load = -0.8 * full.min() * heights.size
+    found = [
+        list(
+            active_set(
+                contact,
+                height=0.0,
+                external=lambda z: (load * z, -load),
+                start=None,
+                tolerance=1e-8,
+                options=ActiveSetOptions(full_contact=full_contact),
+            )
+        )[-1]
+        for full_contact in (0.8, 2.0)
+    ]
+    near, far = (state.pressure for state in found)
+    assert all(state.converged for state in found)
+    assert 0.8 < np.mean(near > 0.0) < 1.0
+    assert_array_equal(near > 0.0, far > 0.0)
+    assert_allclose(near, far, atol=1e-7)
