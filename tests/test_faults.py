@@ -50,10 +50,11 @@ COMMAND = "import sys; from ase_roughcontact.cli import main; sys.exit(main())"
 slow = partial(pytest.param, marks=pytest.mark.slow)  # a process of its own each
 # Runs a scene, and sends itself a signal when it calls a method that writes frames.
 SIGNALLED = """
-import os, sys
+import os, signal, sys
 import ase.io.ulm as ulm
 from ase_roughcontact.cli import main
 
+signal.signal(signal.SIGINT, signal.default_int_handler)  # ignored in the background
 scene, folder, part, last, number = sys.argv[1:]
 left, write = int(last), getattr(ulm.Writer, part)
 
