@@ -31,16 +31,16 @@ def open_atoms(heights, mean, **options):
     return halfspace, pressure
 
 
-def steps(heights, mean, **options):
-    contact = Contact(PeriodicHalfSpace(heights.shape, 1.0, 1.0), heights, HardWall())
-    load = mean * heights.size
+def steps(heights, mean, solid=1.0, tolerance=1e-6, **options):
+    halfspace = PeriodicHalfSpace(heights.shape, 1.0, solid)
+    contact, load = Contact(halfspace, heights, HardWall()), mean * heights.size
     return list(
         active_set(
             contact,
             height=0.0,
             external=lambda z: (load * z, -load),
             start=None,
-            tolerance=1e-6,
+            tolerance=tolerance,
             options=ActiveSetOptions(**options),
         )
     )
@@ -100,24 +100,12 @@ def test_steps_that_do_not_suffice_are_a_start():
 @pytest.mark.parametrize("solid", [1.0, Layer(0.5, 3.0, 2.0, 0.3, 0.2)])
 def test_windows_need_not_be_square_nor_solids_uniform(solid):
     heights = rough(48)[:, :36]
-    contact = Contact(PeriodicHalfSpace((48, 36), 1.0, solid), heights, HardWall())
-    full = contact.halfspace.elastic_pressure(heights - heights.mean())
-    load = -0.8 * full.min() * heights.size
-    found = [
-        list(
-            active_set(
-                contact,
-                height=0.0,
-                external=lambda z: (load * z, -load),
-                start=None,
-                tolerance=1e-8,
-                options=ActiveSetOptions(full_contact=full_contact),
-            )
-        )[-1]
-        for full_contact in (0.8, 2.0)
-    ]
-    near, far = (state.pressure for state in found)
-    assert all(state.converged for state in found)
-    assert 0.8 < np.mean(near > 0.0) < 1.0
-    assert_array_equal(near > 0.0, far > 0.0)
-    assert_allclose(near, far, atol=1e-7)
+    halfspace = PeriodicHalfSpace(heights.shape, 1.0, solid)
+    full = halfspace.elastic_pressure(heights - heights.mean())
+    problem = heights, -0.8 * full.min(), solid, 1e-8
+    *_, near = steps(*problem)
+    *_, far = steps(*problem, full_contact=2.0)
+    assert near.converged and far.converged
+    assert 0.8 < np.mean(near.pressure > 0.0) < 1.0
+    assert_array_equal(near.pressure > 0.0, far.pressure > 0.0)
+    assert_allclose(near.pressure, far.pressure, atol=1e-7)
