@@ -64,8 +64,8 @@ class ComplementarityProblem:
         Exact gap of this pressure (length).
     violation : float
         Largest gap in contact or overlap (length), the unit of length here.
-    loaded : bool
-        Whether the sum of the pressures is kept.
+    required_sum : float or None
+        Sum of the pressures under a load; None if the height is given.
     options : ActiveSetOptions
     """
 
@@ -75,10 +75,11 @@ class ComplementarityProblem:
         pressure: np.ndarray,
         gap: np.ndarray,
         violation: float,
-        loaded: bool,
+        required_sum: float | None,
         options: ActiveSetOptions,
     ) -> None:
-        self._model, self._loaded, self._options = model, loaded, options
+        self._model, self._options = model, options
+        self._required_sum, self._loaded = required_sum, required_sum is not None
         self._window, self._unit = pressure, violation / model.self_compliance
         self._pressure = self._on_box(pressure, 1.0 / self._unit)
         self._total = total(self._pressure)
@@ -93,7 +94,7 @@ class ComplementarityProblem:
         self._loose = options.loose_updates  # that are left
         self._steps = options.inner_steps  # that are left
         # the model of a periodic surface in full contact is singular at a fixed height
-        self._may_be_singular = model.singular and not loaded
+        self._may_be_singular = model.singular and not self._loaded
 
     def solve(self, target: float) -> np.ndarray:
         """Return a pressure that satisfies the conditions of contact for the model.
@@ -135,14 +136,14 @@ class ComplementarityProblem:
         return field
 
     def _result(self) -> np.ndarray:
-        """Return the new pressure on the window; under a load of the same total."""
+        """Return the new pressure on the window; under a load of its total."""
         old, new = self._window, np.zeros(self._window.shape)
         inside = self._model.box.slices
         reached = _add_change(
             new[inside], old[inside], self._unit, self._clipped(), self._pressure
         )
-        if self._loaded:
-            scale(new, new, total(old) / reached)
+        if self._required_sum is not None:
+            scale(new, new, self._required_sum / reached)
         return new
 
     def _open_lowest_pressure(self) -> None:

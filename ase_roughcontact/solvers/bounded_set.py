@@ -41,7 +41,7 @@ class BoundedProblem(ComplementarityProblem):
 
     Parameters
     ----------
-    model, pressure, gap, violation, loaded, options
+    model, pressure, gap, violation, required_sum, options
         See `ComplementarityProblem`.
     hardness : float
         Finite (pressure).
@@ -53,12 +53,12 @@ class BoundedProblem(ComplementarityProblem):
         pressure: np.ndarray,
         gap: np.ndarray,
         violation: float,
-        loaded: bool,
+        required_sum: float | None,
         options: ActiveSetOptions,
         hardness: float,
     ) -> None:
         options = replace(options, forcing=options.plastic_forcing)
-        super().__init__(model, pressure, gap, violation, loaded, options)
+        super().__init__(model, pressure, gap, violation, required_sum, options)
         self._hardness = hardness
         # what the pressure lacks to the hardness
         self._missing = self._on_box(hardness - pressure, 1.0 / self._unit)
@@ -140,7 +140,7 @@ class BoundedProblem(ComplementarityProblem):
         self._contact[candidates] = 1.0
 
     def _result(self) -> np.ndarray:
-        """Return the new pressure on the window; under a load of the same total."""
+        """Return the new pressure on the window; under a load of its total."""
         old, new = self._window, np.zeros(self._window.shape)
         inside = self._model.box.slices
         _add_change(
@@ -152,10 +152,10 @@ class BoundedProblem(ComplementarityProblem):
             self._plastic,
             self._hardness,
         )
-        if self._loaded:
+        if self._required_sum is not None:
             push = np.zeros(new.shape)
             push[inside] = -self._unit * self._gap
-            new = with_sum(new, float(old.sum()), self._hardness, push)
+            new = with_sum(new, self._required_sum, self._hardness, push)
         return new
 
 

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-# Relative error of a sum that is accepted, and largest number of steps towards it.
-_ROUNDING, _STEPS = 1e-14, 200
+# Relative error of sums and of the limit that is accepted.
+_ROUNDING = 1e-14
 
 
 def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
     """Return the pressure ``clip(values + shift, 0, limit)`` whose sum is given.
 
-    The shift is found by Newton's method, and by bisection where that leaves the
-    bracket.
+    The shift is found by Newton's method, and by bisection where a step does not end
+    within the bracket.
 
     Parameters
     ----------
@@ -28,17 +28,28 @@ def clip_to_sum(values: np.ndarray, total: float, limit: float) -> np.ndarray:
     """
     values = values.astype(float) - values.max()  # so that small sums are exact, too
     low, high = 0.0, limit - float(values.min())
-    shift = low
-    for _ in range(_STEPS):
-        clipped = np.clip(values + shift, 0.0, limit)
+    shift = 0.5 * high
+    while low < shift < high:
+        clipped = _clipped(values, shift, limit)
         missing = total - float(clipped.sum())
         if abs(missing) <= _ROUNDING * total:
-            break
+            return clipped
         low, high = (shift, high) if missing > 0.0 else (low, shift)
         free = np.count_nonzero((clipped > 0.0) & (clipped < limit))
         shift += missing / free if free else np.inf
-        if not low <= shift <= high:
+        if not low < shift < high:
             shift = 0.5 * (low + high)
+    # no number is between the ends of the bracket: interpolate
+    below, above = (_clipped(values, end, limit) for end in (low, high))
+    lower = float(below.sum())
+    part = (total - lower) / (float(above.sum()) - lower)
+    return np.minimum(below + part * (above - below), limit)
+
+
+def _clipped(values: np.ndarray, shift: float, limit: float) -> np.ndarray:
+    """Return the shifted values between zero and the limit, at it if rounding is."""
+    clipped = np.clip(values + shift, 0.0, limit)
+    clipped[clipped >= (1.0 - _ROUNDING) * limit] = limit
     return clipped
 
 
@@ -64,9 +75,11 @@ def with_sum(
     ndarray, shape (n, m)
     """
     missing = total - float(pressure.sum())
+    if abs(missing) <= _ROUNDING * total:
+        return pressure
     share = limit - pressure if missing > 0.0 else pressure.copy()
     share *= (pressure > 0.0) & (pressure < limit)
     available = float(share.sum())
     if abs(missing) > available:
         return clip_to_sum(pressure + push, total, limit)
-    return pressure + missing / available * share if available else pressure
+    return pressure + missing / available * share

@@ -5,7 +5,7 @@ pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \s
 
 1. Calculate the gap :math:`g = Z + h + G p` by a convolution. Under a load, :math:`Z`
    makes the smallest and the largest gap in contact opposite. Stop if the violation,
-   the largest gap in contact or overlap, is below the tolerance.
+   the largest gap in contact or overlap, is below the tolerance, and the load carried.
 2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
    correction :math:`x` of the pressure, to 7 % of the violation; see `active_set`.
    The gradient of the model is exact at :math:`p`, so that :math:`E` falls along
@@ -34,6 +34,7 @@ from ase_roughcontact._util.kernels import (
     linear_combination,
     rowwise,
     scale,
+    total,
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
@@ -45,6 +46,9 @@ from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import precision_advice
 from ase_roughcontact.solvers.starting_pressure import initial_pressure, start_factor
+
+# Rounding error of a sum of pressures, relative to it.
+_ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,8 @@ class HardWallState:
     energy : float
         Energy of the half space, and work of the plastic flow.
     violation : float
-        Largest gap in contact or overlap (length).
+        Largest gap in contact or overlap, or the gap of an atom whose force is the
+        difference of normal force and load (length).
     converged : bool
         Whether the violation is below the tolerance.
     message : str
@@ -138,7 +143,7 @@ class _DefectCorrection:
         options: ActiveSetOptions,
     ) -> None:
         self._contact, self._halfspace = contact, contact.halfspace
-        self._height, self._load, self._tolerance = height, load, tolerance
+        self._height, self._tolerance = height, tolerance
         self._options = options
         self._work = 0.0
         self._hardness = contact.interaction.hardness
@@ -153,7 +158,7 @@ class _DefectCorrection:
         dense_atoms = options.dense_atoms // (3 if start is None else 1)
         self._most_dense = dense_atoms if small and self._hardness == math.inf else 0
         self._dense = DenseContact(contact, self._most_dense)
-        self._total = 0.0 if load is None else load / self._halfspace.cell_area
+        self._total = None if load is None else load / self._halfspace.cell_area
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
         self._corrections: list[Correction] = []  # the last two
@@ -163,15 +168,15 @@ class _DefectCorrection:
         """Calculate the gap; return the present state."""
         gap = linear_combination([(1.0, self._contact.heights), (1.0, self._opening)])
         highest, minus_lowest, overlap = _extremes(gap, self._pressure, self._hardness)
-        if self._load is not None:
+        if self._total is not None:
             if minus_lowest == -math.inf:  # all atoms are in plastic contact
                 minus_lowest = -highest
             self._height = (minus_lowest - highest) / 2.0
         gap += self._height
         self._gap = gap
         # the maximum of NumPy returns NaN if there is one
-        ends = np.array([0.0, highest + self._height, overlap - self._height])
-        violation = float(ends.max())
+        gaps = highest + self._height, overlap - self._height
+        violation = float(np.max([0.0, *gaps, self._load_violation()]))
         self._violations.append(violation)
         converged = violation <= self._tolerance
         work, self._work = self._work, 0.0
@@ -216,6 +221,13 @@ class _DefectCorrection:
             [(1.0, self._opening), (self._length, correction.opening)]
         )
 
+    def _load_violation(self) -> float:
+        """Return the gap of an atom whose force is what the load lacks."""
+        if self._total is None:
+            return 0.0
+        missing = abs(self._total - total(self._pressure)) - _ROUNDING * self._total
+        return self._halfspace.self_compliance * max(missing, 0.0)
+
     @property
     def _is_slow(self) -> bool:
         """Whether the last correction has left too much of the violation."""
@@ -236,27 +248,27 @@ class _DefectCorrection:
             reason = f"no progress in {patience} steps"
         else:
             return ""
-        reached = f"the largest gap is {violation:.3g}, not {self._tolerance:.3g}"
+        reached = f"the violation is {violation:.3g}, not {self._tolerance:.3g}"
         return f"{reason}: {reached}{precision_advice(self._halfspace)}"
 
     def _dense_solution(self) -> np.ndarray | None:
         """Return the pressure found by dense matrices; None if they do not find it."""
         if not 0 < np.count_nonzero(self._pressure) <= self._most_dense:
             return None
-        halfspace = self._halfspace
+        halfspace, required = self._halfspace, self._total
         before = halfspace.pairs
         found = self._dense.solve(
             self._pressure,
             self._opening,
             self._height,
-            None if self._load is None else lambda height: (0.0, self._total),
+            None if required is None else lambda height: (0.0, required),
             0.3 * self._tolerance / halfspace.self_compliance,
         )
         self._work += math.prod(halfspace.grid) * (halfspace.pairs - before)
         if not found.converged:
             return None
         trial = np.maximum(found.pressure, 0.0)
-        return trial if self._load is None else trial * (self._total / trial.sum())
+        return trial if required is None else trial * (required / trial.sum())
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""
@@ -267,8 +279,14 @@ class _DefectCorrection:
             rounding = float(np.finfo(model.dtype).eps)
             contraction = self._options.exact_contraction * rounding
         target = max(0.3 * self._tolerance / violation, contraction)
-        loaded = self._load is not None
-        parameters = model, self._pressure, self._gap, violation, loaded, self._options
+        parameters = (
+            model,
+            self._pressure,
+            self._gap,
+            violation,
+            self._total,
+            self._options,
+        )
         problem = ComplementarityProblem(*parameters)
         if self._hardness < math.inf:
             problem = BoundedProblem(*parameters, self._hardness)
@@ -316,13 +334,12 @@ class _DefectCorrection:
         terms = [(w, x.pressure) for w, x in zip(weights, corrections, strict=True)]
         new = linear_combination([(1.0, self._pressure), *terms])
         _clip(new, trial, self._hardness)
-        if self._load is None:
+        if self._total is None:
             return new
-        total = float(self._pressure.sum())
         if self._hardness == math.inf:
-            return new * (total / new.sum())
+            return new * (self._total / new.sum())
         push = self._gap / -self._halfspace.self_compliance
-        return with_sum(new, total, self._hardness, push)
+        return with_sum(new, self._total, self._hardness, push)
 
 
 def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:

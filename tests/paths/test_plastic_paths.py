@@ -42,12 +42,50 @@ def steps_of(wall, path=UP_AND_DOWN, control="penetrations", **options):
     return atoms, list(load_path(atoms, **{control: path}, accuracy="high", **options))
 
 
+def loaded_step(surface, n, hardness, load, periodic, **options):
+    """A step under a load, relative to the largest one that the window carries."""
+    atoms = substrate(
+        "Cu", (n, n), surface, spacing=1.0, periodic=periodic, fixed=False
+    )
+    atoms.calc = RoughContact(surface, 1.0, PlasticWall(hardness))
+    options |= {"loads": [load * hardness * n * n], "validity": "ignore"}
+    (step,) = load_path(atoms, edge="ignore", **options)
+    return step
+
+
 @pytest.fixture(scope="module")
 def unloading():
     return steps_of(PlasticWall(HARDNESS, permanent=True))
 
 
 # One step
+
+
+@pytest.mark.parametrize("tolerance", [{}, {"accuracy": 1e-8}])
+def test_a_converged_step_carries_the_load(tolerance):
+    surface = SelfAffine(0.800392524915419, 0.8, 4, 8, domain=8, seed=763317)
+    hardness, load = 0.0406734704617749, 0.5650838047043606
+    step = loaded_step(surface, 8, hardness, load, periodic=True, **tolerance)
+    assert step.converged and step.max_force <= step.tolerance
+    assert_allclose(step.normal_force, load * hardness * 64, rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_converged_steps_carry_the_load_on_random_surfaces():
+    for seed in range(3000):
+        rng = np.random.default_rng(seed)
+        n = int(rng.choice([8, 8, 8, 12, 16, 24, 32, 48]))
+        hardness, slope = 10 ** rng.uniform(-3, 0), 10 ** rng.uniform(-2, 0)
+        load, periodic = rng.uniform(0.01, 0.99), rng.random() < 0.6
+        longest = n if n <= 8 else rng.choice([8, n])
+        roughness = int(rng.integers(1 << 30))
+        rough = SelfAffine(slope, 0.8, 4, longest, domain=n, seed=roughness)
+        surface = rough if periodic else RoughSphere(10 ** rng.uniform(1, 3), rough)
+        load *= 1.0 if periodic else 0.5
+        for tolerance in ({}, {"accuracy": 1e-8}):
+            step = loaded_step(surface, n, hardness, load, periodic, **tolerance)
+            assert step.converged and step.max_force <= step.tolerance
+            assert_allclose(step.normal_force, load * hardness * n * n, rtol=1e-5)
 
 
 def test_atoms_in_plastic_contact_are_counted_apart():
