@@ -156,8 +156,8 @@ def sample_ensemble(
     """Add realisations of the roughness until each mean area has a wanted error.
 
     Each load step has as many realisations as it needs: small contacts scatter more
-    than large ones. Under an attractive wall, where steps depend on the previous ones,
-    each realisation is calculated up to the last step that needs it. Seeds count up
+    than large ones. With a wall whose states depend on those before, each realisation
+    is calculated up to the last step that needs it. Seeds count up
     from that of the scene. A run that was interrupted, or had another error, is
     continued, and steps of `run_ensemble` in the database are used.
 
@@ -239,7 +239,7 @@ def _realisations(scene: Scene, count: int) -> list[Scene]:
 def _steps(scene: Scene, wanted: np.ndarray) -> Sequence[int]:
     """Return the steps to calculate, with those on which they depend."""
     numbers = np.flatnonzero(wanted).tolist()
-    return range(numbers[-1] + 1) if scene.wall.attractive else numbers
+    return range(numbers[-1] + 1) if scene.wall.depends_on_history else numbers
 
 
 class _Areas:

@@ -60,8 +60,8 @@ def run_ensemble(
     interval : float
         Time between two queries of the database (s).
     steps : iterable of sequence of int, optional
-        Numbers of the load steps that are wanted of each scene, with an attractive wall
-        all up to the last one. By default all steps of all scenes.
+        Numbers of the load steps that are wanted of each scene; if states depend on
+        those before, all up to the last one. By default all steps of all scenes.
 
     Yields
     ------
@@ -86,8 +86,9 @@ def run_ensemble(
     A machine that crashes may hold its locks on a network file system, and thereby its
     cases, until the file server releases them.
 
-    With an attractive wall steps depend on the previous ones. The last frame of each
-    such case is kept in the folder ``<database>-checkpoints`` beside an SQLite file.
+    With an attractive wall, or one that keeps the plastic shape, a state depends on the
+    states before it (`Interaction.depends_on_history`). The last frame of each such
+    case is kept in the folder ``<database>-checkpoints`` beside an SQLite file.
     With PostgreSQL an interrupted case is calculated from its first step again.
     """
     scenes = list(scenes)

@@ -86,7 +86,7 @@ def _relax(
     """Relax the missing steps, and those on which they depend."""
     if not missing:
         return
-    if scene.wall.attractive:
+    if scene.wall.depends_on_history:
         path = _resume(scene, missing[0], frame)
         yield from (record for record in path if record.step in missing)
     else:  # each step has one solution, whatever came before

@@ -40,6 +40,9 @@ class Interaction(ABC):
     attractive : bool
         Whether the wall is attractive at any gap; by default if it has a work of
         adhesion.
+    depends_on_history : bool
+        Whether a relaxed state depends on the states before it; by default if the wall
+        is attractive, as such states are metastable, or `permanent`.
     invertible : bool
         Whether the wall is repulsive and defines `inverse`, with which solvers need
         fewer steps; by default False.
@@ -169,6 +172,11 @@ class Interaction(ABC):
     def attractive(self) -> bool:
         """Whether the wall is attractive at any gap."""
         return self.work_of_adhesion > 0.0
+
+    @property
+    def depends_on_history(self) -> bool:
+        """Whether a state depends on the states before it."""
+        return self.attractive or self.permanent
 
     def todict(self) -> dict:
         """Return kind and parameters as plain numbers and strings.

@@ -230,8 +230,8 @@ def _relax(
             report(step.step, step.validity)
             yield step
         if finished and finished.frame:
-            stepper.restart_from(finished.frame)
             first = finished.steps[-1].step + 1
+            stepper.restart_from(finished.frame, path.targets[:first].tolist())
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
             write(step, partial(_frame, stepper.atoms, step, path))

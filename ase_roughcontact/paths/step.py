@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from ase import Atoms
@@ -145,14 +145,11 @@ class Stepper:
         self._check_load(target, statistics)
         coarse_area = None
         if self._coarser:
-            of_load = self.control == "loads"
-            height = float(self.atoms.positions[-1, 2])
-            coarse = self._coarser._relaxed(number, target if of_load else height)
+            coarse = self._coarser_step(self._coarser, number, target)
             coarse_area = coarse.state.contact_area
             grids = coarse.halfspace.grid, contact_of(self.atoms).halfspace.grid
             share = math.prod(grids[0]) / math.prod(grids[1])
             statistics.pairs += share * coarse.statistics.pairs
-            self._coarser._indent(coarse)
             if not coarse.statistics.converged:
                 statistics.converged = False
                 statistics.message = f"coarser grid: {coarse.statistics.message}"
@@ -173,14 +170,21 @@ class Stepper:
             self._extrapolation.add(relaxed.contact, target, state, height)
         return relaxed
 
-    def restart_from(self, frame: Atoms) -> None:
+    def restart_from(self, frame: Atoms, targets: Sequence[float] = ()) -> None:
         """Move the atoms to the state of a frame, as if a step had ended there.
 
         Parameters
         ----------
         frame : Atoms
             From `snapshot`.
+        targets : sequence of float
+            Of the steps up to the frame. They are repeated on the coarser grid, which
+            is not in the frame, if its state depends on them.
         """
+        if self._coarser and contact_of(self.atoms).interaction.depends_on_history:
+            for number, target in enumerate(targets):
+                self._set_target(target)
+                self._coarser_step(self._coarser, number, target)
         atoms, self._extrapolation = self.atoms, Extrapolation()
         if isinstance(self.windows, AutoWindow):
             exchange_window(atoms, window_of(SurfaceGrid.of(frame)))
@@ -212,6 +216,16 @@ class Stepper:
             question = {"model": "continuum", "extrapolated": bool(self._coarser)}
         lattice = self.windows.describe_lattice()
         return describe_system(self.atoms, lattice=lattice, **tolerance, **question)
+
+    def _coarser_step(
+        self, coarser: Stepper, number: int, target: float
+    ) -> RelaxedStep:
+        """Relax the contact on the coarser grid, at the same height or load."""
+        if self.control != "loads":
+            target = float(self.atoms.positions[-1, 2])
+        relaxed = coarser._relaxed(number, target)
+        coarser._indent(relaxed)  # energy, forces and areas do not change
+        return relaxed
 
     def _set_target(self, target: float) -> None:
         atoms, first_contact = self.atoms, self.windows.first_contact

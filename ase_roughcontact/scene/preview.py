@@ -35,7 +35,8 @@ def preview(scene: Scene) -> Scene:
     It asks for the continuum on a grid of up to four times the spacing, without the
     waves that this grid can't resolve, at a sixteenth of the steps or fewer, and at
     least one: the last one and some before, but not the first, which is the least
-    accurate on such a grid. Of a loop it has the deepest state: on a coarse grid
+    accurate on such a grid; with a wall whose states depend on those before, also the
+    steps at which the path turns. Of a loop it has the deepest state: on a coarse grid
     the contact jumps at other depths. A crystal of atoms becomes an isotropic solid of
     the same contact modulus. The errors are estimated as in any scene.
 
@@ -61,6 +62,9 @@ def preview(scene: Scene) -> Scene:
     steps = scene.steps / UNITS[scene.path.unit]
     count = max(1, math.floor(_PART * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
+    if scene.wall.depends_on_history:  # not without the steps at which the path turns
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(steps)))) + 1
+        kept = np.union1d(kept, turns)
     values: Any = tuple(steps[kept].tolist())
     path = PathConfig(scene.path.control, values=values)
     return coarse.with_values({"path": path})

@@ -139,3 +139,16 @@ def test_kind_of_another_wall_is_refused():
 def test_unknown_unit_of_a_parameter_is_refused():
     with pytest.raises(ValueError, match=r"unit must be one of .*, got 'inch'"):
         Parameter("inch")
+
+
+@pytest.mark.parametrize(
+    "own, depends",
+    [
+        ({}, False),
+        ({"work_of_adhesion": 0.1}, True),
+        ({"hardness": 1.0}, False),
+        ({"hardness": 1.0, "permanent": True}, True),
+    ],
+)
+def test_states_depend_on_those_before_by_attraction_or_a_kept_shape(own, depends):
+    assert type("Own", (Penalty,), own)(10.0).depends_on_history == depends

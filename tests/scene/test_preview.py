@@ -159,3 +159,12 @@ def test_command_calculates_a_short_run_itself(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("The run is as short as a preview")
     assert Scene.read(tmp_path / "out-preview" / "scene.toml") == Scene.read(file)
     assert not out.exists()
+
+
+def test_preview_of_a_wall_with_a_history_turns_where_its_path_does():
+    plastic = {"kind": "plastic", "hardness": 1.0, "permanent": True}
+    path = f"values = {[10.0 * n for n in (*range(1, 17), *range(15, 0, -1), 2)]}"
+    full = scene(path=path).with_values(
+        {f"interaction.{key}": value for key, value in plastic.items()}
+    )
+    assert {160.0, 10.0} <= set(preview(full).path.values)
