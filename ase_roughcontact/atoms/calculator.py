@@ -69,9 +69,9 @@ class RoughContact(Calculator):
     load : float
         Constant force that presses the indenter down (eV/Å), unless it is fixed.
     fft : dict, optional
-        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`,
-        `measure`. All other arithmetic uses ``OMP_NUM_THREADS`` threads, by default one
-        per processor.
+        Options of the transforms, see `RealFFT2`: `dtype`, `engine`, `threads`.
+        All other arithmetic uses ``OMP_NUM_THREADS`` threads, by default one per
+        processor.
 
     Raises
     ------

@@ -16,7 +16,7 @@ from ase_roughcontact.topography import Heterogeneity
 _LARGEST_MODULUS = 2000.0 * UNITS["GPa"]
 # Work of adhesion above that of any pair of solids (eV/Å^2).
 _LARGEST_WORK = 30.0 * UNITS["J/m^2"]
-_FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads", "measure"))
+_FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads"))
 
 
 def checked(name: str, value: Any) -> Any:

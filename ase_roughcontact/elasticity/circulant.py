@@ -90,7 +90,7 @@ class CirculantModel:
         own, window = halfspace.window_transform, self.box.shape
         if (own.window, own.grid, own.dtype) == (window, grid, self.dtype):
             return own.twin()
-        fft = {**halfspace.fft, "dtype": self.dtype, "measure": False}
+        fft = {**halfspace.fft, "dtype": self.dtype}
         return RealFFT2(window, grid, **fft)
 
     @property

@@ -72,13 +72,10 @@ def fast_length(minimum: int) -> int:
     return int(next_fast_len(minimum, real=True))
 
 
-def _is_small(grid: tuple[int, int]) -> bool:
-    return math.prod(grid) <= _SMALL
-
-
 def _default_engine(grid: tuple[int, int]) -> str:
     """Return ducc0 where it is installed and the grid is not small, else pyfftw."""
-    return "pyfftw" if fft_backends.ducc0 is None or _is_small(grid) else "ducc0"
+    small = math.prod(grid) <= _SMALL
+    return "pyfftw" if fft_backends.ducc0 is None or small else "ducc0"
 
 
 class RealFFT2:
@@ -97,9 +94,6 @@ class RealFFT2:
         Library; by default ducc0 where it is installed, but pyfftw for small grids.
     threads : int, optional
         Maximum number of threads; by default that of `available_threads`.
-    measure : bool
-        Whether pyfftw may take up to a second for each of four plans to find the
-        fastest one. Not worthwhile for a few transforms.
     blocking : Blocking, optional
         How large grids are cut into blocks.
 
@@ -126,7 +120,6 @@ class RealFFT2:
         dtype: type | str = np.float64,
         engine: str | None = None,
         threads: int | None = None,
-        measure: bool = True,
         blocking: Blocking | None = None,
     ) -> None:
         self.window = grid_shape(window)
@@ -138,8 +131,6 @@ class RealFFT2:
         self.dtype = _float_type(dtype)
         self.threads = available_threads() if threads is None else threads
         integer("threads", self.threads, 1)
-        # estimated plans of small grids are nearly as fast, and always the same
-        self.measure = bool(measure) and not (engine is None and _is_small(self.grid))
         self.blocking = blocking or Blocking()
         self.pairs = 0
 
@@ -151,9 +142,7 @@ class RealFFT2:
         if not self._whole:
             rows, columns = _longest(self._row_blocks), _longest(self._column_blocks)
         self._buffers: list[BlockTransform] = [
-            ENGINES[self.engine](
-                self.grid, rows, columns, dtype=self.dtype, measure=self.measure
-            )
+            ENGINES[self.engine](self.grid, rows, columns, dtype=self.dtype)
             for _ in range(1 if self._whole else self.workers)
         ]
 

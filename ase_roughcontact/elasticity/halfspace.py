@@ -91,12 +91,8 @@ class HalfSpace(ABC):
         return partial(type(self), **self.fft), (self.shape, self.spacing, self.solid)
 
     def resized(self, shape: tuple[int, int], spacing: float) -> HalfSpace:
-        """Return a half space of the same kind and solid on another grid.
-
-        It is meant for a few transforms, so that plans are not measured.
-        """
-        fft = {**self.fft, "measure": False}
-        return type(self)(shape, spacing, self.solid, **fft)
+        """Return a half space of the same kind and solid on another grid."""
+        return type(self)(shape, spacing, self.solid, **self.fft)
 
     def in_single_precision(self) -> HalfSpace:
         """Return the same half space with transforms in single precision."""

@@ -128,7 +128,7 @@ def _flattening_energy(rough: Surface, solid: ElasticSolid, spacing: float) -> f
     side = math.floor(min(_PIECE, extent))
     corner = -spacing * (side // 2)
     heights = rough.heights((side, side), spacing, (corner, corner))
-    halfspace = PeriodicHalfSpace((side, side), spacing, solid, measure=False)
+    halfspace = PeriodicHalfSpace((side, side), spacing, solid)
     return -0.5 * float(np.mean(halfspace.elastic_pressure(heights) * heights))
 
 

@@ -42,7 +42,7 @@ def least_time(function, repeats):
 
 def solution(wall, heights, load, start=None, height=None):
     """Return the last state and the pairs of transforms."""
-    halfspace = FreeHalfSpace(heights.shape, 1.0, 1.0, measure=False)
+    halfspace = FreeHalfSpace(heights.shape, 1.0, 1.0)
     contact = Contact(halfspace, heights, wall)
     states = (active_set if wall.hard else newton_krylov)(
         contact,
@@ -61,7 +61,7 @@ def solution(wall, heights, load, start=None, height=None):
 def step_time(wall, sphere, size, load):
     """Return the least time of a step of a path (ms)."""
     atoms = substrate("Cu", (size, size), sphere, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(sphere, 1.0, wall, fft={"measure": False})
+    atoms.calc = RoughContact(sphere, 1.0, wall)
     times, start = [], time.process_time()
     for _ in load_path(atoms, loads=load * 0.97 ** np.arange(20), edge="ignore"):
         times.append(time.process_time() - start)
@@ -81,7 +81,7 @@ def main():
         sphere = RoughSphere(10.0 * size, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=0))
         heights = sphere.heights((size, size), 1.0, (-size / 2, -size / 2))
         load = 4.0 * (0.3 * size) ** 3 / (30.0 * size)
-        halfspace = FreeHalfSpace((size, size), 1.0, 1.0, measure=False)
+        halfspace = FreeHalfSpace((size, size), 1.0, 1.0)
         ones = np.ones((size, size))
         for name, wall in WALLS.items():
             near, _ = solution(wall, heights, 0.97 * load)

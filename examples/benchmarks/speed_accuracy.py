@@ -228,19 +228,17 @@ def transforms(size):
     """Planning and 40 pairs, as many as a step takes, on the grid of a contact."""
     side = fast_length(5 * size // 2)
     values = np.ones((side, side))
-    ways = [("ducc0", False), ("pyfftw", False), ("pyfftw", True)]
-    for (engine, plans), count in product(ways, (1, 2)):
+    for engine, count in product(("ducc0", "pyfftw"), (1, 2)):
         times = []
         for _ in range(REPEATS):
             start = time.perf_counter()
-            options = {"engine": engine, "threads": count, "measure": plans}
+            options = {"engine": engine, "threads": count}
             fft = RealFFT2((side, side), (2 * side, 2 * side), **options)
             weights = fft.multiplier(np.ones(fft.spectrum.shape))
             for _ in range(40):
                 fft.filter(values, weights)
             times.append(time.perf_counter() - start)
-        name = f"{engine}, {count} threads" + ", measured plans" * plans
-        # FFTW remembers its plans: only the first time pays for them
+        name = f"{engine}, {count} threads"
         for when, seconds in ("first", times[0]), ("later", min(times)):
             row = dict(zip(KEY, ("transforms", size, when, name), strict=True))
             yield row | {"pairs": 40, "seconds": seconds}

@@ -99,7 +99,7 @@ def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
 def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
     values, results = random(window), []
     for count in (1, 2, 3):
-        options = {"dtype": dtype, "threads": count, "measure": False}
+        options = {"dtype": dtype, "threads": count}
         fft = transform(window, engine=engine, **options)
         one = fft.multiplier(np.ones((window[0], window[1] // 2 + 1)))
         results.append(fft.filter(values, one))
@@ -132,7 +132,7 @@ def test_threads_of_fftw_are_never_used(window, monkeypatch):
         return plan(*arguments, **options)
 
     monkeypatch.setattr(fft_backends.pyfftw, "FFTW", spied)
-    transform(window, threads=2, measure=False)
+    transform(window, threads=2)
     assert set(seen) == {1}
 
 
@@ -158,7 +158,6 @@ def test_small_grids_are_transformed_by_pyfftw_by_default():
     pytest.importorskip("ducc0")
     small, large = RealFFT2((32, 32), (64, 64)), RealFFT2((32, 40), (64, 80))
     assert (small.engine, large.engine) == ("pyfftw", "ducc0")
-    assert not small.measure
 
 
 @pytest.mark.parametrize("least", [1, 2, 7, 127, 255, 1021, 4095])
