@@ -78,7 +78,7 @@ class Coupling:
                 matrix[:, 3 * a : 3 * a + 3, 3 * b : 3 * b + 3] -= block
             return (matrix + matrix.conj().swapaxes(-1, -2)) / 2
 
-        column = surface.column(depth)[depth - self.layers :]
+        column = surface.column(layers)[layers - self.layers :]
         self.matrices = on_cells(difference, column, shape, surface.constants.spacing)
         self._impose_sum_rule()
 

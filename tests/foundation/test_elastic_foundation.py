@@ -57,9 +57,9 @@ def test_every_component_of_the_forces_is_a_difference_of_energies(surface):
     np.testing.assert_allclose(atoms.get_forces(), forces, atol=1e-6)
 
 
-def on_the_surface(atoms, hessian):
-    """Hessian with all atoms but those of the surface relaxed."""
-    top = atoms.positions[:, 2] > -0.1
+def on_the_surface(atoms, hessian, depth=0.0):
+    """Hessian with all atoms relaxed but those of the surface, or above a depth."""
+    top = atoms.positions[:, 2] > -depth - 0.1
     kept, relaxed = (np.flatnonzero(np.repeat(mask, 3)) for mask in (top, ~top))
     hessian = csc_matrix(hessian)
     if not relaxed.size:
@@ -96,6 +96,17 @@ def test_the_hessian_on_the_surface_is_that_of_a_thick_slab(request, name):
         atoms = slab(surface, layers, held=False)
         found = on_the_surface(atoms, hessian_with_foundation(atoms))
         np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected).max())
+
+
+@pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
+def test_the_hessian_of_many_layers_is_that_of_a_thick_slab(request, name):
+    surface = request.getfixturevalue(name)
+    thick = slab(surface, 41, held=False)
+    atoms = slab(surface, surface.bulk_depth + 1, held=False)
+    depth = -atoms.positions[:, 2].min()
+    expected = on_the_surface(thick, hessian_of_calculator(thick), depth)
+    found = hessian_with_foundation(atoms)
+    np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected).max())
 
 
 def test_the_half_crystal_acts_on_the_layers_that_forces_reach_from_below(surface):
