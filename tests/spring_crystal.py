@@ -3,6 +3,7 @@
 import numpy as np
 from ase.calculators.calculator import Calculator, all_changes
 from matscipy.neighbours import neighbour_list
+from scipy.sparse import bsr_matrix
 
 
 class Springs(Calculator):
@@ -51,3 +52,29 @@ def fcc_springs(a, first=1.0, second=0.1):
     """Springs in an fcc crystal of lattice constant a, and its C11, C12 and C44."""
     constants = (2 * first + 4 * second) / a, first / a, first / a
     return Springs({a / np.sqrt(2): first, a: second}), constants
+
+
+class SpringsAtRest(Springs):
+    """Springs with the Hessian of atoms between which they have no tension."""
+
+    def get_hessian(self, atoms, format="sparse"):
+        rest, stiffness = self.shells.T
+        i, j, vector, distance = neighbour_list("ijDd", atoms, 1.12 * rest.max())
+        shell = abs(distance[:, None] - rest).argmin(axis=1)
+        direction = vector / distance[:, None]
+        blocks = np.einsum("n,ni,nj->nij", stiffness[shell], direction, direction)
+        first = np.searchsorted(i, np.arange(len(atoms) + 1))
+        size = 3 * len(atoms)
+        between = bsr_matrix((blocks, j, first), shape=(size, size))
+        itself = bsr_matrix((blocks, i, first), shape=(size, size))
+        return itself - between
+
+
+def diamond_springs(a, first=1.0, second=0.2):
+    """Springs in diamond of lattice constant a, and its C11, C12 and C44.
+
+    The displacement of the sublattices leaves no energy of the first springs in C44.
+    """
+    constants = first / 3 + 4 * second, first / 3 + 2 * second, 2 * second
+    springs = SpringsAtRest({a * 3**0.5 / 4: first, a / 2**0.5: second})
+    return springs, tuple(constant / a for constant in constants)

@@ -32,7 +32,7 @@ def crystal_slab(
         Explicit layers.
     calculator : Calculator
         Any calculator of ASE that gives energies and forces.
-    surface : {"fcc100", "fcc111", "bcc100"} or CrystalSurface
+    surface : {"fcc100", "fcc111", "bcc100", "diamond100"} or CrystalSurface
         Given by name, the surface is calculated with
         `CrystalSurface.from_calculator`, which takes about ten seconds for EMT.
     held : bool

@@ -63,8 +63,11 @@ class Coupling:
         shape: tuple[int, int],
         layers: int,
     ) -> None:
-        # the lowest layers of a thick slab do not feel its surface
-        depth = min(layers, surface.bulk_depth)
+        # the lowest layers of a thick slab, which end with the same sublattice, do not
+        # feel its surface
+        bulk_depth = surface.bulk_depth
+        bulk_depth += (layers - bulk_depth) % surface.constants.sublattices
+        depth = min(layers, bulk_depth)
         self.layers = min(layers, surface.constants.reach)
         self.shape = shape
         self.forces = self._forces_at_rest(surface, calculator, depth)

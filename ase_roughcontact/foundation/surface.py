@@ -34,7 +34,7 @@ class CrystalSurface:
     ----------
     symbol : str
         Chemical symbol.
-    surface : {"fcc100", "fcc111", "bcc100"}
+    surface : {"fcc100", "fcc111", "bcc100", "diamond100"}
     lattice_constant : float
         Of the cubic crystal (Å).
     heights : ndarray
@@ -82,7 +82,7 @@ class CrystalSurface:
         bulk : Atoms or str
             Chemical symbol, or a crystal of one element, whose volume is the first
             guess of the lattice constant.
-        surface : {"fcc100", "fcc111", "bcc100"}
+        surface : {"fcc100", "fcc111", "bcc100", "diamond100"}
             Crystal structure and surface.
         size : int
             Surface cells along each side of the slab, odd.
@@ -108,7 +108,7 @@ class CrystalSurface:
         slab |= {"size": size, "displacement": displacement, "tolerance": tolerance}
         found = CalculatedSurface.of(calculator, bulk, surface, **slab)
         symbol, a, constants = found.symbol, found.lattice_constant, found.constants
-        z = found.slab.positions[: constants.middle + 1, 2]
+        z = found.slab.positions[: constants.bulk + 1, 2]
         return cls(symbol, surface, a, z - z[0], constants, size, displacement)
 
     @classmethod
@@ -179,7 +179,7 @@ class CrystalSurface:
     @property
     def bulk_depth(self) -> int:
         """Number of layers of the thinnest slab whose lowest layers are bulk."""
-        return self.constants.middle + self.constants.reach
+        return self.constants.bulk + self.constants.reach
 
     @property
     def cell_area(self) -> float:

@@ -32,7 +32,8 @@ _EMT_METALS = "Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt"
 _OF_SURFACES = "calculator", "potential", "crystal", "anisotropic"
 _SOLIDS = (*_OF_SURFACES, "layer_thickness")
 # The surface if none is named, and the crystal direction of the rows of atoms along x.
-_SURFACE, _AXES = "fcc100", {"fcc100": "110", "bcc100": "100"}
+_SURFACE = "fcc100"
+_AXES = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
 # Formats of potentials by the ends of the names of their files.
 _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
 # Keys of a layer and its base, which have no meaning without its thickness, and those

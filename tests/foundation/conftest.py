@@ -1,7 +1,7 @@
 """Crystal surfaces, each calculated once."""
 
 import pytest
-from pair_crystal import pair_surface
+from pair_crystal import diamond_surface, pair_surface
 
 
 @pytest.fixture(scope="session")
@@ -12,3 +12,8 @@ def surface():
 @pytest.fixture(scope="session")
 def hexagonal_surface():
     return pair_surface("fcc111")
+
+
+@pytest.fixture(scope="session", name="diamond_surface")
+def diamond():
+    return diamond_surface()

@@ -1,7 +1,8 @@
-"""Crystal of atoms with a pair potential whose Hessian is known."""
+"""Crystals of atoms with pair potentials whose Hessian is known."""
 
 from ase.build import bulk
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
+from spring_crystal import diamond_springs
 
 from ase_roughcontact import CrystalSurface
 
@@ -20,4 +21,12 @@ def pair_surface(name="fcc100", layers=11, size=7):
         layers=layers,
         size=size,
         displacement=0.0,
+    )
+
+
+def diamond_surface():
+    springs, _ = diamond_springs(A)
+    crystal = bulk("Si", "diamond", a=A)
+    return CrystalSurface.from_calculator(
+        springs, crystal, "diamond100", layers=11, size=5, displacement=0.0
     )

@@ -4,15 +4,20 @@ import numpy as np
 import pytest
 from ase import Atom
 from ase.calculators.fd import calculate_numerical_forces
-from pair_crystal import pair_potential
+from pair_crystal import A, pair_potential
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
+from spring_crystal import diamond_springs
 
 from ase_roughcontact import CrystalSurface, crystal_slab
 
+SURFACES = ["surface", "hexagonal_surface", "diamond_surface"]
+
 
 def slab(surface, layers, size=(3, 4), **kwargs):
-    return crystal_slab("Cu", size, layers, pair_potential(), surface, **kwargs)[0]
+    symbol = surface.symbol
+    calculator = pair_potential() if symbol == "Cu" else diamond_springs(A)[0]
+    return crystal_slab(symbol, size, layers, calculator, surface, **kwargs)[0]
 
 
 def rattled(atoms, width=0.05):
@@ -70,8 +75,8 @@ def on_the_surface(atoms, hessian, depth=0.0):
 
 
 def hessian_of_calculator(atoms):
-    atoms = atoms.copy()
-    atoms.calc = pair_potential()
+    calculator, atoms = atoms.calc.calculator, atoms.copy()
+    atoms.calc = calculator
     atoms.get_potential_energy()
     return atoms.calc.get_hessian(atoms, "sparse").toarray()
 
@@ -87,7 +92,7 @@ def hessian_with_foundation(atoms):
     return hessian
 
 
-@pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
+@pytest.mark.parametrize("name", SURFACES)
 def test_the_hessian_on_the_surface_is_that_of_a_thick_slab(request, name):
     surface = request.getfixturevalue(name)
     thick = slab(surface, 41, held=False)
@@ -98,7 +103,7 @@ def test_the_hessian_on_the_surface_is_that_of_a_thick_slab(request, name):
         np.testing.assert_allclose(found, expected, atol=1e-6 * abs(expected).max())
 
 
-@pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
+@pytest.mark.parametrize("name", SURFACES)
 def test_the_hessian_of_many_layers_is_that_of_a_thick_slab(request, name):
     surface = request.getfixturevalue(name)
     thick = slab(surface, 41, held=False)

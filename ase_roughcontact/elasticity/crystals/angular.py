@@ -56,6 +56,12 @@ def cos4(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return 1.0 - 8.0 * x2 * y2 / np.where(total > 0.0, total, 1.0) ** 2
 
 
+def cos2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return ``cos(2 phi)`` of vectors (x, y), zero for the origin."""
+    x2, y2 = np.square(x, dtype=float), np.square(y, dtype=float)
+    return (x2 - y2) / np.maximum(x2 + y2, np.finfo(float).tiny)
+
+
 def angular_cell_kernel(
     i: np.ndarray, j: np.ndarray, coefficients: np.ndarray
 ) -> np.ndarray:

@@ -18,8 +18,8 @@ from ase_roughcontact.elasticity.crystals.strain import (
     stretch_without_stress,
 )
 
-_ATOMS = {"fcc": 4, "bcc": 2}  # in a cubic cell
-# Distance, in lattice constants, up to which neighbours distinguish fcc, hcp and bcc.
+_ATOMS = {"fcc": 4, "bcc": 2, "diamond": 8}  # in a cubic cell
+# Distance, in lattice constants, up to which neighbours distinguish structures.
 _SHELLS = 1.3
 
 
@@ -30,7 +30,7 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
     ----------
     bulk : Atoms or str
         A crystal of one element, or the symbol of one that ASE knows.
-    structure : {"fcc", "bcc"}
+    structure : {"fcc", "bcc", "diamond"}
 
     Returns
     -------
@@ -50,30 +50,34 @@ def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
                 f"bulk must be a periodic crystal of one element, got {bulk!r}"
             )
         symbol, volume = bulk.symbols[0], bulk.cell.volume / len(bulk)
-        if not _has_structure(bulk, structure, (volume * _ATOMS[structure]) ** (1 / 3)):
-            raise ValueError(f"bulk must be {structure} for this surface, got {bulk!r}")
+        found = next((kind for kind in _ATOMS if _has_structure(bulk, kind)), None)
     else:
-        reference = reference_states[atomic_numbers.get(bulk, 0)] or {}
-        if reference.get("symmetry") not in _ATOMS:
-            raise ValueError(
-                f"no cubic crystal of {bulk!r} is known to ASE: give a crystal as Atoms"
-            )
-        if reference["symmetry"] != structure:
-            raise ValueError(
-                f"{bulk} is {reference['symmetry']}, and this surface is {structure}: "
-                f"give surface={reference['symmetry'] + '100'!r}, or a crystal as Atoms"
-            )
-        symbol, volume = bulk, reference["a"] ** 3 / _ATOMS[structure]
+        symbol, reference = bulk, reference_states[atomic_numbers.get(bulk, 0)] or {}
+        found = reference.get("symmetry", "")
+        volume = reference.get("a", 0.0) ** 3 / _ATOMS.get(found, 1)
+    if found not in _ATOMS:
+        raise ValueError(
+            f"bulk must be one of the crystals {', '.join(_ATOMS)}, got {bulk!r}: give "
+            "one of them as Atoms, or describe the solid by its elastic constants "
+            "(Cubic, Isotropic)"
+        )
+    if found != structure:
+        raise ValueError(
+            f"{symbol} is {found}, and this surface is {structure}: give surface="
+            f"{found + '100'!r}, or a crystal of the other structure as Atoms"
+        )
     return symbol, float((volume * _ATOMS[structure]) ** (1 / 3))
 
 
-def _has_structure(crystal: Atoms, structure: str, a: float) -> bool:
+def _has_structure(crystal: Atoms, structure: str) -> bool:
     """Return whether the neighbours of all atoms are those of a cubic crystal."""
-    expected = neighbor_list("d", bulk(crystal.symbols[0], structure, a), _SHELLS * a)
-    found = neighbor_list("d", crystal, _SHELLS * a)
-    return len(found) == len(crystal) * len(expected) and np.allclose(
-        np.sort(found), np.sort(np.tile(expected, len(crystal))), rtol=0.02
+    a = (crystal.cell.volume / len(crystal) * _ATOMS[structure]) ** (1 / 3)
+    ideal = bulk(crystal.symbols[0], structure, a)
+    found, expected = (
+        np.sort(np.tile(neighbor_list("d", one, _SHELLS * a), len(other)))
+        for one, other in ((crystal, ideal), (ideal, crystal))
     )
+    return found.shape == expected.shape and np.allclose(found, expected, rtol=0.02)
 
 
 def chosen_crystal(
@@ -89,7 +93,7 @@ def chosen_crystal(
     calculator : Calculator
     crystal : Atoms or str
         See `element`.
-    structure : {"fcc", "bcc"}
+    structure : {"fcc", "bcc", "diamond"}
     lattice_constant : float or None
         In Å.
 
@@ -143,7 +147,7 @@ def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
     ValueError
         If the stress does not vanish, or the calculator gives no energy.
     """
-    layers = 3 if surface == "fcc111" else 2  # after which they repeat
+    layers = {"fcc111": 3, "diamond100": 4}.get(surface, 2)  # after which they repeat
     crystal = SURFACES[surface](symbol, (1, 1, layers), a=a, periodic=True)
     stretch = stretch_without_stress(calculator, crystal, (2,))
     if stretch is None:

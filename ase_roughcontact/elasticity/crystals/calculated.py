@@ -18,6 +18,7 @@ from ase_roughcontact.elasticity.crystals.errors import (
     surface_errors,
 )
 from ase_roughcontact.elasticity.crystals.force_constants import (
+    SUBLATTICES,
     SURFACES,
     ForceConstants,
     force_constants,
@@ -79,20 +80,21 @@ class CalculatedSurface:
         lookup(surface, SURFACES, "surface")
         positive(tolerance=tolerance)
         integer("layers", layers, _LEAST_LAYERS)
-        symbol, a = chosen_crystal(calculator, bulk, surface[:3], lattice_constant)
+        symbol, a = chosen_crystal(calculator, bulk, surface[:-3], lattice_constant)
         below = bulk_below(calculator, symbol, surface, a)
         slabs = [
             relaxed_slab(calculator, symbol, surface, a, number)
             for number in (layers, layers - 4)
         ]
         thick, thin = (
-            force_constants(calculator, slab, size, displacement) for slab in slabs
+            force_constants(calculator, slab, size, displacement, SUBLATTICES[surface])
+            for slab in slabs
         )
         name = f"{surface} {symbol} with {type(calculator).__name__}"
         check_errors(thick.figures, tolerance, name)
         greens = LatticeGreensFunction(thick)
         area = float(np.linalg.norm(np.cross(*slabs[0].cell.array[:2])))
-        moduli = nominal_moduli(calculator, below)
+        moduli = nominal_moduli(calculator, below, thick.sublattices)
         errors = surface_errors(greens, LatticeGreensFunction(thin), area, moduli)
         check_errors(errors, tolerance, name)
         residual = stress(calculator, below, (0, 1))

@@ -35,7 +35,7 @@ from ase_roughcontact.elasticity.crystals.kernel import (
 from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Surfaces whose atoms are a square grid.
-_SURFACES = dict.fromkeys(("fcc100", "bcc100"))
+_SURFACES = dict.fromkeys(("fcc100", "bcc100", "diamond100"))
 # Distance, in spacings, up to which the kernel of a free half space is tabulated.
 _TABLE = 48
 # Relative difference of spacings, or of a wave vector to the edge of the zone.
@@ -52,23 +52,24 @@ class Crystal(ElasticSolid):
     ----------
     symbol : str
         Chemical symbol.
-    surface : {"fcc100", "bcc100"}
-        The surface; x and y are along its rows of nearest neighbours.
+    surface : {"fcc100", "bcc100", "diamond100"}
+        The surface; x and y are along its rows of nearest neighbours. In diamond100 the
+        bonds of its atoms are along x, and waves along x and y differ.
     calculator : str
         Name of the calculator.
     spacing : float
         Distance a0 of nearest neighbours in the surface (Å), the only spacing at which
         the solid can be used.
     table : ndarray
-        Coefficients of ``1/E*``, see `interpolation_table` (1/pressure).
+        Coefficients of ``1/E*``, see `interpolate` (1/pressure).
     stress : float
         Stress of the crystal below the surface along x and y, positive under tension;
         along z it is zero (eV/Å^3).
     figures : dict
         Relative errors. Those of the force constants are described in
         `ForceConstants`, those of E* are "thickness" (change from a slab with four
-        layers less), "square" (difference of directions that a square grid does not
-        distinguish), "interpolation", and "long_waves" (difference of long waves from
+        layers less), "square" (difference of directions that are equivalent on the
+        surface), "interpolation", and "long_waves" (difference of long waves from
         an elastic continuum with the moduli of the strained bulk).
 
     Attributes
@@ -92,8 +93,9 @@ class Crystal(ElasticSolid):
         finite(stress=self.stress)
         # one memory layout, so that a crystal from a file is the same to the last digit
         table = np.ascontiguousarray(self.table, dtype=float)
-        if table.shape != NODES or not np.isfinite(table).all():
-            raise ValueError(f"the table must be finite numbers of the shape {NODES}")
+        if table.shape not in (NODES, (2, *NODES)) or not np.isfinite(table).all():
+            shapes = f"{NODES} or {(2, *NODES)}"
+            raise ValueError(f"the table must be finite numbers of the shape {shapes}")
         if interpolate(table, *node_vectors().T).min() <= 0.0:
             raise ValueError("the moduli of the table must be positive")
         object.__setattr__(self, "table", table)
@@ -121,7 +123,7 @@ class Crystal(ElasticSolid):
         bulk : Atoms or str
             Chemical symbol, or a crystal of one element, whose volume is the first
             guess of the lattice constant.
-        surface : {"fcc100", "bcc100"}
+        surface : {"fcc100", "bcc100", "diamond100"}
             Crystal structure and surface.
         tolerance : float
             Largest relative error of the force constants and of E*.
@@ -233,7 +235,7 @@ class Crystal(ElasticSolid):
         of long waves.
         """
         if abs(spacing / self.spacing - 1.0) > _ROUNDING:
-            return continuum_kernel(i, j, spacing, self._series[0])
+            return continuum_kernel(i, j, spacing, self._series[0][::2])
         i, j = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
         kernel = distant_kernel(i, j, self._series)
         near = np.maximum(i, j) < _TABLE

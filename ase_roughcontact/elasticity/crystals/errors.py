@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ase_roughcontact.elasticity.crystals.angular import cos2
 from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
 from ase_roughcontact.elasticity.crystals.kernel import (
     interpolate,
@@ -22,7 +23,7 @@ ADVICE = {
     "reach": "the forces reach beyond the slab: increase size and layers",
     "thickness": "the slab is too thin, or its forces are not linear in the "
     "displacement: increase layers, or decrease displacement",
-    "square": "the surface is not that of a square grid",
+    "square": "the surface does not have the symmetry of its structure",
     "interpolation": "the modulus is not smooth: check the force constants",
     "long_waves": "the forces in the slab are not those of the energies of strained "
     "bulk: the calculator describes slabs in another way than crystals, or its forces "
@@ -89,7 +90,7 @@ def modulus_table(
     Returns
     -------
     table : ndarray
-        See `interpolation_table`.
+        See `interpolate`.
     errors : dict
         "square" and "interpolation", see `Crystal`.
     """
@@ -97,11 +98,18 @@ def modulus_table(
     def inverse(q: np.ndarray) -> np.ndarray:
         return inverse_modulus(greens, q / greens.spacing, greens.spacing**2)
 
-    table = interpolation_table(inverse(node_vectors()))
-    expected = interpolate(table, *_WAVES.T)
+    nodes = node_vectors()
+    values = inverse(nodes)
+    if greens.sublattices == 1:
+        table = interpolation_table(values)
+    else:  # the rows of atoms along x and y are not equivalent
+        exchanged = inverse(nodes[:, ::-1])
+        other = (values - exchanged) / cos2(*nodes.T)
+        parts = (values + exchanged) / 2.0, other / 2.0
+        table = np.stack([interpolation_table(part) for part in parts])
     x, y = _WAVES.T
     interpolation, *others = (
-        float(abs(inverse(np.stack(q, -1)) / expected - 1.0).max())
+        float(abs(inverse(np.stack(q, -1)) / interpolate(table, *q) - 1.0).max())
         for q in ((x, y), (x, -y), (y, x), (-x, y))
     )
     return table, {"square": max(others), "interpolation": interpolation}

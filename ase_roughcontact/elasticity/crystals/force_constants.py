@@ -4,7 +4,7 @@ A slab with one atom per layer in each surface cell is relaxed, and one atom of 
 layer from the surface to the middle is displaced (or the calculator's Hessian is
 read). Every coupling is stored with the true distance of the two atoms along the
 surface, so that the couplings deep in the crystal depend on the distance of the layers
-alone.
+alone, and in diamond, whose two sublattices have alternate layers, on the sublattice.
 """
 
 from __future__ import annotations
@@ -15,13 +15,20 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.build import bcc100, fcc100, fcc111
+from ase.build import bcc100, diamond100, fcc100, fcc111
 from ase.optimize import BFGS
 
 from ase_roughcontact._util.validation import integer, lookup, positive
 
 #: Builders of surfaces, by name.
-SURFACES = {"fcc100": fcc100, "fcc111": fcc111, "bcc100": bcc100}
+SURFACES = {
+    "fcc100": fcc100,
+    "fcc111": fcc111,
+    "bcc100": bcc100,
+    "diamond100": diamond100,
+}
+#: Sublattices of a crystal, on alternate layers, by the name of its surface.
+SUBLATTICES = dict.fromkeys(SURFACES, 1) | {"diamond100": 2}
 
 _VACUUM = 10.0  # on both sides of a slab (Å)
 # Couplings below this part of the largest one are left out.
@@ -40,7 +47,8 @@ class ForceConstants:
     ----------
     source, target : ndarray of int, shape (n,)
         Layers of the two atoms of a coupling, 0 at the surface. Sources are the
-        layers down to the first one of the bulk, the middle of the slab.
+        layers down to the middle of the slab; the last one of each sublattice
+        represents the bulk.
     offset : ndarray, shape (n, 2)
         Position of the target relative to the source along the surface (length).
     matrix : ndarray, shape (n, 3, 3)
@@ -53,6 +61,8 @@ class ForceConstants:
         across half of the slab's side), "repetition" (change of the forces when they
         are calculated again), "rest" (change by the forces on the slab before an atom
         is displaced, if a strain changes couplings by ten times as much).
+    sublattices : int
+        Number of sublattices, on alternate layers.
     """
 
     source: np.ndarray
@@ -61,17 +71,19 @@ class ForceConstants:
     matrix: np.ndarray
     spacing: float
     figures: dict[str, float]
+    sublattices: int = 1
 
     @property
-    def middle(self) -> int:
-        """Index of the layer that represents the bulk."""
-        return int(self.source.max())
+    def bulk(self) -> int:
+        """Index of the first layer that represents the bulk."""
+        return int(self.source.max()) + 1 - self.sublattices
 
     @property
     def reach(self) -> int:
-        """Number of layers that a layer of the bulk is coupled to on each side."""
-        bulk = self.source == self.middle
-        return int(abs(self.target[bulk] - self.middle).max())
+        """Number of layers, of all sublattices, that the bulk is coupled to."""
+        bulk = self.source >= self.bulk
+        layers = abs(self.target[bulk] - self.source[bulk]).max()
+        return int(-(-layers // self.sublattices) * self.sublattices)
 
 
 def relaxed_slab(
@@ -119,7 +131,11 @@ def relaxed_slab(
 
 
 def force_constants(
-    calculator: Any, slab: Atoms, size: int, displacement: float = 1e-3
+    calculator: Any,
+    slab: Atoms,
+    size: int,
+    displacement: float = 1e-3,
+    sublattices: int = 1,
 ) -> ForceConstants:
     """Return the force constants of a slab down to its middle.
 
@@ -136,6 +152,8 @@ def force_constants(
         than twice the reach of the force constants.
     displacement : float, optional
         Displacement for the differences (Å); 0 for the Hessian.
+    sublattices : int, optional
+        Number of sublattices, see `SUBLATTICES`.
 
     Returns
     -------
@@ -158,6 +176,11 @@ def force_constants(
     atoms.calc = calculator
     reference = atoms.get_forces()
     rows = _rows(atoms, sources, displacement)
+    if not rows.any():
+        raise ValueError(
+            "the calculator returns the same forces for displaced atoms: check it, or "
+            "increase displacement"
+        )
     repetition = 0.0
     if displacement != 0.0:
         repetition = abs(atoms.get_forces() - reference).max() / displacement
@@ -169,7 +192,7 @@ def force_constants(
     size_of = abs(matrix).max(axis=(1, 2)) / scale
     edge = abs(steps).max(axis=1) == size // 2
     kept = size_of > _NEGLIGIBLE
-    deep = (source == middle) & kept
+    deep = (source > middle - sublattices) & kept
     ends = deep & ((target == 0) | (target == layers - 1))
     sums = abs(rows.sum(axis=1)).max() / scale
     return ForceConstants(
@@ -185,6 +208,7 @@ def force_constants(
             "repetition": float(repetition / scale),
             "rest": float(rest / scale),
         },
+        sublattices,
     )
 
 
@@ -228,11 +252,6 @@ def _rows(atoms: Atoms, sources: Sequence[int], displacement: float) -> np.ndarr
         rows = _differences(atoms, sources, displacement)
     if not np.isfinite(rows).all():
         raise ValueError("the calculator returns forces that are not finite")
-    if not rows.any():
-        raise ValueError(
-            "the calculator returns the same forces for displaced atoms: check it, or "
-            "increase displacement"
-        )
     return rows
 
 

@@ -2,16 +2,19 @@ r"""Green's function of a square lattice from that of waves along its surface.
 
 The inverse modulus of plane waves of pressure is interpolated by Chebyshev polynomials
 of :math:`s = q_x a_0` and :math:`v = q_y/q_x` on the eighth part
-:math:`0 \le q_y \le q_x \le \pi/a_0` of the Brillouin zone. For long waves it is
+:math:`0 \le q_y \le q_x \le \pi/a_0` of the Brillouin zone. Where x and y differ, as on
+the (100) surface of diamond, it is the sum of a part that is unchanged when they are
+exchanged and of :math:`\cos 2\theta` times another one. For long waves it is
 
 .. math:: \frac{1}{E^*(q)} = \sum_{k,n} m_{kn} (|q| a_0)^k \cos n\theta, \qquad
-          n = 0, 4, 8, \ldots,
+          n = 0, 2, 4, \ldots,
 
 so that far from an atom the displacement by unit pressure on it is
 
 .. math:: G(r) = \frac{a_0}{\pi} \sum_{k,n} m_{kn} \gamma_{kn}
           \left(\frac{a_0}{r}\right)^{k+1} \cos n\phi, \qquad
-          \gamma_{kn} = 2^k \frac{\Gamma[(n + k + 1)/2]}{\Gamma[(n - k + 1)/2]} .
+          \gamma_{kn} = (-1)^{n/2}\, 2^k
+          \frac{\Gamma[(n + k + 1)/2]}{\Gamma[(n - k + 1)/2]} .
 
 Near the atom it is the inverse Fourier transform over the Brillouin zone. The first two
 terms, which are singular at long waves, are multiplied by
@@ -27,6 +30,7 @@ import numpy as np
 from numpy.polynomial.chebyshev import (
     chebder,
     chebfit,
+    chebmulx,
     chebpts1,
     chebval,
     chebvander,
@@ -34,7 +38,7 @@ from numpy.polynomial.chebyshev import (
 from scipy.fft import dctn
 from scipy.special import gamma, ive, rgamma
 
-from ase_roughcontact.elasticity.crystals.angular import angular_series, cos4
+from ase_roughcontact.elasticity.crystals.angular import angular_series, cos2
 
 #: Chebyshev nodes along the wave number and the direction.
 NODES = 28, 20
@@ -69,8 +73,9 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
 
     Parameters
     ----------
-    table : ndarray
-        Coefficients, see `interpolation_table`.
+    table : ndarray, shape (28, 20) or (2, 28, 20)
+        Coefficients, see `interpolation_table`, of the function if it is unchanged when
+        x and y are exchanged, or of its two parts.
     qx, qy : ndarray
         Components in units of 1/a0, between -pi and pi, broadcast together; not both
         zero.
@@ -79,6 +84,9 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
     -------
     ndarray, shape of the broadcast
     """
+    if table.ndim > 2:
+        same, other = (interpolate(part, qx, qy) for part in table)
+        return same + cos2(qx, qy) * other
     qx, qy = np.broadcast_arrays(abs(np.asarray(qx)), abs(np.asarray(qy)))
     large, small = np.maximum(qx, qy).ravel(), np.minimum(qx, qy).ravel()
     values = np.empty(large.size)
@@ -91,12 +99,19 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
 
 
 def long_wave_series(table: np.ndarray) -> list[np.ndarray]:
-    """Return the coefficients ``m_kn``: an angular series for each power k."""
+    """Return the coefficients ``m_kn``, n = 0, 2, 4, ..., for each power k."""
     series = []
     for power, harmonics in enumerate(_HARMONICS):
-        derivative = chebder(table, power, scl=2.0 / np.pi) / math.factorial(power)
-        derivative = (-1.0) ** np.arange(len(derivative)) @ derivative  # at s = 0
-        series.append(angular_series(_along(derivative, power), harmonics))
+        total = np.zeros(2 * harmonics + 2)
+        for number, part in enumerate(table.reshape(-1, *NODES)):
+            derivative = chebder(part, power, scl=2.0 / np.pi) / math.factorial(power)
+            derivative = (-1.0) ** np.arange(len(derivative)) @ derivative  # at s = 0
+            fourth = angular_series(_along(derivative, power), harmonics)
+            even = np.zeros(2 * fourth.size)
+            even[::2] = fourth
+            product = chebmulx(even) if number else even  # by cos(2 theta)
+            total[: product.size] += product
+        series.append(total[: np.flatnonzero(total).max(initial=0) + 1])
     return series
 
 
@@ -125,11 +140,12 @@ def distant_kernel(
         In units of a0.
     """
     inverse = 1.0 / np.sqrt(np.maximum(np.square(i, dtype=float) + np.square(j), 1.0))
-    t = cos4(np.asarray(i, float), np.asarray(j, float))
+    t = cos2(i, j)
     kernel = np.zeros(inverse.shape)
     for power, coefficients in reversed([*enumerate(series)]):
-        order = 4.0 * np.arange(coefficients.size)
+        order = 2.0 * np.arange(coefficients.size)
         factor = 2.0**power * gamma((order + power + 1) / 2)
+        factor[1::2] *= -1.0
         factor *= rgamma((order - power + 1) / 2)
         kernel += chebval(t, factor * coefficients)
         kernel *= inverse
@@ -156,7 +172,7 @@ def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.nd
     q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
     qx, qy = np.meshgrid(q, q, indexing="ij")
     qx[0, 0] = 1.0  # any: set below
-    number, t = np.hypot(qx, qy), cos4(qx, qy)
+    number, t = np.hypot(qx, qy), cos2(qx, qy)
     singular = chebval(t, series[0]) / number + chebval(t, series[1])
     singular *= np.exp(-((_WIDTH * number) ** 2))
     rest = interpolate(table, qx, qy) / number - singular
@@ -166,15 +182,13 @@ def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.nd
     i = np.arange(size, dtype=float)
     r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
     angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
-    for n, m in enumerate(series[0]):
+    for n, m in enumerate(series[0] * (-1.0) ** np.arange(series[0].size)):
+        kernel += m * np.cos(2 * n * angle) * ive(n, x) / (2.0 * _WIDTH * np.pi**0.5)
+    for n, m in enumerate(series[1] * (-1.0) ** np.arange(series[1].size)):
+        bessel = ive(n - 0.5, x) - ive(n + 0.5, x)
         kernel += (
-            m * np.cos(4 * n * angle) * ive(2 * n, x) / (2.0 * _WIDTH * np.pi**0.5)
-        )
-    for n, m in enumerate(series[1]):
-        bessel = ive(2 * n - 0.5, x) - ive(2 * n + 0.5, x)
-        kernel += (
-            m * np.cos(4 * n * angle) * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
+            m * np.cos(2 * n * angle) * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
         )
     # the images of the transform are far away and shift all values by the same amount
-    shift = distant_kernel(i, i[-1:], series) - kernel[-1]
+    shift = distant_kernel(i[-1:], i, series) - kernel[-1]
     return kernel + shift.mean()

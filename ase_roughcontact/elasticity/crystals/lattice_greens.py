@@ -6,11 +6,11 @@ matrices
 .. math:: D_{ll'}(q) = \sum_R \Phi_{ll'}(R)\, e^{i q \cdot R},
 
 which act on displacements :math:`\exp(i q \cdot r)`. Those of the bulk depend on
-:math:`l' - l` alone. Principal layers of as many layers as the force constants reach
-couple to their neighbours only. The bulk is condensed onto its first principal layer by
-decimation, each step of which eliminates every second one, and the layers near the
-surface are added on top. The Green's function is the block of the first layer of the
-inverse.
+:math:`l' - l` and the sublattice of :math:`l` alone. Principal layers of as many layers
+as the force constants reach couple to their neighbours only. The bulk is condensed onto
+its first principal layer by decimation, each step of which eliminates every second one,
+and the layers near the surface are added on top. The Green's function is the block of
+the first layer of the inverse.
 
 References
 ----------
@@ -49,13 +49,16 @@ class LatticeGreensFunction:
         Distance of nearest neighbours in the surface (length).
     layers : int
         Number of layers that are not decimated.
+    sublattices : int
+        Number of sublattices, on alternate layers.
     """
 
     def __init__(self, constants: ForceConstants, layers: int = 0) -> None:
         self.spacing = constants.spacing
-        self._reach, middle = constants.reach, constants.middle
-        # layers that are not decimated: all that couple to one above the middle
-        self.layers = max(middle + self._reach, layers)
+        self._reach, bulk = constants.reach, constants.bulk
+        self.sublattices = constants.sublattices
+        # layers that are not decimated: all that couple to one above the bulk
+        self.layers = max(bulk + self._reach, layers)
         couplings = zip(
             constants.source.tolist(),
             constants.target.tolist(),
@@ -71,19 +74,22 @@ class LatticeGreensFunction:
                 (source, target, offset, matrix / 2),
                 (target, source, -offset, matrix.T / 2),
             )
-            if source == middle:
-                deep += [(t - s, o, m) for s, t, o, m in halves]
-            elif target < middle:
+            if source >= bulk:
+                for s, t, o, m in halves:
+                    sublattice = s % self.sublattices
+                    deep.append((sublattice, sublattice + t - s, o, m))
+            elif target < bulk:
                 upper += halves
             else:  # only the upper one of the atoms has been a source
                 upper += [(s, t, o, 2 * m) for s, t, o, m in halves]
-        for source in range(middle, self.layers):
-            for distance, offset, matrix in deep:
-                if middle <= source + distance:
-                    upper.append((source, source + distance, offset, matrix))
+        for source in range(bulk, self.layers):
+            for sublattice, other, offset, matrix in deep:
+                target = source + other - sublattice
+                if sublattice == source % self.sublattices and bulk <= target:
+                    upper.append((source, target, offset, matrix))
         upper = [entry for entry in upper if entry[1] < self.layers + self._reach]
         self._upper = _with_sum_rule(upper, self.layers)
-        self._deep = _with_sum_rule([(0, *entry) for entry in deep], 1)
+        self._deep = _with_sum_rule(deep, self.sublattices)
 
     def __call__(self, q: np.ndarray) -> np.ndarray:
         """Return the Green's function of waves along the surface.
@@ -107,7 +113,8 @@ class LatticeGreensFunction:
         top = self.stiffness(q, self.layers)
         if np.linalg.eigvalsh(top).min() <= 0.0:
             raise ValueError(
-                "the surface is not stable: its force constants have a negative mode"
+                "the surface is not stable: its force constants have a negative mode, "
+                "and it reconstructs. Describe the solid by elastic constants (Cubic)"
             )
         load = np.zeros((*top.shape[:-1], 3))
         load[:, :3] = np.eye(3)
@@ -138,11 +145,12 @@ class LatticeGreensFunction:
         reach, layers = self._reach, self.layers
         bulk = dynamical_matrices(q, self._deep)
         zero = np.zeros_like(bulk[0, 0])
+        rows = [(a, (layers + a) % self.sublattices) for a in range(reach)]
         within, below, above = (
             _blocks(
                 [
-                    [bulk.get((0, shift + b - a), zero) for b in range(reach)]
-                    for a in range(reach)
+                    [bulk.get((s, s + shift + b - a), zero) for b in range(reach)]
+                    for a, s in rows
                 ]
             )
             for shift in (0, reach, -reach)
@@ -220,5 +228,6 @@ def _decimated(within: np.ndarray, below: np.ndarray, above: np.ndarray) -> np.n
             break
     raise ValueError(
         "the crystal is not stable: its force constants have a negative mode, or "
-        "errors that a larger displacement reduces (or a wave vector is zero)"
+        "errors that a larger displacement or more layers reduce (or a wave vector is "
+        "zero)"
     )

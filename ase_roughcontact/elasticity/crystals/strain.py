@@ -55,29 +55,34 @@ def stress(calculator: Any, crystal: Atoms, axes: tuple[int, ...]) -> float:
     return (high - low) / (2.0 * _STRAIN * len(axes) * crystal.cell.volume)
 
 
-def nominal_moduli(calculator: Any, crystal: Atoms) -> np.ndarray:
+def nominal_moduli(calculator: Any, crystal: Atoms, sublattices: int = 1) -> np.ndarray:
     """Return the moduli of the nominal stress of a bulk crystal.
 
     Parameters
     ----------
     calculator : Calculator
     crystal : Atoms
-        Periodic cell, one atom of which stands for all.
+        Periodic cell, in which sublattices alternate.
+    sublattices : int
+        1, or 2 that are displaced relative to each other by a strain.
 
     Returns
     -------
     ndarray, shape (3, 3, 3, 3)
         ``A_iJkL`` (eV/Å^3).
     """
-    steps = _LARGE_STRAIN * np.eye(9).reshape(9, 3, 3)
-    moduli = np.zeros((9, 9))
-    for m, n in combinations_with_replacement(range(9), 2):
+    number = 6 + 3 * sublattices  # strains, and displacements of the second sublattice
+    steps = _LARGE_STRAIN * np.eye(number)
+    hessian = np.zeros((number, number))
+    for m, n in combinations_with_replacement(range(number), 2):
         for s, t in product((1, -1), repeat=2):
-            gradient = np.eye(3) + s * steps[m] + t * steps[n]
-            moduli[m, n] += s * t * _energy(calculator, crystal, gradient)
-        moduli[n, m] = moduli[m, n]
-    moduli /= (2.0 * _LARGE_STRAIN) ** 2 * crystal.cell.volume
-    return moduli.reshape(3, 3, 3, 3)
+            strain, shift = np.split(s * steps[m] + t * steps[n], [9])
+            gradient = np.eye(3) + strain.reshape(3, 3)
+            hessian[m, n] += s * t * _energy(calculator, crystal, gradient, shift)
+        hessian[n, m] = hessian[m, n]
+    hessian /= (2.0 * _LARGE_STRAIN) ** 2 * crystal.cell.volume
+    relaxed = np.linalg.solve(hessian[9:, 9:], hessian[9:, :9])
+    return (hessian[:9, :9] - hessian[:9, 9:] @ relaxed).reshape(3, 3, 3, 3)
 
 
 def stretch_without_stress(
@@ -110,9 +115,16 @@ def stretch_without_stress(
     return None
 
 
-def _energy(calculator: Any, crystal: Atoms, gradient: np.ndarray) -> float:
-    """Return the energy of a bulk crystal under a deformation gradient."""
+def _energy(
+    calculator: Any,
+    crystal: Atoms,
+    gradient: np.ndarray,
+    shift: np.ndarray | tuple = (),
+) -> float:
+    """Return the energy under a deformation gradient and a shift of a sublattice."""
     atoms = deformed(crystal, gradient)
+    if len(shift):
+        atoms.positions[1::2] += shift
     atoms.calc = calculator
     try:
         return float(atoms.get_potential_energy())
