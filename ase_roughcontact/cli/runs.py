@@ -193,7 +193,7 @@ def draw_figures(options: argparse.Namespace) -> int:
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     folder = options.folder
-    scene = Scene.read(folder / "scene.toml")
+    scene = Scene.of_results(folder)
     steps = list(read_steps(folder / "sweep.traj"))
     if scene.path.is_loop:
         pictures, _, _ = _loop_results(folder, scene, _loop_of(scene, steps))
@@ -217,7 +217,7 @@ def write_report(options: argparse.Namespace) -> int:
     that needs no other file.
     """
     folder = options.folder
-    scene = Scene.read(folder / "scene.toml")
+    scene = Scene.of_results(folder)
     steps = list(read_steps(folder / "sweep.traj"))
     reference, values = reference_for(scene), ""
     if scene.path.is_loop:
@@ -237,7 +237,7 @@ def write_maps(options: argparse.Namespace) -> int:
     (npz) or that of ParaView (vti).
     """
     folder = options.folder
-    surface = Scene.read(folder / "scene.toml").sampled_surface
+    surface = Scene.of_results(folder).sampled_surface
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
     for number, frame in enumerate(read_frames(folder / "sweep.traj")):

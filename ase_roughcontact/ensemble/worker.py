@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.threads import available_threads, threads
-from ase_roughcontact.ensemble.cases import scene_as_dict
+from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.columns import scene_columns, step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.paths.record import LoadStep
@@ -51,7 +51,7 @@ def calculate_case(
         Why it failed.
     """
     frame = None if checkpoints is None else Path(checkpoints, f"{case}.traj")
-    data = {"scene": scene_as_dict(scene)}
+    data = {"scene": scene.entries()}
     with database.lock(case) as free:
         if not free:
             return "busy", ""
@@ -60,6 +60,11 @@ def calculate_case(
         missing = [step for step in wanted if step not in stored]
         state, message = "done", ""
         try:
+            if case_of(scene) != case:
+                raise ValueError(
+                    f"{', '.join(scene.files)}: not what it was when the ensemble "
+                    "began, or not the same on this machine: start the ensemble again"
+                )
             with threads(_threads()), closing(_relax(scene, missing, frame)) as records:
                 for step in missing:
                     if not database.is_locked(run):

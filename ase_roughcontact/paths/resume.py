@@ -6,7 +6,6 @@ A path is resumed from a file only if these agree; if not, the error lists what 
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 import os
@@ -18,6 +17,7 @@ from ase import Atoms
 from ase.constraints import Hookean
 
 from ase_roughcontact._util.files import PathName
+from ase_roughcontact._util.identity import differences, digest
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.trajectory import Signature, read_frames, signature
@@ -173,28 +173,6 @@ def describe_system(atoms: Atoms, **options: Any) -> dict[str, Any]:
     return json.loads(json.dumps(system | options, default=_encode))
 
 
-def differences(old: Any, new: Any, name: str = "") -> list[str]:
-    """Return one line for each parameter that differs between two nested dicts.
-
-    Parameters
-    ----------
-    old, new : dict
-    name : str
-        Of the dicts themselves, for the dotted names of what is in them.
-
-    Returns
-    -------
-    list of str
-    """
-    if not (isinstance(old, dict) and isinstance(new, dict)):
-        return [] if old == new else [f"{name or 'system'} was {old}, is {new}"]
-    return [
-        line
-        for key in {**old, **new}
-        for line in differences(old.get(key), new.get(key), f"{name}.{key}".strip("."))
-    ]
-
-
 def _describe_spring(spring: Hookean) -> dict[str, Any]:
     """Return stiffness, length and height of the end; x and y move with windows."""
     parameters = spring.todict()["kwargs"]
@@ -203,10 +181,10 @@ def _describe_spring(spring: Hookean) -> dict[str, Any]:
 
 
 def _encode(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return hashlib.sha256(value.tobytes()).hexdigest()[:16]
     if isinstance(value, np.generic):
         return value.item()
+    if isinstance(value, np.ndarray):
+        return digest(value.tobytes())
     raise ValueError(
         "a trajectory needs a description of the system, but "
         f"{type(value).__name__} has none: give it a method todict that returns its "

@@ -19,10 +19,12 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.scene.fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
-from ase_roughcontact.scene.section import Quantities, Section
+from ase_roughcontact.scene.section import Quantities, Section, plain_values
 
 # Element of the atoms if none is named.
 SYMBOL = "Cu"
+# Radius of the sphere if none is given, in units of the spacing.
+DEFAULT_RADIUS = 1000.0
 # Largest number of steps of a path, all of which are kept in memory.
 _MOST_STEPS = 1_000_000
 # Keys of [path] that a loop does not use.
@@ -98,6 +100,13 @@ class SphereConfig(Section):
     material: str = ""
     profile: str = "paraboloid"
 
+    def contents(self) -> dict[str, Any]:
+        """Return the values by key for comparison; see `Section.contents`."""
+        values = super().contents()
+        if self.radius is None:
+            values |= {"radius": DEFAULT_RADIUS, "unit": "a0"}
+        return values
+
 
 @dataclass(frozen=True)
 class InteractionConfig(Section):
@@ -131,7 +140,7 @@ class InteractionConfig(Section):
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, of parameters only those that are given."""
-        return {"kind": self.kind, **self.parameters}
+        return {"kind": self.kind, **plain_values(dict(self.parameters))}
 
     @classmethod
     def _of(cls, entries: Mapping[str, Any]) -> InteractionConfig:

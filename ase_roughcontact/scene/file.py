@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import filecmp
 import json
 import math
 import re
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from operator import methodcaller
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ase_roughcontact._util.identity import canonical, identity
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene.config import (
     SECTIONS,
@@ -51,7 +50,9 @@ class SceneFile:
     solver: SolverConfig = field(default_factory=SolverConfig)
 
     @classmethod
-    def parse(cls: type[AnyFile], text: str, name: str = "scene") -> AnyFile:
+    def parse(
+        cls: type[AnyFile], text: str, name: str = "scene", copied: bool = False
+    ) -> AnyFile:
         """Read the text of a scene file, without checking that the values are valid.
 
         The scene of an ensemble may omit keys that are set for each case.
@@ -63,6 +64,8 @@ class SceneFile:
         name : str
             Name of the file for error messages. The file of a scan is relative to its
             folder.
+        copied : bool
+            Whether other files are rather those that a run has copied to this folder.
 
         Returns
         -------
@@ -86,7 +89,8 @@ class SceneFile:
                     raise ValueError(
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
-                sections[title] = section.of(entries).located(Path(name).parent)
+                given, folder = section.of(entries), Path(name).parent
+                sections[title] = given.located(folder, copied)
         except ValueError as error:
             raise ValueError(f"{name}: {error}") from error
         return cls(**sections)
@@ -145,31 +149,43 @@ class SceneFile:
             changes[title] = section.changed(name, value) if name else value
         return replace(self, **changes)
 
+    @property
+    def identity(self) -> str:
+        """Hash of the values that are not the default, and of the contents of files.
+
+        Keys that are added to the scene file later do not change it.
+        """
+        return identity(self._contents)
+
     def changes_from(self, old: SceneFile) -> list[str]:
         """Return descriptions of the keys whose values differ from those of another.
 
-        Files are the same if their contents are.
+        There are none if, and only if, both have the same `identity`.
         """
-        values = old.entries(), self.entries()
         changes = []
         for title in SECTIONS:
-            was, now = (entries[title] or {} for entries in values)
+            was, now = (each.entries()[title] or {} for each in (old, self))
+            first, second = (each._contents.get(title, {}) for each in (old, self))
             changes += [
                 f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
                 for key in {**was, **now}
-                if was.get(key) != now.get(key)
-                and not (
-                    key in SECTIONS[title].file_keys
-                    and _same_contents(was.get(key, ""), now.get(key, ""))
-                )
+                if first.get(key) != second.get(key) or not (was and now)
             ]
         return changes
 
-
-def _same_contents(first: str, second: str) -> bool:
-    """Return whether files exist and have the same contents."""
-    exist = Path(first).is_file() and Path(second).is_file()
-    return exist and filecmp.cmp(first, second, shallow=False)
+    @property
+    def _contents(self) -> dict[str, dict[str, Any]]:
+        """Values by section and key that are not the default, for comparison."""
+        contents = {}
+        for title, kind in SECTIONS.items():
+            if (section := getattr(self, title)) is not None:
+                default = canonical(kind().contents())
+                contents[title] = {
+                    key: value
+                    for key, value in canonical(section.contents()).items()
+                    if value != default.get(key)
+                }
+        return contents
 
 
 def load_toml(text: str) -> dict[str, Any]:
@@ -188,5 +204,4 @@ def _toml(value: Any) -> str:
         return "not given"
     if isinstance(value, float) and value == math.inf:
         return "inf"  # of JSON "Infinity"
-    numbers = methodcaller("tolist")  # of NumPy
-    return json.dumps(value, ensure_ascii=False, default=numbers)
+    return json.dumps(value, ensure_ascii=False)

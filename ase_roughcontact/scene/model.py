@@ -20,7 +20,7 @@ from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import Grids, grids_for
 from ase_roughcontact.paths.hardness import hardness_of
-from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
+from ase_roughcontact.scene.config import DEFAULT_RADIUS, SYMBOL, SubstrateConfig
 from ase_roughcontact.scene.fields import local_adhesion, random_field
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.section import lengths
@@ -39,8 +39,6 @@ _LARGEST_HARDNESS = 1e3
 # Least default period of a local work of adhesion, in units of the radius in which a
 # sphere that touches is in the range of the wall: room for three times that range.
 _ROOM = 4.0
-# Radius of the sphere if none is given, in units of the spacing.
-DEFAULT_RADIUS = 1000.0
 
 
 @dataclass(frozen=True)

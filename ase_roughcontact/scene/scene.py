@@ -58,7 +58,31 @@ class Scene(ContactPath):
             If the file can't be read, is not TOML, or has an invalid value. The error
             names file, section and key.
         """
-        scene = cls.parse(cls.text_of(file), str(file))
+        return cls._read(Path(file))
+
+    @classmethod
+    def of_results(cls, folder: str | Path) -> Scene:
+        """Read the scene of a folder of results, with the files copied to it.
+
+        Parameters
+        ----------
+        folder : path
+            With ``scene.toml``; see `run`.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            See `read`.
+        """
+        return cls._read(Path(folder) / "scene.toml", copied=True)
+
+    @classmethod
+    def _read(cls, file: Path, copied: bool = False) -> Scene:
+        scene = cls.parse(cls.text_of(file), str(file), copied)
         scene.check(str(file))
         return scene
 
@@ -139,6 +163,12 @@ class Scene(ContactPath):
             "heterogeneity": ["local_adhesion"],
             "path": ["_checked_path"],
         }
+        names = {Path(file).name for file in self.files}
+        if len(names) < len(set(self.files)):
+            raise ValueError(
+                f"{name}: the files of a scene must have different names, as they are "
+                f"copied to the folder of its results, got {', '.join(self.files)}"
+            )
         for title, properties in parts.items():
             problems = dict.fromkeys(filter(None, map(self._problem, properties)))
             if problems:
@@ -290,7 +320,7 @@ class Scene(ContactPath):
         except ValueError as error:
             changes: list[str] = []
             with suppress(ValueError, OSError):
-                changes = self.changes_from(Scene.read(file))
+                changes = self.changes_from(Scene.of_results(folder))
             if not changes:
                 raise
             raise ValueError(
@@ -322,7 +352,7 @@ class Scene(ContactPath):
             scene.
         """
         if any((folder / name).exists() for name in results):
-            changes = self.changes_from(Scene.read(folder / "scene.toml"))
+            changes = self.changes_from(Scene.of_results(folder))
             if changes:
                 raise ValueError(_another(folder, changes))
 

@@ -112,7 +112,12 @@ class Section:
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, None for keys that are not given."""
-        return asdict(self)
+        return plain_values(asdict(self))
+
+    def contents(self) -> dict[str, Any]:
+        """Return the values by key as `canonical` compares them, files as paths."""
+        entries = self.entries()
+        return entries | {k: Path(v) for k in self.file_keys if (v := entries[k])}
 
     def changed(self: AnySection, name: str, value: Any) -> AnySection:
         """Return the section with another value of a key; errors are those of `of`."""
@@ -159,14 +164,24 @@ class Section:
         """Files that the section names."""
         return [file for key in self.file_keys if (file := getattr(self, key))]
 
-    def located(self: AnySection, folder: Path) -> AnySection:
+    def located(self: AnySection, folder: Path, copied: bool = False) -> AnySection:
         """Return the section with the whole paths of its files; see `find_file`."""
-        files = {key: find_file(getattr(self, key), folder) for key in self.file_keys}
+        names = {key: getattr(self, key) for key in self.file_keys}
+        files = {key: find_file(name, folder, copied) for key, name in names.items()}
         return replace(self, **files)
 
     @classmethod
     def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
         return cls(**entries)
+
+
+def plain_values(values: Any) -> Any:
+    """Return values with Python's numbers and lists in place of NumPy's."""
+    if isinstance(values, dict):
+        return {key: plain_values(value) for key, value in values.items()}
+    if isinstance(values, (list, tuple)):
+        return type(values)(map(plain_values, values))
+    return values.tolist() if hasattr(values, "tolist") else values
 
 
 def lengths(a0: float) -> dict[str, float]:
@@ -190,7 +205,7 @@ def _number(
     return value if scale == 1.0 or value is None else value * scale
 
 
-def find_file(name: str, folder: Path) -> str:
+def find_file(name: str, folder: Path, copied: bool = False) -> str:
     """Return the whole path of a file that a scene names.
 
     Parameters
@@ -200,6 +215,9 @@ def find_file(name: str, folder: Path) -> str:
     folder : Path
         Folder of the scene file. The file is sought at its path relative to this
         folder, and then in the folder itself, where a run has copied it.
+    copied : bool
+        Whether it is sought in the reverse order: the folder has results, and the file
+        at the path may have changed since.
 
     Returns
     -------
@@ -207,7 +225,9 @@ def find_file(name: str, folder: Path) -> str:
     """
     if not name:
         return name
-    places = folder / name, folder / Path(name).name
+    places = [folder / name, folder / Path(name).name]
+    if copied:
+        places.reverse()
     found = next((place for place in places if place.is_file()), places[0])
     return str(found.resolve())
 

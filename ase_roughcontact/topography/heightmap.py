@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from functools import cached_property
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import (
     FloatArray,
     Point,
@@ -414,7 +414,7 @@ class HeightMap:
 
     @cached_property
     def _digest(self) -> str:
-        return hashlib.sha256(self._values.tobytes()).hexdigest()[:16]
+        return digest(self._values.tobytes())
 
     def __repr__(self) -> str:
         """Return shape, spacing and periodicity."""

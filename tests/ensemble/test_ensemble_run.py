@@ -235,7 +235,7 @@ def test_closing_the_generator_stops_the_workers(tmp_path):
 
 def test_a_worker_stops_after_its_step_when_its_run_has_ended(tmp_path):
     database, folder = new_database(tmp_path), tmp_path / "frames"
-    task = database, folder, "run", "c1", LONG
+    task = database, folder, "run", case_of(LONG), LONG
     assert calculate_case(*task) == ("stopped", "")
     assert not database.steps()
     with ThreadPoolExecutor(1) as pool:

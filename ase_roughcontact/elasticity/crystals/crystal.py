@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ import numpy as np
 from ase import Atoms
 from ase.data import atomic_numbers
 
+from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import finite, lookup, positive
 from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
 from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
@@ -252,7 +252,7 @@ class Crystal(ElasticSolid):
             "calculator": self.calculator,
             "spacing": self.spacing,
             "contact_modulus": self.contact_modulus,
-            "table": sha256(self.table.tobytes()).hexdigest()[:16],
+            "table": digest(self.table.tobytes()),
         }
 
     @cached_property

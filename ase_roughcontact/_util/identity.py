@@ -1,0 +1,109 @@
+"""Identity of a calculation: the same values and contents, whatever their files' names.
+
+Databases of ensembles, folders of results and resumed paths compare what a calculation
+depends on by these functions. Numbers are the same if twelve digits are, so that other
+rounding errors on another machine are no difference; arrays and files if all bytes are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def identity(values: Mapping[str, Any]) -> str:
+    """Return a hash of all that a calculation depends on.
+
+    Parameters
+    ----------
+    values : mapping
+        See `canonical`.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits.
+    """
+    text = json.dumps(canonical(values), sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def canonical(value: Any) -> Any:
+    """Return JSON types that are equal if, and only if, two values are the same.
+
+    Parameters
+    ----------
+    value : any
+        Text, numbers, truth values, None, arrays, paths of files, and dicts or
+        sequences of these. The contents stand for a file, if it exists.
+
+    Returns
+    -------
+    any
+
+    Raises
+    ------
+    ValueError
+        If the value is of another type.
+    """
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, Mapping):
+        return {key: canonical(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [canonical(item) for item in value]
+    if isinstance(value, float):
+        text = f"{value:.12g}"
+        return int(float(text)) if float(text).is_integer() else text
+    if isinstance(value, np.ndarray):
+        return digest(value.tobytes())
+    if isinstance(value, Path):
+        return _contents(value) if value.is_file() else str(value)
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    raise ValueError(f"values must be text, numbers, arrays or files, got {value!r}")
+
+
+def digest(contents: bytes) -> str:
+    """Return a hash of bytes, 16 hexadecimal digits."""
+    return hashlib.sha256(contents).hexdigest()[:16]
+
+
+def differences(old: Any, new: Any, name: str = "") -> list[str]:
+    """Return one line for each value that differs between two nested dicts.
+
+    Parameters
+    ----------
+    old, new : dict
+    name : str
+        Of the dicts themselves, for the dotted names of what is in them.
+
+    Returns
+    -------
+    list of str
+    """
+    if not (isinstance(old, dict) and isinstance(new, dict)):
+        same = canonical(old) == canonical(new)
+        return [] if same else [f"{name or 'system'} was {old}, is {new}"]
+    return [
+        line
+        for key in {**old, **new}
+        for line in differences(old.get(key), new.get(key), f"{name}.{key}".strip("."))
+    ]
+
+
+def _contents(file: Path) -> str:
+    """Return a hash of the contents of a file, which is read again if it changed."""
+    status = file.stat()
+    return _digest_of(file, status.st_ino, status.st_size, status.st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _digest_of(file: Path, *changed: int) -> str:
+    return digest(file.read_bytes())

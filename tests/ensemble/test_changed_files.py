@@ -1,0 +1,119 @@
+"""Cases of ensembles and places on a scan are known by the contents of their files."""
+
+import os
+from concurrent.futures import Executor, Future
+
+import numpy as np
+import pytest
+from ensemble_scenes import finish, rows
+
+from ase_roughcontact.ensemble import case_of, read_ensemble, run_ensemble, run_places
+from ase_roughcontact.scene import Scene
+
+TEXT = """
+[substrate]
+spacing = 2.5
+shape = [16, 16]
+contact_modulus = 30.0
+[sphere]
+radius = "3 nm"
+[topography]
+file = "scan.txt"
+role = "substrate"
+margin = "2 nm"
+[path]
+control = "penetration"
+values = [0.5, 1.0]
+"""
+FILES = {
+    "topography": '[topography]\nfile = "{}"',
+    "heterogeneity": '[heterogeneity]\nfile = "{}"',
+    "potential": '[substrate]\npotential = "{}"',
+    "crystal": '[substrate]\ncrystal = "{}"',
+}
+
+
+def write_scan(folder, height):
+    """Write a bump, and return the scene in its folder."""
+    x, y = 0.25 * np.arange(41)[:, None], 0.25 * np.arange(33)
+    bump = height * np.exp(-((x - 5) ** 2) - (y - 4) ** 2)
+    folder.mkdir(exist_ok=True)
+    header = "Width: 10.25 nm\nHeight: 8.25 nm\nValue units: nm"
+    np.savetxt(folder / "scan.txt", bump.T, header=header)
+    (folder / "scene.toml").write_text(TEXT)
+    return Scene.read(folder / "scene.toml")
+
+
+@pytest.mark.parametrize("text", FILES.values(), ids=FILES)
+def test_a_case_depends_on_the_contents_of_a_file_and_not_on_its_name(tmp_path, text):
+    names = []
+    for name, contents in [("a", "one"), ("b", "one"), ("a", "two"), ("a", "three")]:
+        (tmp_path / name).write_text(contents)
+        os.utime(tmp_path / name, ns=(len(names), len(names)))
+        names.append(case_of(Scene.parse(text.format(tmp_path / name))))
+    assert names[0] == names[1] and len(set(names)) == 3
+
+
+def test_a_replaced_scan_is_another_case_and_a_copied_one_the_same(tmp_path):
+    database, here = tmp_path / "e.db", write_scan(tmp_path / "here", 0.1)
+    assert finish([here], database).steps == 2
+    before = read_ensemble(database)["normal_force"]
+    there = write_scan(tmp_path / "there", 0.1)
+    assert finish([there], database).steps == 2
+    assert len(rows(database, record="step")) == 2
+    replaced = write_scan(tmp_path / "here", 0.2)
+    assert finish([replaced], database).steps == 2
+    after = read_ensemble(database, case=case_of(replaced))["normal_force"]
+    assert len(rows(database, record="step")) == 4
+    expected = [step.normal_force for step in replaced.relax()]
+    np.testing.assert_array_equal(after, expected)
+    assert (abs(after - before) > 0.01 * before).all()
+
+
+class Here(Executor):
+    """Runs tasks in this process, after something has happened."""
+
+    def __init__(self, happens=lambda: None):
+        self.happens = happens
+
+    def submit(self, function, *arguments):
+        self.happens()
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+def test_a_scan_that_is_replaced_while_the_ensemble_runs_fails_the_case(tmp_path):
+    database, scene = tmp_path / "e.db", write_scan(tmp_path / "here", 0.1)
+    late = Here(lambda: write_scan(tmp_path / "here", 0.2))
+    *_, last = run_ensemble([scene], database, late, interval=0.01)
+    (message,) = last.failures.values()
+    assert "scan.txt" in message and last.steps == 0
+
+
+def test_places_of_a_replaced_scan_are_refused(tmp_path):
+    here, out = tmp_path / "here", tmp_path / "out"
+    for _ in range(2):
+        (place,) = run_places(write_scan(here, 0.1), (1, 1), out, Here())
+        assert place.converged
+    with pytest.raises(ValueError, match=r"another scene: \[topography\] file"):
+        next(run_places(write_scan(here, 0.2), (1, 1), out, Here()))
+
+
+def test_figures_of_a_run_are_of_the_scan_that_was_copied(tmp_path):
+    scene, out = write_scan(tmp_path / "here", 0.1), tmp_path / "out"
+    list(scene.run(out))
+    scan = scene.scan
+    write_scan(tmp_path / "here", 0.2)
+    assert Scene.of_results(out).scan == scan
+
+
+def test_files_of_one_name_are_refused(tmp_path):
+    scene = write_scan(tmp_path / "here", 0.1)
+    (tmp_path / "scan.txt").write_text("1 2\n3 4")
+    other = tmp_path / "scan.txt"
+    text = f'{TEXT}[heterogeneity]\nfile = "{other}"'
+    both = Scene.parse(text, str(tmp_path / "here" / "scene.toml"))
+    with pytest.raises(ValueError, match="must have different names"):
+        both.check()
+    assert scene.files == both.files[:1]
