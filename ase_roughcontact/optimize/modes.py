@@ -24,8 +24,8 @@ import numpy as np
 from ase import Atoms
 from ase.utils.abc import Optimizable
 
-from ase_roughcontact._util.kernels import inner, rowwise
-from ase_roughcontact.atoms.calculator import elastic_pressure, grid_of
+from ase_roughcontact._util.kernels import array_equal, inner, rowwise
+from ase_roughcontact.atoms.calculator import elastic_pressure, has_model, model_of
 from ase_roughcontact.atoms.grid import displacement, set_displacement
 from ase_roughcontact.optimize.constraints import (
     Indenter,
@@ -44,8 +44,10 @@ class FourierModes(Optimizable):
     An ASE `Optimizable`, to be given to FIRE, FIRE2, LBFGS or the SciPy optimizers in
     place of the atoms; also to BFGSLineSearch, but its Hessian matrix is for windows of
     a few hundred atoms at most. Energy and gradient together cost one FFT pair.
-    The atoms are moved when the optimizer has converged or writes a trajectory, and by
-    `write`. Load and constraints are those at the time of construction.
+
+    The atoms are always in the present iterate. If they are moved, or their calculator
+    or constraints are changed, the modes follow. The history of an optimizer (vectors,
+    velocities) is then one of another problem: make a new optimizer for a new problem.
 
     The curvature of the energy is about 1 eV/Å^2 in these coordinates, which LBFGS
     needs as ``alpha=1`` (its default is meant for atoms). FIRE and FIRE2 limit the norm
@@ -74,13 +76,13 @@ class FourierModes(Optimizable):
     True
     """
 
+    _gradient: np.ndarray | None
+    _norm: float | None
+
     def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
-        self.contact = soft_contact_of(atoms)
-        self.indenter = Indenter(atoms)
-        self._grid = grid_of(atoms)
         self.evaluations = 0
-        self._scale()
+        self._connect()
         self._read()
 
     @property
@@ -97,22 +99,29 @@ class FourierModes(Optimizable):
         return self._modes + 1
 
     def get_x(self) -> np.ndarray:
-        """Return a copy of the coordinates, shape (ndofs,)."""
+        """Return a copy of the coordinates, shape (ndofs,); the last is 0 if fixed."""
+        self._follow()
         return self._x.copy()
 
     def set_x(self, x: np.ndarray) -> None:
-        """Set the coordinates, and discard the results of the old ones."""
-        self._x = np.array(x, dtype=float)
-        self._gradient: np.ndarray | None = None
-        self._norm: float | None = None
+        """Move the atoms to coordinates; the height of a fixed indenter is kept."""
+        rows, columns = self.contact.halfspace.dof_shape
+        values = self._real(x, self._from_mode)[:rows, :columns]
+        set_displacement(self.atoms, values)
+        if not self.indenter.fixed:
+            self.atoms.positions[-1, 2] = x[-1] * self._z_scale
+        self.atoms.calc.reset()
+        self._set(x)
 
     def get_value(self) -> float:
         """Return the energy, including those of the load and of springs (eV)."""
+        self._follow()
         self._evaluate()
         return self._value
 
     def get_gradient(self) -> np.ndarray:
         """Return the gradient as a read-only array, shape (ndofs,)."""
+        self._follow()
         return self._evaluate()
 
     def gradient_norm(self, gradient: np.ndarray) -> float:
@@ -139,26 +148,52 @@ class FourierModes(Optimizable):
         return self._norm
 
     def converged(self, gradient: np.ndarray, fmax: float) -> bool:
-        """Return whether the largest force is below `fmax`; if so, move the atoms."""
+        """Return whether the largest force is below `fmax`; if so, store results."""
         known = gradient is self._gradient
         force = self.gradient_norm if known else self._largest_force
         done = force(gradient) < fmax
         if done:
-            self.write()
+            self.atoms.get_potential_energy()
         return done
 
-    def write(self) -> None:
-        """Move the atoms to the present coordinates, and calculate their results."""
-        rows, columns = self.contact.halfspace.dof_shape
-        values = self._real(self._x, self._from_mode)[:rows, :columns]
-        set_displacement(self.atoms, values)
-        self.atoms.positions[-1, 2] = self._x[-1] * self._z_scale
-        self.atoms.get_potential_energy()
-
     def iterimages(self) -> Iterator[Atoms]:
-        """Yield the atoms at the present coordinates, with energy and forces."""
-        self.write()
+        """Yield the atoms, with energy and forces."""
+        self.atoms.get_potential_energy()
         yield self.atoms
+
+    def _connect(self) -> None:
+        self.contact = soft_contact_of(self.atoms)
+        self.indenter = Indenter(self.atoms)
+        self._model, self._settings = model_of(self.atoms), self._present_settings()
+        self._positions = np.empty_like(self.atoms.positions)
+        self._scale()
+
+    def _present_settings(self) -> list[object]:
+        """Return what the problem depends on, beside the model and the positions."""
+        cell, pbc = self.atoms.cell.tolist(), self.atoms.pbc.tolist()
+        load = self.atoms.calc.parameters["load"]
+        return [cell, pbc, load, *self.atoms.constraints]
+
+    def _follow(self) -> None:
+        """Read the atoms if they, their calculator or constraints have changed."""
+        if (
+            has_model(self.atoms, self._model)
+            and self._present_settings() == self._settings
+            and array_equal(self.atoms.positions, self._positions)
+            and self._external() == self._known_external
+        ):
+            return
+        modes = self._modes
+        self._connect()
+        if self._modes != modes:
+            raise ValueError(
+                "the surface has another number of atoms now: make new FourierModes"
+            )
+        self._read()
+
+    def _external(self) -> tuple[float, float]:
+        """Return energy and force of load and springs, which may have been changed."""
+        return self.indenter.external(float(self.atoms.positions[-1, 2]))
 
     def _scale(self) -> None:
         contact, halfspace = self.contact, self.contact.halfspace
@@ -185,13 +220,22 @@ class FourierModes(Optimizable):
     def _read(self) -> None:
         halfspace = self.contact.halfspace
         transform = halfspace.grid_transform
-        values = displacement(self.atoms, self._grid)
+        values = displacement(self.atoms, self._model.grid)
         if halfspace.dof_shape != halfspace.grid:
             values = halfspace.grid_displacement(elastic_pressure(self.atoms))
         modes = transform.forward(values).view(transform.dtype) / self._from_mode
         cells = values.size
         height = self.atoms.positions[-1, 2] / self._z_scale
-        self.set_x(np.append(modes.ravel() / cells, height))
+        self._set(np.append(modes.ravel() / cells, height))
+
+    def _set(self, x: np.ndarray) -> None:
+        """Set the coordinates of the atoms, and discard the results of the old ones."""
+        self._known_external = self._external()
+        self._positions[:] = self.atoms.positions
+        self._x = np.array(x, dtype=float)
+        if self.indenter.fixed:
+            self._x[-1] = 0.0
+        self._gradient = self._norm = None
 
     def _largest_force(self, gradient: np.ndarray) -> float:
         forces = self._real(gradient, self._gradient_to_force)
@@ -209,11 +253,9 @@ class FourierModes(Optimizable):
             return self._gradient
         self.evaluations += 1
         contact, transform = self.contact, self.contact.halfspace.window_transform
-        spectrum = transform.spectrum.view(transform.dtype)
-        modes = self._x[: self._modes].reshape(self._shape)
-        np.multiply(modes, self._from_mode, out=spectrum)
-        height = self._x[-1] * self._z_scale
-        wall_energy, pressure = contact.wall(contact.gap(transform.inverse(), height))
+        height = float(self.atoms.positions[-1, 2])
+        gap = contact.gap(displacement(self.atoms, self._model.grid), height)
+        wall_energy, pressure = contact.wall(gap)
         wall_force = contact.halfspace.cell_area * pressure.sum()
         if contact.halfspace.periodic:
             pressure -= pressure.mean()
@@ -221,11 +263,14 @@ class FourierModes(Optimizable):
         transform.pairs += 1
 
         gradient = np.empty(self.ndofs())
-        slopes = gradient[: self._modes].reshape(self._shape)
         twice_elastic = _set_gradient(
-            slopes, modes, self._elastic, spectrum, self._pressure_to_gradient
+            gradient[: self._modes].reshape(self._shape),
+            self._x[: self._modes].reshape(self._shape),
+            self._elastic,
+            transform.spectrum.view(transform.dtype),
+            self._pressure_to_gradient,
         )
-        external_energy, external_force = self.indenter.external(height)
+        external_energy, external_force = self._known_external
         force = 0.0 if self.indenter.fixed else wall_force + external_force
         gradient[-1] = -force * self._z_scale
         gradient.flags.writeable = False

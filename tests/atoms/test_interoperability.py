@@ -135,7 +135,6 @@ def test_any_optimizer_of_ase_relaxes_the_atoms(optimizer, energy):
 def test_optimizers_of_ase_relax_the_modes(optimizer, energy):
     modes = FourierModes(make_atoms())
     optimizer(modes, logfile=None).run(fmax=1e-4, steps=1000)
-    modes.write()
     assert modes.atoms.get_potential_energy() == pytest.approx(energy, rel=1e-5)
 
 

@@ -60,7 +60,6 @@ def test_the_step_limit_of_modes_is_a_displacement_of_a_tenth_of_a_spacing(
     step = rng.normal(size=modes.ndofs())
     step[-1] = 0.0
     modes.set_x(modes.get_x() + step * modes.maxstep / np.linalg.norm(step))
-    modes.write()
     # a random step: not all modes move the atoms of a free half space equally
     assert 0.03 * spacing < rms(atoms.positions[:-1, 2]) < 0.2 * spacing
 

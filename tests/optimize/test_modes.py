@@ -16,12 +16,14 @@ from ase_roughcontact import (
     FourierModes,
     HardWall,
     LennardJones93,
+    NewtonKrylov,
     RoughContact,
     RoughSphere,
     SelfAffine,
     substrate,
 )
 from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.elasticity.fft import RealFFT2
 
 SPHERE = RoughSphere(radius=10.0)
 
@@ -91,7 +93,6 @@ def test_norm_of_a_step_is_the_largest_displacement(periodic, rng):
     x, before = modes.get_x(), atoms.positions[:, 2].copy()
     step = rng.normal(size=modes.ndofs())
     modes.set_x(x + step)
-    modes.write()
     moved = np.abs(atoms.positions[:, 2] - before).max()
     assert modes.gradient_norm(step) == pytest.approx(moved, rel=1e-10)
 
@@ -99,7 +100,8 @@ def test_norm_of_a_step_is_the_largest_displacement(periodic, rng):
 def test_coordinates_are_transformed_to_modes_and_back(periodic, rng):
     atoms = shaken(make_atoms(periodic=periodic), rng)
     before = atoms.positions.copy()
-    FourierModes(atoms).write()
+    modes = FourierModes(atoms)
+    modes.set_x(modes.get_x())
     np.testing.assert_allclose(atoms.positions, before, atol=1e-14)
 
 
@@ -157,17 +159,19 @@ def test_optimizers_find_the_same_energy_as_on_atoms(optimizer, options, control
     assert atoms.positions[-1, 2] == pytest.approx(reference.positions[-1, 2], abs=1e-4)
 
 
-def test_one_pair_of_transforms_per_evaluation(periodic):
-    modes = FourierModes(make_atoms(periodic=periodic))
-    halfspace = modes.contact.halfspace
-    inside, outside = halfspace.window_transform, halfspace.grid_transform
-    before = inside.pairs, outside.pairs
+def test_one_pair_of_transforms_per_evaluation(periodic, monkeypatch):
+    modes, calls = FourierModes(make_atoms(periodic=periodic)), []
+    for name in ("forward", "inverse"):
+        method = getattr(RealFFT2, name)
+        monkeypatch.setattr(
+            RealFFT2, name, lambda *a, m=method, n=name: calls.append(n) or m(*a)
+        )
     x = modes.get_x()
     for count in range(1, 4):
         modes.set_x(x)
         modes.get_value(), modes.get_gradient(), modes.get_value()
-        assert modes.evaluations == inside.pairs - before[0] == count
-    assert outside.pairs == before[1]
+        assert modes.evaluations == count
+    assert calls == 3 * ["inverse", "forward"]
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
@@ -176,15 +180,6 @@ def test_optimizers_evaluate_once_a_step(optimizer):
     dynamics = optimizer(modes, logfile=None)
     assert dynamics.run(fmax=1e-4)
     assert modes.evaluations == dynamics.nsteps + 1
-
-
-def test_atoms_are_moved_on_convergence_only():
-    atoms = make_atoms()
-    dynamics = FIRE(FourierModes(atoms), logfile=None)
-    assert not dynamics.run(fmax=1e-6, steps=3)
-    assert not atoms.positions[:-1, 2].any()
-    assert dynamics.run(fmax=1e-6)
-    assert np.abs(atoms.get_forces()).max() < 1e-6
 
 
 def test_trajectory_has_the_atoms_of_every_step(tmp_path):
@@ -203,7 +198,117 @@ def test_trajectory_has_the_atoms_of_every_step(tmp_path):
 def test_fixed_indenter_does_not_move(optimizer):
     atoms = make_atoms(load=0.5)
     assert optimizer(FourierModes(atoms), logfile=None).run(fmax=1e-5)
-    assert atoms.positions[-1, 2] == pytest.approx(0.6, abs=1e-14)
+    assert atoms.positions[-1, 2] == 0.6
+
+
+# The atoms while an optimizer works on their modes
+
+
+def test_atoms_are_in_the_present_iterate_at_every_step():
+    atoms = make_atoms(load=0.5, fixed=False)
+    modes, seen = FourierModes(atoms), []
+    dynamics = LBFGS(modes, alpha=1.0, logfile=None)
+    dynamics.attach(lambda: seen.append(atoms.get_forces()))
+    for _ in dynamics.irun(fmax=1e-6, steps=5):
+        norm = modes.gradient_norm(modes.get_gradient())
+        assert np.abs(atoms.get_forces()).max() == pytest.approx(norm, rel=1e-9)
+        np.testing.assert_array_equal(seen[-1], atoms.get_forces())
+    assert len(seen) == 6
+    assert len({forces[-1, 2] for forces in seen}) == 6
+
+
+def test_atoms_are_in_the_last_iterate_when_a_run_has_not_converged():
+    atoms = make_atoms()
+    start = atoms.get_potential_energy()
+    modes = FourierModes(atoms)
+    assert not LBFGS(modes, alpha=1.0, logfile=None).run(fmax=1e-6, steps=2)
+    assert not atoms.calc.results
+    assert atoms.get_potential_energy() == pytest.approx(modes.get_value(), rel=1e-12)
+    assert atoms.get_potential_energy() < 0.9 * start
+
+
+def deeper(atoms):
+    atoms.positions[-1, 2] -= 0.2
+
+
+def free_under_load(atoms):
+    atoms.set_constraint()
+
+
+def tied(atoms):
+    spring(atoms, stiffness=2.0)
+
+
+def fixed_deeper(atoms):
+    deeper(atoms)
+    atoms.set_constraint(FixAtoms([-1]))
+
+
+def spring_pulled(atoms):
+    atoms.constraints[0].origin = atoms.constraints[0].origin - [0.0, 0.0, 0.3]
+
+
+def more_load(atoms):
+    atoms.calc.set(load=1.1)
+
+
+def stiffer(atoms):
+    atoms.calc.set(contact_modulus=1.7)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        [deeper, deeper, deeper],
+        [stiffer, deeper],
+        [free_under_load, more_load, fixed_deeper],
+        [tied, spring_pulled, free_under_load],
+    ],
+    ids=["heights", "modulus", "loads", "springs"],
+)
+def test_later_runs_relax_the_atoms_as_they_are_now(changes, periodic):
+    atoms = make_atoms(periodic=periodic, load=0.5)
+    modes = FourierModes(atoms)
+    dynamics = LBFGS(modes, alpha=1.0, logfile=None)
+    assert dynamics.run(fmax=1e-6, steps=500)
+    for change in changes:
+        change(atoms)
+        height = atoms.positions[-1, 2]
+        assert dynamics.run(fmax=1e-6, steps=500)
+        if modes.indenter.fixed:
+            assert atoms.positions[-1, 2] == height
+        expected = atoms.copy()
+        expected.positions[:-1, 2] = 0.0
+        expected.calc = RoughContact(**atoms.calc.parameters)
+        assert NewtonKrylov(expected).run(fmax=1e-9)
+        force, other = (a.calc.state(a).normal_force for a in (atoms, expected))
+        assert force == pytest.approx(other, rel=1e-4)
+
+
+def test_modes_follow_atoms_that_are_moved_during_a_run():
+    atoms = make_atoms()
+    dynamics = LBFGS(FourierModes(atoms), alpha=1.0, logfile=None)
+    dynamics.attach(lambda: deeper(atoms) if dynamics.nsteps == 3 else None)
+    assert dynamics.run(fmax=1e-6, steps=500)
+    assert atoms.positions[-1, 2] == 0.6 - 0.2
+    assert np.abs(atoms.get_forces()[:-1]).max() < 1e-6
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (lambda atoms: atoms.calc.set(interaction=HardWall()), "ActiveSet"),
+        (lambda atoms: atoms.set_constraint(FixAtoms([3])), "ASE's optimizers"),
+    ],
+    ids=["hard wall", "fixed atom"],
+)
+def test_later_runs_refuse_what_the_modes_do_not_support(change, words):
+    atoms = make_atoms()
+    dynamics = LBFGS(FourierModes(atoms), alpha=1.0, logfile=None)
+    assert dynamics.run(fmax=1e-3)
+    change(atoms)
+    with pytest.raises(ValueError, match=words):
+        dynamics.run(fmax=1e-3)
 
 
 # Errors
