@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import IO, Any, ClassVar, TypeAlias
 
@@ -64,7 +65,8 @@ class ContactOptimizer(Optimizer):
     Notes
     -----
     `run` moves the atoms when observers are called and at the end, `irun` at every
-    step. Energy and forces are then in the results of the calculator.
+    step. Energy and forces are then in the results of the calculator, also those of the
+    start, unless atoms overlap with a hard wall there.
     """
 
     solver: Callable[..., Generator[Relaxation, None, None]]
@@ -225,7 +227,8 @@ class ContactOptimizer(Optimizer):
                 yield self._converged
         finally:
             self._states.close()
-            self._move_atoms()
+            if self.state is not None or self._converged:
+                self._move_atoms()
 
     def _connect(self) -> None:
         """Read contact, load and constraints off the atoms."""
@@ -293,8 +296,9 @@ class ContactOptimizer(Optimizer):
         if not has_model(self.atoms, self._model):
             return  # the state is not one of theirs
         state = self.state
-        if state is not None and state is not self._applied:
-            relax_to(self.atoms, self._model, state.pressure, state.height)
-            self._applied = state
-        elif state is not None or self._converged:
-            self.atoms.get_potential_energy()
+        if state is None or state is self._applied:
+            with suppress(ValueError):  # the first atoms may overlap with a hard wall
+                self.atoms.get_potential_energy()
+            return
+        relax_to(self.atoms, self._model, state.pressure, state.height)
+        self._applied = state

@@ -207,3 +207,39 @@ def test_forces_on_the_padding_are_not_lost_in_a_solver_that_has_not_moved_atoms
     NewtonKrylov(atoms).run(fmax=1e-9, steps=0)
     atoms.calc.reset()
     np.testing.assert_allclose(atoms.get_forces(), expected, atol=1e-12)
+
+
+# The start
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_observers_and_frames_have_the_energy_of_the_start(wall, periodic, tmp_path):
+    atoms, file, seen = make_atoms(wall, periodic), tmp_path / "run.traj", []
+    if wall.hard:  # without overlap
+        atoms.positions[-1, 2] = contact_of(atoms).first_contact + 0.5
+    start = atoms.copy()
+    start.calc = RoughContact(ROUGH, 1.0, wall)
+    with (ActiveSet if wall.hard else NewtonKrylov)(atoms, trajectory=file) as solver:
+        solver.attach(lambda: seen.append(dict(atoms.calc.results)))
+        solver.run(fmax=1e-6)
+    energy, forces = start.get_potential_energy(), start.get_forces()
+    assert seen[0]["energy"] == pytest.approx(energy, abs=1e-12)
+    frame = read(file, 0)
+    assert frame.get_potential_energy() == pytest.approx(energy, abs=1e-12)
+    np.testing.assert_allclose(frame.get_forces(), forces, atol=1e-12)
+
+
+def test_the_results_of_the_start_are_known_after_the_first_iteration():
+    atoms = make_atoms(WALLS["repulsive"])
+    iterations = NewtonKrylov(atoms).irun(fmax=1e-6)
+    assert not next(iterations)
+    assert atoms.calc.results["normal_force"] > 0.0
+
+
+def test_the_first_frame_has_no_energy_where_atoms_overlap_with_a_hard_wall(
+    tmp_path,
+):
+    atoms, file = make_atoms(WALLS["hard"]), tmp_path / "run.traj"
+    with ActiveSet(atoms, trajectory=file) as solver:
+        assert solver.run(fmax=1e-6)
+    assert [frame.calc is None for frame in read(file, "0:2")] == [True, False]
