@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import Any, get_type_hints
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import MISSING, LoadStep
 from ase_roughcontact.scene import Scene
 
 
@@ -74,8 +74,6 @@ COLUMNS: dict[str, type] = {
     **{name: kind for name, kind in get_type_hints(LoadStep).items() if name != "step"},
     "version": str,
 }
-#: Value that stands for a missing one, by type.
-MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
 
 
 def scene_columns(scene: Scene) -> dict[str, Any]:

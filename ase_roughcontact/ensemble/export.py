@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import PathName, replaced
-from ase_roughcontact.ensemble.columns import COLUMNS, MISSING
+from ase_roughcontact.ensemble.columns import COLUMNS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
+from ase_roughcontact.paths.record import MISSING
 
 
 def read_ensemble(

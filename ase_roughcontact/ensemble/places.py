@@ -134,8 +134,8 @@ def read_places(file: str | Path) -> list[Place]:
         return [
             Place(
                 **{name: _number(row, name) for name in _UNITS},
-                converged=row["converged"] == "True",
-                message=row["message"],
+                converged=row.get("converged") == "True",
+                message=row.get("message") or "",
             )
             for row in csv.DictReader(lines)
         ]
@@ -213,8 +213,10 @@ def _row(place: Place) -> list[Any]:
 
 def _number(row: dict[str, str], name: str) -> float:
     unit = _UNITS[name]
-    value = UNITS[unit] * float(row[f"{name} ({unit})"])
-    return round(value, 6) if name in ("x", "y") else value  # as by `_grid`
+    key = f"{name} ({unit})"
+    if name in ("x", "y"):
+        return round(UNITS[unit] * float(row[key]), 6)  # as by `_grid`
+    return UNITS[unit] * float(row.get(key, math.nan))
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -18,9 +18,9 @@ of columns follow from it. A subclass adds columns: ::
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_type_hints
 
 import numpy as np
 
@@ -119,6 +119,9 @@ def _memory(step: RelaxedStep) -> float:
 
 
 Step = TypeVar("Step", bound="LoadStep")
+
+#: Value that stands for a missing one, by type.
+MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
 
 
 @dataclass(frozen=True)
@@ -284,6 +287,31 @@ class LoadStep:
         return cls(
             **{name: each.value(relaxed) for name, each in columns_of(cls).items()}
         )
+
+
+    @classmethod
+    def from_columns(cls: type[Step], columns: Mapping[str, Any]) -> Step:
+        """Return the result that a file of this or another version has.
+
+        Parameters
+        ----------
+        columns : mapping
+            Values by column. Missing ones are NaN, -1, False or empty; others than
+            those of the class are ignored.
+
+        Returns
+        -------
+        LoadStep
+            Of the class that it is called on.
+
+        Raises
+        ------
+        KeyError
+            If the columns have no number of the step.
+        """
+        missing = {k: MISSING.get(kind) for k, kind in get_type_hints(cls).items()}
+        values = {name: columns.get(name, missing[name]) for name in columns_of(cls)}
+        return cls(**values | {"step": columns["step"]})
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:

@@ -19,7 +19,7 @@ from ase.constraints import Hookean
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences, digest
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import Signature, read_frames, signature
 
 #: Key of the checksum of a table's earlier lines in the `info` of a frame.
@@ -28,6 +28,10 @@ LINES = "lines"
 # Relative difference of targets that counts as rounding, as between the common part of
 # a path and of a longer one; near zero, relative to the neighbouring targets.
 _ROUNDING = 1e-12
+
+
+class OtherPathError(ValueError):
+    """A trajectory has the steps of another path or system."""
 
 
 @dataclass(frozen=True)
@@ -95,34 +99,31 @@ class PathDescription:
 
         Raises
         ------
+        OtherPathError
+            If the frames are of another path, with what differs.
         ValueError
-            If the frames are of another path, with what differs, or one is damaged.
+            If a frame is damaged.
         """
         steps: list[LoadStep] = []
         read, frame, lines = signature(file), None, None
         for frame in read_frames(file):
             expected = steps[-1].step + 1 if steps else None if keep == "last" else 0
-            mismatch = self._mismatch(frame.info, expected, record)
+            mismatch = self._mismatch(frame.info, expected)
             if mismatch:
-                raise ValueError(
+                raise OtherPathError(
                     f"can't resume: {os.fspath(file)} holds steps of another path or "
                     f"system: {'; '.join(mismatch)} (eV, Å): use the former "
                     "parameters, delete the file, or give another file or folder"
                 )
             lines = lines if steps else frame.info.get(LINES)
-            steps.append(record(**frame.info["load_step"]))
+            steps.append(record.from_columns(frame.info["load_step"]))
         return FinishedSteps(steps, frame, lines, read)
 
-    def _mismatch(
-        self, info: dict[str, Any], expected: int | None, record: type[LoadStep]
-    ) -> list[str]:
+    def _mismatch(self, info: dict[str, Any], expected: int | None) -> list[str]:
         """Return what keeps a frame from being the expected step of this path."""
         if not {"path", "load_step"} <= set(info):
             return ["its frames are not those of a load path"]
-        path, columns = info["path"], info["load_step"]
-        if list(columns) != list(columns_of(record)):
-            return [f"its columns are {', '.join(columns)}"]
-        number = columns["step"]
+        path, number = info["path"], info["load_step"]["step"]
         if expected is not None and number != expected:
             return [f"it has step {number} in place of step {expected}"]
         if path["control"] != self.control:

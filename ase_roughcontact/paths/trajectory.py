@@ -108,7 +108,7 @@ def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[Lo
     file : path
         See `read_frames`.
     record : type
-        Class of the results, `LoadStep` or the subclass that the path was written with.
+        Class of the results; see `LoadStep.from_columns`.
 
     Yields
     ------
@@ -117,7 +117,7 @@ def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[Lo
     Raises
     ------
     ValueError
-        If no frame can be read, one is damaged, or has no result of this class.
+        If no frame can be read, one is damaged, or has no result of a step.
 
     Warns
     -----
@@ -134,11 +134,11 @@ def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[Lo
             )
     for frame in read_frames(file):
         try:
-            yield record(**frame.info["load_step"])
-        except (KeyError, TypeError) as error:
+            yield record.from_columns(frame.info["load_step"])
+        except KeyError as error:
             raise ValueError(
                 f"the frames of {os.fspath(file)} are not those of a load path: they "
-                f"have no results of steps, or not the columns of {record.__name__}"
+                "have no results of steps"
             ) from error
 
 

@@ -18,6 +18,7 @@ from ase_roughcontact.paths.hysteresis import adhesion_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.resume import OtherPathError
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.path import ContactPath
 from ase_roughcontact.scene.scan_summary import scan_warnings
@@ -317,7 +318,7 @@ class Scene(ContactPath):
         }
         try:
             path = self.relax(resume=True, validity="ignore", **files)
-        except ValueError as error:
+        except OtherPathError as error:
             changes: list[str] = []
             with suppress(ValueError, OSError):
                 changes = self.changes_from(Scene.of_results(folder))

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 import re
 from dataclasses import asdict, dataclass, fields
 
@@ -137,9 +138,23 @@ def test_path_with_an_own_column_is_resumed(tmp_path):
     steps = list(load_path(make_atoms(), [0.4, 0.5], resume=True, **options))
     assert steps[0] == first
     assert steps[1].largest_gap < first.largest_gap
-    with pytest.raises(ValueError, match=r"its columns are .* largest_gap"):
-        options.pop("record")
-        load_path(make_atoms(), [0.4, 0.5], resume=True, **options)
+
+
+@pytest.mark.parametrize("before, after", [(0, 1), (1, 0)])
+def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
+    records, file = (LoadStep, StepWithLargestGap), tmp_path / "sweep.traj"
+    files = {"trajectory": file, "csv": tmp_path / "curve.csv"}
+    (old,) = load_path(make_atoms(), [0.4], record=records[before], **files)
+    options = {"record": records[after], "resume": True}
+    first, second = load_path(make_atoms(), [0.4, 0.5], **options, **files)
+    assert type(first) is type(second) is records[after]
+    assert first.normal_force == old.normal_force < second.normal_force
+    with open(tmp_path / "curve.csv", newline="") as table:
+        rows = [list(row.values()) for row in csv.DictReader(table)]
+    assert rows[0][:3] == [str(value) for value in list(asdict(old).values())[:3]]
+    assert len(rows[0]) == len(rows[1]) == len(asdict(first))
+    if after:
+        assert math.isnan(first.largest_gap) and second.largest_gap > 0.0
 
 
 def test_loop_has_own_columns_too():
