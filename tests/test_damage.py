@@ -98,7 +98,7 @@ def test_a_changed_frame_is_named_and_nothing_is_written(folder, change):
 def test_a_changed_frame_is_named_when_the_path_is_extended(folder):
     rewrite(folder / "sweep.traj", 2, change_force)
     longer = SCENE.with_values({"path.values": (*SCENE.path.values, 0.4)})
-    with pytest.raises(ValueError, match="frame 2 of .* is damaged") as error:
+    with pytest.raises(ValueError, match=r"frame 2 of .* is damaged") as error:
         next(longer.run(folder))
     assert "another scene" not in str(error.value)
 

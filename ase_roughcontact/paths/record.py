@@ -288,7 +288,6 @@ class LoadStep:
             **{name: each.value(relaxed) for name, each in columns_of(cls).items()}
         )
 
-
     @classmethod
     def from_columns(cls: type[Step], columns: Mapping[str, Any]) -> Step:
         """Return the result that a file of this or another version has.
