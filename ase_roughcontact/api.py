@@ -1,6 +1,8 @@
 """The public names of the package, imported when one of them is used."""
 
+from ase_roughcontact.atoms.adhesion import adhesion_loop
 from ase_roughcontact.atoms.calculator import RoughContact
+from ase_roughcontact.atoms.loading import load_path
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.foundation import (
@@ -26,8 +28,7 @@ from ase_roughcontact.optimize import (
     HalfSpacePrecon,
     NewtonKrylov,
 )
-from ase_roughcontact.paths.hysteresis import AdhesionLoop, adhesion_loop
-from ase_roughcontact.paths.loading import load_path
+from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityWarning

@@ -302,7 +302,7 @@ def grid_of(atoms: Atoms) -> SurfaceGrid:
 
 def wall_of(atoms: Atoms) -> Interaction:
     """Return the wall of the atoms, without sampling the indenter if it is given."""
-    wall = _calculator_of(atoms).parameters["interaction"]
+    wall = calculator_of(atoms).parameters["interaction"]
     return contact_of(atoms).interaction if wall is None else wall
 
 
@@ -371,8 +371,24 @@ def relax_to(
     """
     displacement = model.apply_pressure(atoms, pressure, height)
     state = model.contact.evaluate(displacement, height, pressure, pressure)
+    adopt_results(atoms, state)
+
+
+def adopt_model(atoms: Atoms, model: ContactModel) -> None:
+    """Let the calculator of atoms use a model that was made for them elsewhere."""
+    atoms.calc._cached_model = model
+    atoms.calc.reset()
+
+
+def adopt_results(atoms: Atoms, state: ContactState) -> None:
+    """Give the calculator of atoms results that were calculated elsewhere."""
     atoms.calc.atoms = atoms.copy()
     atoms.calc._store(state)
+
+
+def has_results(atoms: Atoms, state: ContactState) -> bool:
+    """Return whether the results of a calculator are those of a state."""
+    return bool(atoms.calc.results) and atoms.calc._state is state
 
 
 def indent(atoms: Atoms) -> None:
@@ -394,10 +410,11 @@ def indent(atoms: Atoms) -> None:
 
 def model_of(atoms: Atoms) -> ContactModel:
     """Return what the calculator keeps of the atoms; see `contact_of`."""
-    return _calculator_of(atoms)._model(atoms)
+    return calculator_of(atoms)._model(atoms)
 
 
-def _calculator_of(atoms: Atoms) -> RoughContact:
+def calculator_of(atoms: Atoms) -> RoughContact:
+    """Return the calculator of atoms, or raise `ValueError` if it is another one."""
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"the atoms need a RoughContact calculator, got {atoms.calc}")
     return atoms.calc

@@ -10,15 +10,10 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import max_abs, rowwise
 from ase_roughcontact._util.validation import surface
-from ase_roughcontact.atoms.indenter import check_surface, heights_of, surface_id
-from ase_roughcontact.elasticity.greens import ElasticSolid
-from ase_roughcontact.elasticity.halfspace import (
-    FreeHalfSpace,
-    HalfSpace,
-    PeriodicHalfSpace,
-)
-from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
-from ase_roughcontact.topography import Heterogeneity, Surface
+from ase_roughcontact.atoms.indenter import check_surface
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.facts import sampled_heights, surface_id
 
 # Largest distance of an atom from its lattice site, in spacings: text formats round
 # positions.
@@ -60,22 +55,9 @@ class SurfaceGrid:
         mask[:n, :m] = True
         return mask.ravel()
 
-    def halfspace(self, solid: ElasticSolid | float, **fft: Any) -> HalfSpace:
-        """Return the half space under the grid; see `HalfSpace` for the parameters."""
-        cls: type[HalfSpace] = FreeHalfSpace
-        if self.periodic:
-            cls = PeriodicHalfSpace
-        elif self.shape != self.padded_shape(self.window, periodic=False):
-            cls = ReducedHalfSpace
-        return cls(self.window, self.spacing, solid, **fft)
-
     def heights(self, indenter: Surface) -> np.ndarray:
         """Return the heights of an indenter above the window, shape (n, m) (length)."""
-        return heights_of(indenter, self.window, self.spacing, self.origin)
-
-    def adhesion(self, heterogeneity: Heterogeneity) -> np.ndarray:
-        """Return the relative work of adhesion on the window, shape (n, m)."""
-        return heterogeneity.factors(self.window, self.spacing, self.origin)
+        return sampled_heights(indenter, self.window, self.spacing, self.origin)
 
     @staticmethod
     def padded_shape(window: tuple[int, int], periodic: bool) -> tuple[int, int]:

@@ -12,10 +12,12 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
-from ase_roughcontact.atoms.indenter import surface_id
 from ase_roughcontact.atoms.plastic_shape import kept_depth
-from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.contact import Contact, ContactState, Problem
+from ase_roughcontact.contact.problem import lattice_offsets
+from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.interactions import LennardJones93
+from ase_roughcontact.topography.facts import surface_id
 
 
 def lattice_of(atoms: Atoms) -> tuple[np.ndarray, ...]:
@@ -33,6 +35,7 @@ class ContactModel:
     lattice : tuple of ndarray
         All that the model depends on, beside the parameters; see `lattice_of`.
     grid : SurfaceGrid
+    problem : Problem
     contact : Contact
     surface_id : str or None
         That of the indenter.
@@ -44,6 +47,7 @@ class ContactModel:
 
     lattice: tuple[np.ndarray, ...]
     grid: SurfaceGrid
+    problem: Problem
     contact: Contact
     surface_id: str | None
     known: tuple[np.ndarray, float | None, np.ndarray] | None = None
@@ -54,7 +58,24 @@ class ContactModel:
         grid = SurfaceGrid.of(atoms)
         lattice = tuple(part.copy() for part in lattice_of(atoms))
         identity = surface_id(parameters["indenter"])
-        return cls(lattice, grid, _contact(grid, parameters), identity)
+        problem = problem_for(grid, parameters)
+        window = problem.window(grid.window, grid.origin)
+        contact = problem.contact(window, padded=grid.shape != grid.window)
+        return cls(lattice, grid, problem, contact, identity)
+
+    @classmethod
+    def adopted(
+        cls,
+        atoms: Atoms,
+        grid: SurfaceGrid,
+        problem: Problem,
+        contact: Contact,
+        known: tuple[np.ndarray, float | None, np.ndarray],
+    ) -> ContactModel:
+        """Return the model of atoms whose contact exists already."""
+        lattice = tuple(part.copy() for part in lattice_of(atoms))
+        identity = surface_id(problem.indenter)
+        return cls(lattice, grid, problem, contact, identity, known)
 
     def fits(self, atoms: Atoms) -> bool:
         """Return whether the lattice of the atoms is still the same."""
@@ -107,24 +128,33 @@ class ContactModel:
         return pressure, height
 
 
-def _contact(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Contact:
-    solid = parameters["solid"] or parameters["contact_modulus"]
-    indenter, interaction = parameters["indenter"], parameters["interaction"]
-    if indenter is None or solid is None:
+def problem_for(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Problem:
+    """Return the contact problem of a grid of atoms for parameters of `RoughContact`.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is missing, or some of them do not fit together.
+    """
+    solid, modulus = parameters["solid"], parameters["contact_modulus"]
+    indenter, wall = parameters["indenter"], parameters["interaction"]
+    if indenter is None or (solid is None and modulus is None):
         raise ValueError(
             "RoughContact needs an indenter and a contact_modulus or solid"
         )
-    if None not in (parameters["solid"], parameters["contact_modulus"]):
+    if None not in (solid, modulus):
         raise ValueError("give contact_modulus or solid, not both")
-    halfspace = grid.halfspace(solid, **parameters["fft"])
-    halfspace.solid.check(grid.spacing)
-    if interaction is None:
-        modulus = halfspace.contact_modulus
-        interaction = LennardJones93.repulsive(modulus, grid.spacing)
-    heterogeneity = parameters["heterogeneity"]
-    if heterogeneity and not interaction.attractive:
-        raise ValueError(
-            f"heterogeneity needs an interaction with attraction, got {interaction!r}"
-        )
-    adhesion = grid.adhesion(heterogeneity) if heterogeneity else None
-    return Contact(halfspace, grid.heights(indenter), interaction, adhesion)
+    if solid is None:
+        solid = Isotropic(modulus)
+    if wall is None:
+        wall = LennardJones93.repulsive(solid.contact_modulus, grid.spacing)
+    return Problem(
+        indenter=indenter,
+        solid=solid,
+        wall=wall,
+        spacing=grid.spacing,
+        periodic=grid.periodic,
+        offset=lattice_offsets(grid.origin, grid.spacing),
+        heterogeneity=parameters["heterogeneity"],
+        fft=parameters["fft"],
+    )

@@ -11,23 +11,23 @@ with the indenter and may be left out.
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from ase import Atoms
 from ase.constraints import FixAtoms
-from ase.data import atomic_numbers, chemical_symbols, reference_states
+from ase.data import atomic_numbers
 
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import finite, grid_shape, positive, surface
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import (
-    INDENTER_KEY,
-    heights_of,
-    part_of_period,
+from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.elasticity.material import check_element, fcc_spacing
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.facts import (
+    IndenterFacts,
+    sampled_heights,
     surface_id,
 )
-from ase_roughcontact.topography import Surface
 
 
 def substrate(
@@ -99,7 +99,7 @@ def substrate(
     (226, 'Cu', 'X')
     """
     n, m = grid_shape(shape)
-    _check_element(symbol)
+    check_element(symbol)
     surface(indenter=indenter)
     a0 = fcc_spacing(symbol) if spacing is None else spacing
     positive(spacing=a0)
@@ -113,7 +113,7 @@ def substrate(
     try:
         if height is None:
             origin = -float(axis[0]), -float(axis[1])
-            height = a0 - float(heights_of(indenter, (n, m), a0, origin).min())
+            height = a0 - float(sampled_heights(indenter, (n, m), a0, origin).min())
         finite(height=height)
         atoms = surface_atoms(atomic_numbers[symbol], grid, a0)
     except MemoryError as error:
@@ -121,8 +121,9 @@ def substrate(
             f"a window of {n} x {m} atoms does not fit into the memory: give a smaller "
             "shape, and window='auto' to load_path, which enlarges it where needed"
         ) from error
-    if periodic and getattr(indenter, "radius", math.inf) == math.inf:
-        _check_period(indenter, (n, m), a0)
+    facts = IndenterFacts(indenter)
+    if periodic and facts.radius == math.inf:
+        _check_period(facts, (n, m), a0)
 
     atoms.positions[-1] = *axis, height
     atoms.cell[:] = a0 * np.diag([n, m, max(n, m)])
@@ -162,40 +163,12 @@ def surface_atoms(number: int, shape: tuple[int, int], spacing: float) -> Atoms:
     return Atoms(numbers=numbers, positions=positions)
 
 
-def fcc_spacing(symbol: str) -> float:
-    """Return the spacing of atoms in a (100) surface, a/sqrt(2).
-
-    That of fcc crystals and, without its reconstruction, of those of diamond structure.
-
-    Parameters
-    ----------
-    symbol : str
-        Chemical symbol.
-
-    Returns
-    -------
-    float
-        In Å.
-
-    Raises
-    ------
-    ValueError
-        If the symbol is unknown, or its reference crystal is neither fcc nor diamond.
-    """
-    _check_element(symbol)
-    state = reference_states[atomic_numbers[symbol]]
-    if state is None or state.get("symmetry") not in ("fcc", "diamond"):
-        raise ValueError(
-            f"the (100) surface of {symbol} is not known: its crystal is neither fcc "
-            "nor diamond in ASE's reference states; give spacing"
-        )
-    return float(state["a"] / math.sqrt(2))
-
-
-def _check_period(indenter: Any, shape: tuple[int, int], spacing: float) -> None:
+def _check_period(
+    indenter: IndenterFacts, shape: tuple[int, int], spacing: float
+) -> None:
     """Warn if a flat indenter does not continue across the edges of a periodic cell."""
     sides = spacing * np.array(shape)
-    if part_of_period(indenter, sides) < 1.0:
+    if indenter.part_of_period(sides) < 1.0:
         (x, y), points = sides, [round(side / spacing, 6) for side in indenter.periods]
         warn(
             f"the periodic cell of {x:g} x {y:g} Å is smaller than the period of the "
@@ -203,8 +176,3 @@ def _check_period(indenter: Any, shape: tuple[int, int], spacing: float) -> None
             "its heights jump at the edges of the cell: make them the same, here "
             f"{points[0]:g} x {points[1]:g} spacings"
         )
-
-
-def _check_element(symbol: str) -> None:
-    if symbol not in chemical_symbols[1:]:
-        raise ValueError(f"unknown chemical symbol {symbol!r}")

@@ -16,6 +16,7 @@ normal force on the indenter are
 """
 
 from ase_roughcontact.contact.contact import Contact
-from ase_roughcontact.contact.state import ContactState
+from ase_roughcontact.contact.problem import Problem
+from ase_roughcontact.contact.state import ContactState, State
 
-__all__ = ["Contact", "ContactState"]
+__all__ = ["Contact", "ContactState", "Problem", "State"]

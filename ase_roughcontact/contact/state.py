@@ -1,11 +1,79 @@
-"""State of a contact: energy, forces and local fields."""
+"""State of a contact, and the energy, forces and local fields that follow from it."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
+
+from ase_roughcontact.elasticity.lattice import Box, carried
+
+#: Key of the depth by which the surface has flowed, in `State.history` (length).
+PLASTIC_DEPTH = "plastic_depth"
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """State from which a relaxation starts, and in which it ends.
+
+    Its arrays are never changed in place.
+
+    Attributes
+    ----------
+    window : Box
+        Atoms that may carry a pressure.
+    height : float
+        Height of the indenter (length).
+    pressure : ndarray, shape (n, m)
+        Elastic pressure, which determines the displacement; up to its mean if periodic.
+    displacement : ndarray, shape (n, m), optional
+        Displacement that the pressure causes, if it is known (length).
+    history : mapping of str to ndarray of shape (n, m)
+        What the surface keeps of earlier steps.
+    """
+
+    window: Box
+    height: float
+    pressure: np.ndarray
+    displacement: np.ndarray | None = None
+    history: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @classmethod
+    def flat(cls, window: Box, height: float) -> State:
+        """Return the state of a surface that nothing acts on."""
+        return cls(window, height, np.zeros(window.shape), np.zeros(window.shape))
+
+    @property
+    def displaced(self) -> bool:
+        """Whether the surface is not flat."""
+        return bool(self.pressure.any())
+
+    @property
+    def plastic_depth(self) -> np.ndarray | None:
+        """Depth by which the surface has flowed; None without (length)."""
+        return self.history.get(PLASTIC_DEPTH)
+
+    def at(self, height: float) -> State:
+        """Return the state with the indenter at another height."""
+        return replace(self, height=height)
+
+    def on(self, window: Box) -> State:
+        """Return the state on another window: zero for atoms that are new in it."""
+        if window == self.window:
+            return self
+        pressure = carried(without_rounding(self.pressure), self.window, window)
+        history = {
+            name: carried(values, self.window, window)
+            for name, values in self.history.items()
+        }
+        return State(window, self.height, pressure, None, history)
+
+
+def without_rounding(pressure: np.ndarray) -> np.ndarray:
+    """Return a pressure with the entries set to zero that are only rounding errors."""
+    return np.where(abs(pressure) < 1e-9 * abs(pressure).max(), 0.0, pressure)
 
 
 @dataclass(frozen=True, eq=False)

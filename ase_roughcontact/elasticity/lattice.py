@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# Deviation from a whole number of spacings that counts as rounding.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class Box:
@@ -93,3 +96,39 @@ class Box:
             np.minimum(self.stop, other.stop),
         )
         return Box.between((int(i), int(j)), (int(k), int(m)))
+
+
+def lattice_offset(position: float, spacing: float) -> float:
+    """Return a position relative to the nearest multiple of the spacing.
+
+    Parameters
+    ----------
+    position, spacing : float
+        Lengths.
+
+    Returns
+    -------
+    float
+        Zero where it would be a rounding error.
+    """
+    offset = position - spacing * round(position / spacing)
+    return 0.0 if abs(offset) < _ROUNDING * spacing else offset
+
+
+def carried(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
+    """Return values on a new window, taken from an old one, and zero outside of it.
+
+    Parameters
+    ----------
+    values : ndarray, shape of the old window and more
+    old, new : Box
+
+    Returns
+    -------
+    ndarray, shape of the new window and more
+    """
+    result = np.zeros((*new.shape, *values.shape[2:]), values.dtype)
+    common = old.intersection(new)
+    if min(common.shape) > 0:
+        result[common.slices_in(new)] = values[common.slices_in(old)]
+    return result

@@ -8,9 +8,11 @@ and Hill.
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
+from ase.data import atomic_numbers, chemical_symbols, reference_states
 from matscipy.elasticity import coalesce_elastic_constants
 
 from ase_roughcontact._util.validation import finite_array
@@ -172,3 +174,39 @@ def _sums(matrix: np.ndarray) -> tuple[float, float, float]:
     diagonal = np.diag(matrix)
     coupling = matrix[0, 1] + matrix[1, 2] + matrix[0, 2]
     return float(diagonal[:3].sum()), float(coupling), float(diagonal[3:].sum())
+
+
+def fcc_spacing(symbol: str) -> float:
+    """Return the spacing of atoms in a (100) surface, a/sqrt(2).
+
+    That of fcc crystals and, without its reconstruction, of those of diamond structure.
+
+    Parameters
+    ----------
+    symbol : str
+        Chemical symbol.
+
+    Returns
+    -------
+    float
+        In Å.
+
+    Raises
+    ------
+    ValueError
+        If the symbol is unknown, or its reference crystal is neither fcc nor diamond.
+    """
+    check_element(symbol)
+    state = reference_states[atomic_numbers[symbol]]
+    if state is None or state.get("symmetry") not in ("fcc", "diamond"):
+        raise ValueError(
+            f"the (100) surface of {symbol} is not known: its crystal is neither fcc "
+            "nor diamond in ASE's reference states; give spacing"
+        )
+    return float(state["a"] / math.sqrt(2))
+
+
+def check_element(symbol: str) -> None:
+    """Raise `ValueError` for an unknown chemical symbol."""
+    if symbol not in chemical_symbols[1:]:
+        raise ValueError(f"unknown chemical symbol {symbol!r}")

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import IO, Any, ClassVar, TypeAlias
+from typing import IO, Any, ClassVar
 
 import numpy as np
 from ase import Atoms
@@ -14,12 +14,10 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
 from ase_roughcontact.atoms.calculator import has_model, model_of, relax_to, wall_of
 from ase_roughcontact.atoms.grid import displacement
+from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.constraints import Indenter
-from ase_roughcontact.solvers.relaxation import Relaxation, without_rounding
-
-#: Pressure on the window, shape (n, m) (eV/Å^3), and height of the indenter (Å).
-Start: TypeAlias = "tuple[np.ndarray, float]"
+from ase_roughcontact.solvers.relaxation import Relaxation, Start
 
 
 class ContactOptimizer(Optimizer):
@@ -149,6 +147,26 @@ class ContactOptimizer(Optimizer):
         """Return whether the solver is for a wall."""
         return cls.hard_walls == (wall.hard and not wall.attractive)
 
+    @classmethod
+    def check_wall(cls, wall: Interaction) -> None:
+        """Raise `ValueError` if the solver is not for a wall."""
+        if cls.supports(wall):
+            return
+        if cls.hard_walls:
+            raise ValueError(
+                f"{cls.__name__} is for the hard wall, got {wall}: relax it with "
+                "NewtonKrylov"
+            )
+        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
+
+    @classmethod
+    def only_solves(cls) -> bool:
+        """Return whether a run is nothing but its solver, without ways of its own."""
+        own = (getattr(cls, name) for name in ("run", "irun", "step", "converged"))
+        return {method.__qualname__.split(".")[0] for method in own} == {
+            ContactOptimizer.__name__
+        }
+
     def step(self) -> None:
         """Do one step of the solver.
 
@@ -239,19 +257,12 @@ class ContactOptimizer(Optimizer):
 
     def _check(self) -> None:
         """Read the constraints, and raise `ValueError` if there is no solver."""
-        name, wall = type(self).__name__, wall_of(self.atoms)
-        if not self.supports(wall):
-            if self.hard_walls:
-                raise ValueError(
-                    f"{name} is for the hard wall, got {wall}: relax it with "
-                    "NewtonKrylov"
-                )
-            raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
+        self.check_wall(wall_of(self.atoms))
         self.indenter = Indenter(self.atoms)
         if self.indenter.springs and not (self.springs or self.indenter.fixed):
             raise ValueError(
-                f"{name} does not support a spring on the indenter: give a constant "
-                "load, or fix the height"
+                f"{type(self).__name__} does not support a spring on the indenter: "
+                "give a constant load, or fix the height"
             )
         self.state = self._applied = None
         self._converged = False

@@ -89,15 +89,19 @@ class Indenter:
         energy, force : float
             Energy (eV) and force along z, positive upward (eV/Å).
         """
+        energy, force = self.springs_at(height)
+        return energy + self._load * height, force - self._load
+
+    def springs_at(self, height: float) -> tuple[float, float]:
+        """Return energy and upward force of the springs at a height; see `external`."""
         # a stand-in for arrays over all atoms, of which Hookean reads one entry
         position = np.array([*self._xy, height])
         atoms = SimpleNamespace(positions={self._last: position}, **self._cell)
-        forces = {self._last: np.zeros(3)}
-        energy = self._load * height
+        forces, energy = {self._last: np.zeros(3)}, 0.0
         for spring in self.springs:
             spring.adjust_forces(atoms, forces)
             energy += spring.adjust_potential_energy(atoms)
-        return float(energy), float(forces[self._last][2] - self._load)
+        return float(energy), float(forces[self._last][2])
 
     def _spring(self, constraint: Hookean) -> Hookean:
         pair = constraint._type == "two atoms"

@@ -110,7 +110,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
         cell is at most the cell. All are NaN at an instability, and where an adhesive
         contact nearly touches its images.
     """
-    unbalanced = abs(float(step.forces[-1, 2]))
+    unbalanced = step.run.unbalanced
     given_depth = step.control == "penetrations"
     lowest = _lowest_point(step)
     if not step.touches:
@@ -164,10 +164,7 @@ def _force_change(shift: float, compliance: float) -> float:
 def continuum_area_error(step: RelaxedContact) -> float:
     """Return the error of the area of the continuum that the grid makes (Å^2)."""
     if step.edge_area is not None:
-        surface = step.atoms.calc.parameters["indenter"]
-        rough = getattr(surface, "roughness", surface)
-        wave = getattr(rough, "short_wavelength", math.inf)
-        spacing = step.halfspace.spacing
+        wave, spacing = step.problem.facts.short_wavelength, step.halfspace.spacing
         of_grid = edge_error(step.edge_area, step.perimeter, spacing, wave)
     else:
         of_grid = grid_error(
@@ -265,7 +262,7 @@ def _cell_area(step: RelaxedContact) -> float:
     side = step.cell_side
     if side == math.inf:
         return 0.0
-    radius = step.atoms.calc.parameters["indenter"].radius
+    radius = step.problem.facts.radius
     curvature = _SUM_OF_CUBES * abs(step.state.normal_force) / (2.0 * math.pi * side**3)
     part = 2.0 / 3.0 * radius * curvature / step.halfspace.contact_modulus
     error = part * step.state.contact_area

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.facts import IndenterFacts
 from ase_roughcontact.windows.regrid import GridChange
 
 # Errors of the area and the points on the shortest wave for which they were measured,
@@ -83,8 +83,10 @@ def grids_for(
     ValueError
         If the error is smaller than 5e-4.
     """
-    rough = getattr(indenter, "roughness", indenter)
-    wave = getattr(rough, "short_wavelength", _UNKNOWN_WAVE * spacing)
+    facts = IndenterFacts(indenter)
+    wave = facts.short_wavelength
+    if math.isnan(wave):
+        wave = _UNKNOWN_WAVE * spacing
     finest = wave / _points(error) / spacing
     extrapolated = wall.hard and not wall.elastic_edge and error < _EXTRAPOLATED
     largest = _ATTRACTIVE if wall.attractive else _HARD if wall.hard else _SOFT
@@ -92,7 +94,7 @@ def grids_for(
     while power >= 0:
         grids = Grids(GridChange(1, 2**power), extrapolated)
         coarsest = grids.coarser if extrapolated else grids.change
-        if _fits(coarsest, rough, spacing, shape):
+        if _fits(coarsest, facts, spacing, shape):
             return grids
         power -= 1
     return Grids(GridChange(2**-power), extrapolated)
@@ -111,13 +113,16 @@ def _points(error: float) -> float:
 
 
 def _fits(
-    change: GridChange, rough: Any, spacing: float, shape: tuple[int, int] | None
+    change: GridChange,
+    facts: IndenterFacts,
+    spacing: float,
+    shape: tuple[int, int] | None,
 ) -> bool:
     """Return whether a coarser grid divides the window and the period of roughness."""
     if change.coarsen == 1:
         return True
     divided = all(n % change.coarsen == 0 for n in shape or (_HARD, _HARD))
-    if rough is None or not divided:
+    if facts.roughness is None or not divided:
         return divided
-    periods = getattr(rough, "side", math.nan) / change.spacing(spacing)
+    periods = facts.side / change.spacing(spacing)
     return abs(periods - round(periods)) < _ROUNDING if periods > 0.0 else False

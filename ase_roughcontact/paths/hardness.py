@@ -2,15 +2,11 @@
 
 import math
 
-from ase import Atoms
-
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.calculator import wall_of
-from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.substrate import fcc_spacing
+from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Layer
-from ase_roughcontact.elasticity.material import HARDNESS
+from ase_roughcontact.elasticity.material import HARDNESS, fcc_spacing
 
 # Relative difference of a spacing from that of the crystal of its name.
 _SAME_SPACING = 0.02
@@ -52,14 +48,14 @@ def hardness_of(symbol: str, spacing: float, hardness: float | None = None) -> f
     return HARDNESS.get(symbol, math.nan) * UNITS["GPa"]
 
 
-def hardness_of_atoms(atoms: Atoms, hardness: float | None = None) -> float:
-    """Return the hardness of atoms, see `hardness_of`.
+def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -> float:
+    """Return the hardness with which the pressures of a problem are compared.
 
-    It is that of the wall, if it has one; that of a layer is not known.
+    It is that of the wall, if it has one; that of a layer is not known. See
+    `hardness_of` for the rest.
     """
-    wall = wall_of(atoms)
-    if wall.hardness < math.inf:  # what is plastic is within the model
-        return wall.hardness
-    if hardness is None and isinstance(atoms.calc.parameters["solid"], Layer):
+    if problem.wall.hardness < math.inf:  # what is plastic is within the model
+        return problem.wall.hardness
+    if hardness is None and isinstance(problem.solid, Layer):
         return math.nan
-    return hardness_of(atoms.symbols[0], SurfaceGrid.of(atoms).spacing, hardness)
+    return hardness_of(symbol, problem.spacing, hardness)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact.atoms.indenter import indenter_fixed, part_of_period
 from ase_roughcontact.paths.errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.windows.fixed import at_edge
@@ -89,15 +88,14 @@ def _mean_pressure(step: RelaxedStep) -> float:
 
 def _contact_radius(step: RelaxedStep) -> float:
     """Return the largest distance from the axis over R, for a paraboloid."""
-    indenter = step.atoms.calc.parameters["indenter"]
-    if getattr(indenter, "profile", "") != "paraboloid":
+    facts = step.problem.facts
+    if facts.profile != "paraboloid":
         return math.nan
-    return step.contact_radius / indenter.radius
+    return step.contact_radius / facts.radius
 
 
 def _radius(step: RelaxedStep) -> float:
-    indenter = step.atoms.calc.parameters["indenter"]
-    return getattr(indenter, "radius", math.inf) / step.halfspace.spacing
+    return step.problem.facts.radius / step.halfspace.spacing
 
 
 def _slope(step: RelaxedStep) -> float:
@@ -126,15 +124,15 @@ def _tension(step: RelaxedStep) -> float:
     if step.contact.interaction.attractive:
         return math.nan
     load = 0.0
-    if not indenter_fixed(step.atoms):
-        load = step.atoms.calc.parameters["load"] / halfspace.cell_area
+    if not step.run.support.fixed:
+        load = step.run.support.load / halfspace.cell_area
     return max(-float(step.state.pressure.min()), -load) / halfspace.contact_modulus
 
 
 def _tip_zone(step: RelaxedStep) -> float:
     """Return the radius around a point contact in which the wall attracts, in a0."""
     wall = step.contact.interaction
-    radius = getattr(step.atoms.calc.parameters["indenter"], "radius", math.inf)
+    radius = step.problem.facts.radius
     if not wall.attractive or radius == math.inf:
         return math.nan
     return math.sqrt(2.0 * radius * wall.attraction_range) / step.halfspace.spacing
@@ -152,7 +150,7 @@ def _part_of_period(step: RelaxedStep) -> float:
     if not (halfspace.periodic and at_edge(step.state.contact)):
         return math.nan
     sides = halfspace.spacing * np.array(halfspace.shape)
-    return part_of_period(step.atoms.calc.parameters["indenter"], sides)
+    return step.problem.facts.part_of_period(sides)
 
 
 def _edge_zone(step: RelaxedStep) -> float:

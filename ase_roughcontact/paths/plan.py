@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
-from ase import Atoms
 
-from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, HalfSpace
-from ase_roughcontact.interactions import Interaction
+from ase_roughcontact._util.validation import one_of
+from ase_roughcontact.contact import Contact, Problem
+from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import text_of
-from ase_roughcontact.paths.step import check_control
+from ase_roughcontact.paths.step import CONTROLS
 from ase_roughcontact.paths.step_timer import StepTimer
 from ase_roughcontact.theory import Hertz
-from ase_roughcontact.topography import RoughSphere
+from ase_roughcontact.topography import BoundedSurface, RoughSphere
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.fixed import at_edge
@@ -30,28 +31,30 @@ Shapes = tuple[tuple[int, int], tuple[int, int]]
 
 
 def plan_path(
-    atoms: Atoms,
+    problem: Problem,
+    start: Box,
     control: str,
     targets: Sequence[float] | np.ndarray,
     window: str,
     *,
-    indenter: RoughSphere | None = None,
+    indenter: BoundedSurface | None = None,
     spacing: float | None = None,
 ) -> Plan:
     """Plan a path without calculating it; see `load_path` for the parameters.
 
     Parameters
     ----------
-    atoms : Atoms
-        With a `RoughContact` calculator. They are not changed.
+    problem : Problem
+    start : Box
+        Window of all steps, or of the first one.
     control : {"penetrations", "heights", "loads"}
     targets : sequence of float
         The path.
     window : {"fixed", "auto"}
-    indenter : RoughSphere, optional
-        Of the path; by default that of the atoms.
+    indenter : BoundedSurface, optional
+        Of the path; by default that of the problem.
     spacing : float, optional
-        Of the path (Å); by default that of the atoms, which may be fewer.
+        Of the path (length); by default that of the problem, which may be larger.
 
     Returns
     -------
@@ -67,31 +70,30 @@ def plan_path(
     ValueError
         If the control or the window is unknown.
     """
-    check_control(control, window)
-    contact = contact_of(atoms)
-    halfspace, wall = contact.halfspace, contact.interaction
-    indenter = indenter or atoms.calc.parameters["indenter"]
-    spacing = spacing or halfspace.spacing
-    points = points_of(indenter, spacing)
-    timer = StepTimer(halfspace, wall)
-    left_out = _left_out(halfspace, wall, window)
-    if window == "auto" and not halfspace.periodic:
-        ratio = halfspace.spacing / spacing
+    one_of(CONTROLS, control=control)
+    one_of(("fixed", "auto"), window=window)
+    wall, solid = problem.wall, problem.solid
+    surface: Any = indenter or problem.indenter
+    spacing = spacing or problem.spacing
+    points = points_of(surface, spacing)
+    timer = StepTimer(problem.halfspace(start.shape), wall)
+    left_out = _left_out(problem, window)
+    if window == "auto" and not problem.periodic:
+        ratio = problem.spacing / spacing
         size = round(WindowOptions().contact_window_size / ratio**2)
-        windows = AutoWindow(atoms, WindowOptions(contact_window_size=size))
+        windows = AutoWindow(problem, WindowOptions(contact_window_size=size))
         shapes = partial(_auto_shapes, windows, ratio, control)
-        margin = False
     else:
-        shapes = partial(_fixed_shapes, atoms, control)
-        margin = halfspace.dof_shape != halfspace.shape
-        if not halfspace.periodic and _misses_first_contact(atoms):
+        contact = problem.contact(start)
+        shapes = partial(_fixed_shapes, problem, contact, control)
+        if not problem.periodic and _misses_first_contact(problem, contact):
             left_out.append(
                 "THE ATOM THAT IS TOUCHED FIRST: the indenter is lowest outside the "
-                f"window of {text_of(halfspace.shape)} atoms: give a larger shape"
+                f"window of {text_of(start.shape)} atoms: give a larger shape"
             )
     expected = None
-    if window == "auto" and isinstance(indenter, RoughSphere):
-        expected = ExpectedContact(indenter, wall, halfspace.solid, spacing)
+    if window == "auto" and isinstance(surface, RoughSphere):
+        expected = ExpectedContact(surface, wall, solid, spacing)
     steps: list[PlannedStep] = []
     beyond: list[BeyondSurfaceError] = []
     listed, counts = thinned(targets)
@@ -101,13 +103,13 @@ def plan_path(
                 expected.check_surface(control, target)
             shape, grid = shapes(target)
         except BeyondSurfaceError as error:
-            beyond.append(BeyondSurfaceError(indenter, spacing, error.radius))
+            beyond.append(BeyondSurfaceError(surface, spacing, error.radius))
             steps.append(PlannedStep(target, count, problem=beyond[-1].problem))
             continue
         except ValueError as error:
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
-        memory = memory_of(shape, margin=margin, points=points)
+        memory = memory_of(shape, points=points)
         seconds = timer.seconds(grid)
         steps.append(
             PlannedStep(target, count, text_of(shape), text_of(grid), memory, seconds)
@@ -126,10 +128,12 @@ def _auto_shapes(
     return shape, FreeHalfSpace.padded_shape(shape)
 
 
-def _fixed_shapes(atoms: Atoms, control: str, target: float) -> Shapes:
+def _fixed_shapes(
+    problem: Problem, contact: Contact, control: str, target: float
+) -> Shapes:
     """Return the shapes of the window and its FFT grid, if the contact fits into it."""
-    halfspace = contact_of(atoms).halfspace
-    width = _contact_width(atoms, control, target)
+    halfspace = contact.halfspace
+    width = _contact_width(problem, contact, control, target)
     if not halfspace.periodic and width > min(halfspace.shape) - 1:
         raise ValueError(
             f"the contact is about {width:.0f} atoms wide, the window has "
@@ -138,30 +142,30 @@ def _fixed_shapes(atoms: Atoms, control: str, target: float) -> Shapes:
     return halfspace.shape, halfspace.grid
 
 
-def _misses_first_contact(atoms: Atoms) -> bool:
-    """Return whether the indenter touches first outside the window of the atoms."""
+def _misses_first_contact(problem: Problem, contact: Contact) -> bool:
+    """Return whether the indenter touches first outside the window."""
     try:
-        lowest = AutoWindow(atoms).footprint.lowest
+        lowest = AutoWindow(problem).footprint.lowest
     except ValueError:  # not a bounded indenter
         return False
-    return bool(lowest < contact_of(atoms).heights.min())
+    return bool(lowest < contact.heights.min())
 
 
-def _contact_width(atoms: Atoms, control: str, target: float) -> float:
+def _contact_width(
+    problem: Problem, contact: Contact, control: str, target: float
+) -> float:
     """Return the width of the Hertzian contact in atoms; zero if it is not known.
 
     Zero also if the rigid indenter is in the range of the wall only inside the window.
     """
-    contact = contact_of(atoms)
-    halfspace, wall = contact.halfspace, contact.interaction
-    radius = getattr(atoms.calc.parameters["indenter"], "radius", 0.0)
-    if not 0.0 < radius < math.inf:
+    wall, radius = problem.wall, problem.facts.radius
+    if radius == math.inf:
         return 0.0
     if control == "loads":
         load = max(target, 0.0)
         a = contact_radius_on(
-            halfspace.solid,
-            halfspace.spacing,
+            problem.solid,
+            problem.spacing,
             lambda modulus: float(Hertz(radius, modulus).contact_radius(load)),
         )
     else:
@@ -170,19 +174,20 @@ def _contact_width(atoms: Atoms, control: str, target: float) -> float:
             return 0.0
         # the depth of the mean sphere, not that of the lowest atom
         a = math.sqrt(radius * max(wall.contact_distance - height, 0.0))
-    return 2.0 * a / halfspace.spacing
+    return 2.0 * a / problem.spacing
 
 
-def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]:
+def _left_out(problem: Problem, window: str) -> list[str]:
     """Return what is not calculated, with the reasons."""
+    wall, solid = problem.wall, problem.solid
     reasons = [
         "displacements along x and y: without friction no force drives them, and their "
         "effect on the gap is of second order in the slopes (none for an isotropic "
         "half space with a Poisson ratio of 1/2)"
     ]
-    if halfspace.periodic:
+    if problem.periodic:
         reasons.append("nothing of the cell: it repeats along x and y")
-        if halfspace.solid.uniform_compliance:
+        if solid.uniform_compliance:
             reasons.append(
                 "the uniform compression of the layer by the mean pressure: heights "
                 "are measured from the mean plane of its surface"
@@ -196,7 +201,7 @@ def _left_out(halfspace: HalfSpace, wall: Interaction, window: str) -> list[str]
         reasons.append(
             "atoms outside the window: a contact that reaches its edge is an error"
         )
-    elif wall.attractive or halfspace.solid.bulges:
+    elif wall.attractive or solid.bulges:
         reasons.append(
             "atoms beyond the range of the wall: they are checked after every step, "
             "and the window is enlarged until none is missing, beyond the planned one "

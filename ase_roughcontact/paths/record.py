@@ -27,7 +27,7 @@ import numpy as np
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.theory.counted_area import continuum_area
-from ase_roughcontact.windows.memory import memory_of, points_of
+from ase_roughcontact.windows.memory import memory_of
 
 
 @dataclass(frozen=True)
@@ -85,11 +85,6 @@ def _gap_error(step: RelaxedStep) -> float:
     return float(max(closed, -gap[~state.plastic].min(initial=0.0)))
 
 
-def _largest_force(step: RelaxedStep) -> float:
-    x, y, z = step.forces.T
-    return float((x * x + y * y + z * z).max() ** 0.5)
-
-
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
     if step.edge_area is not None:
@@ -110,12 +105,8 @@ def _mean_pressure(step: RelaxedStep) -> float:
 
 
 def _memory(step: RelaxedStep) -> float:
-    halfspace = step.halfspace
-    return memory_of(
-        halfspace.shape,
-        margin=halfspace.dof_shape != halfspace.shape,
-        points=points_of(step.atoms.calc.parameters["indenter"], halfspace.spacing),
-    )
+    points = step.problem.facts.points(step.problem.spacing)
+    return memory_of(step.halfspace.shape, points=points)
 
 
 Step = TypeVar("Step", bound="LoadStep")
@@ -221,12 +212,12 @@ class LoadStep:
         "Å",
     )
     energy: float = column(
-        lambda s: s.energy,
+        lambda s: s.run.energy,
         "energy of solid, wall and load",
         "eV",
     )
     max_force: float = column(
-        _largest_force,
+        lambda s: s.run.max_force,
         "largest remaining force on any atom",
         "eV/Å",
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from ase_roughcontact.paths.errors import Errors, estimated_errors
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
+from ase_roughcontact.solvers.relaxation import Run
 
 
 @dataclass
@@ -30,6 +31,13 @@ class SolverStatistics:
     tolerance: float = np.inf
     iterations: int = 0
     pairs: float = 0.0
+
+    def add(self, run: Run, tolerance: float) -> None:
+        """Add a run of the optimizer to a tolerance."""
+        self.converged, self.message = run.converged, run.message
+        self.tolerance = tolerance
+        self.iterations += run.iterations
+        self.pairs += run.pairs
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from ase import Atoms
 
-from ase_roughcontact.atoms.calculator import model_of
-from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.model import ContactModel
-from ase_roughcontact.contact import Contact, ContactState
+from ase_roughcontact.contact import Contact, ContactState, Problem
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.solvers.relaxation import Run
 from ase_roughcontact.solvers.response import HeightResponse, height_response
 from ase_roughcontact.theory.counted_area import open_sides
 from ase_roughcontact.theory.edge_area import EdgeArea, edge_area
@@ -26,12 +22,15 @@ _RESIDUAL = 1e-2
 
 @dataclass(frozen=True, kw_only=True)
 class RelaxedContact:
-    """Relaxed atoms, and the question that they answer.
+    """Relaxed contact, and the quantity of interest.
 
     Attributes
     ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
+    problem : Problem
+    contact : Contact
+        On the window of the state.
+    run : Run
+        State, fields and forces, and what holds the indenter.
     control : {"penetrations", "heights", "loads"}
         What the path prescribes.
     continuum : bool
@@ -42,7 +41,9 @@ class RelaxedContact:
         Contact area on a grid of twice the spacing, if it was calculated (Å^2).
     """
 
-    atoms: Atoms
+    problem: Problem
+    contact: Contact
+    run: Run
     control: str = "heights"
     continuum: bool = False
     lost_slope: float = 0.0
@@ -51,46 +52,12 @@ class RelaxedContact:
     @property
     def height(self) -> float:
         """Height of the indenter (Å)."""
-        return float(self.atoms.positions[-1, 2])
-
-    @cached_property
-    def _calculated(self) -> tuple[ContactState, dict[str, Any]]:
-        """State and results of the calculator, which compares positions only once."""
-        calc = self.atoms.calc
-        return calc.state(self.atoms), calc.results
+        return self.run.state.height
 
     @property
     def state(self) -> ContactState:
-        """Forces, gaps and pressures, calculated from the positions."""
-        return self._calculated[0]
-
-    @cached_property
-    def forces(self) -> np.ndarray:
-        """Forces on all atoms, those of constraints included, shape (N, 3) (eV/Å)."""
-        if self.atoms.constraints:
-            return self.atoms.get_forces()
-        return self._calculated[1]["forces"]
-
-    @property
-    def energy(self) -> float:
-        """Energy of solid, wall, load and constraints (eV)."""
-        if self.atoms.constraints:
-            return float(self.atoms.get_potential_energy())
-        return float(self._calculated[1]["energy"])
-
-    @cached_property
-    def _model(self) -> ContactModel:
-        return model_of(self.atoms)
-
-    @property
-    def contact(self) -> Contact:
-        """Half space, indenter and wall."""
-        return self._model.contact
-
-    @property
-    def grid(self) -> SurfaceGrid:
-        """Grid of the surface atoms."""
-        return self._model.grid
+        """Forces, gaps and pressures, calculated from the displacement."""
+        return self.run.fields
 
     @property
     def halfspace(self) -> HalfSpace:
@@ -138,10 +105,11 @@ class RelaxedContact:
     @property
     def positions(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions x and y of the rows of atoms, from the axis (Å)."""
-        grid, shape = self.grid, self.state.gap.shape
+        spacing, shape = self.problem.spacing, self.state.gap.shape
+        origin = self.problem.origin(self.run.state.window)
         x, y = (
-            start + grid.spacing * np.arange(count)
-            for start, count in zip(grid.origin, shape, strict=True)
+            start + spacing * np.arange(count)
+            for start, count in zip(origin, shape, strict=True)
         )
         return x, y
 
@@ -158,8 +126,7 @@ class RelaxedContact:
 
         Infinite without images, and under a flat surface, whose images are meant.
         """
-        radius = getattr(self.atoms.calc.parameters["indenter"], "radius", math.inf)
-        if not self.halfspace.periodic or radius == math.inf:
+        if not self.halfspace.periodic or self.problem.facts.radius == math.inf:
             return math.inf
         return min(self.halfspace.shape) * self.halfspace.spacing
 

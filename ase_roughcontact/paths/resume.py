@@ -14,11 +14,10 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.constraints import Hookean
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences, digest
-from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.contact import Problem
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import Signature, read_frames, signature
 
@@ -145,15 +144,14 @@ class PathDescription:
         )
 
 
-def describe_system(atoms: Atoms, **options: Any) -> dict[str, Any]:
+def describe_system(problem: Problem, **more: Any) -> dict[str, Any]:
     """Describe all that a relaxed state depends on except height, load, displacement.
 
     Parameters
     ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
-    **options
-        Of the path: its lattice and its tolerance.
+    problem : Problem
+    **more
+        Of the path: its lattice, its tolerance and springs.
 
     Returns
     -------
@@ -165,20 +163,7 @@ def describe_system(atoms: Atoms, **options: Any) -> dict[str, Any]:
     ValueError
         If something can't be described, such as an indenter without `todict`.
     """
-    calc = atoms.calc
-    system = {k: v for k, v in calc.todict().items() if k not in ("load", "fft")}
-    system["interaction"] = contact_of(atoms).interaction.todict()  # default, too
-    system["precision"] = np.dtype(calc.parameters["fft"].get("dtype", float)).name
-    springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
-    system["springs"] = [_describe_spring(spring) for spring in springs]
-    return json.loads(json.dumps(system | options, default=_encode))
-
-
-def _describe_spring(spring: Hookean) -> dict[str, Any]:
-    """Return stiffness, length and height of the end; x and y move with windows."""
-    parameters = spring.todict()["kwargs"]
-    end = np.ravel(parameters["a2"]).tolist()[2:]
-    return {"k": parameters["k"], "rt": parameters["rt"], "end": end}
+    return json.loads(json.dumps(problem.todict() | more, default=_encode))
 
 
 def _encode(value: Any) -> Any:

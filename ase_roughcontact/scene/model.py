@@ -8,9 +8,9 @@ from typing import Any
 
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import grid_shape, lookup, positive
-from ase_roughcontact.atoms.substrate import fcc_spacing
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.greens import Isotropic
+from ase_roughcontact.elasticity.material import fcc_spacing
 from ase_roughcontact.elasticity.named_materials import (
     combined_modulus,
     material,

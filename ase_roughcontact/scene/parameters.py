@@ -8,14 +8,15 @@ explicit functions of the parameters, are differences.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from ase import Atoms
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.contact import ContactState
+from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.solvers.response import force_derivative, height_response
 
@@ -87,13 +88,13 @@ class ForceDerivatives:
     def __init__(self, scene: Scene, free: Sequence[str]) -> None:
         self._changes = [_Change(scene, name) for name in free]
 
-    def of(self, atoms: Atoms) -> tuple[FloatArray, float]:
-        """Return the derivatives at a relaxed state.
+    def of(self, stepper: Stepper) -> tuple[FloatArray, float]:
+        """Return the derivatives at the last state of a path.
 
         Parameters
         ----------
-        atoms : Atoms
-            Relaxed, with the indenter at a fixed height.
+        stepper : Stepper
+            Its targets are heights.
 
         Returns
         -------
@@ -102,10 +103,10 @@ class ForceDerivatives:
         to_height : float
             To the height (eV/Å^2). All are NaN at an instability.
         """
-        contact, state = contact_of(atoms), atoms.calc.state(atoms)
+        contact, state = stepper.contact, _fields(stepper)
         response = height_response(contact, state, _RESIDUAL)
         row = [
-            force_derivative(contact, state, response, **change.of(atoms, state.gap))
+            force_derivative(contact, state, response, **change.of(stepper))
             for change in self._changes
         ]
         return np.array(row), response.force
@@ -127,14 +128,24 @@ class _Change:
         self._same_wall = self._walls[0] == self._walls[1]
         self._same_surface = self._low.surface == self._high.surface
 
-    def of(self, atoms: Atoms, gap: np.ndarray) -> dict[str, Any]:
+    def of(self, stepper: Stepper) -> dict[str, Any]:
         """Return the arguments of `force_derivative`."""
+        problem, window = stepper.problem, stepper.state.window
         changes: dict[str, Any] = {"compliance": self._compliance}
         if not self._same_surface:
-            grid = grid_of(atoms)
-            low, high = (grid.heights(s.surface) for s in (self._low, self._high))
+            low, high = (
+                replace(problem, indenter=scene.surface).heights(window)
+                for scene in (self._low, self._high)
+            )
             changes["heights"] = (high - low) / self._step
         if not self._same_wall:
+            gap = _fields(stepper).gap
             low, high = (wall.evaluate(gap)[1] for wall in self._walls)
             changes["wall_pressure"] = (high - low) / self._step
         return changes
+
+
+def _fields(stepper: Stepper) -> ContactState:
+    if stepper.run is None:
+        raise ValueError("there is no state before the first step")
+    return stepper.run.fields

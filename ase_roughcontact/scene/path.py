@@ -12,13 +12,19 @@ from ase import Atoms
 
 from ase_roughcontact._util.units import FORCES, QUANTITY, UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
-from ase_roughcontact.atoms.calculator import RoughContact, contact_of
-from ase_roughcontact.atoms.substrate import substrate
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
+from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Crystal, Isotropic
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step
+from ase_roughcontact.paths.loading import coarser_stepper
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.predictions import Predictions
@@ -28,8 +34,9 @@ from ase_roughcontact.windows.expected import (
     ExpectedContact,
     coarsened,
 )
+from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, points_of
-from ase_roughcontact.windows.regrid import regrid
+from ase_roughcontact.windows.regrid import on_grid
 
 AnyPath = TypeVar("AnyPath", bound="ContactPath")
 
@@ -37,8 +44,6 @@ AnyPath = TypeVar("AnyPath", bound="ContactPath")
 _FIRST_SIDE = 8
 # Number of steps up to which an error lists them.
 _MOST_LISTED = 20
-# Height of the indenter before a step, in units of the spacing.
-_FAR_ABOVE = 1e6
 
 
 @dataclass(frozen=True)
@@ -106,43 +111,90 @@ class ContactPath(Predictions):
         """``"fixed"`` if all steps have the same window, else ``"auto"``."""
         return "fixed" if self.shape else "auto"
 
+    @property
+    def problem(self) -> Problem:
+        """Solid, wall and indenter on the grid of the path."""
+        return self._on_grid[0]
+
+    @property
+    def start(self) -> Box:
+        """Window of all steps, or of the first one."""
+        return self._on_grid[1]
+
+    @property
+    def _on_grid(self) -> tuple[Problem, Box]:
+        return on_grid(*self.lattice, self.grids.change)
+
+    @property
+    def lattice(self) -> tuple[Problem, Box]:
+        """The problem and its first window on the lattice of the atoms."""
+        change = self.grids.change
+        if self.shape:
+            check_memory(change.shape(self.shape))
+        first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
+        n, m = self.shape or (first, first)
+        problem = Problem(
+            indenter=self.surface,
+            solid=self.solid,
+            wall=self.wall,
+            spacing=self.spacing,
+            periodic=self.substrate.periodic,
+            heterogeneity=self.local_adhesion,
+        )
+        return problem, Box((-(n // 2), -(m // 2)), (n, m))
+
     def atoms(self) -> Atoms:
         """Return the substrate and the indenter above it, with a calculator."""
-        atoms, change = self.lattice(), self.grids.change
-        if change:
-            regrid(atoms, change)
+        atoms = self.frames().atoms
         atoms.positions[-1, 2] = contact_of(atoms).first_contact
         return atoms
 
-    def lattice(self) -> Atoms:
-        """Return the atoms before their grid is exchanged for that of the continuum.
+    def frames(self) -> ProblemAtoms:
+        """Return the atoms of the path, which are made when they are needed."""
+        fixed = self.path.control != "load" or self.path.is_loop
+        return ProblemAtoms(*self._on_grid, self.symbol, fixed)
 
-        The indenter is far above them, so that its heights are not needed.
+    def stepper(
+        self, frames: ProblemAtoms, control: str, record: type[LoadStep] = LoadStep
+    ) -> Stepper:
+        """Return what relaxes the steps of the path.
+
+        Parameters
+        ----------
+        frames : ProblemAtoms
+            Atoms on which an optimizer of ASE works.
+        control : {"penetrations", "heights", "loads"}
+        record : type
+            Class of the results.
+
+        Returns
+        -------
+        Stepper
         """
-        periodic, change = self.substrate.periodic, self.grids.change
+        problem, window = self._on_grid
+        options = StepOptions(
+            relaxer=relaxer_of(self.optimizer, self.wall, frames),
+            fmax=self.fmax,
+            accuracy=self.solver.accuracy,
+            max_steps=self.max_steps,
+            window=self.window,
+            hardness=hardness_for(self.lattice[0], self.symbol, self.hardness),
+            record=record,
+            continuum=self.is_continuum,
+            lost_slope=self.lost_slope,
+        )
+        coarser = None
+        if self.grids.extrapolated and not self.path.is_loop:
+            coarser = coarser_stepper(*self.lattice, control, options, self.grids)
+        return Stepper(problem, control, window, options, coarser=coarser)
+
+    @property
+    def first_contact(self) -> float:
+        """Height at which the indenter begins to repel the flat substrate (Å)."""
         if self.shape:
-            check_memory(change.shape(self.shape), margin=not periodic)
-        first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
-        atoms = substrate(
-            self.symbol,
-            self.shape or (first, first),
-            self.surface,
-            spacing=self.spacing,
-            periodic=periodic,
-            fixed=self.path.control != "load" or self.path.is_loop,
-            height=_FAR_ABOVE * self.spacing,
-        )
-        solid = self.solid
-        material: dict[str, Any] = {"solid": solid}
-        if isinstance(solid, Isotropic):
-            material = {"contact_modulus": solid.contact_modulus}
-        atoms.calc = RoughContact(
-            self.surface,
-            interaction=self.wall,
-            heterogeneity=self.local_adhesion,
-            **material,
-        )
-        return atoms
+            return self.problem.contact(self.start).first_contact
+        footprint = Footprint(self.problem.indenter, self.problem.spacing)
+        return self.wall.contact_distance - footprint.lowest
 
     @property
     def loop_options(self) -> dict[str, Any]:
@@ -259,14 +311,17 @@ class ContactPath(Predictions):
         if self.shape:
             many = points_of(surface, spacing) > LARGEST_DOMAIN**2
             scene = replace(self, roughness=None) if many else self
-            return plan_path(scene.atoms(), control, self.steps, "fixed", **path)
+            problem, window = scene._on_grid
+            return plan_path(problem, window, control, self.steps, "fixed", **path)
         targets, counts = thinned(self.steps)
         ratios = np.array([expected.coarsening(control, t) for t in targets.tolist()])
         plans, planned = {}, dict[float, PlannedStep]()
         for ratio in np.unique(ratios).tolist():
-            atoms = self.atoms() if ratio == 1 else self._coarse_atoms(expected, ratio)
+            problem, window = self._on_grid
+            if ratio > 1:
+                problem = self._coarse_problem(expected, ratio)
             part = targets[ratios == ratio]
-            plans[ratio] = plan_path(atoms, control, part, "auto", **path)
+            plans[ratio] = plan_path(problem, window, control, part, "auto", **path)
             planned |= {step.target: step for step in plans[ratio].steps}
         return replace(
             plans[ratio],
@@ -277,20 +332,10 @@ class ContactPath(Predictions):
             advice=next((p.advice for p in reversed(plans.values()) if p.advice), ""),
         )
 
-    def _coarse_atoms(self, expected: ExpectedContact, ratio: int) -> Atoms:
-        """Return atoms with which a plan is made on a coarser lattice."""
+    def _coarse_problem(self, expected: ExpectedContact, ratio: int) -> Problem:
+        """Return the problem with which a plan is made on a coarser lattice."""
         surface, spacing = coarsened(expected.indenter, expected.spacing, ratio)
-        fixed = self.path.control != "load"
-        atoms = substrate(
-            self.symbol,
-            (_FIRST_SIDE, _FIRST_SIDE),
-            surface,
-            spacing=spacing,
-            fixed=fixed,
-        )
         solid = self.solid  # a crystal has only the spacing of its own
-        modulus = solid.contact_modulus if isinstance(solid, Crystal) else None
-        atoms.calc = RoughContact(
-            surface, modulus, self.wall, solid=None if modulus else solid
-        )
-        return atoms
+        if isinstance(solid, Crystal):
+            solid = Isotropic(solid.contact_modulus)
+        return Problem(surface, solid, self.wall, spacing)

@@ -12,7 +12,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.scene import Scene
-from ase_roughcontact.windows.regrid import GridChange, regrid
+from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 # Ratios of the spacings, tried in this order; the first one costs a sixteenth.
 _RATIOS = (4, 2, 1)
@@ -111,6 +111,6 @@ def _coarser(change: GridChange, ratio: int) -> GridChange:
 def _is_possible(scene: Scene) -> bool:
     """Return whether a grid fits window and surface, and does not lose too much."""
     try:
-        return regrid(scene.lattice(), scene.grids.change) <= _LARGEST_LOSS
+        return lost_slope(scene.surface, scene.problem.indenter) <= _LARGEST_LOSS
     except ValueError:
         return False

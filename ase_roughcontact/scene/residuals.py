@@ -24,8 +24,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.paths.hysteresis import adhesion_loop
+from ase_roughcontact.paths.hysteresis import follow_loop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
@@ -162,20 +161,16 @@ class Residuals:
         values = self.values(x)
         scene = changed(self._scene, dict(zip(self._free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
-        atoms = _loop_scene(scene, contact_of(scene.atoms()).first_contact - lowest)
-        model, derivatives = atoms.atoms(), ForceDerivatives(scene, self._free)
+        trial = _loop_scene(scene, scene.first_contact - lowest)
+        stepper = trial.stepper(trial.frames(), "heights")
+        derivatives = ForceDerivatives(scene, self._free)
         rows: dict[int, FloatArray] = {}
 
         def differentiate(state: LoadStep) -> None:
-            rows[state.step] = derivatives.of(model)[0]
+            rows[state.step] = derivatives.of(stepper)[0]
 
-        loop = adhesion_loop(
-            model,
-            **atoms.loop_options,
-            accuracy=scene.solver.accuracy,
-            window=scene.window,
-            validity="ignore",
-            callback=differentiate,
+        loop = follow_loop(
+            stepper, **trial.loop_options, validity="ignore", callback=differentiate
         )
         stiffness = self._curve.stiffness
         down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
@@ -233,7 +228,7 @@ def _first_height(scene: Scene, curve: ForceCurve) -> float:
     force, depth = curve.force, curve.depth
     largest = int(np.argmax(force))
     if force[largest] <= 0.0:
-        return contact_of(scene.atoms()).first_contact + depth[np.argmin(abs(force))]
+        return scene.first_contact + depth[np.argmin(abs(force))]
     loaded = scene.with_values({"path": PathConfig()})
     (step,) = loaded.relax(force[[largest]], validity="ignore")
     return step.height + depth[largest]

@@ -14,9 +14,14 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.hysteresis import adhesion_loop
+from ase_roughcontact.paths.hysteresis import follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.loading import load_path
+from ase_roughcontact.paths.loading import (
+    PathFiles,
+    follow_path,
+    targets_of,
+    warn_of_lost_slope,
+)
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
 from ase_roughcontact.paths.validity import ValidityReport
@@ -227,11 +232,13 @@ class Scene(ContactPath):
             raise ValueError('the path is not a loop: give [path] kind = "loop"')
         self.check()
         self.check_path()
-        files: dict[str, Any] = {}
+        frames, files = self.frames(), PathFiles()
         if folder is not None:
             folder = _results_folder(folder)
             self.check_folder(folder)
-            files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
+            files = PathFiles(
+                folder / "sweep.traj", folder / "curve.csv", frames=frames
+            )
 
         def report(state: LoadStep) -> None:
             if folder is not None and state.step == 0:
@@ -239,19 +246,21 @@ class Scene(ContactPath):
             if callback is not None:
                 callback(state)
 
-        return adhesion_loop(
-            self.atoms(),
+        return follow_loop(
+            self.stepper(frames, "heights"),
             **self.loop_options,
-            **self._solver_options,
+            files=files,
             validity=validity,
             callback=report,
-            continuum=self.is_continuum,
-            lost_slope=self.lost_slope,
-            **files,
         )
 
     def relax(
-        self, steps: ArrayLike | None = None, **options: Any
+        self,
+        steps: ArrayLike | None = None,
+        *,
+        validity: str = "warn",
+        record: type[LoadStep] = LoadStep,
+        **files: Any,
     ) -> Generator[LoadStep, None, None]:
         """Relax step after step.
 
@@ -259,24 +268,21 @@ class Scene(ContactPath):
         ----------
         steps : array_like, optional
             Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
-        **options
-            Options of `load_path`, such as its files and `resume`.
+        validity, record
+            See `load_path`.
+        **files
+            Files of the path; see `PathFiles`.
 
         Returns
         -------
         generator of LoadStep
         """
-        targets = self.steps if steps is None else steps
-        path: dict[str, Any] = {self.control: targets}
-        given = self.given_grid
-        grid: dict[str, Any] = {} if given is None else asdict(given)
-        return load_path(
-            self.lattice() if self.is_continuum else self.atoms(),
-            model=self.substrate.model,
-            **self._solver_options,
-            **path,
-            **grid,
-            **options,
+        frames = self.frames()
+        stepper = self.stepper(frames, self.control, record)
+        warn_of_lost_slope(stepper, self.grids, validity)
+        targets = targets_of(self.control, self.steps if steps is None else steps)
+        return follow_path(
+            stepper, targets, PathFiles(**files, frames=frames), validity, springs=[]
         )
 
     def run(
@@ -356,18 +362,6 @@ class Scene(ContactPath):
             changes = self.changes_from(Scene.of_results(folder))
             if changes:
                 raise ValueError(_another(folder, changes))
-
-    @property
-    def _solver_options(self) -> dict[str, Any]:
-        """Options that paths and loops have in common."""
-        return {
-            "optimizer": self.optimizer,
-            "fmax": self.fmax,
-            "accuracy": self.solver.accuracy,
-            "max_steps": self.max_steps,
-            "window": self.window,
-            "hardness": self.hardness,
-        }
 
     def write_inputs(self, file: Path, text: str | None = None) -> None:
         """Write the scene, and copy its files beside it, where they are found again.

@@ -203,7 +203,9 @@ def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[
 def _problem(scene: Scene, targets: Sequence[float], points: int) -> str:
     """Return why a choice is not calculated; empty if it is."""
     try:
-        steps = plan_path(scene.atoms(), scene.control, targets, scene.window).steps
+        steps = plan_path(
+            scene.problem, scene.start, scene.control, targets, scene.window
+        ).steps
     except ValueError as error:
         return str(error)
     if problem := next(filter(None, (step.problem for step in steps)), ""):

@@ -30,6 +30,7 @@ import numpy as np
 from ase_roughcontact._util.allocation import freed_memory_kept
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.coarsening import (
@@ -42,7 +43,7 @@ from ase_roughcontact.solvers.coarsening import (
 from ase_roughcontact.solvers.defect_correction import HardWallState, defect_correction
 from ase_roughcontact.solvers.nearly_full import nearly_full_contact
 from ase_roughcontact.solvers.options import ActiveSetOptions
-from ase_roughcontact.solvers.relaxation import External, Relaxation, without_rounding
+from ase_roughcontact.solvers.relaxation import External, Relaxation
 
 _DEFAULTS = ActiveSetOptions()
 

@@ -1,14 +1,21 @@
-"""What the solvers take and return: external forces and states of a relaxation."""
+"""Relaxation of a contact: what solvers take and return, and how they are run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from ase_roughcontact.contact import Contact
+from ase_roughcontact._util.kernels import max_abs
+from ase_roughcontact.contact import Contact, ContactState, State
+from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+
+#: Pressure on the window, shape (n, m), and height of the indenter.
+Start: TypeAlias = "tuple[np.ndarray, float]"
 
 #: Energy of load and springs at a height, and their upward force on the indenter.
 External = Callable[[float], tuple[float, float]]
@@ -46,16 +53,228 @@ class Relaxation:
     pairs: float
 
 
+@dataclass(frozen=True)
+class Support:
+    """What holds the indenter: a fixed height, or a load, and springs.
+
+    Attributes
+    ----------
+    fixed : bool
+        Whether the height is given.
+    load : float
+        Force that presses the indenter down, unless its height is given.
+    springs : callable, optional
+        Energy and upward force of springs at a height.
+    """
+
+    fixed: bool
+    load: float = 0.0
+    springs: External | None = None
+
+    def external(self, height: float) -> tuple[float, float]:
+        """Return energy and upward force of load and springs at a height."""
+        load = 0.0 if self.fixed else self.load
+        energy, force = self.springs(height) if self.springs else (0.0, 0.0)
+        return load * height + energy, force - load
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Outcome of one run of a solver.
+
+    Attributes
+    ----------
+    state : State
+    fields : ContactState
+        Energy, forces and fields of the state.
+    support : Support
+        What held the indenter.
+    energy : float
+        Energy of solid, wall, load and springs.
+    max_force : float
+        Largest force on an atom, or on the indenter if it is free.
+    unbalanced : float
+        Magnitude of the force on the indenter if it is free, else zero.
+    converged : bool
+    message : str
+        Why the solver stopped without convergence; empty otherwise.
+    iterations : int
+    pairs : float
+        FFT pairs; see `Relaxation`.
+    """
+
+    state: State
+    fields: ContactState
+    support: Support
+    energy: float
+    max_force: float
+    unbalanced: float
+    converged: bool = True
+    message: str = ""
+    iterations: int = 0
+    pairs: float = 0.0
+
+    @classmethod
+    def of(
+        cls, state: State, fields: ContactState, support: Support, **outcome: Any
+    ) -> Run:
+        """Return the outcome of a run that ended in a state."""
+        energy, force = support.external(state.height)
+        unbalanced = 0.0 if support.fixed else abs(fields.normal_force + force)
+        return cls(
+            state=state,
+            fields=fields,
+            support=support,
+            energy=fields.energy + energy,
+            max_force=max(max_abs(fields.forces), unbalanced),
+            unbalanced=unbalanced,
+            **outcome,
+        )
+
+
+@dataclass(frozen=True)
+class SolverRelaxer:
+    """Relaxes a contact by a solver whose unknown is the pressure.
+
+    Attributes
+    ----------
+    solver : callable
+        Generator function as `newton_krylov`.
+    options : optional
+        Options of the solver.
+    """
+
+    solver: Callable[..., Generator[Relaxation, None, None]]
+    options: Any = None
+
+    def __call__(
+        self,
+        contact: Contact,
+        state: State,
+        support: Support,
+        tolerance: float,
+        max_steps: int,
+        start: Start | None = None,
+    ) -> Run:
+        """Relax a contact from a state.
+
+        Parameters
+        ----------
+        contact : Contact
+            On the window of the state.
+        state : State
+            Its height is that of the indenter, or the first one under a load.
+        support : Support
+        tolerance : float
+            Largest force that may be left on an atom.
+        max_steps : int
+            Largest number of steps of the solver.
+        start : (ndarray, float), optional
+            Pressure and height from which to start in place of those of the state.
+
+        Returns
+        -------
+        Run
+        """
+        if start is None:
+            pressure, force = starting_pressure(contact, state, support)
+            height = state.height
+        else:
+            (pressure, height), force = start, math.inf
+            height = state.height if support.fixed else height
+        last, pairs, steps, message = None, 0.0, 0, ""
+        converged = force < tolerance
+        states = self.states(contact, support, tolerance, pressure, height)
+        try:
+            while not (converged or message):
+                if steps >= max_steps:
+                    message = f"not converged after {steps} steps"
+                    break
+                found = next(states, None)
+                if found is None:
+                    message = "the solver has ended"
+                    break
+                last, steps = found, steps + 1
+                pairs += last.pairs
+                converged, message = last.converged, last.message
+        finally:
+            states.close()  # frees its arrays
+        outcome = {"message": message, "iterations": steps, "pairs": pairs}
+        if last is not None:
+            state = relaxed_state(contact, state, last)
+        fields = fields_of(contact, state, relaxed=last is not None)
+        return Run.of(state, fields, support, converged=converged, **outcome)
+
+    def states(
+        self,
+        contact: Contact,
+        support: Support,
+        tolerance: float,
+        pressure: np.ndarray | None,
+        height: float,
+    ) -> Generator[Relaxation, None, None]:
+        """Return the states of the solver, one for each step."""
+        options = {} if self.options is None else {"options": self.options}
+        return self.solver(
+            contact,
+            height=height,
+            external=None if support.fixed else support.external,
+            start=pressure,
+            tolerance=tolerance,
+            **options,
+        )
+
+
+def starting_pressure(
+    contact: Contact, state: State, support: Support
+) -> tuple[np.ndarray | None, float]:
+    """Return the pressure from which a solver starts, and the force that is left.
+
+    The pressure is None if the surface is flat. Under a hard wall the force is
+    infinity: whether the state is relaxed is not known before the first step.
+    """
+    pressure, force = state.pressure, math.inf
+    if not contact.interaction.hard:
+        run = Run.of(state, fields_of(contact, state), support)
+        forces = run.fields.forces / contact.halfspace.cell_area
+        pressure, force = run.fields.pressure + forces, run.max_force
+    return (without_rounding(pressure) if state.displaced else None), force
+
+
+def relaxed_state(contact: Contact, before: State, relaxation: Relaxation) -> State:
+    """Return the state that a solver has found, with its displacement."""
+    pressure, height = relaxation.pressure, relaxation.height
+    displacement = contact.halfspace.displacement(pressure)
+    displacement = np.asarray(displacement, dtype=float)
+    return State(before.window, height, pressure, displacement, before.history)
+
+
+def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactState:
+    """Return energy, forces and fields of a state.
+
+    Parameters
+    ----------
+    contact : Contact
+    state : State
+    relaxed : bool
+        Whether a solver has found the pressure, which a hard wall exerts then.
+
+    Returns
+    -------
+    ContactState
+    """
+    displacement = state.displacement
+    if displacement is None:
+        displacement = contact.halfspace.displacement(state.pressure)
+    reaction = state.pressure if relaxed else None
+    return contact.evaluate(displacement, state.height, state.pressure, reaction)
+
+
 def precision_advice(halfspace: HalfSpace) -> str:
     """Return an addition to messages about rounding errors in single precision."""
     if np.dtype(halfspace.fft.get("dtype", float)) == np.float64:
         return ""
     return " (the transforms are in single precision: use fft dtype float64)"
-
-
-def without_rounding(pressure: np.ndarray) -> np.ndarray:
-    """Return a pressure with the entries set to zero that are only rounding errors."""
-    return np.where(abs(pressure) < 1e-9 * abs(pressure).max(), 0.0, pressure)
 
 
 def indenter_stiffness(contact: Contact) -> float:

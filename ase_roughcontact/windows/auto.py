@@ -16,20 +16,17 @@ window is enlarged if the wall reaches one of them.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from ase import Atoms
 
 from ase_roughcontact._util.kernels import max_abs
-from ase_roughcontact.atoms.calculator import contact_of, elastic_pressure, grid_of
-from ase_roughcontact.atoms.grid import displacement, set_displacement
-from ase_roughcontact.atoms.indenter import indenter_fixed
-from ase_roughcontact.atoms.plastic_shape import kept_depth
-from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.solvers.relaxation import Support
 from ase_roughcontact.topography import RoughSphere
 from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
-from ase_roughcontact.windows.exchange import carry, exchange_window, window_of
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
@@ -57,14 +54,14 @@ class AutoWindow:
 
     Parameters
     ----------
-    atoms : Atoms
-        Of a free half space, with a `RoughContact` calculator.
+    problem : Problem
+        Of a free half space.
     options : WindowOptions, optional
 
     Attributes
     ----------
     first_contact : float
-        Height at which the indenter begins to repel the flat substrate (Å).
+        Height at which the indenter begins to repel the flat substrate (length).
     footprint : Footprint
         Of the indenter.
 
@@ -74,20 +71,17 @@ class AutoWindow:
         If the indenter is not bounded.
     """
 
-    def __init__(self, atoms: Atoms, options: WindowOptions | None = None) -> None:
+    def __init__(self, problem: Problem, options: WindowOptions | None = None) -> None:
         self._options = options or WindowOptions()
-        spacing = grid_of(atoms).spacing
-        contact = contact_of(atoms)
-        indenter = atoms.calc.parameters["indenter"]
-        solid = contact.halfspace.solid
-        self._wall = contact.interaction
-        self.footprint = Footprint(indenter, spacing, grid_of(atoms).origin)
+        indenter: Any = problem.indenter
+        solid, spacing = problem.solid, problem.spacing
+        self._wall = problem.wall
+        self.footprint = Footprint(indenter, spacing, problem.offset)
         self.first_contact = self._wall.contact_distance - self.footprint.lowest
         # whether the surface rises above its plane somewhere
         self._rises = self._wall.attractive or solid.bulges
         self._adhesion: AdhesionEstimate | None = None
-        radius = getattr(indenter, "radius", math.inf)
-        if self._wall.attractive and radius < math.inf:
+        if self._wall.attractive and problem.facts.radius < math.inf:
             self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
         self._plastic = self._wall.hardness < math.inf
         self._expected: ExpectedContact | None = None
@@ -102,15 +96,19 @@ class AutoWindow:
         self._overlap_size = math.inf
         self._largest_load = 0.0
 
-    def choose(self, atoms: Atoms, control: str) -> None:
-        """Choose the window of a step.
+    def choose(self, state: State, support: Support) -> State:
+        """Return the state from which a step starts, on the window of the step.
 
         Parameters
         ----------
-        atoms : Atoms
-            At the target of the step, displaced as at the last one; changed in place.
-        control : str
-            With "loads" the height is predicted.
+        state : State
+            Displaced as at the last step, at the height of the step if it is given.
+        support : Support
+            With a load the height is predicted.
+
+        Returns
+        -------
+        State
 
         Raises
         ------
@@ -119,9 +117,8 @@ class AutoWindow:
         MemoryError
             If a window does not fit into the free memory.
         """
-        height = float(atoms.positions[-1, 2])
-        load = atoms.calc.parameters["load"] if control == "loads" else None
-        adhesive_contact = self._adhesive_contact(atoms, load)
+        height, load = state.height, None if support.fixed else support.load
+        adhesive_contact = self._adhesive_contact(state, load)
         if self._expected:  # before the roughness is searched for the atoms in reach
             target = ("heights", height) if load is None else ("loads", load)
             self._expected.check_surface(*target)
@@ -129,42 +126,49 @@ class AutoWindow:
         if load is not None:
             height = self._predicted_height(load, height)
         self._level = self._wall.cutoff - height
-        if control != "loads":
+        if load is None:
             self.footprint.check(self._level)
         overlap = self.footprint.overlap(self._level)
-        window = window_of(grid_of(atoms))
         if (
             not self._wall.attractive
             and overlap.size > _RESTART_GROWTH * self._overlap_size
         ):
-            self._flatten(atoms)
-        needed = self._needed(self._level, self._box_in_range(atoms, window))
-        needed = needed.union(adhesive_contact).union(self._indented(atoms, window))
+            state = self._flattened(state, support)
+        needed = self._needed(self._level, self._box_in_range(state))
+        needed = needed.union(adhesive_contact).union(_with_history(state))
         usual = self.footprint.standard_size(needed)
-        excessive = window.size > _LARGEST_EXCESS * usual.size
-        if excessive or not window.contains(needed):
-            self._exchange(atoms, needed)
+        excessive = state.window.size > _LARGEST_EXCESS * usual.size
+        if excessive or not state.window.contains(needed):
+            return self._on(state, needed)
+        return state
 
-    def enlarge_if_needed(self, atoms: Atoms) -> bool:
-        """Enlarge the window if an atom outside could interact with the wall.
+    def enlarged(
+        self, state: State, fields: ContactState, contact: Contact, support: Support
+    ) -> State | None:
+        """Return the state on a larger window if the wall could act outside of this.
 
         Parameters
         ----------
-        atoms : Atoms
-            Relaxed; changed in place.
+        state : State
+            Relaxed.
+        fields : ContactState
+            Of the state.
+        contact : Contact
+            On its window.
+        support : Support
 
         Returns
         -------
-        bool
-            Whether the window was enlarged, so that the atoms must be relaxed again.
+        State or None
+            To be relaxed again; None if the window suffices.
 
         Raises
         ------
         ValueError
             If an atom could touch where the surface is not defined.
         """
-        level = self._wall.cutoff - float(atoms.positions[-1, 2])
-        window, lowest = window_of(grid_of(atoms)), self.footprint.lowest
+        level = self._wall.cutoff - state.height
+        window, lowest = state.window, self.footprint.lowest
         depth = max(self._level - lowest, _LEAST_DEPTH * self.footprint.spacing)
         deepest = _LARGEST_DEEPENING * depth
         if level - lowest > deepest and not window.contains(
@@ -173,29 +177,23 @@ class AutoWindow:
             # under a load, the indenter sinks in too deep if the window is too small
             self._level = lowest + deepest
             if not self._wall.attractive:
-                self._flatten(atoms)
-            self._exchange(atoms, self._needed(self._level, window))
-            return True
+                state = self._flattened(state, support)
+            return self._on(state, self._needed(self._level, window))
         self._level = level
-        needed = window.union(self._reached(atoms, window))
-        if needed == window:
-            self.accept(atoms)
-            return False
-        self._exchange(atoms, needed)
-        return True
+        needed = window.union(self._reached(state, contact))
+        if needed != window:
+            return self._on(state, needed)
+        self.accept(state, fields, support.load)
+        return None
 
-    def accept(self, atoms: Atoms) -> None:
-        """Keep what the choice of the next window needs to know of relaxed atoms."""
-        load = atoms.calc.parameters["load"]
-        height = float(atoms.positions[-1, 2])
-        depth = self.first_contact - height
-        overlap = self.footprint.box_below(self._wall.cutoff - height)
+    def accept(self, state: State, fields: ContactState, load: float) -> None:
+        """Keep what the choice of the next window needs to know of a relaxed state."""
+        depth = self.first_contact - state.height
+        overlap = self.footprint.box_below(self._wall.cutoff - state.height)
         self._overlap_size = overlap.size
         if self._rises:
-            grid = grid_of(atoms)
-            gap = contact_of(atoms).gap(displacement(atoms, grid), height)
-            near = gap < self._wall.cutoff
-            self._in_range = Box.bounding(near, window_of(grid).start)
+            near = fields.gap < self._wall.cutoff
+            self._in_range = Box.bounding(near, state.window.start)
         # a surface that unloads is deeper than one that has not flowed yet
         unloads = self._wall.permanent and load < self._largest_load
         self._largest_load = max(load, self._largest_load)
@@ -249,25 +247,20 @@ class AutoWindow:
         level = contact_level(level, self.footprint.lowest, self._wall, scale)
         return self.footprint.overlap(level).union(also)
 
-    def _box_in_range(self, atoms: Atoms, window: Box) -> Box | None:
+    def _box_in_range(self, state: State) -> Box | None:
         """Return the atoms that may stay in the range of the wall above the plane."""
         if not self._rises:
             return None
-        return self._in_range or (window if _displaced(atoms) else None)
+        return self._in_range or (state.window if state.displaced else None)
 
-    def _indented(self, atoms: Atoms, window: Box) -> Box | None:
-        """Return the atoms whose plastic shape must not be lost."""
-        depth = kept_depth(atoms, grid_of(atoms))
-        return None if depth is None else Box.bounding(depth > 0.0, window.start)
-
-    def _adhesive_contact(self, atoms: Atoms, load: float | None) -> Box | None:
+    def _adhesive_contact(self, state: State, load: float | None) -> Box | None:
         """Return the atoms that adhesion draws into contact with a flat surface.
 
         Windows chosen by the overlap would be filled one after another.
         """
-        height = float(atoms.positions[-1, 2])
+        height = state.height
         touches = height <= self.first_contact if load is None else load > 0.0
-        if self._adhesion is None or not touches or _displaced(atoms):
+        if self._adhesion is None or not touches or state.displaced:
             return None
         depth = self._wall.contact_distance - height
         radius = self._adhesion.radius(depth, load)
@@ -276,58 +269,56 @@ class AutoWindow:
         half_side = math.ceil(radius / self.footprint.spacing)
         return self.footprint.clip(centred_box(half_side))
 
-    def _reached(self, atoms: Atoms, window: Box) -> Box | None:
+    def _reached(self, state: State, contact: Contact) -> Box | None:
         """Return a box of the atoms, also outside the window, that the wall reaches."""
-        level = self._level
+        level, window = self._level, state.window
         self.footprint.check(level)
         if self._rises:
-            level += max(self._highest(atoms, window), 0.0)
+            level += max(self._highest(state, contact), 0.0)
         if window.contains(self.footprint.overlap(level)):
             return None
         self.footprint.check(level)
         wide = self.footprint.overlap(level).union(window)
-        near = self._gap(atoms, window, wide) < self._wall.cutoff
-        return Box.bounding(near, wide.start)
+        # a lower bound to the gap
+        gap = state.height + self.footprint.heights(wide)
+        gap -= self._displacement_on(state, contact, wide)
+        return Box.bounding(gap < self._wall.cutoff, wide.start)
 
-    def _highest(self, atoms: Atoms, window: Box) -> float:
-        """Return the largest displacement, that of a bulge around the window, too."""
-        if not contact_of(atoms).halfspace.solid.bulges:
-            return float(_displacement(atoms).max())
-        n, m = window.shape
-        start = window.start[0] - n // 2, window.start[1] - m // 2
-        return float(
-            self._displacement_on(atoms, window, Box(start, (2 * n, 2 * m))).max()
-        )
+    def _highest(self, state: State, contact: Contact) -> float:
+        """Return the largest displacement, also in a bulge around the window."""
+        if not contact.halfspace.solid.bulges and state.displacement is not None:
+            return float(state.displacement.max())
+        (n, m), (i, j) = state.window.shape, state.window.start
+        wide = Box((i - n // 2, j - m // 2), (2 * n, 2 * m))
+        return float(self._displacement_on(state, contact, wide).max())
 
-    def _gap(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
-        """Return a lower bound to the gap of the atoms of a wider window."""
-        undeformed = float(atoms.positions[-1, 2]) + self.footprint.heights(wide)
-        return undeformed - self._displacement_on(atoms, window, wide)
-
-    def _displacement_on(self, atoms: Atoms, window: Box, wide: Box) -> np.ndarray:
+    def _displacement_on(self, state: State, contact: Contact, wide: Box) -> np.ndarray:
         """Return an upper bound to the displacement of the atoms of a wider window."""
-        pressure = carry(elastic_pressure(atoms), window, wide)
-        halfspace = contact_of(atoms).halfspace
-        wider = halfspace.resized(wide.shape, self.footprint.spacing)
+        pressure = carried(state.pressure, state.window, wide)
+        wider = contact.halfspace.resized(wide.shape, self.footprint.spacing)
         displacement = wider.in_single_precision().displacement(pressure)
         displacement += _ROUNDING * max_abs(displacement)
         return displacement
 
-    def _exchange(self, atoms: Atoms, needed: Box) -> None:
+    def _on(self, state: State, needed: Box) -> State:
+        """Return the state on a window of a standard size."""
         window = self.footprint.standard_size(needed)
         check_memory(window.shape)
-        exchange_window(atoms, window)
+        return state.on(window)
 
-    def _flatten(self, atoms: Atoms) -> None:
-        """Set the displacement to zero, and the height of a free indenter back."""
-        set_displacement(atoms, np.zeros(len(atoms) - 1))
-        if not indenter_fixed(atoms):
-            atoms.positions[-1, 2] = self.first_contact
-
-
-def _displacement(atoms: Atoms) -> np.ndarray:
-    return displacement(atoms, grid_of(atoms))
+    def _flattened(self, state: State, support: Support) -> State:
+        """Return the state without displacement, a free indenter at first contact."""
+        height = state.height if support.fixed else self.first_contact
+        return replace(State.flat(state.window, height), history=state.history)
 
 
-def _displaced(atoms: Atoms) -> bool:
-    return bool(_displacement(atoms).any())
+def _with_history(state: State) -> Box | None:
+    """Return the atoms that keep something of earlier steps, and must not be lost."""
+    boxes = (
+        Box.bounding(values != 0.0, state.window.start)
+        for values in state.history.values()
+    )
+    box = None
+    for each in boxes:
+        box = each if box is None else box.union(each)
+    return box

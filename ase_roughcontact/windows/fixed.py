@@ -2,62 +2,67 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
-from ase import Atoms
 
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.solvers.relaxation import Support
 from ase_roughcontact.topography import RoughSphere
 
 
 class FixedWindow:
-    """Window that stays; it has the methods of `AutoWindow`.
+    """Window that stays; it has the methods of `AutoWindow` but for the forecast.
 
     Parameters
     ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
+    problem : Problem
+    window : Box
     edge : {"raise", "ignore"}
         What to do if the wall acts on an atom at the edge of the window of a free half
         space.
-
-    Attributes
-    ----------
     first_contact : float
-        Height at which the indenter begins to repel the flat substrate (Å).
+        Height at which the indenter begins to repel the flat substrate (length).
     """
 
-    def __init__(self, atoms: Atoms, edge: str) -> None:
-        self._edge = edge
-        self._grid = asdict(grid_of(atoms))
-        self.first_contact = contact_of(atoms).first_contact
+    def __init__(
+        self, problem: Problem, window: Box, edge: str, first_contact: float
+    ) -> None:
+        self._problem, self._window, self._edge = problem, window, edge
+        self.first_contact = first_contact
 
-    def choose(self, atoms: Atoms, control: str) -> None:
+    def choose(self, state: State, support: Support) -> State:
+        """Return the state, whose window stays."""
+        return state
+
+    def accept(self, state: State, fields: ContactState, load: float) -> None:
         """Keep the window."""
 
-    def accept(self, atoms: Atoms) -> None:
-        """Keep the window."""
-
-    def enlarge_if_needed(self, atoms: Atoms) -> bool:
-        """Return False; raise `RuntimeError` if the wall acts at the edge."""
-        if self._edge == "ignore" or atoms.pbc.any():
-            return False
-        acts = atoms.calc.state(atoms).pressure != 0.0
+    def enlarged(
+        self, state: State, fields: ContactState, contact: Contact, support: Support
+    ) -> None:
+        """Raise `RuntimeError` if the wall acts at the edge."""
+        if self._edge == "ignore" or self._problem.periodic:
+            return
+        acts = fields.pressure != 0.0
         if at_edge(acts):
             advice = "give a larger shape or 'auto'"
-            if not isinstance(atoms.calc.parameters["indenter"], RoughSphere):
+            if not isinstance(self._problem.indenter, RoughSphere):
                 advice += " (or edge='ignore' if the indenter ends there)"
             raise RuntimeError(
                 "the contact or its attraction has reached the edge of the window of "
                 f"{acts.shape} atoms: {advice}"
             )
-        return False
 
     def describe_lattice(self) -> dict[str, Any]:
         """Return what distinguishes the atoms from others, for resuming a path."""
-        return self._grid
+        return {
+            "window": self._window.shape,
+            "spacing": self._problem.spacing,
+            "origin": self._problem.origin(self._window),
+            "periodic": self._problem.periodic,
+        }
 
 
 def at_edge(mask: np.ndarray) -> bool:

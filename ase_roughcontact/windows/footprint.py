@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact.elasticity.fft import fast_length
-from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.elasticity.lattice import Box, lattice_offset
 from ase_roughcontact.topography import BoundedSurface, Surface
 from ase_roughcontact.windows.memory import available_memory, memory_of
 
@@ -243,23 +243,6 @@ class Footprint:
 def centred_box(half_side: int) -> Box:
     """Return the square of the atoms up to a distance from the axis along x and y."""
     return Box((-half_side, -half_side), (2 * half_side + 1,) * 2)
-
-
-def lattice_offset(position: float, spacing: float) -> float:
-    """Return a position relative to the nearest multiple of the spacing.
-
-    Parameters
-    ----------
-    position, spacing : float
-        Lengths.
-
-    Returns
-    -------
-    float
-        Zero where it would be a rounding error.
-    """
-    offset = position - spacing * round(position / spacing)
-    return 0.0 if abs(offset) < _ROUNDING * spacing else offset
 
 
 def _standard_side(least: int) -> int:

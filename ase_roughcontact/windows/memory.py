@@ -10,9 +10,11 @@ from pathlib import Path
 
 import psutil
 
-# Bytes for each atom at the peak of a step, also in a window with its margin.
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.facts import IndenterFacts
+
+# Bytes for each atom at the peak of a step.
 _PER_ATOM = 350
-_PER_ATOM_IN_MARGIN = 1050
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
@@ -21,17 +23,13 @@ _PER_POINT_KEPT = 11
 _BASE, _UNCHECKED = 130e6, 10e6
 
 
-def memory_of(
-    window: tuple[int, int], *, margin: bool = False, points: int = 0
-) -> float:
+def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
     """Estimate the peak memory of a process that calculates a step.
 
     Parameters
     ----------
     window : (int, int)
         Shape.
-    margin : bool
-        Whether the window of a free half space has its margin.
     points : int
         Of a roughness synthesised from its spectrum; see `points_of`.
 
@@ -41,11 +39,11 @@ def memory_of(
         Bytes, between 3/4 and 4/3 of the largest resident size of a fresh process.
         Measured height maps, and other data of the process, add to it.
     """
-    step = math.prod(window) * (_PER_ATOM_IN_MARGIN if margin else _PER_ATOM)
+    step = math.prod(window) * _PER_ATOM
     return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
 
 
-def points_of(indenter: object, spacing: float) -> int:
+def points_of(indenter: Surface, spacing: float) -> int:
     """Return the number of points on which the roughness of an indenter is stored.
 
     Parameters
@@ -60,8 +58,7 @@ def points_of(indenter: object, spacing: float) -> int:
     int
         Zero for a smooth indenter, and for a height map, which exists already.
     """
-    side = getattr(getattr(indenter, "roughness", indenter), "side", 0.0)
-    return round(side / spacing) ** 2
+    return IndenterFacts(indenter).points(spacing)
 
 
 def available_memory() -> float:
@@ -144,20 +141,18 @@ def check_roughness(points: int) -> None:
     )
 
 
-def check_memory(
-    window: tuple[int, int], *, margin: bool = False, bound: str = ""
-) -> None:
+def check_memory(window: tuple[int, int], *, bound: str = "") -> None:
     """Raise `MemoryError` if a window exceeds the free memory.
 
     Parameters
     ----------
-    window, margin
-        See `memory_of`.
+    window : (int, int)
+        Shape.
     bound : str
         Words before the size of the window in the message, such as "at least ".
     """
     _check(
-        memory_of(window, margin=margin),
+        memory_of(window),
         f"for a window of {bound}{window[0]} x {window[1]} atoms",
         "choose a smaller load, sphere or window",
     )

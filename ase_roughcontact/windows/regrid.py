@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-from ase import Atoms
-
 from ase_roughcontact._util.validation import integer
-from ase_roughcontact.atoms.calculator import wall_of
-from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.indenter import INDENTER_KEY, surface_id
-from ase_roughcontact.atoms.substrate import surface_atoms
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.contact.problem import lattice_offsets
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.topography import SelfAffine, Surface
-from ase_roughcontact.windows.exchange import moved
+from ase_roughcontact.topography.facts import IndenterFacts
 
 # Spacings on the shortest wave of a surface that is sampled on a coarser grid. Two are
 # the least; smoother surfaces lose more slope than the grid gains.
@@ -127,7 +123,7 @@ class GridChange:
             raise ValueError(
                 f"coarsen needs an indenter with a method band_limited, got {indenter}"
             )
-        self._check_waves(getattr(indenter, "roughness", indenter), spacing)
+        self._check_waves(IndenterFacts(indenter).roughness, spacing)
         return limit(_PER_WAVE * self.spacing(spacing))
 
     def _check_waves(self, rough: Surface | None, spacing: float) -> None:
@@ -157,23 +153,21 @@ class GridChange:
             )
 
 
-def regrid(atoms: Atoms, change: GridChange) -> float:
-    """Exchange the grid of surface atoms for a finer or coarser one, in place.
+def on_grid(problem: Problem, window: Box, change: GridChange) -> tuple[Problem, Box]:
+    """Return a problem and a window on a finer or coarser grid.
 
-    The window, the indenter, the wall and the solid stay. The substrate is flat
-    afterwards, and arrays of the atoms are those of new ones.
+    The window, the wall and the solid stay; the indenter is smoothed if the grid can't
+    resolve its waves, see `lost_slope`.
 
     Parameters
     ----------
-    atoms : Atoms
-        With a `RoughContact` calculator.
+    problem : Problem
+    window : Box
     change : GridChange
 
     Returns
     -------
-    float
-        Part of the rms slope that a coarser grid can't resolve and that the indenter
-        has lost.
+    Problem, Box
 
     Raises
     ------
@@ -181,32 +175,20 @@ def regrid(atoms: Atoms, change: GridChange) -> float:
         If a coarser grid does not fit the window or the period of the indenter, or the
         indenter can't be smoothed.
     """
-    wall, grid = wall_of(atoms), SurfaceGrid.of(atoms)
-    shape, spacing = change.shape(grid.window), change.spacing(grid.spacing)
-    indenter = atoms.calc.parameters["indenter"]
-    smooth = change.surface(indenter, grid.spacing)
-    corner = grid.origin
-    smooth.heights((1, 1), spacing, corner)  # raises if it can't be sampled
-
-    padded = grid.shape if grid.shape == grid.window else None
-    points = shape if padded else grid.padded_shape(shape, grid.periodic)
-    new = surface_atoms(atoms.numbers[0], points, spacing)
-    new.positions[:-1, :2] += atoms.positions[0, :2]
-    new.positions[-1] = atoms.positions[-1]
-    last = len(new) - 1
-    constraints = [moved(c, atoms, last, np.zeros(3)) for c in atoms.constraints]
-    atoms.set_constraint()
-    atoms.arrays = new.arrays
-    atoms.set_constraint(constraints)
-    if smooth is not indenter:
-        atoms.info[INDENTER_KEY] = surface_id(smooth)
-    atoms.calc.set(indenter=smooth, interaction=wall)
-    return lost_slope(indenter, smooth)
+    if not change:
+        return problem, window
+    shape, origin = change.shape(window.shape), problem.origin(window)
+    spacing = change.spacing(problem.spacing)
+    indenter = change.surface(problem.indenter, problem.spacing)
+    indenter.heights((1, 1), spacing, origin)  # raises if it can't be sampled
+    offset = lattice_offsets(origin, spacing)
+    new = replace(problem, indenter=indenter, spacing=spacing, offset=offset)
+    return new, new.window(shape, origin)
 
 
 def lost_slope(indenter: Any, smooth: Any) -> float:
     """Return the part of the rms slope by which one indenter is smoother."""
-    before, after = (getattr(each, "roughness", each) for each in (indenter, smooth))
+    before, after = (IndenterFacts(each).roughness for each in (indenter, smooth))
     if before is after or before is None:
         return 0.0
     return 1.0 - after.statistics().rms_slope / before.statistics().rms_slope

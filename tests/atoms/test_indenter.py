@@ -17,8 +17,8 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis.contact_map import ContactMap
-from ase_roughcontact.atoms.indenter import surface_id
 from ase_roughcontact.atoms.view import with_indenter
+from ase_roughcontact.topography.facts import surface_id
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
 MAP = ROUGH.heights((16, 16), 1.0, (-8.0, -8.0))

@@ -20,11 +20,11 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.exchange import exchange_window, window_of
 from ase_roughcontact.elasticity.greens import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
-from ase_roughcontact.windows.exchange import exchange_window, window_of
 from ase_roughcontact.windows.footprint import Footprint
 
 SHAPE = 9, 7

@@ -26,15 +26,15 @@ from ase_roughcontact import (
     RoughContact,
     RoughSphere,
     SelfAffine,
+    adhesion_loop,
+    load_path,
     substrate,
 )
-from ase_roughcontact.paths.hysteresis import adhesion_loop
 from ase_roughcontact.paths.instabilities import (
     AdhesionLoop,
     Jump,
     interpolated,
 )
-from ase_roughcontact.paths.loading import load_path
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.theory import MaugisDugdale

@@ -14,6 +14,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
+from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.paths.plan import plan_path
 
 SPHERE = RoughSphere(1e6)
@@ -35,7 +36,7 @@ def test_time_grows_as_n_log_n():
     # all three times are extrapolated from the same measurement
     widths = np.array([1420.0, 2840.0, 5720.0])
     depths = widths**2 / (8.0 * SPHERE.radius)
-    steps = plan_path(make_atoms(), "penetrations", depths, "auto").steps
+    steps = plan_path(*problem_of(make_atoms()), "penetrations", depths, "auto").steps
     sides = np.array([[int(n) for n in step.grid.split("x")] for step in steps])
     np.testing.assert_array_equal(sides[1:], 2 * sides[:-1])
     points = sides.prod(axis=1)
@@ -47,7 +48,9 @@ def test_time_grows_as_n_log_n():
 
 
 def test_a_plan_has_the_total_time_and_the_peak_memory():
-    plan = plan_path(make_atoms(), "penetrations", [1e-4, 1e-2, 1e-3], "auto")
+    plan = plan_path(
+        *problem_of(make_atoms()), "penetrations", [1e-4, 1e-2, 1e-3], "auto"
+    )
     assert plan.seconds == pytest.approx(sum(step.seconds for step in plan.steps))
     assert plan.memory == max(step.memory for step in plan.steps)
     assert [step.target for step in plan.steps] == [1e-4, 1e-2, 1e-3]
@@ -58,7 +61,9 @@ def test_a_plan_has_the_total_time_and_the_peak_memory():
 def test_planned_memory_is_that_of_the_results(wall, window):
     sphere, depths = RoughSphere(100.0), [0.5, 1.0]
     options = {"sphere": sphere, "shape": (64, 64)}
-    plan = plan_path(make_atoms(wall, **options), "penetrations", depths, window)
+    plan = plan_path(
+        *problem_of(make_atoms(wall, **options)), "penetrations", depths, window
+    )
     atoms = make_atoms(wall, **options)
     for step, record in zip(
         plan.steps, load_path(atoms, depths, window=window), strict=True
@@ -77,6 +82,6 @@ def test_the_time_of_a_step_is_in_the_measured_range(wall, monkeypatch):
     ticks = itertools.count()
     monkeypatch.setattr(time, "perf_counter", lambda: float(next(ticks)))
     atoms = make_atoms(wall, RoughSphere(1000.0), (16, 16), periodic=True)
-    (step,) = plan_path(atoms, "penetrations", [0.1], "fixed").steps
+    (step,) = plan_path(*problem_of(atoms), "penetrations", [0.1], "fixed").steps
     fewest, most = MEASURED[wall]
     assert fewest < step.seconds < most

@@ -9,12 +9,10 @@ import pytest
 from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.paths.cantilever import cantilever_curve
-from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.fit import fit_curve
@@ -95,19 +93,21 @@ def fitted(drifted, trials):
 
 def forces_and_derivatives(scene, heights, free=()):
     """Forces at heights, and their derivatives to parameters and to the height."""
-    held = scene.with_values({"path.control": "height", "path.kind": "steps"})
-    atoms, derivatives = held.atoms(), ForceDerivatives(scene, free)
-    stepper = Stepper(atoms, "heights", accuracy=1e-10, window=scene.window)
+    held = scene.with_values(
+        {"path.control": "height", "path.kind": "steps", "solver.accuracy": 1e-10}
+    )
+    stepper = held.stepper(held.frames(), "heights")
+    derivatives = ForceDerivatives(scene, free)
     forces, rows = [], []
     for number, height in enumerate(heights):
         forces.append(stepper.step(number, height).normal_force)
-        row, to_height = derivatives.of(atoms)
+        row, to_height = derivatives.of(stepper)
         rows.append([*row, to_height])
     return np.array(forces), np.array(rows)
 
 
 def test_derivatives_are_those_of_differences():
-    touch = contact_of(scene().atoms()).first_contact
+    touch = scene().first_contact
     heights = touch - np.array([2.0, 0.5])
     _, derivatives = forces_and_derivatives(scene(), heights, FREE)
     values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 3.0}

@@ -5,7 +5,7 @@ import pytest
 from ase.units import GPa, J, m
 from small_scene import SMALL
 
-from ase_roughcontact.atoms.substrate import fcc_spacing
+from ase_roughcontact import fcc_spacing
 from ase_roughcontact.interactions import (
     HardWall,
     LennardJones93,

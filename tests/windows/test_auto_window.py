@@ -24,9 +24,9 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.atoms.calculator import grid_of
+from ase_roughcontact.atoms.exchange import exchange_window
+from ase_roughcontact.atoms.exchange import window_of as window_of_layout
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.windows.exchange import exchange_window
-from ase_roughcontact.windows.exchange import window_of as window_of_layout
 from ase_roughcontact.windows.footprint import Footprint
 
 HARD = HardWall(), ActiveSet

@@ -5,8 +5,8 @@ import pytest
 
 from ase_roughcontact import NewtonKrylov, RoughContact, RoughSphere, substrate
 from ase_roughcontact.atoms.calculator import elastic_pressure, grid_of
+from ase_roughcontact.atoms.exchange import exchange_window, window_of
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.windows.exchange import exchange_window, window_of
 
 SPHERE = RoughSphere(60.0)
 OLD = Box((-6, -6), (12, 12))

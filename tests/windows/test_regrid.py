@@ -14,7 +14,8 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.windows.regrid import GridChange, lost_slope, regrid
+from ase_roughcontact.atoms.exchange import regrid
+from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
 SPHERE = RoughSphere(100.0, ROUGH)

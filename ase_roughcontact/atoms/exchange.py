@@ -1,4 +1,4 @@
-"""Exchange of the window of a free half space for another one, in place."""
+"""Exchange of the window or the grid of surface atoms for another one, in place."""
 
 from __future__ import annotations
 
@@ -15,10 +15,13 @@ from ase_roughcontact.atoms.calculator import (
     grid_of,
 )
 from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.indenter import INDENTER_KEY
+from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.relaxation import without_rounding
-from ase_roughcontact.windows.footprint import lattice_offset
+from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.elasticity.lattice import Box, carried, lattice_offset
+from ase_roughcontact.topography.facts import surface_id
+from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 
 def window_of(grid: SurfaceGrid) -> Box:
@@ -48,14 +51,20 @@ def exchange_window(atoms: Atoms, window: Box) -> None:
     ValueError
         If the half space is periodic, or there are constraints on surface atoms.
     """
+    old = window_of(grid_of(atoms))
+    pressure = carried(without_rounding(elastic_pressure(atoms)), old, window)
+    set_window(atoms, window)
+    if pressure.any():
+        apply_pressure(atoms, pressure)
+
+
+def set_window(atoms: Atoms, window: Box) -> None:
+    """Exchange the window for another one with flat atoms; see `exchange_window`."""
     if atoms.pbc.any():
         raise ValueError(
             "the window of a periodic half space is its cell and cannot be exchanged"
         )
     grid = grid_of(atoms)
-    old = window_of(grid)
-    pressure = carry(without_rounding(elastic_pressure(atoms)), old, window)
-
     new = surface_atoms(atoms.numbers[0], window.shape, grid.spacing)
     x, y = (
         -grid.spacing * i - lattice_offset(x, grid.spacing)
@@ -70,27 +79,52 @@ def exchange_window(atoms: Atoms, window: Box) -> None:
     n, m = window.shape
     atoms.cell[:] = grid.spacing * np.diag([n, m, max(n, m)])
     atoms.set_constraint(constraints)
-    if pressure.any():
-        apply_pressure(atoms, pressure)
 
 
-def carry(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
-    """Return values on a new window, taken from an old one, and zero outside of that.
+def regrid(atoms: Atoms, change: GridChange) -> float:
+    """Exchange the grid of surface atoms for a finer or coarser one, in place.
+
+    The window, the indenter, the wall and the solid stay. The substrate is flat
+    afterwards, and arrays of the atoms are those of new ones.
 
     Parameters
     ----------
-    values : ndarray, shape of the old window and more
-    old, new : Box
+    atoms : Atoms
+        With a `RoughContact` calculator.
+    change : GridChange
 
     Returns
     -------
-    ndarray, shape of the new window and more
+    float
+        Part of the rms slope that a coarser grid can't resolve and that the indenter
+        has lost.
+
+    Raises
+    ------
+    ValueError
+        If a coarser grid does not fit the window or the period of the indenter, or the
+        indenter can't be smoothed.
     """
-    carried = np.zeros((*new.shape, *values.shape[2:]), values.dtype)
-    common = old.intersection(new)
-    if min(common.shape) > 0:
-        carried[common.slices_in(new)] = values[common.slices_in(old)]
-    return carried
+    grid = SurfaceGrid.of(atoms)
+    problem = problem_for(grid, atoms.calc.parameters)
+    old = problem.window(grid.window, grid.origin)
+    fine, window = on_grid(problem, old, change)
+    padded = grid.shape != grid.window
+    shape = window.shape
+    if padded:
+        shape = grid.padded_shape(shape, grid.periodic)
+    new = surface_atoms(atoms.numbers[0], shape, fine.spacing)
+    new.positions[:-1, :2] += atoms.positions[0, :2]
+    new.positions[-1] = atoms.positions[-1]
+    last = len(new) - 1
+    constraints = [moved(c, atoms, last, np.zeros(3)) for c in atoms.constraints]
+    atoms.set_constraint()
+    atoms.arrays = new.arrays
+    atoms.set_constraint(constraints)
+    if fine.indenter is not problem.indenter:
+        atoms.info[INDENTER_KEY] = surface_id(fine.indenter)
+    atoms.calc.set(indenter=fine.indenter, interaction=problem.wall)
+    return lost_slope(problem.indenter, fine.indenter)
 
 
 def _carried_arrays(
@@ -99,19 +133,19 @@ def _carried_arrays(
     """Return all arrays of the atoms but their positions, on another window."""
     n, m = grid.window
     old = window_of(grid)
-    new_atoms = carry(np.ones(old.shape, bool), old, window) == 0
+    new_atoms = carried(np.ones(old.shape, bool), old, window) == 0
     fill = {"numbers": atoms.numbers[0], "masses": atomic_masses[atoms.numbers[0]]}
-    carried = {}
+    arrays = {}
     for name, values in atoms.arrays.items():
         if name == "positions":
             continue
         on_grid = values[:-1].reshape(*grid.shape, *values.shape[1:])
-        on_window = carry(on_grid[:n, :m], old, window)
+        on_window = carried(on_grid[:n, :m], old, window)
         if name in fill:
             on_window[new_atoms] = fill[name]
         flat = on_window.reshape(-1, *values.shape[1:])
-        carried[name] = np.concatenate([flat, values[-1:]])
-    return carried
+        arrays[name] = np.concatenate([flat, values[-1:]])
+    return arrays
 
 
 def moved(constraint: object, atoms: Atoms, last: int, shift: np.ndarray) -> object:

@@ -1,0 +1,169 @@
+"""A contact problem: solid, wall and indenter on a lattice, without a state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact.contact.contact import Contact
+from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.halfspace import (
+    FreeHalfSpace,
+    HalfSpace,
+    PeriodicHalfSpace,
+)
+from ase_roughcontact.elasticity.lattice import Box, lattice_offset
+from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.topography import Heterogeneity, Surface
+from ase_roughcontact.topography.facts import IndenterFacts, sampled_heights
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Solid, wall and indenter, and the lattice of the surface atoms.
+
+    A window of this lattice, a `Box` of indices counted from the atom next to the
+    indenter's axis, makes a `Contact`. Lengths, pressures and energies are in any
+    consistent system of units.
+
+    Parameters
+    ----------
+    indenter : Surface
+    solid : ElasticSolid
+    wall : Interaction
+    spacing : float
+        Distance of neighbouring atoms (length).
+    periodic : bool
+        Whether the half space repeats the window; by default it is free.
+    offset : (float, float)
+        Position of the atom of index (0, 0) relative to the indenter's axis (length).
+    heterogeneity : Heterogeneity, optional
+        Local work of adhesion relative to that of an attractive wall; by default it is
+        the same everywhere.
+    fft : mapping
+        Options of the transforms; see `RealFFT2`.
+
+    Raises
+    ------
+    ValueError
+        If the local work of adhesion varies under a wall without attraction, or the
+        solid has another spacing.
+    """
+
+    indenter: Surface
+    solid: ElasticSolid
+    wall: Interaction
+    spacing: float
+    periodic: bool = False
+    offset: tuple[float, float] = (0.0, 0.0)
+    heterogeneity: Heterogeneity | None = None
+    fft: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check that the parts fit together."""
+        self.solid.check(self.spacing)
+        if self.heterogeneity and not self.wall.attractive:
+            raise ValueError(
+                f"heterogeneity needs an interaction with attraction, got {self.wall!r}"
+            )
+
+    @cached_property
+    def facts(self) -> IndenterFacts:
+        """Radius, periods and wavelengths of the indenter, where they are known."""
+        return IndenterFacts(self.indenter)
+
+    def origin(self, window: Box) -> tuple[float, float]:
+        """Return the position of the first atom of a window from the axis (length)."""
+        x, y = (
+            start * self.spacing + offset
+            for start, offset in zip(window.start, self.offset, strict=True)
+        )
+        return x, y
+
+    def window(self, shape: tuple[int, int], origin: tuple[float, float]) -> Box:
+        """Return the window of a shape whose first atom is at a position (length)."""
+        i, j = (round(x / self.spacing) for x in origin)
+        return Box((i, j), shape)
+
+    def heights(self, window: Box) -> np.ndarray:
+        """Return the heights of the indenter above a window, shape (n, m) (length)."""
+        return sampled_heights(
+            self.indenter, window.shape, self.spacing, self.origin(window)
+        )
+
+    def halfspace(self, shape: tuple[int, int], padded: bool = False) -> HalfSpace:
+        """Return the half space under a window, with its padding if that is kept."""
+        kind: type[HalfSpace] = FreeHalfSpace if padded else ReducedHalfSpace
+        if self.periodic:
+            kind = PeriodicHalfSpace
+        return kind(shape, self.spacing, self.solid, **self.fft)
+
+    def contact(
+        self,
+        window: Box,
+        plastic_depth: np.ndarray | None = None,
+        *,
+        padded: bool = False,
+    ) -> Contact:
+        """Return half space, heights and wall on a window.
+
+        Parameters
+        ----------
+        window : Box
+        plastic_depth : ndarray, shape (n, m), optional
+            Depth by which the surface has flowed in earlier steps (length).
+        padded : bool
+            Whether the displacement has the padding of a free half space.
+
+        Returns
+        -------
+        Contact
+        """
+        adhesion = None
+        if self.heterogeneity is not None:
+            adhesion = self.heterogeneity.factors(
+                window.shape, self.spacing, self.origin(window)
+            )
+        return Contact(
+            self.halfspace(window.shape, padded),
+            self.heights(window),
+            self.wall,
+            adhesion,
+            plastic_depth,
+        )
+
+    def todict(self) -> dict[str, Any]:
+        """Return the parts of the problem as they describe themselves.
+
+        Returns
+        -------
+        dict
+            Of the results of their methods `todict`, or the parts themselves where they
+            have none. Spacing and offset are left to the lattice.
+        """
+        solid: dict[str, Any] = {"solid": self.solid}
+        if isinstance(self.solid, Isotropic):
+            solid = {"contact_modulus": self.solid.contact_modulus}
+        parts = {
+            "indenter": self.indenter,
+            **solid,
+            "interaction": self.wall,
+            "heterogeneity": self.heterogeneity,
+            "precision": np.dtype(self.fft.get("dtype", float)).name,
+        }
+        return {
+            name: part.todict() if hasattr(part, "todict") else part
+            for name, part in parts.items()
+            if part is not None
+        }
+
+
+def lattice_offsets(origin: tuple[float, float], spacing: float) -> tuple[float, float]:
+    """Return the `Problem.offset` of a lattice with an atom at a position (length)."""
+    x, y = origin
+    return lattice_offset(x, spacing), lattice_offset(y, spacing)
