@@ -5,6 +5,7 @@ from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.loading import load_path
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
+from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.foundation import (
     CrystalSurface,
     ElasticFoundation,
@@ -30,7 +31,7 @@ from ase_roughcontact.optimize import (
 )
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep, column
-from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityWarning
 from ase_roughcontact.topography import (
     HeightMap,
@@ -59,10 +60,13 @@ __all__ = [
     "NewtonKrylov",
     "PlasticWall",
     "PowerLawWall",
+    "Problem",
     "RigidIndenter",
     "RoughContact",
     "RoughSphere",
     "SelfAffine",
+    "State",
+    "StepOptions",
     "Stepper",
     "ValidityWarning",
     "WindowOptions",
