@@ -14,6 +14,7 @@ from ase_roughcontact.cli.ensembles import means_table
 from ase_roughcontact.ensemble import (
     MeanArea,
     case_of,
+    mean_areas,
     product,
     read_ensemble,
     sample_ensemble,
@@ -147,6 +148,28 @@ def test_largest_number_of_realisations_is_kept(tmp_path):
     assert not last.done
     assert [mean.realisations for mean in last.means] == [3, 3]
     assert last.missing > 0
+
+
+def test_the_number_of_realisations_is_at_most_doubled_at_once(tmp_path):
+    scene = replace(SCENE, path=PathConfig(values=(0.3,)))
+    with ThreadPoolExecutor(1) as pool:
+        options = {"executor": pool, "interval": 0.01, "pilot": 2, "most": 64}
+        reports = sample_ensemble(scene, tmp_path / "e.db", 1e-3, **options)
+        totals = [2]
+        while totals[-1] < 8:
+            totals.append(next(reports).progress.total)
+        reports.close()
+    assert sorted(set(totals)) == [2, 4, 8]
+
+
+def test_steps_that_have_not_converged_are_not_in_the_mean(tmp_path):
+    database, scenes = tmp_path / "e.db", product(LOADS, {"roughness.seed": range(2)})
+    finish(scenes, database)
+    assert [mean.realisations for mean in mean_areas(scenes, database)] == [2, 2]
+    hasty = [each.with_values({"solver.max_steps": 1}) for each in scenes]
+    finish(hasty, database)
+    assert read_ensemble(database)["converged"].sum() == 4
+    assert [mean.realisations for mean in mean_areas(hasty, database)] == [0, 0]
 
 
 def test_standard_error_covers_the_mean_of_many_realisations():

@@ -108,6 +108,13 @@ def test_the_highest_point_is_sought_inside_a_margin():
         untouched(scan, unit="nm", center="highest", margin=5.0)
 
 
+def test_the_margin_is_a_length_along_both_axes():
+    scan = np.zeros((20, 9))
+    scan[2, 4], scan[10, 7], scan[11, 6] = 4.0, 3.0, 2.0
+    kept = untouched(scan, spacing=(1.0, 4.0), center="highest", margin=8.0)
+    assert kept.center == (11.0, 24.0)
+
+
 @pytest.mark.parametrize("center", ["lowest", 3.0, (1.0, np.nan)])
 def test_a_center_that_is_no_place_is_refused(center):
     with pytest.raises(ValueError, match="center"):
@@ -173,6 +180,13 @@ def test_missing_points_do_not_tilt_the_plane():
     scan[:6, :4] = np.nan
     got = raw(HeightMap.from_topography(scan, "substrate", spacing=1.0))
     np.testing.assert_allclose(got, 0.0, atol=1e-12)
+
+
+def test_missing_points_do_not_tilt_the_lines():
+    x = np.arange(12.0)[:, None]
+    scan = np.sin(np.arange(9)) + x * np.cos(np.arange(9))
+    scan[:6, ::2] = scan[9:, 1] = np.nan
+    np.testing.assert_allclose(raw(untouched(scan, detrend="lines")), 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

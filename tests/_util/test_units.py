@@ -1,0 +1,52 @@
+"""Units against the definitions of the SI."""
+
+import pytest
+from scipy.constants import e as elementary_charge
+
+from ase_roughcontact._util.units import (
+    FORCES,
+    LENGTHS,
+    PRESSURES,
+    UNITS,
+    WORKS,
+    quantity,
+)
+
+# Value of each unit in m, N, Pa or N/m.
+EV = elementary_charge  # J
+SI = {
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "pm": 1e-12}
+    | dict.fromkeys(["\u00b5m", "\u03bcm"], 1e-6)
+    | dict.fromkeys(["A", "Angstrom", "\u00c5", "\u212b"], 1e-10),
+    "force": {"N": 1.0, "nN": 1e-9, "pN": 1e-12, "eV/Å": EV / 1e-10}
+    | dict.fromkeys(["uN", "\u00b5N", "\u03bcN"], 1e-6),
+    "pressure": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "TPa": 1e12}
+    | dict.fromkeys(["eV/Å^3", "eV/Å³"], EV / 1e-30),
+    "work": dict.fromkeys(["J/m^2", "J/m²", "N/m", "nN/nm"], 1.0)
+    | dict.fromkeys(["mJ/m^2", "mJ/m²", "mN/m", "pN/nm"], 1e-3)
+    | dict.fromkeys(["eV/Å^2", "eV/Å²"], EV / 1e-20),
+    "area": {"nm²": 1e-18, "Å^2": 1e-20},
+}
+# Units of ASE in those of the SI.
+ASE = {
+    "length": 1e-10,
+    "force": EV / 1e-10,
+    "pressure": EV / 1e-30,
+    "work": EV / 1e-20,
+    "area": 1e-20,
+}
+TABLES = {"length": LENGTHS, "force": FORCES, "pressure": PRESSURES, "work": WORKS}
+
+
+@pytest.mark.parametrize("kind", SI)
+def test_units_are_those_of_the_si(kind):
+    expected = {unit: value / ASE[kind] for unit, value in SI[kind].items()}
+    assert {unit: UNITS[unit] for unit in expected} == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("kind", TABLES)
+def test_a_quantity_has_every_unit_of_its_table(kind):
+    assert TABLES[kind].keys() == SI[kind].keys()
+    for unit, value in SI[kind].items():
+        got = quantity("x", f"-2.5e-1 {unit}", TABLES[kind])
+        assert got == pytest.approx(-0.25 * value / ASE[kind], rel=1e-8)
