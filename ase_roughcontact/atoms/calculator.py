@@ -15,7 +15,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.parameters import checked
-from ase_roughcontact.atoms.plastic_shape import same_depth, set_kept_depth
+from ase_roughcontact.atoms.plastic_shape import same_depth
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -389,23 +389,6 @@ def adopt_results(atoms: Atoms, state: ContactState) -> None:
 def has_results(atoms: Atoms, state: ContactState) -> bool:
     """Return whether the results of a calculator are those of a state."""
     return bool(atoms.calc.results) and atoms.calc._state is state
-
-
-def indent(atoms: Atoms) -> None:
-    """Lower the surface by its plastic depth, so that it keeps its plastic shape.
-
-    Gaps in plastic contact are zero afterwards; energy and forces do not change.
-
-    Parameters
-    ----------
-    atoms : Atoms
-        Relaxed, with a `RoughContact` calculator whose wall has a hardness; their array
-        ``plastic_depth`` is set (Å).
-    """
-    model = model_of(atoms)
-    state = model.state(atoms)
-    if state.plastic_atoms:
-        set_kept_depth(atoms, model.grid, state.plastic_depth)
 
 
 def model_of(atoms: Atoms) -> ContactModel:

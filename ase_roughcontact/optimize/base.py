@@ -14,10 +14,16 @@ from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
 from ase_roughcontact.atoms.calculator import has_model, model_of, relax_to, wall_of
 from ase_roughcontact.atoms.grid import displacement
-from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.contact import State
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.constraints import Indenter
-from ase_roughcontact.solvers.relaxation import Relaxation, Start
+from ase_roughcontact.solvers.relaxation import (
+    Relaxation,
+    SolverRelaxer,
+    Start,
+    starting_point,
+)
 
 
 class ContactOptimizer(Optimizer):
@@ -94,7 +100,7 @@ class ContactOptimizer(Optimizer):
         self._writes_log = logfile is not None
         self.message, self.pairs = "", 0.0
         self._given_start: Start | None = None
-        self._options = {} if options is None else {"options": options}
+        self._relaxer = SolverRelaxer(type(self).solver, options)
         self._check()
 
     def start_from(self, pressure: np.ndarray, height: float) -> None:
@@ -220,13 +226,9 @@ class ContactOptimizer(Optimizer):
         self._connect()
         pressure, height = self._start()
         self._converged = self._force < fmax
-        self._states = type(self).solver(
-            self.contact,
-            height=height,
-            external=None if self.indenter.fixed else self.indenter.external,
-            start=pressure,
-            tolerance=fmax,
-            **self._options,
+        support = self.indenter.support
+        self._states = self._relaxer.states(
+            self.contact, support, fmax, pressure, height
         )
         try:
             if self.nsteps == 0:
@@ -279,28 +281,11 @@ class ContactOptimizer(Optimizer):
     def _start_of_atoms(self, height: float) -> np.ndarray | None:
         """Return the pressure of the atoms, None if flat; set energy and force."""
         values = displacement(self.atoms, self._model.grid)
-        load_energy, load_force = self.indenter.external(height)
-        if self.hard_walls and not values.any():
-            self._energy, self._force = load_energy, np.inf
-            return None
         pressure = self._model.elastic_pressure(self.atoms)
-        area = self.contact.halfspace.cell_area
-        n, m = pressure.shape
-        if self.contact.interaction.hard:
-            # whether the atoms are relaxed is not known before the first step
-            work = float(np.sum(values[:n, :m] * pressure))
-            self._energy = load_energy - 0.5 * area * work
-            self._force = np.inf
-        else:
-            # results of the calculator would take memory during the run
-            state = self._model.state(self.atoms)
-            self._energy = state.energy + load_energy
-            self._force = float(np.abs(state.forces).max())
-            if not self.indenter.fixed:
-                force = state.normal_force + load_force
-                self._force = max(self._force, abs(force))
-            pressure = state.pressure + state.forces[:n, :m] / area
-        return without_rounding(pressure) if np.ptp(values) > 0.0 else None
+        state = State(Box((0, 0), pressure.shape), height, pressure, values)
+        start = starting_point(self.contact, state, self.indenter.support)
+        self._energy, self._force = start.energy, start.force
+        return start.pressure
 
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""

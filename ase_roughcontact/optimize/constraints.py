@@ -11,6 +11,7 @@ from ase.constraints import Hookean
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.solvers.relaxation import Support
 
 
 def soft_contact_of(atoms: Atoms) -> Contact:
@@ -89,8 +90,12 @@ class Indenter:
         energy, force : float
             Energy (eV) and force along z, positive upward (eV/Å).
         """
-        energy, force = self.springs_at(height)
-        return energy + self._load * height, force - self._load
+        return self.support.external(height)
+
+    @property
+    def support(self) -> Support:
+        """What holds the indenter."""
+        return Support(self.fixed, self._load, self.springs_at)
 
     def springs_at(self, height: float) -> tuple[float, float]:
         """Return energy and upward force of the springs at a height; see `external`."""

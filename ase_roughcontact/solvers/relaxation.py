@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -177,7 +177,7 @@ class SolverRelaxer:
         Run
         """
         if start is None:
-            pressure, force = starting_pressure(contact, state, support)
+            pressure, force, _ = starting_point(contact, state, support)
             height = state.height
         else:
             (pressure, height), force = start, math.inf
@@ -225,20 +225,52 @@ class SolverRelaxer:
         )
 
 
-def starting_pressure(
-    contact: Contact, state: State, support: Support
-) -> tuple[np.ndarray | None, float]:
-    """Return the pressure from which a solver starts, and the force that is left.
+class StartingPoint(NamedTuple):
+    """Where a solver starts; see `starting_point`.
 
-    The pressure is None if the surface is flat. Under a hard wall the force is
-    infinity: whether the state is relaxed is not known before the first step.
+    Attributes
+    ----------
+    pressure : ndarray, shape (n, m), or None
+        None if the surface is flat.
+    force : float
+        Largest force. Under a hard wall it is infinity: whether a state is relaxed is
+        not known before the first step.
+    energy : float
+        Under a hard wall without its energy, and NaN if the displacement is not known.
     """
-    pressure, force = state.pressure, math.inf
-    if not contact.interaction.hard:
+
+    pressure: np.ndarray | None
+    force: float
+    energy: float
+
+
+def starting_point(contact: Contact, state: State, support: Support) -> StartingPoint:
+    """Return the pressure from which a solver starts in a state.
+
+    Parameters
+    ----------
+    contact : Contact
+    state : State
+        Its displacement, if it is known, may include padding.
+    support : Support
+
+    Returns
+    -------
+    StartingPoint
+    """
+    area, (n, m) = contact.halfspace.cell_area, state.pressure.shape
+    if contact.interaction.hard:
+        pressure, force = state.pressure, math.inf
+        energy = math.nan
+        if state.displacement is not None:
+            work = float(np.sum(state.displacement[:n, :m] * pressure))
+            energy = support.external(state.height)[0] - 0.5 * area * work
+    else:
         run = Run.of(state, fields_of(contact, state), support)
-        forces = run.fields.forces / contact.halfspace.cell_area
-        pressure, force = run.fields.pressure + forces, run.max_force
-    return (without_rounding(pressure) if state.displaced else None), force
+        pressure = run.fields.pressure + run.fields.forces[:n, :m] / area
+        force, energy = run.max_force, run.energy
+    start = without_rounding(pressure) if state.displaced else None
+    return StartingPoint(start, force, energy)
 
 
 def relaxed_state(contact: Contact, before: State, relaxation: Relaxation) -> State:
@@ -263,11 +295,15 @@ def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactS
     -------
     ContactState
     """
-    displacement = state.displacement
-    if displacement is None:
-        displacement = contact.halfspace.displacement(state.pressure)
+    displacement = _displacement(contact, state)
     reaction = state.pressure if relaxed else None
     return contact.evaluate(displacement, state.height, state.pressure, reaction)
+
+
+def _displacement(contact: Contact, state: State) -> np.ndarray:
+    if state.displacement is None:
+        return contact.halfspace.displacement(state.pressure)
+    return state.displacement
 
 
 def precision_advice(halfspace: HalfSpace) -> str:
