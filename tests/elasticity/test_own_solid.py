@@ -68,6 +68,24 @@ def test_a_foundation_on_the_solid_acts_like_springs_on_the_indenter(
     np.testing.assert_allclose(state.pressure, expected.pressure, atol=1e-6)
 
 
+class OnlyWaves(ElasticSolid):
+    """Isotropic half space whose response to pressure on a cell is not given."""
+
+    contact_modulus = 1.0
+
+    def wave_compliance(self, qx, qy):
+        return Isotropic(1.0).wave_compliance(qx, qy)
+
+
+def test_periodic_boundaries_need_the_compliance_of_waves_alone():
+    waves, state = relaxed(True, HardWall(), solid=OnlyWaves())
+    isotropic, expected = relaxed(True, HardWall(), contact_modulus=1.0)
+    assert [step.converged for step in waves] == [True, True]
+    np.testing.assert_array_equal(state.pressure, expected.pressure)
+    with pytest.raises(NotImplementedError, match="OnlyWaves.*periodic"):
+        relaxed(False, HardWall(), solid=OnlyWaves())
+
+
 def test_a_path_on_another_solid_is_not_resumed(tmp_path):
     file = tmp_path / "coated.traj"
     relaxed(False, HardWall(), file, solid=Coated(1.0, STIFFNESS))
