@@ -272,8 +272,9 @@ class HalfSpace(ABC):
         if positive.size - np.count_nonzero(positive) > self.periodic:
             raise ValueError(
                 f"{self.solid} is so stiff at its surface that on a grid of {n} x {m} "
-                "its pressure does not follow from the displacement: give a larger "
-                "window, or let it be chosen (window='auto')"
+                "its pressure does not follow from the displacement: relax it with "
+                "load_path(..., window='auto'), or give a larger window (20 times the "
+                "thickness of a layer 100 times as stiff as its base)"
             )
         return np.divide(1.0, spectrum, where=positive, out=np.zeros_like(spectrum))
 

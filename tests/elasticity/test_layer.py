@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from depth_elements import compliance, isotropic
+from numpy.polynomial.legendre import leggauss
 from scipy.fft import irfft2
 
 from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
@@ -96,6 +97,27 @@ def test_free_kernel_is_the_limit_of_large_periodic_cells(layer):
         change = np.diff(irfft2(np.subtract(*spectra) * uniform, (n, n))[at])
         errors.append(abs(change - expected).max() / abs(expected).max())
     assert errors[1] < max(0.15 * errors[0], 1e-7) < 1e-3
+
+
+@pytest.mark.parametrize("poisson", [0.3, 0.5])
+@pytest.mark.parametrize("thickness", [0.25, 1.0])
+def test_kernel_of_a_thin_layer_is_the_integral_over_its_waves(thickness, poisson):
+    layer, bare = Layer(1.0, thickness, poisson=poisson), Isotropic(1.0)
+    at = np.array([0, 1, 1, 2, 5]), np.array([0, 0, 1, 1, 3])
+    # the difference to a half space decays as exp(-2 q h)
+    (q, dq), (angle, weight) = leggauss(600), leggauss(400)
+    q, dq = 8.0 / thickness * (q + 1.0), 8.0 / thickness * dq
+    angle, weight = np.pi / 4 * (angle + 1.0), weight / 2
+    x, y = q[:, None] * np.cos(angle), q[:, None] * np.sin(angle)
+    dq = dq * q * (layer.wave_compliance(q, 0.0) - bare.wave_compliance(q, 0.0))
+    cell = np.sinc(x / (2 * np.pi)) * np.sinc(y / (2 * np.pi))
+    change = [
+        dq @ (cell * np.cos(x * i) * np.cos(y * j)) @ weight / (2 * np.pi)
+        for i, j in zip(*at, strict=True)
+    ]
+    found = layer.cell_compliance(*at, 1.0)
+    expected = bare.cell_compliance(*at, 1.0) + change
+    np.testing.assert_allclose(found, expected, atol=1e-8 * expected[0])
 
 
 def test_far_field_is_that_of_the_base():
