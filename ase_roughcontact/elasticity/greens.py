@@ -97,8 +97,8 @@ class ElasticSolid(ABC):
             Positive (length/pressure).
         """
         raise NotImplementedError(
-            f"{type(self).__name__} has no cell_compliance, which free boundaries need: "
-            "define this method, or use periodic boundaries along x and y"
+            f"{type(self).__name__} has no cell_compliance, which free boundaries "
+            "need: define this method, or use periodic boundaries along x and y"
         )
 
     def check(self, spacing: float) -> None:

@@ -10,51 +10,27 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from importlib.resources import files
 
 import numpy as np
 from ase.data import atomic_numbers, chemical_symbols, reference_states
 from matscipy.elasticity import coalesce_elastic_constants
 
+from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.validation import finite_array
 
-#: Elastic constants C11, C12 and C44 of cubic crystals at room temperature (GPa):
-#: J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982), Appendix 1.
-CRYSTALS = {
-    "Ag": (124.0, 93.4, 46.1),
-    "Al": (108.2, 61.3, 28.5),
-    "Au": (186.0, 157.0, 42.0),
-    "Cu": (168.4, 121.4, 75.4),
-    "Ge": (128.9, 48.3, 67.1),
-    "Ni": (246.5, 147.3, 124.7),
-    "Si": (165.7, 63.9, 79.6),
+TABLES = tomllib.loads(
+    files("ase_roughcontact.elasticity").joinpath("materials.toml").read_text("utf-8")
+)
+#: Elastic constants C11, C12 and C44 of cubic crystals at room temperature (GPa).
+#: Sources are in the file ``materials.toml``.
+CRYSTALS: dict[str, tuple[float, float, float]] = {
+    symbol: (c11, c12, c44) for symbol, (c11, c12, c44) in TABLES["crystals"].items()
 }
 
 #: Hardness of pure, soft elements (GPa): mean pressure under a plastic indentation.
-#: Metals: Vickers hardness as listed in pymatgen 2026.10 (`periodic_table.json`),
-#: within the ranges of Wikipedia's page "Hardnesses of the elements", from which Ge is
-#: taken. Cold work raises it: copper has 40 to 65 HV (0.39 to 0.64 GPa) annealed, and
-#: 110 HV (1.08 GPa) or more fully cold worked (Copper Alliance). Si: pressure at which
-#: it becomes metallic, which defines its hardness, M. S. R. N. Kiran, B. Haberl,
-#: J. E. Bradby, J. S. Williams, Semicond. Semimet. 91, 165 (2015).
-HARDNESS = {
-    "Ag": 0.251,
-    "Al": 0.167,
-    "Au": 0.216,
-    "Cr": 1.06,
-    "Cu": 0.369,
-    "Fe": 0.608,
-    "Ge": 8.0,
-    "Ir": 1.76,
-    "Mo": 1.53,
-    "Ni": 0.638,
-    "Pd": 0.461,
-    "Pt": 0.549,
-    "Rh": 1.246,
-    "Si": 11.0,
-    "Ta": 0.873,
-    "Ti": 0.970,
-    "W": 3.43,
-}
+#: Cold work raises it. Sources are in the file ``materials.toml``.
+HARDNESS = TABLES["hardness"]
 
 
 def contact_modulus(elastic_constants: object) -> float:

@@ -17,17 +17,18 @@ J. N. Israelachvili, Intermolecular and Surface Forces, 3rd ed. (2011), Ch. 13.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import Any
 
 from ase.data import atomic_names, atomic_numbers
 
 from ase_roughcontact._util.validation import shown
-from ase_roughcontact.elasticity.material import CRYSTALS, crystal_modulus
+from ase_roughcontact.elasticity.material import CRYSTALS, TABLES, crystal_modulus
 
 # Cutoff of van der Waals forces (nm), see Israelachvili.
 _CUTOFF = 0.165
-_BERGSTROM = "L. Bergström, Adv. Colloid Interface Sci. 70, 125 (1997)"
 
 
 @dataclass(frozen=True)
@@ -92,85 +93,27 @@ def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float
     return 2.0 * math.sqrt((c11 * c33 - c13**2) / (c11 * shear))
 
 
-_SILICA = _from_hamaker(6.50)
-_HIRTH = "J. P. Hirth, J. Lothe, Theory of Dislocations, 2nd ed. (1982)"
-#: Materials by name. Crystals of `CRYSTALS` are known, too; see `material`.
-MATERIALS = {
-    "Si": Material(
-        crystal_modulus("Si"),
-        _HIRTH,
-        "Si",
-        spacing=3.840,
-        surface_energy=_SILICA,
-        adhesion_source=f"its native oxide, SiO2: {_BERGSTROM}",
-    ),
-    "SiO2": Material(
-        _isotropic(72.7, 0.16),
-        "fused silica: Corning, data sheet of HPFS 7980",
-        "O",
-        spacing=2.47,
-        surface_energy=_SILICA,
-        adhesion_source=f"amorphous: {_BERGSTROM}",
-    ),
-    "Si3N4": Material(
-        _isotropic(285.0, 0.20),
-        "films of cantilevers: A. Khan, J. Philip, P. Hess, J. Appl. Phys. 95, 1667 "
-        "(2004)",
-        "N",
-        spacing=2.23,
-        surface_energy=_from_hamaker(16.7),
-        adhesion_source=f"amorphous: {_BERGSTROM}",
-    ),
-    "DLC": Material(
-        _isotropic(757.0, 0.17),
-        "ta-C of 3.26 g/cm^3: A. C. Ferrari et al., Appl. Phys. Lett. 75, 1893 (1999); "
-        "hydrogenated films are softer",
-        "C",
-        spacing=1.83,
-    ),
-    "diamond": Material(
-        _isotropic(1143.0, 0.07),
-        "average of the crystal: C. A. Klein, G. F. Cardinale, Diamond Relat. Mater. "
-        "2, 918 (1993)",
-        "C",
-        spacing=2.522,
-        surface_energy=_from_hamaker(29.6),
-        adhesion_source=_BERGSTROM,
-    ),
-    "mica": Material(
-        indentation_modulus(179.7, 58.6, 23.4, 18.0),
-        "muscovite (001), monoclinic constants averaged: M. T. Vaughan, "
-        "S. Guggenheim, J. Geophys. Res. 91, 4657 (1986)",
-        "O",
-        spacing=2.23,
-        surface_energy=_from_hamaker(9.86),
-        adhesion_source=f"muscovite: {_BERGSTROM}",
-    ),
-    "PDMS": Material(
-        _isotropic(1.32e-3, 0.5),
-        "Sylgard 184 10:1, cured at 25 °C: I. D. Johnston, D. K. McCluskey, "
-        "C. K. L. Tan, M. C. Tracey, J. Micromech. Microeng. 24, 035017 (2014)",
-        "C",
-        spacing=2.34,
-        surface_energy=0.0226,
-        adhesion_source="M. K. Chaudhury, G. M. Whitesides, Langmuir 7, 1013 (1991)",
-    ),
-}
+def _read(**entry: Any) -> Material:
+    """Return the material of an entry of the file ``materials.toml``."""
+    kind, modulus = next((k, m) for k, m in _MODULI.items() if k in entry)
+    contact_modulus = modulus(entry.pop(kind))
+    if "hamaker" in entry:
+        entry["surface_energy"] = _from_hamaker(entry.pop("hamaker"))
+    return Material(contact_modulus, **entry)
 
 
-# Other names, which are suggestions only.
-_OTHER_NAMES = {
-    "silicon nitride": "Si3N4",
-    "silica": "SiO2",
-    "glass": "SiO2",
-    "quartz": "SiO2",
-    "silicon oxide": "SiO2",
-    "silicon dioxide": "SiO2",
-    "diamond-like carbon": "DLC",
-    "silicone": "PDMS",
-    "polydimethylsiloxane": "PDMS",
+_MODULI: dict[str, Callable[[Any], float]] = {
+    "crystal": crystal_modulus,
+    "isotropic": lambda constants: _isotropic(*constants),
+    "axial": lambda constants: indentation_modulus(*constants),
 }
-_CRYSTALS = {each: Material(crystal_modulus(each), _HIRTH, each) for each in CRYSTALS}
+#: Materials by name, from the file ``materials.toml``. Crystals of `CRYSTALS` are
+#: known, too; see `material`.
+MATERIALS = {name: _read(**entry) for name, entry in TABLES["materials"].items()}
+_CRYSTALS = {
+    each: Material(crystal_modulus(each), MATERIALS["Si"].source, each)
+    for each in CRYSTALS
+}
 _KNOWN = _CRYSTALS | MATERIALS
 
 
@@ -193,7 +136,7 @@ def material(name: str) -> Material:
     """
     if name not in _KNOWN:
         words = {each.lower(): each for each in _KNOWN}
-        words |= _OTHER_NAMES
+        words |= TABLES["other_names"]
         words |= {atomic_names[atomic_numbers[s]].lower(): s for s in CRYSTALS}
         similar = get_close_matches(name[:100].lower(), words, n=1)
         hint = f"did you mean {words[similar[0]]!r}? " if similar else ""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import math
 import re
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ase_roughcontact._util.files import tomllib
 from ase_roughcontact._util.identity import canonical, identity
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene.config import (
@@ -24,11 +24,6 @@ from ase_roughcontact.scene.config import (
     SubstrateConfig,
     TopographyConfig,
 )
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
