@@ -245,7 +245,8 @@ class LoadStep:
         "forward/inverse FFT pairs, normalised to one full-grid pair",
     )
     window: str = column(
-        lambda s: text_of(s.halfspace.shape), "shape of the window of atoms"
+        lambda s: text_of(s.halfspace.shape),
+        'shape of the window of atoms, a text like "128x96"',
     )
     grid: str = column(lambda s: text_of(s.halfspace.grid), "shape of the FFT grid")
     precision: str = column(

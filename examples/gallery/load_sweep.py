@@ -59,7 +59,8 @@ write("sweep.extxyz", [with_columns(frame, sphere) for frame in frames])
 # ------
 # Eq. (4) of the paper follows from the mean pressure in the contact. In the map, the
 # solid circle is the contact of a smooth sphere, and the dashed one has the radius a'
-# within which the first asperity is expected to touch, Eq. (3).
+# within which the first asperity is expected to touch, Eq. (3) as printed in the paper
+# (by the heights of the surface it is smaller by the factor (2 pi)^(1/(2 - H))).
 
 pressure = theory.mean_contact_pressure(slope, modulus, theory.KAPPA_REPULSIVE)
 along = np.geomspace(loads[0], loads[-1], 50)
