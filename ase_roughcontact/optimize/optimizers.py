@@ -18,8 +18,8 @@ class NewtonKrylov(ContactOptimizer):
     An inexact Newton method for the pressure on the window, whose linear systems are
     solved by a preconditioned Krylov method in Fourier space. The energy decreases in
     every step, except with walls that define their inverse, such as the default one,
-    where it may rise in between. A flat surface is first relaxed on coarser grids. The indenter may be
-    fixed, under a load, or on a `Hookean` spring.
+    where it may rise in between. A flat surface is first relaxed on coarser grids. The
+    indenter may be fixed, under a load, or on a `Hookean` spring.
 
     The constraint of a hard wall with attraction is satisfied by an augmented
     Lagrangian. Overlaps, and gaps of atoms under a reaction, are then at most the

@@ -27,7 +27,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ase_roughcontact._util.allocation import freed_memory_kept
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.contact.state import without_rounding
@@ -104,22 +103,21 @@ def active_set(
         height, start = -float(contact.heights.min()), np.zeros(halfspace.shape)
         load = load or None
     gap = min(tolerance / force_per_gap, largest_gap)
-    with freed_memory_kept(contact.heights.size):
-        for state in _solve(contact, height, load, start, gap, options):
-            energy = state.energy + contact.plastic_work
-            if external is not None:
-                if state.converged:
-                    _check_load(external, (height, state.height))
-                energy += external(state.height)[0]
-            yield Relaxation(
-                pressure=state.pressure,
-                height=state.height,
-                energy=energy,
-                error=state.violation * force_per_gap,
-                converged=state.converged,
-                message=state.message,
-                pairs=state.work / math.prod(halfspace.grid),
-            )
+    for state in _solve(contact, height, load, start, gap, options):
+        energy = state.energy + contact.plastic_work
+        if external is not None:
+            if state.converged:
+                _check_load(external, (height, state.height))
+            energy += external(state.height)[0]
+        yield Relaxation(
+            pressure=state.pressure,
+            height=state.height,
+            energy=energy,
+            error=state.violation * force_per_gap,
+            converged=state.converged,
+            message=state.message,
+            pairs=state.work / math.prod(halfspace.grid),
+        )
 
 
 def _check(

@@ -26,7 +26,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ase_roughcontact._util.allocation import freed_memory_kept
 from ase_roughcontact._util.validation import finite, finite_array, positive
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
@@ -109,14 +108,13 @@ def newton_krylov(
     if contact.interaction.hard and external is None:
         check_height(contact, height)
     energy = ContactEnergy(contact, external)
-    with freed_memory_kept(contact.heights.size):
-        state, pairs = _initial_state(energy, height, start, options)
-        state = energy.set_reaction(state)
-        states = _relax(energy, state, tolerance, options)
-        del state  # its arrays may be large
-        for relaxation in states:
-            yield replace(relaxation, pairs=relaxation.pairs + pairs)
-            pairs = 0.0
+    state, pairs = _initial_state(energy, height, start, options)
+    state = energy.set_reaction(state)
+    states = _relax(energy, state, tolerance, options)
+    del state  # its arrays may be large
+    for relaxation in states:
+        yield replace(relaxation, pairs=relaxation.pairs + pairs)
+        pairs = 0.0
 
 
 def _check(

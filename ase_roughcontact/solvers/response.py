@@ -26,7 +26,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.allocation import freed_memory_kept
 from ase_roughcontact._util.kernels import norm
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.elasticity.circulant import covering_model
@@ -116,9 +115,8 @@ def height_response(
     equations = None
     x = _dense_solution(halfspace, d, active)
     if x is None:
-        with freed_memory_kept(d.size):
-            equations = _Equations(halfspace, d, hard, active, tolerance)
-            x = equations.solve()
+        equations = _Equations(halfspace, d, hard, active, tolerance)
+        x = equations.solve()
     pressure = x / compliance
     response = 1.0 - halfspace.displacement(pressure)
     fields = (field[active] for field in (x, response, d, hard))
