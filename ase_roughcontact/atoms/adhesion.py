@@ -40,10 +40,15 @@ def adhesion_loop(
               (\epsilon \max(|N_1|, |N_2|) + \delta N)\, |Z_1 - Z_2|
 
     or while it does not converge; steps grow again afterwards. :math:`\delta N` is the
-    error of the forces that the relaxation leaves. The smallest step is always
-    accepted. It is a `Jump` if the energy lost is more than any force between
-    :math:`N_1` and :math:`N_2` explains, :math:`(N_1 + N_2)(Z_1 - Z_2)/2 - (E_2 - E_1)
-    > (|N_1 - N_2|/2 + \delta N)\, |Z_1 - Z_2|`.
+    error of the forces that the relaxation leaves. The balance does not depend on the
+    antisymmetric part of the force between the states; a step is also halved while
+    this part is above :math:`\epsilon^{3/4} \max(|N_1|, |N_2|) + \delta N`. During
+    retraction a state is inserted where the tension may exceed all others by more than
+    :math:`\epsilon`: where the tangents at both states intersect.
+
+    The smallest step is always accepted. It is a `Jump` if the energy lost is more than
+    any force between :math:`N_1` and :math:`N_2` explains, :math:`(N_1 + N_2)(Z_1 -
+    Z_2)/2 - (E_2 - E_1) > (|N_1 - N_2|/2 + \delta N)\, |Z_1 - Z_2|`.
 
     Parameters
     ----------
@@ -60,8 +65,8 @@ def adhesion_loop(
         Size below which steps are not halved (Å), and jumps are bracketed. By default
         1/256 of `step`.
     tolerance : float
-        :math:`\epsilon`, dimensionless. The relative error of the pull-off force is
-        about 1.5 times this on a path without jumps.
+        :math:`\epsilon`, dimensionless. The relative error of the pull-off force is at
+        most about 1.5 times this.
     trajectory : path, optional
         ASE trajectory of snapshots, one per state.
     csv : path, optional

@@ -124,8 +124,8 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     The tip has no inertia: it does not oscillate after a jump.
     """
     positive(stiffness=stiffness)
-    first, down = interpolated(loop.approach, loop.approach_jumps)
-    last, up = interpolated(loop.retraction, loop.retraction_jumps)
+    first, down, _ = interpolated(loop.approach, loop.approach_jumps)
+    last, up, _ = interpolated(loop.retraction, loop.retraction_jumps)
     # beyond the loop the tip is free; a soft cantilever may get there from afar
     free = max(first[0], last[-1]) + 1.1 * max(0.0, -up.min()) / stiffness
     first, down = np.append(free, first), np.append(0.0, down)

@@ -3,7 +3,8 @@
 The indenter is moved in small steps and held; each state is relaxed from the last one,
 so that the surface stays in its minimum of energy until that minimum disappears. As
 long as it does, the work done on the indenter is stored, ``dE = -N dZ``. A step whose
-energy balance does not close is undone and repeated at half its size.
+energy balance does not close is undone and repeated at half its size. The largest
+tension is bracketed.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from ase_roughcontact.paths.instabilities import (
     Jump,
     balanced,
     jumped,
+    least_force,
 )
 from ase_roughcontact.paths.loading import Frames, PathFiles, frame_of
 from ase_roughcontact.paths.output import Write, open_output
@@ -116,6 +118,7 @@ class _AdaptivePath:
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
         self._size = self.largest
+        self._least = -np.inf  # force of the retraction, sought there only
         self._states: list[LoadStep] = []
         self._jumps: list[Jump] = []
 
@@ -125,6 +128,7 @@ class _AdaptivePath:
         while self._last.height - bottom > _ROUNDING * self.smallest:
             self._move_towards(max(self._last.height - self._size, bottom))
         states, jumps = len(self._states), len(self._jumps)
+        self._least = min(self._last.normal_force, 0.0)
         while self._last.repulsive_atoms + self._last.attractive_atoms:
             self._move_towards(self._last.height + self._size)
         return AdhesionLoop(
@@ -139,22 +143,31 @@ class _AdaptivePath:
         return self._states[-1]
 
     def _move_towards(self, height: float) -> None:
-        """Move to a height, or to one on the way to which the balance closes."""
+        """Move to a height, or to one on the way up to which the force is known."""
         new, halved = self._relax(height), False
-        while not balanced(self._last, new, self.tolerance, self._smallest_force):
-            self._size = abs(height - self._last.height)
-            if self._size <= self.smallest:
+        while (between := self._height_between(new)) is not None:
+            size = abs(new.height - self._last.height)
+            if size <= self.smallest:
                 if jumped(self._last, new):
                     self._jumps.append(Jump(self._last, new))
                     self._size, halved = self.largest, True  # on the new branch
                 break
-            self._size, halved = 0.5 * self._size, True
-            height = 0.5 * (self._last.height + height)
+            # the rest of the step is tried next
+            self._size = max(abs(height - between), abs(between - self._last.height))
+            height, halved = between, True
             self.stepper.restart_from(self._kept)
             new = self._relax(height)
         self._accept(new)
-        if not halved:  # else what is left of the step is tried first
+        if not halved:
             self._size = min(2.0 * self._size, self.largest)
+
+    def _height_between(self, new: LoadStep) -> float | None:
+        """Return a height at which to relax before a new state, None to accept it."""
+        if not balanced(self._last, new, self.tolerance, self._smallest_force):
+            return 0.5 * (self._last.height + new.height)
+        height, force = least_force(self._last, new)
+        known = min(self._least, new.normal_force)
+        return height if force < known - self.tolerance * abs(force) else None
 
     def _relax(self, height: float) -> LoadStep:
         return self.stepper.step(len(self._states), height)
@@ -162,6 +175,7 @@ class _AdaptivePath:
     def _accept(self, state: LoadStep) -> None:
         self._kept = self.stepper.state
         self._states.append(state)
+        self._least = min(self._least, state.normal_force)
         self.write(state, partial(frame_of, self.stepper, self.frames, state))
         self.report(state.step, state.validity)
         if self.callback is not None:

@@ -12,14 +12,17 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
+from scipy.interpolate import CubicHermiteSpline
 
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.record import LoadStep
 
 # Relative rounding of a step.
 _ROUNDING = 1e-6
-# Points of an interpolated branch between two states.
-_POINTS = 32
+#: Points of an interpolated branch between two states.
+POINTS = 32
+# Largest value of t (1 - t) (1 - 2 t) for t from 0 to 1.
+_ANTISYMMETRIC = np.sqrt(3.0) / 18.0
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ class AdhesionLoop:
         """
         if min(state.normal_force for state in self.retraction) >= 0.0:
             return 0.0
-        _, force = interpolated(self.retraction, self.retraction_jumps)
+        _, force, _ = interpolated(self.retraction, self.retraction_jumps)
         return -float(force.min())
 
     @property
@@ -149,7 +152,12 @@ class AdhesionLoop:
 def balanced(
     before: LoadStep, after: LoadStep, tolerance: float, smallest_force: float
 ) -> bool:
-    """Return whether the work between two states was stored, within a tolerance.
+    r"""Return whether a cubic polynomial describes the force between two states.
+
+    That is, whether the work between them was stored, within a tolerance, and the
+    antisymmetric part of the polynomial is small: it does no work, so that the balance
+    of energy can close by chance where the polynomial is wrong. Where the force is
+    smooth, its relative size is that of the energy to the power 3/4.
 
     Parameters
     ----------
@@ -166,9 +174,16 @@ def balanced(
         False also if the second state has not converged.
     """
     force = max(abs(before.normal_force), abs(after.normal_force), smallest_force)
-    allowed = tolerance * force + _force_error(before, after)
-    distance = abs(after.height - before.height)
-    return after.converged and abs(_lost_energy(before, after)) <= allowed * distance
+    error, distance = _force_error(before, after), after.height - before.height
+    lost = abs(_lost_energy(before, after) / distance)
+    rise = after.normal_force - before.normal_force
+    mean_stiffness = 0.5 * (before.contact_stiffness + after.contact_stiffness)
+    skew = np.nan_to_num(abs(rise + mean_stiffness * distance) * _ANTISYMMETRIC)
+    return bool(
+        after.converged
+        and lost <= tolerance * force + error
+        and skew <= tolerance**0.75 * force + error
+    )
 
 
 def jumped(before: LoadStep, after: LoadStep) -> bool:
@@ -210,10 +225,34 @@ def work(before: LoadStep, after: LoadStep) -> float:
     )
 
 
-def interpolated(
+def stable_parts(
     states: Sequence[LoadStep], jumps: Sequence[Jump]
-) -> tuple[FloatArray, FloatArray]:
-    """Return heights and forces on a branch, also between its states.
+) -> list[list[LoadStep]]:
+    """Return the states of a branch between its instabilities.
+
+    Parameters
+    ----------
+    states : sequence of LoadStep
+        Of an approach or a retraction, in order.
+    jumps : sequence of Jump
+
+    Returns
+    -------
+    list of list of LoadStep
+    """
+    unstable = {jump.after.step for jump in jumps}
+    parts: list[list[LoadStep]] = [[]]
+    for state in states:
+        if state.step in unstable:
+            parts.append([])
+        parts[-1].append(state)
+    return parts
+
+
+def interpolated(
+    states: Sequence[LoadStep], jumps: Sequence[Jump] = ()
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return heights, forces and their slopes on a branch, also between its states.
 
     Parameters
     ----------
@@ -224,27 +263,58 @@ def interpolated(
 
     Returns
     -------
-    heights, forces : ndarray, shape (k,)
-        On cubic polynomials with the forces and contact stiffnesses of the states;
-        straight lines where a stiffness is not finite (Å, eV/Å).
+    heights, forces, slopes : ndarray, shape (k,)
+        On cubic polynomials with the forces and contact stiffnesses of the states, with
+        differences in place of stiffnesses that are not finite (Å, eV/Å, eV/Å^2).
+        Without jumps every `POINTS`-th belongs to a state.
     """
-    unstable = {jump.after.step for jump in jumps}
-    t = np.arange(1, _POINTS + 1) / _POINTS
-    heights = [np.array([states[0].height])]
-    forces = [np.array([states[0].normal_force])]
-    for before, after in pairwise(states):
-        if after.step in unstable:
-            heights.append(np.array([after.height]))
-            forces.append(np.array([after.normal_force]))
-            continue
-        step = after.height - before.height
+    parts = [_interpolated(part) for part in stable_parts(states, jumps)]
+    heights, forces, slopes = np.concatenate(parts, axis=1)
+    return heights, forces, slopes
+
+
+def least_force(before: LoadStep, after: LoadStep) -> tuple[float, float]:
+    """Return a height between two states, and a bound for the least force there.
+
+    Parameters
+    ----------
+    before, after : LoadStep
+        Neighbouring states.
+
+    Returns
+    -------
+    height, force : float
+        Where both tangents intersect if the force has a minimum between them, which may
+        be a kink (Å, eV/Å); else the minimum of `interpolated`.
+    """
+    distance = after.height - before.height
+    first, last = (-s.contact_stiffness * distance for s in (before, after))
+    if first < 0.0 < last:
         rise = after.normal_force - before.normal_force
-        slopes = np.array([before.contact_stiffness, after.contact_stiffness]) * -step
-        first, last = slopes if np.isfinite(slopes).all() else (rise, rise)
-        heights.append(before.height + step * t)
-        bend = t * (1 - t) * ((first - rise) * (1 - t) - (last - rise) * t)
-        forces.append(before.normal_force + rise * t + bend)
-    return np.concatenate(heights), np.concatenate(forces)
+        share = (last - rise) / (last - first)
+        if 0.0 < share < 1.0:
+            height = before.height + share * distance
+            return height, before.normal_force + share * first
+    heights, forces, _ = interpolated([before, after])
+    least = int(np.argmin(forces))
+    return float(heights[least]), float(forces[least])
+
+
+def _interpolated(states: Sequence[LoadStep]) -> FloatArray:
+    """Return heights, forces and slopes between states without an instability."""
+    height = np.array([state.height for state in states])
+    force = np.array([state.normal_force for state in states])
+    slope = -np.array([state.contact_stiffness for state in states])
+    if len(states) == 1:
+        return np.array([height, force, np.nan_to_num(slope)])
+    slope = np.where(np.isfinite(slope), slope, np.gradient(force, height))
+    upward = np.argsort(height)
+    curve = CubicHermiteSpline(height[upward], force[upward], slope[upward])
+    number = np.arange(len(states))
+    between = np.interp(np.arange(POINTS * number[-1] + 1) / POINTS, number, height)
+    forces = curve(between)
+    forces[::POINTS] = force  # without rounding
+    return np.array([between, forces, curve(between, 1)])
 
 
 def _lost_energy(

@@ -204,7 +204,7 @@ def plot_loop(
     )
     first_contact = loop.approach[0].height + loop.approach[0].penetration
     for name, steps, jumps, colour, width in branches:
-        heights, forces = interpolated(steps, jumps)
+        heights, forces, _ = interpolated(steps, jumps)
         depths = first_contact - heights
         axes.plot(depths, forces / NN, "-", color=colour, lw=width, label=name)
         states = [(step.penetration, step.normal_force / NN) for step in steps]

@@ -18,15 +18,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.cantilever import follow
-from ase_roughcontact.paths.instabilities import Jump
+from ase_roughcontact.paths.instabilities import (
+    POINTS,
+    Jump,
+    interpolated,
+    stable_parts,
+)
 from ase_roughcontact.paths.record import LoadStep
 
-# Points of a curve between two states.
-_POINTS = 32
 # Largest ratio of derivatives at a fixed base and a fixed tip, infinite at a jump.
 _LARGEST_GAIN = 20.0
 
@@ -100,7 +102,7 @@ class FollowedBranch:
         FollowedBranch
         """
         parts = [
-            _interpolated(part, derivatives) for part in _stable_parts(states, jumps)
+            _with_derivatives(part, derivatives) for part in stable_parts(states, jumps)
         ]
         if direction > 0.0:  # the tip may be free where the base is further away
             parts[-1] = np.concatenate([parts[-1], _free(parts, stiffness)])
@@ -155,63 +157,33 @@ def _free(parts: Sequence[FloatArray], stiffness: float) -> FloatArray:
     return row
 
 
-def _stable_parts(
-    states: Sequence[LoadStep], jumps: Sequence[Jump]
-) -> list[list[LoadStep]]:
-    """Return the states between the instabilities of the surface."""
-    unstable = {jump.after.step for jump in jumps}
-    parts: list[list[LoadStep]] = [[]]
-    for state in states:
-        if state.step in unstable:
-            parts.append([])
-        parts[-1].append(state)
-    return parts
-
-
-def _interpolated(
+def _with_derivatives(
     states: Sequence[LoadStep], derivatives: Mapping[int, FloatArray]
 ) -> FloatArray:
     """Return height, force, slope and derivatives on a stable part of a branch."""
-    height = np.array([state.height for state in states])
-    force = np.array([state.normal_force for state in states])
-    slope = -np.array([state.contact_stiffness for state in states])
-    rows = np.array([derivatives[state.step] for state in states])
-    if len(states) == 1:
-        known = np.nan_to_num(np.append(slope, rows[0]))
-        return np.concatenate([height, force, known])[None]
-    upward = np.argsort(height)
-    z = height[upward]
-    slope = np.where(np.isfinite(slope), slope, np.gradient(force, height))
-    curve = CubicHermiteSpline(z, force[upward], slope[upward])
-    share = np.arange(_POINTS * (len(z) - 1) + 1) / _POINTS
-    places = np.interp(share, np.arange(len(z)), height)
-    return np.column_stack(
-        [places, curve(places), curve(places, 1)]
-        + [_along(share, places, height, curve, row) for row in rows.T]
-    )
+    height, force, slope = interpolated(states)
+    rows = np.array([derivatives[state.step] for state in states]).T
+    return np.column_stack([height, force, slope, *(_along(slope, r) for r in rows)])
 
 
-def _along(
-    share: FloatArray,
-    places: FloatArray,
-    height: FloatArray,
-    curve: CubicHermiteSpline,
-    derivative: FloatArray,
-) -> FloatArray:
+def _along(slope: FloatArray, derivative: FloatArray) -> FloatArray:
     """Return the derivative to a parameter between the states.
 
     Towards an instability it diverges with the slope of the force, so that their ratio
     is interpolated between two similar positive slopes; elsewhere the derivative is.
     """
-    numbers, known = np.arange(len(height)), np.isfinite(derivative)
+    if len(derivative) == 1:
+        return np.nan_to_num(derivative)
+    numbers, known = np.arange(len(derivative)), np.isfinite(derivative)
+    share = np.arange(len(slope)) / POINTS
     derivative = np.interp(numbers, numbers[known], derivative[known])
-    slope = curve(height, 1)
-    similar = np.minimum(slope[1:], slope[:-1]) > np.maximum(slope[1:], slope[:-1]) / 4
+    at = slope[::POINTS]
+    similar = np.minimum(at[1:], at[:-1]) > np.maximum(at[1:], at[:-1]) / 4
     interval = np.minimum(share.astype(int), len(similar) - 1)
-    steep = (similar & (slope[1:] > 0.0))[interval]
-    ratio = np.divide(derivative, slope, out=np.zeros(len(slope)), where=slope > 0.0)
+    steep = (similar & (at[1:] > 0.0))[interval]
+    ratio = np.divide(derivative, at, out=np.zeros(len(at)), where=at > 0.0)
     return np.where(
         steep,
-        np.interp(share, numbers, ratio) * curve(places, 1),
+        np.interp(share, numbers, ratio) * slope,
         np.interp(share, numbers, derivative),
     )

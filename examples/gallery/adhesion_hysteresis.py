@@ -75,7 +75,7 @@ with style():
             (loop.approach, loop.approach_jumps, "--"),
             (loop.retraction, loop.retraction_jumps, "-"),
         ):
-            heights, forces = interpolated(steps, jumps)
+            heights, forces, _ = interpolated(steps, jumps)
             depths = steps[0].height + steps[0].penetration - heights
             ax.plot(depths, forces / (np.pi * work * RADIUS), line)
         ax.set(title=name, xlabel="depth / $a_0$", ylim=(-2.8, 0.5))

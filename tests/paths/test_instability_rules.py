@@ -1,5 +1,6 @@
 """Criteria for halving a step of a loop and for instabilities, on both sides."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -13,7 +14,10 @@ SIDES = pytest.mark.parametrize("side", [-1, 1], ids=["below", "above"])
 
 @pytest.fixture(scope="module")
 def state():
-    """State with round numbers: a height of 2 Å, 3 eV/Å, 100 interacting atoms."""
+    """State with round numbers: a height of 2 Å, 3 eV/Å, 100 interacting atoms.
+
+    Without a stiffness the force is a straight line between states.
+    """
     sphere = RoughSphere(20.0)
     atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
     atoms.calc = RoughContact(sphere, 1.0)
@@ -22,6 +26,7 @@ def state():
         record,
         height=2.0,
         normal_force=3.0,
+        contact_stiffness=math.nan,
         energy=7.0,
         max_force=1e-3,
         repulsive_atoms=10,
@@ -68,3 +73,16 @@ def test_the_energy_balance_near_zero_force_is_relative_to_the_smallest_force(
     allowed = (0.01 * 0.5 + 100 * 1e-3) * 0.5
     new = after(light, allowed * (1.0 + side * EPSILON), force=-0.01)
     assert balanced(light, new, 0.01, 0.5) == (side < 0)
+
+
+@SIDES
+@pytest.mark.parametrize("down", [0.5, -0.5], ids=["down", "up"])
+def test_a_force_that_is_no_parabola_is_not_balanced_though_the_energy_is(
+    state, down, side
+):
+    # N = 3 + c t (1 - t) (1 - 2 t), which does no work, has the slope c at both ends
+    allowed = 0.01**0.75 * 3.0 + 100 * 1e-3
+    slope = allowed * 18.0 / math.sqrt(3.0) * (1.0 + side * EPSILON)
+    curved = replace(state, contact_stiffness=slope / down)
+    new = after(curved, 0.0, down)
+    assert balanced(curved, new, 0.01, 0.5) == (side < 0)
