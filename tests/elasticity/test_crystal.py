@@ -18,7 +18,10 @@ from ase_roughcontact.elasticity import (
     FreeHalfSpace,
     PeriodicHalfSpace,
 )
-from ase_roughcontact.elasticity.crystals.force_constants import relaxed_slab
+from ase_roughcontact.elasticity.crystals.force_constants import (
+    force_constants,
+    relaxed_slab,
+)
 
 A = 3.6
 SPACING = A / np.sqrt(2)
@@ -300,6 +303,15 @@ def test_a_large_kernel_takes_less_than_ten_convolutions(springs, kind):
         call()
         times[name] = time.process_time() - start
     assert times["kernel"] < 10 * times["convolution"]
+
+
+def test_forces_from_an_energy_have_symmetric_couplings():
+    slab = relaxed_slab(EMT(), "Cu", "fcc100", A, 5)
+    found = force_constants(EMT(), slab, 5)
+    surface = (found.source == 0) & (found.target == 1)
+    transposed = found.matrix[surface].swapaxes(1, 2)
+    assert abs(found.matrix[surface] - transposed).max() > 0.01 * abs(transposed).max()
+    assert found.figures["symmetry"] < 1e-5
 
 
 @pytest.mark.slow
