@@ -59,6 +59,12 @@ def solid(request):
 
 
 @pytest.fixture
+def topography():
+    """The package of the extra of this name."""
+    return pytest.importorskip("SurfaceTopography", reason="needs the extra topography")
+
+
+@pytest.fixture
 def no_pictures(monkeypatch):
     """Skip the figures of runs, which would take most of the time."""
     monkeypatch.setattr("ase_roughcontact.cli.figures.draw", lambda *_: [])

@@ -10,7 +10,6 @@ import zipfile
 
 import numpy as np
 from scipy.io import netcdf_file
-from tifffile import TiffWriter
 
 
 def write_ibw(file, heights, pixel):
@@ -110,6 +109,8 @@ def write_binary_sdf(file, heights, pixel):
 
 def write_jpk(file, heights, pixel):
     """TIFF with the tags of JPK Instruments: a thumbnail, and the height in m."""
+    from tifffile import TiffWriter  # comes with SurfaceTopography
+
     n, m = heights.shape
     scale, offset = 1e-13, -2e-6
     lines = np.rint((1e-9 * heights.T - offset) / scale).astype(np.uint32)[::-1]

@@ -92,6 +92,8 @@ def _array(values: Any) -> FloatArray:
 
 
 def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
+    if not path.is_file():
+        raise FileNotFoundError("there is no such file")
     try:
         from SurfaceTopography import open_topography
     except ImportError as error:
@@ -100,8 +102,6 @@ def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
             "topography: pip install '.[topography]' in the folder of the source "
             "code; or export the scan as text"
         ) from error
-    if not path.is_file():
-        raise FileNotFoundError("there is no such file")
     # scipy warns when a NetCDF file is closed before its arrays, which are copied
     with warnings.catch_warnings(), open_topography(str(path)) as reader:
         warnings.filterwarnings("ignore", "Cannot close a netcdf_file")

@@ -264,10 +264,8 @@ def test_height_map_accepts_any_array(heights, form):
 
 
 @pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
-def test_height_map_accepts_heights_of_surface_topography(heights):
-    from SurfaceTopography import Topography
-
-    topography = Topography(heights, physical_sizes=(16.0, 16.0))
+def test_height_map_accepts_heights_of_surface_topography(heights, topography):
+    topography = topography.Topography(heights, physical_sizes=(16.0, 16.0))
     pixel = float(topography.pixel_size[0])
     found = force_of(topography.detrend("center").heights(), pixel)
     assert found == pytest.approx(force_of(heights - heights.mean(), 1.0), rel=1e-9)

@@ -80,8 +80,9 @@ def write_curve(exact, file, rng):
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_scenes_of_all_formats_have_the_same_tip(name, tmp_path, monkeypatch):
-    pytest.importorskip("SurfaceTopography")
+def test_scenes_of_all_formats_have_the_same_tip(
+    topography, name, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     missing = 0.003 if name in WITH_MISSING else 0.0
     heights = scan(np.random.default_rng(7), missing)
@@ -99,9 +100,8 @@ def test_scenes_of_all_formats_have_the_same_tip(name, tmp_path, monkeypatch):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_scan_and_a_force_curve_become_a_fit_and_a_page(
-    name, tmp_path, monkeypatch, capsys
+    topography, name, tmp_path, monkeypatch, capsys
 ):
-    pytest.importorskip("SurfaceTopography")
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(7)
     missing = 0.003 if name in WITH_MISSING else 0.0

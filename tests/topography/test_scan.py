@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from microscope_files import WITH_MISSING, WRITERS
 from scipy.integrate import trapezoid
-from SurfaceTopography import Topography
 
 from ase_roughcontact import (
     HeightMap,
@@ -209,28 +208,28 @@ def test_an_unknown_way_to_detrend_is_refused():
         untouched(ROUGH, detrend="tilt")
 
 
-def test_a_topography_object_has_its_own_sizes_unit_period_and_mask():
+def test_a_topography_object_has_its_own_sizes_unit_period_and_mask(topography):
     mask = np.zeros(ROUGH.shape, bool)
     mask[3, 3] = True
-    scan = Topography(np.ma.array(ROUGH, mask=mask), (24.0, 27.0), unit="nm")
+    scan = topography.Topography(np.ma.array(ROUGH, mask=mask), (24.0, 27.0), unit="nm")
     got = HeightMap.from_topography(scan, "substrate", detrend="none")
     expected = untouched(np.where(mask, np.nan, ROUGH), spacing=(2.0, 3.0), unit="nm")
     assert got == expected
     assert not got.periodic
-    periodic = Topography(ROUGH, (24.0, 27.0), periodic=True, unit="µm")
+    periodic = topography.Topography(ROUGH, (24.0, 27.0), periodic=True, unit="µm")
     assert HeightMap.from_topography(periodic, "indenter").periodic
 
 
-def test_a_topography_object_without_unit_needs_one():
-    scan = Topography(ROUGH, (24.0, 27.0))
+def test_a_topography_object_without_unit_needs_one(topography):
+    scan = topography.Topography(ROUGH, (24.0, 27.0))
     with pytest.raises(ValueError, match=r"unit of .* is not known: give unit"):
         HeightMap.from_topography(scan, "substrate")
     got = HeightMap.from_topography(scan, "substrate", unit="nm", detrend="none")
     assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
 
 
-def test_given_lengths_may_be_in_another_unit_than_the_scan():
-    scan = Topography(ROUGH, (24.0, 27.0), unit="nm")
+def test_given_lengths_may_be_in_another_unit_than_the_scan(topography):
+    scan = topography.Topography(ROUGH, (24.0, 27.0), unit="nm")
     got = HeightMap.from_topography(
         scan, "substrate", unit="µm", detrend="none", center=(0.004, 0.006)
     )
@@ -243,17 +242,17 @@ def test_an_array_needs_a_spacing():
         HeightMap.from_topography(ROUGH, "substrate")
 
 
-def test_a_line_scan_is_refused():
-    from SurfaceTopography import UniformLineScan
-
+def test_a_line_scan_is_refused(topography):
     with pytest.raises(ValueError, match="must be a map of heights on a grid"):
-        HeightMap.from_topography(UniformLineScan(ROUGH[0], 9.0), "substrate")
+        HeightMap.from_topography(
+            topography.UniformLineScan(ROUGH[0], 9.0), "substrate"
+        )
 
 
 @pytest.mark.parametrize("missing", [False, True])
 @pytest.mark.parametrize("name", WRITERS)
 def test_files_have_the_units_axes_and_missing_points_of_their_format(
-    tmp_path, name, missing
+    tmp_path, topography, name, missing
 ):
     heights = ROUGH.copy()
     if missing:
@@ -363,8 +362,6 @@ def test_a_npy_file_is_an_array(tmp_path):
         ("ragged.txt", b"1 2\n3\n"),
         ("text_after.txt", b"1 2\n3 4\nend\n"),
         ("column.txt", b"0 0 1\n0 1 1\n0 2 3\n0 3 4\n"),
-        ("binary.dat", b"\x93\xff\xfe\x00"),
-        ("broken.gwy", b"GWYP\x00"),
         ("not.npy", b"1 2\n3 4\n"),
         ("empty.npy", b""),
         ("absent.npy", None),
@@ -374,6 +371,18 @@ def test_a_npy_file_is_an_array(tmp_path):
 def test_an_unreadable_file_is_refused_by_name(tmp_path, name, content):
     if content is not None:
         (tmp_path / name).write_bytes(content)
+    with pytest.raises(ValueError, match=f"cannot read a scan from .*{name}"):
+        untouched(tmp_path / name, unit="nm")
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [("binary.dat", b"\x93\xff\xfe\x00"), ("broken.gwy", b"GWYP\x00")],
+)
+def test_a_broken_file_of_a_microscope_is_refused_by_name(
+    tmp_path, topography, name, content
+):
+    (tmp_path / name).write_bytes(content)
     with pytest.raises(ValueError, match=f"cannot read a scan from .*{name}"):
         untouched(tmp_path / name, unit="nm")
 
@@ -435,9 +444,11 @@ def test_a_sphere_on_a_scan_is_on_the_place_that_was_chosen():
     assert sphere.heights((3, 3), 1.0, (-1.0, -1.0)).argmin() == 4
 
 
-def test_files_of_netcdf_are_closed_without_a_warning(tmp_path):
+def test_files_of_netcdf_are_closed_without_a_warning(tmp_path, topography):
     scan = np.ma.masked_equal(SCAN, SCAN[1, 1])
-    Topography(scan, SCAN.shape, unit="nm").to_netcdf(str(tmp_path / "scan.nc"))
+    topography.Topography(scan, SCAN.shape, unit="nm").to_netcdf(
+        str(tmp_path / "scan.nc")
+    )
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         HeightMap.from_topography(tmp_path / "scan.nc", "substrate")
