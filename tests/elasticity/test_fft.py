@@ -107,22 +107,6 @@ def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
     assert_array_equal(results[2], results[0])
 
 
-def test_threads_share_a_grid_in_one_buffer(monkeypatch):
-    columns = []
-
-    def spied(values, **options):
-        columns.append(values.shape[1])
-        return c2c(values, **options)
-
-    ducc0 = pytest.importorskip("ducc0")
-    c2c = ducc0.fft.c2c
-    monkeypatch.setattr(ducc0.fft, "c2c", spied)
-    for window in ((432, 460), (430, 432)):
-        transform(window, engine="ducc0", threads=2).forward(np.zeros(window))
-    assert sorted(columns[:2]) == [112, 119]  # a multiple of 16, and the rest
-    assert columns[2:] == [217]
-
-
 @pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])
 def test_threads_of_fftw_are_never_used(window, monkeypatch):
     seen, plan = [], fft_backends.pyfftw.FFTW

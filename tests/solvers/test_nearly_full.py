@@ -72,11 +72,10 @@ def test_open_atoms_are_those_of_a_dense_solution(mean):
 def test_solution_is_that_of_the_active_set(mean):
     heights = rough(64)
     (near,) = steps(heights, mean)  # nothing is left to correct
-    *_, far = others = steps(heights, mean, full_contact=2.0)
+    *_, far = steps(heights, mean, full_contact=2.0)
     assert near.converged and far.converged
     assert_array_equal(near.pressure > 0.0, far.pressure > 0.0)
     assert_allclose(near.pressure, far.pressure, atol=1e-6)
-    assert near.pairs < 0.8 * sum(state.pairs for state in others)
 
 
 def test_contact_with_too_many_open_atoms_is_left_to_the_active_set():

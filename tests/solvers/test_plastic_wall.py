@@ -208,26 +208,26 @@ def test_wall_is_consistent():
 @pytest.mark.parametrize("hardness", [0.01, 0.1])
 @pytest.mark.parametrize("part", PARTS_OF_THE_HARDNESS)
 @pytest.mark.slow
-def test_at_most_105_pairs(periodic, hardness, part):
+def test_at_most_200_pairs(periodic, hardness, part):
     contact = contact_of(
         rough(256, periodic=periodic), PlasticWall(hardness), periodic=periodic
     )
     load = part * hardness * contact.heights.size
     state, pairs = solve(contact, load, tolerance=1e-5 * hardness)
     assert_optimal(contact, state, load)
-    assert pairs <= 105
+    assert pairs <= 200
     held, pairs = solve(contact, height=state.height, tolerance=1e-5 * hardness)
     assert_optimal(contact, held)
-    assert pairs <= 105
+    assert pairs <= 200
 
 
 @pytest.mark.parametrize("part", [0.01, 0.5, 0.99])
-def test_at_most_60_pairs_on_small_grids(part):
+def test_at_most_100_pairs_on_small_grids(part):
     contact = contact_of(rough(64, periodic=True), PlasticWall(0.05), periodic=True)
     load = part * 0.05 * contact.heights.size
     state, pairs = solve(contact, load, tolerance=1e-6)
     assert_optimal(contact, state, load)
-    assert pairs <= 60
+    assert pairs <= 100
 
 
 # Starts and extremes
