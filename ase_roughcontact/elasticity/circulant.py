@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -176,15 +175,12 @@ def _padded(shape: tuple[int, int]) -> tuple[int, int]:
     return n, m
 
 
-_last_models: WeakKeyDictionary[HalfSpace, CirculantModel] = WeakKeyDictionary()
-
-
 def covering_model(
-    halfspace: HalfSpace, box: Box, *, exact: bool = False, larger: bool = False
+    halfspace: HalfSpace, box: Box, *, exact: bool = False
 ) -> CirculantModel:
-    """Return a model that covers a box.
+    """Return a model of a box, the last one of the half space if it is the same.
 
-    The last model of the half space is kept: steps of a path often need the same one.
+    It is kept as ``halfspace.model``: steps of a path often need the same one.
 
     Parameters
     ----------
@@ -194,21 +190,15 @@ def covering_model(
         Atoms of the window.
     exact : bool
         See `CirculantModel`.
-    larger : bool
-        Whether the last model is returned if its box is larger, too, or if it is exact;
-        by default the result does not depend on it.
 
     Returns
     -------
     CirculantModel
     """
     exact = exact or _always_exact(halfspace)
-    model = _last_models.get(halfspace)
-    if model is not None:
-        same = model.exact if exact else model.box == box and not model.exact
-        if same or (larger and model.box.contains(box)):
-            return model
-    model = _last_models[halfspace] = CirculantModel(halfspace, box, exact)
+    model: CirculantModel | None = halfspace.model
+    if model is None or model.exact != exact or not (exact or model.box == box):
+        halfspace.model = model = CirculantModel(halfspace, box, exact)
     return model
 
 

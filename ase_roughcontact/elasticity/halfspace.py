@@ -71,6 +71,8 @@ class HalfSpace(ABC):
     """
 
     periodic: bool
+    #: Last circulant model of the half space, see `covering_model`.
+    model: Any = None
 
     def __init__(
         self,
@@ -96,9 +98,13 @@ class HalfSpace(ABC):
 
     def in_single_precision(self) -> HalfSpace:
         """Return the same half space with transforms in single precision."""
-        single = self.resized(self.shape, self.spacing)
-        single.fft["dtype"] = np.float32
-        return single
+        options = {**self.fft, "dtype": np.float32}
+        return type(self)(self.shape, self.spacing, self.solid, **options)
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Precision of the transforms."""
+        return np.dtype(self.fft.get("dtype", float))
 
     @staticmethod
     @abstractmethod

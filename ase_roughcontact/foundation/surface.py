@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from ase import Atoms
 from ase_roughcontact._util.validation import integer
 from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
 from ase_roughcontact.elasticity.crystals.errors import long_wave_compliance
-from ase_roughcontact.elasticity.crystals.files import read_json, write_json
+from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.force_constants import (
     SURFACES,
     ForceConstants,
@@ -25,7 +24,7 @@ _VACUUM = 10.0  # on both sides of a slab (Å)
 
 
 @dataclass(frozen=True, eq=False)
-class CrystalSurface:
+class CrystalSurface(Stored):
     """Half crystal with a relaxed surface, in the harmonic approximation.
 
     It is made by `from_calculator` or `read`.
@@ -48,6 +47,8 @@ class CrystalSurface:
     displacement : float
         Displacement for the force constants (Å); 0 for the calculator's Hessian.
     """
+
+    _kind = "crystal surface"
 
     symbol: str
     surface: str
@@ -112,42 +113,13 @@ class CrystalSurface:
         return cls(symbol, surface, a, z - z[0], constants, size, displacement)
 
     @classmethod
-    def read(cls, file: str | Path) -> CrystalSurface:
-        """Read a surface from a file.
-
-        Parameters
-        ----------
-        file : str or Path
-            Written by `write`.
-
-        Returns
-        -------
-        CrystalSurface
-
-        Raises
-        ------
-        ValueError
-            If the file is another one.
-        """
-
-        def make(entries: dict[str, Any]) -> CrystalSurface:
-            constants = entries["constants"]
-            for name in ("source", "target", "offset", "matrix"):
-                constants[name] = np.array(constants[name])
-            entries["constants"] = ForceConstants(**constants)
-            entries["heights"] = np.array(entries["heights"])
-            return cls(**entries)
-
-        return read_json(file, "crystal surface", make)
-
-    def write(self, file: str | Path) -> None:
-        """Write the surface to a file (JSON).
-
-        Parameters
-        ----------
-        file : str or Path
-        """
-        write_json(file, "crystal surface", asdict(self))
+    def _of(cls, entries: dict[str, Any]) -> CrystalSurface:
+        constants = entries["constants"]
+        for name in ("source", "target", "offset", "matrix"):
+            constants[name] = np.array(constants[name])
+        entries["constants"] = ForceConstants(**constants)
+        entries["heights"] = np.array(entries["heights"])
+        return cls(**entries)
 
     def column(self, layers: int) -> Atoms:
         """Return one surface cell of the upper layers.

@@ -22,8 +22,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, TypeVar, get_type_hints
 
-import numpy as np
-
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.theory.counted_area import continuum_area
@@ -250,7 +248,7 @@ class LoadStep:
     )
     grid: str = column(lambda s: text_of(s.halfspace.grid), "shape of the FFT grid")
     precision: str = column(
-        lambda s: np.dtype(s.halfspace.fft.get("dtype", float)).name,
+        lambda s: s.halfspace.dtype.name,
         "floating-point type of the FFTs",
     )
     memory: float = column(

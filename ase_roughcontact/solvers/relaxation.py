@@ -308,7 +308,7 @@ def _displacement(contact: Contact, state: State) -> np.ndarray:
 
 def precision_advice(halfspace: HalfSpace) -> str:
     """Return an addition to messages about rounding errors in single precision."""
-    if np.dtype(halfspace.fft.get("dtype", float)) == np.float64:
+    if halfspace.dtype == np.float64:
         return ""
     return " (the transforms are in single precision: use fft dtype float64)"
 

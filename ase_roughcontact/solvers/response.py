@@ -235,7 +235,7 @@ class _Equations:
         single = tolerance >= _SINGLE_PRECISION and d.size >= _LARGE
         self._halfspace = halfspace.in_single_precision() if single else halfspace
         self._tolerance = tolerance
-        dtype = np.dtype(self._halfspace.fft.get("dtype", float))
+        dtype = self._halfspace.dtype
         t = np.where(hard, 0.0, active / (1.0 + np.maximum(d, 0.0)))
         self._t = t.astype(dtype)
         self._s = np.where(hard, 1.0, d * t).astype(dtype)
@@ -243,7 +243,9 @@ class _Equations:
         stiff = self._s > 0.0
         self._inverse = None
         if box := Box.bounding(stiff):
-            model = covering_model(halfspace, box, larger=True)
+            model = halfspace.model  # of the solver, for a preconditioner
+            if model is None or not model.box.contains(box):
+                model = covering_model(halfspace, box)
             self._box = model.box.slices
             self._stiff = stiff[self._box].astype(model.dtype)
             self._inverse = model.preconditioner(float(self._t.mean(where=stiff)))

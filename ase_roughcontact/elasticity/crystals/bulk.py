@@ -26,23 +26,7 @@ _SHELLS = 1.3
 def element(bulk: Atoms | str, structure: str) -> tuple[str, float]:
     """Return the symbol of a crystal and a first guess of its lattice constant.
 
-    Parameters
-    ----------
-    bulk : Atoms or str
-        A crystal of one element, or the symbol of one that ASE knows.
-    structure : {"fcc", "bcc", "diamond"}
-
-    Returns
-    -------
-    symbol : str
-    lattice_constant : float
-        That of an equal volume per atom (Å).
-
-    Raises
-    ------
-    ValueError
-        If the crystal has several elements, is not periodic or has another structure,
-        or the element is not known.
+    The guess has the volume per atom of the given crystal, or of that in ASE's table.
     """
     if isinstance(bulk, Atoms):
         if len(set(bulk.symbols)) != 1 or not bulk.pbc.all():
@@ -86,28 +70,9 @@ def chosen_crystal(
     structure: str,
     lattice_constant: float | None,
 ) -> tuple[str, float]:
-    """Return the symbol of a crystal and its lattice constant, relaxed unless given.
+    """Return the symbol of a crystal and its lattice constant.
 
-    Parameters
-    ----------
-    calculator : Calculator
-    crystal : Atoms or str
-        See `element`.
-    structure : {"fcc", "bcc", "diamond"}
-    lattice_constant : float or None
-        In Å.
-
-    Returns
-    -------
-    symbol : str
-    lattice_constant : float
-        That at which the crystal has no stress, or the given one (Å).
-
-    Raises
-    ------
-    ValueError
-        As `element`; if the lattice constant is not positive, the stress does not
-        vanish within 10 % of the first guess, or the calculator gives no energy.
+    It is that at which the crystal has no stress, unless it is given (Å).
     """
     symbol, guess = element(crystal, structure)
     if lattice_constant is not None:
@@ -126,26 +91,9 @@ def chosen_crystal(
 
 
 def bulk_below(calculator: Any, symbol: str, surface: str, a: float) -> Atoms:
-    """Return the bulk far below a surface: its stress along z vanishes.
+    """Return a periodic cell of the bulk below a surface, without stress along z.
 
-    Parameters
-    ----------
-    calculator : Calculator
-    symbol : str
-    surface : str
-        One of `SURFACES`.
-    a : float
-        Lattice constant along the surface (Å).
-
-    Returns
-    -------
-    Atoms
-        Periodic cell with the axes of the surface, without a calculator.
-
-    Raises
-    ------
-    ValueError
-        If the stress does not vanish, or the calculator gives no energy.
+    Its axes are those of the surface, and ``a`` is its lattice constant along them (Å).
     """
     layers = {"fcc111": 3, "diamond100": 4}.get(surface, 2)  # after which they repeat
     crystal = SURFACES[surface](symbol, (1, 1, layers), a=a, periodic=True)

@@ -9,9 +9,8 @@ plane waves of pressure,
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from ase_roughcontact._util.validation import finite, lookup, positive
 from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
 from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
 from ase_roughcontact.elasticity.crystals.errors import check_errors, modulus_table
-from ase_roughcontact.elasticity.crystals.files import read_json, write_json
+from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.kernel import (
     NODES,
     distant_kernel,
@@ -43,7 +42,7 @@ _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Crystal(ElasticSolid):
+class Crystal(Stored, ElasticSolid):
     """Half space of a crystal with a square grid of surface atoms.
 
     It is made by `from_calculator` or `read`.
@@ -77,6 +76,8 @@ class Crystal(ElasticSolid):
     contact_modulus : float
         Indentation modulus of long waves, ``1/E* = <1/E*(theta)>`` (pressure).
     """
+
+    _kind = "crystal"
 
     symbol: str
     surface: str
@@ -165,35 +166,6 @@ class Crystal(ElasticSolid):
         figures = found.constants.figures | errors
         spacing = found.constants.spacing
         return cls(found.symbol, surface, name, spacing, table, found.stress, figures)
-
-    @classmethod
-    def read(cls, file: str | Path) -> Crystal:
-        """Read a crystal from a file.
-
-        Parameters
-        ----------
-        file : str or Path
-            Written by `write`.
-
-        Returns
-        -------
-        Crystal
-
-        Raises
-        ------
-        ValueError
-            If the file is another one.
-        """
-        return read_json(file, "crystal", lambda entries: cls(**entries))
-
-    def write(self, file: str | Path) -> None:
-        """Write the crystal to a file (JSON).
-
-        Parameters
-        ----------
-        file : str or Path
-        """
-        write_json(file, "crystal", asdict(self))
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]

@@ -57,21 +57,9 @@ def surface_errors(
     cell_area: float,
     moduli: np.ndarray,
 ) -> dict[str, float]:
-    """Return the relative errors of the modulus of waves along a surface.
+    """Return the errors "thickness" and "long_waves" of a surface, see `Crystal`.
 
-    Parameters
-    ----------
-    thick, thin : LatticeGreensFunction
-        That of the surface, and that of a thinner slab.
-    cell_area : float
-        Area of an atom in the surface (length^2).
-    moduli : ndarray
-        Moduli of the bulk, a full tensor.
-
-    Returns
-    -------
-    dict
-        "thickness" and "long_waves", see `Crystal`.
+    The moduli of the bulk are a full tensor.
     """
     q = _WAVES / thick.spacing
     change = inverse_modulus(thin, q, 1.0) / inverse_modulus(thick, q, 1.0) - 1.0
@@ -85,14 +73,9 @@ def surface_errors(
 def modulus_table(
     greens: LatticeGreensFunction,
 ) -> tuple[np.ndarray, dict[str, float]]:
-    """Return the coefficients of ``1/E*`` on a square grid, and their errors.
+    """Return the coefficients of ``1/E*``, see `interpolate`, and their errors.
 
-    Returns
-    -------
-    table : ndarray
-        See `interpolate`.
-    errors : dict
-        "square" and "interpolation", see `Crystal`.
+    They are "square" and "interpolation", see `Crystal`.
     """
 
     def inverse(q: np.ndarray) -> np.ndarray:

@@ -3,38 +3,47 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from ase_roughcontact._util.files import replaced
 
-T = TypeVar("T")
+AnyStored = TypeVar("AnyStored", bound="Stored")
 
 
-def write_json(file: str | Path, kind: str, entries: dict[str, Any]) -> None:
-    """Write entries, one on each line; `kind` says what they describe."""
-    entries = {"format": _format(kind), **entries}
-    lines = (
-        f"{json.dumps(key)}: {json.dumps(value, default=np.ndarray.tolist)}"
-        for key, value in entries.items()
-    )
-    with replaced(file) as name:
-        Path(name).write_text("{\n" + ",\n".join(lines) + "\n}\n")
+class Stored:
+    """Dataclass that is kept in a file."""
 
+    _kind: ClassVar[str]
 
-def read_json(file: str | Path, kind: str, make: Callable[[dict[str, Any]], T]) -> T:
-    """Make an object of the entries in a file; raise `ValueError` if it can't be."""
-    try:
-        entries = json.loads(Path(file).read_text())
-        if entries.pop("format") != _format(kind):
-            raise ValueError("its format is another one")
-        return make(entries)
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ValueError(f"{file} is not a {kind}: {error}") from error
+    @classmethod
+    def read(cls: type[AnyStored], file: str | Path) -> AnyStored:
+        """Read a file written by `write`; `ValueError` if it is another one."""
+        try:
+            entries = json.loads(Path(file).read_text())
+            if entries.pop("format") != cls._format():
+                raise ValueError("its format is another one")
+            return cls._of(entries)
+        except (ValueError, KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"{file} is not a {cls._kind}: {error}") from error
 
+    def write(self, file: str | Path) -> None:
+        """Write a file (JSON), one entry on each line."""
+        entries = {"format": self._format(), **asdict(self)}  # type: ignore[call-overload]
+        lines = (
+            f"{json.dumps(key)}: {json.dumps(value, default=np.ndarray.tolist)}"
+            for key, value in entries.items()
+        )
+        with replaced(file) as name:
+            Path(name).write_text("{\n" + ",\n".join(lines) + "\n}\n")
 
-def _format(kind: str) -> str:
-    return f"{kind} of ase_roughcontact, version 1"
+    @classmethod
+    def _of(cls: type[AnyStored], entries: dict[str, Any]) -> AnyStored:
+        return cls(**entries)
+
+    @classmethod
+    def _format(cls) -> str:
+        return f"{cls._kind} of ase_roughcontact, version 1"

@@ -89,27 +89,9 @@ class ForceConstants:
 def relaxed_slab(
     calculator: Any, symbol: str, surface: str, a: float, layers: int
 ) -> Atoms:
-    """Return a slab of one surface cell, relaxed.
+    """Return a slab of one surface cell, relaxed, without a calculator.
 
-    Parameters
-    ----------
-    calculator : Calculator
-    symbol : str
-    surface : str
-        One of `SURFACES`.
-    a : float
-        Lattice constant (Å).
-    layers : int
-
-    Returns
-    -------
-    Atoms
-        Ordered from the surface down, periodic along the surface, without a calculator.
-
-    Raises
-    ------
-    ValueError
-        If the calculator gives no forces, or the slab does not relax.
+    It is ordered from the surface down; ``a`` is its lattice constant (Å).
     """
     build = lookup(surface, SURFACES, "surface")
     atoms = build(symbol, (1, 1, layers), a=a, vacuum=_VACUUM)[::-1]

@@ -32,20 +32,9 @@ def deformed(crystal: Atoms, gradient: np.ndarray) -> Atoms:
 
 
 def stress(calculator: Any, crystal: Atoms, axes: tuple[int, ...]) -> float:
-    """Return the mean normal stress of a bulk crystal along some axes.
+    """Return the mean normal stress of a bulk crystal along some axes (eV/Å^3).
 
-    Parameters
-    ----------
-    calculator : Calculator
-    crystal : Atoms
-        Periodic cell.
-    axes : tuple of int
-        0, 1 and 2 for x, y and z.
-
-    Returns
-    -------
-    float
-        Positive under tension (eV/Å^3).
+    It is positive under tension.
     """
     strain = np.zeros(3)
     strain[list(axes)] = _STRAIN
@@ -56,20 +45,9 @@ def stress(calculator: Any, crystal: Atoms, axes: tuple[int, ...]) -> float:
 
 
 def nominal_moduli(calculator: Any, crystal: Atoms, sublattices: int = 1) -> np.ndarray:
-    """Return the moduli of the nominal stress of a bulk crystal.
+    """Return the moduli ``A_iJkL`` of a bulk crystal, shape (3, 3, 3, 3) (eV/Å^3).
 
-    Parameters
-    ----------
-    calculator : Calculator
-    crystal : Atoms
-        Periodic cell, in which sublattices alternate.
-    sublattices : int
-        1, or 2 that are displaced relative to each other by a strain.
-
-    Returns
-    -------
-    ndarray, shape (3, 3, 3, 3)
-        ``A_iJkL`` (eV/Å^3).
+    Two sublattices, which alternate among the atoms, are displaced by a strain.
     """
     number = 6 + 3 * sublattices  # strains, and displacements of the second sublattice
     steps = _LARGE_STRAIN * np.eye(number)
@@ -90,18 +68,7 @@ def stretch_without_stress(
 ) -> float | None:
     """Return the stretch along axes at which the stress along them vanishes.
 
-    Parameters
-    ----------
-    calculator : Calculator
-    crystal : Atoms
-        Periodic cell.
-    axes : tuple of int
-        0, 1 and 2 for x, y and z.
-
-    Returns
-    -------
-    float or None
-        None if there is none up to a strain of `RANGE`.
+    It is None if there is none up to a strain of `RANGE`.
     """
 
     def stretched(stretch: float) -> float:
