@@ -22,6 +22,7 @@ from ase_roughcontact.solvers.relaxation import (
     Relaxation,
     SolverRelaxer,
     Start,
+    is_relaxed,
     starting_point,
 )
 
@@ -121,7 +122,8 @@ class ContactOptimizer(Optimizer):
         Parameters
         ----------
         fmax : float
-            Tolerance of the force on every atom (eV/Å).
+            Tolerance of the force on every atom (eV/Å). In any case the remaining force
+            is at most 1 % of the largest force of the wall on an atom.
         steps : int
             Maximum number of steps.
 
@@ -225,7 +227,7 @@ class ContactOptimizer(Optimizer):
         self.fmax, self.max_steps = fmax, self.nsteps + steps
         self._connect()
         pressure, height = self._start()
-        self._converged = self._force < fmax
+        self._converged = is_relaxed(self.contact, pressure, self._force, fmax)
         support = self.indenter.support
         self._states = self._relaxer.states(
             self.contact, support, fmax, pressure, height

@@ -32,7 +32,7 @@ from ase_roughcontact.optimize.constraints import (
     reference_stiffness,
     soft_contact_of,
 )
-from ase_roughcontact.solvers.relaxation import indenter_stiffness
+from ase_roughcontact.solvers.relaxation import indenter_stiffness, is_relaxed
 
 # Curvature of the energy in the scaled modes (eV/Å^2).
 _CURVATURE = 1.0
@@ -81,7 +81,7 @@ class FourierModes(Optimizable):
 
     def __init__(self, atoms: Atoms) -> None:
         self.atoms = atoms
-        self.evaluations = 0
+        self.evaluations, self._pressure = 0, 0.0
         self._connect()
         self._read()
 
@@ -148,10 +148,14 @@ class FourierModes(Optimizable):
         return self._norm
 
     def converged(self, gradient: np.ndarray, fmax: float) -> bool:
-        """Return whether the largest force is below `fmax`; if so, store results."""
+        """Return whether the atoms are relaxed; if so, store results.
+
+        The largest force is then below `fmax`, and at most 1 % of the largest force of
+        the wall on an atom.
+        """
         known = gradient is self._gradient
-        force = self.gradient_norm if known else self._largest_force
-        done = force(gradient) < fmax
+        force = (self.gradient_norm if known else self._largest_force)(gradient)
+        done = is_relaxed(self.contact, self._pressure, force, fmax)
         if done:
             self.atoms.get_potential_energy()
         return done
@@ -256,6 +260,7 @@ class FourierModes(Optimizable):
         height = float(self.atoms.positions[-1, 2])
         gap = contact.gap(displacement(self.atoms, self._model.grid), height)
         wall_energy, pressure = contact.wall(gap)
+        self._pressure = float(abs(pressure).max())
         wall_force = contact.halfspace.cell_area * pressure.sum()
         if contact.halfspace.periodic:
             pressure -= pressure.mean()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -13,6 +13,10 @@ from ase_roughcontact._util.kernels import max_abs
 from ase_roughcontact.contact import Contact, ContactState, State
 from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.halfspace import HalfSpace
+
+# Largest error of a relaxed state, relative to the largest force of the wall on atoms,
+# and, for rounding, in units of E* a0^2.
+_LARGEST_ERROR, _ROUNDING = 0.01, 1e-13
 
 #: Pressure on the window, shape (n, m), and height of the indenter.
 Start: TypeAlias = "tuple[np.ndarray, float]"
@@ -183,7 +187,7 @@ class SolverRelaxer:
             (pressure, height), force = start, math.inf
             height = state.height if support.fixed else height
         last, pairs, steps, message = None, 0.0, 0, ""
-        converged = force < tolerance
+        converged = is_relaxed(contact, pressure, force, tolerance)
         states = self.states(contact, support, tolerance, pressure, height)
         try:
             while not (converged or message):
@@ -213,16 +217,61 @@ class SolverRelaxer:
         pressure: np.ndarray | None,
         height: float,
     ) -> Generator[Relaxation, None, None]:
-        """Return the states of the solver, one for each step."""
+        """Yield the states of the solver, one for each step.
+
+        The solver goes on with a smaller tolerance if the one given is not small
+        compared to the forces of the wall; see `is_relaxed`.
+        """
         options = {} if self.options is None else {"options": self.options}
-        return self.solver(
-            contact,
-            height=height,
-            external=None if support.fixed else support.external,
-            start=pressure,
-            tolerance=tolerance,
-            **options,
-        )
+        relaxed = False
+        while not relaxed:
+            for state in self.solver(
+                contact,
+                height=height,
+                external=None if support.fixed else support.external,
+                start=pressure,
+                tolerance=tolerance,
+                **options,
+            ):
+                relaxed = is_relaxed(contact, state.pressure, state.error)
+                yield replace(state, converged=state.converged and relaxed)
+            if not state.converged:
+                return
+            pressure, height = state.pressure, state.height
+            tolerance = 0.5 * max(_largest_error(contact, pressure), 0.01 * state.error)
+
+
+def is_relaxed(
+    contact: Contact,
+    pressure: np.ndarray | float | None,
+    force: float,
+    tolerance: float = math.inf,
+) -> bool:
+    """Return whether the remaining force is small.
+
+    Parameters
+    ----------
+    contact : Contact
+    pressure : ndarray, shape (n, m), or float, or None
+        Pressure on the window, or its largest magnitude; None stands for zero.
+    force : float
+        Largest remaining force.
+    tolerance : float
+        The force must be smaller, and at most 1 % of the largest force of the wall on
+        an atom: a tolerance above these forces, or above the load, would be reached by
+        a surface that is not relaxed.
+
+    Returns
+    -------
+    bool
+    """
+    return force < tolerance and force <= _largest_error(contact, pressure)
+
+
+def _largest_error(contact: Contact, pressure: np.ndarray | float | None) -> float:
+    pressure = 0.0 if pressure is None else float(np.abs(pressure).max())
+    least = _ROUNDING * contact.halfspace.contact_modulus
+    return contact.halfspace.cell_area * max(_LARGEST_ERROR * pressure, least)
 
 
 class StartingPoint(NamedTuple):

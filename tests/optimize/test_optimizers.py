@@ -153,6 +153,29 @@ def test_second_run_continues_the_first(solver):
     assert largest_force(dynamics.atoms) < 1.1e-9
 
 
+@pytest.mark.parametrize("fmax", [0.05, 10.0])
+def test_load_below_the_tolerance_is_carried(solver, fmax):
+    atoms = make_atoms(WALLS[solver], depth=-0.1, load=0.02, fixed=False)
+    assert solver(atoms, logfile=None).run(fmax=fmax)
+    assert_allclose(atoms.calc.state(atoms).normal_force, 0.02, rtol=0.01)
+
+
+def test_load_below_the_tolerance_is_carried_by_the_optimizers_of_ase():
+    atoms = make_atoms(depth=1e-3, load=0.02, fixed=False)
+    assert LBFGS(FourierModes(atoms), alpha=1.0, logfile=None).run()
+    assert_allclose(atoms.calc.state(atoms).normal_force, 0.02, rtol=0.01)
+
+
+@pytest.mark.parametrize("depth", [1e-9, 1e-7, 9e-7, 1e-5, 0.01])
+def test_contact_below_the_tolerance_is_relaxed(solver, depth):
+    forces = []
+    for fmax in (0.05, 1e-6 * depth):
+        atoms = make_atoms(WALLS[solver], depth=depth)
+        assert solver(atoms, logfile=None).run(fmax=fmax)
+        forces.append(atoms.calc.state(atoms).normal_force)
+    assert_allclose(forces[0], forces[1], rtol=0.04)
+
+
 def test_second_run_uses_a_new_load(solver):
     atoms = make_atoms(WALLS[solver], fixed=False, load=1.0)
     dynamics = solver(atoms)

@@ -118,6 +118,18 @@ def test_step_starts_from_the_last_state():
     assert again.iterations == 0
 
 
+@pytest.mark.parametrize("penetration", [1e-12, 1e-8, 9e-7, 1.1e-6])
+def test_small_penetration_of_a_hard_wall_is_that_of_one_atom(penetration):
+    sphere = RoughSphere(100.0)
+    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0, HardWall())
+    (step,) = load_path(atoms, [penetration])
+    halfspace = contact_of(atoms).halfspace
+    stiffness = halfspace.cell_area / halfspace.self_compliance
+    assert step.normal_force == pytest.approx(stiffness * penetration, rel=1e-3)
+    assert step.repulsive_atoms == 1 and step.converged
+
+
 # Files
 
 
