@@ -327,7 +327,9 @@ class Contact:
     ) -> np.ndarray:
         """Return a pressure where atoms touch a hard wall, else the attraction."""
         excess = pressure - attraction
-        touches = gap <= _HARD_GAP * self.halfspace.spacing
+        touches = gap <= np.minimum(
+            self.halfspace.self_compliance * excess, _HARD_GAP * self.halfspace.spacing
+        )
         touches &= excess > _HARD_PRESSURE * max(excess.max(), 0.0)
         return np.where(touches, pressure, attraction)
 

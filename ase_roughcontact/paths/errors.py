@@ -6,10 +6,11 @@ They add up from three sources:
   relaxed contact by a unit of height, the forces :math:`f_i` and gaps :math:`g_i` that
   the relaxation leaves change the normal force to first order by
 
-  .. math:: \delta N = \sum_i f_i\,(1 - \lambda_i), \qquad
-            \delta N = a_0^2 \sum_{p > 0} x_i\, g_i
+  .. math:: \delta N = \sum_i f_i\,(1 - \lambda_i)
+            + a_0^2 \sum_\text{touching} x_i\, g_i,
 
-  under soft and hard walls.
+  the second sum under hard walls only. Atoms that these forces and gaps could open or
+  close there, with the self-compliance of an atom, are an error of the area.
 - *Grid*, if the continuum is asked for. Errors of the area are those of
   `edge_error` or `grid_error`. At a given height the error of the force is about
 
@@ -126,7 +127,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     shift = _cell_shift(step)
     if step.continuum:
         shift += _grid_height(step, softness)
-    area = _cell_area(step) + _area_change(step, relaxation)
+    area = _cell_area(step) + _area_change(step, relaxation) + _undecided_area(step)
     if step.continuum:
         area += continuum_area_error(step)
     if step.control == "loads":
@@ -191,16 +192,33 @@ def _relaxation(step: RelaxedContact) -> float:
     state, response = step.state, step.response
     if np.isinf(response.force):  # full contact of a hard wall: no atom can open
         change = 0.0
-    elif step.contact.interaction.hard:
-        change = state.cell_area * np.sum(
-            response.pressure * state.gap, where=state.contact
-        )
     else:
         n, m = state.gap.shape
         forces = state.forces[:n, :m]
         change = np.sum(forces * (1.0 - response.gap))
+        if step.contact.interaction.hard:
+            change += state.cell_area * np.sum(
+                response.pressure * state.gap, where=state.contact
+            )
     rounding = _ROUNDING * state.cell_area * abs(state.pressure).sum()
     return abs(float(change)) + float(rounding)
+
+
+def _undecided_area(step: RelaxedContact) -> float:
+    """Return the area of atoms that the remaining forces and gaps could move (Å^2).
+
+    That is, into contact with a hard wall or out of it.
+    """
+    contact, state = step.contact, step.state
+    if not contact.interaction.hard:
+        return 0.0
+    (n, m), area = state.gap.shape, state.cell_area
+    forces, compliance = state.forces[:n, :m], contact.halfspace.self_compliance / area
+    attraction = contact.wall(np.maximum(state.gap, 0.0))[1]
+    reaction = area * (state.pressure - attraction) + forces
+    error = compliance * float(abs(forces).max()) + step.gap_error
+    margin = abs(compliance * reaction - state.gap)
+    return area * float(np.count_nonzero(margin <= error)) if error else 0.0
 
 
 def _grid_height(step: RelaxedContact, softness: float) -> float:

@@ -75,14 +75,6 @@ def size_of(text: str) -> int:
     return math.prod(map(int, text.split("x")))
 
 
-def _gap_error(step: RelaxedStep) -> float:
-    if not step.contact.interaction.hard:
-        return 0.0
-    state, gap = step.state, step.state.gap
-    closed = gap[state.contact].max(initial=0.0)
-    return float(max(closed, -gap[~state.plastic].min(initial=0.0)))
-
-
 def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
     if step.edge_area is not None:
@@ -220,13 +212,14 @@ class LoadStep:
         "eV/Å",
     )
     gap_error: float = column(
-        _gap_error,
+        lambda s: s.gap_error,
         "for a hard wall, the largest gap of an atom in contact, or overlap of one out "
         "of plastic contact; otherwise zero",
         "Å",
     )
     converged: bool = column(
-        lambda s: s.statistics.converged, "whether the optimizer reached its tolerance"
+        lambda s: s.statistics.converged,
+        "whether the optimizer has converged, and forces and gaps confirm it",
     )
     message: str = column(lambda s: s.statistics.message, "why it did not, else empty")
     validity: str = column(

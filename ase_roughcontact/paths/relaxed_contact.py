@@ -69,6 +69,15 @@ class RelaxedContact:
         """Whether the wall repels an atom."""
         return self.state.repulsive_atoms > 0
 
+    @property
+    def gap_error(self) -> float:
+        """Largest gap in contact with a hard wall, or overlap not plastic (Å)."""
+        if not self.contact.interaction.hard:
+            return 0.0
+        state, gap = self.state, self.state.gap
+        closed = gap[state.contact].max(initial=0.0)
+        return float(max(closed, -gap[~state.plastic].min(initial=0.0)))
+
     @cached_property
     def perimeter(self) -> float:
         """Length of the boundary of the contact along the lines of the grid (Å)."""

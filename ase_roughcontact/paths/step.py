@@ -32,6 +32,9 @@ from ase_roughcontact.windows.options import WindowOptions
 CONTROLS = ("penetrations", "heights", "loads")
 # A load counts as not carried if rounding leaves more than this part of it.
 _UNCARRIED_PART = 0.1
+# A step has not converged if a force, or the force that would close a gap, is above the
+# first times the tolerance plus the second, for rounding, times all forces of the wall.
+_EXCESS, _ROUNDING = 2.0, 1e-13
 
 
 class Relaxer(Protocol):
@@ -287,6 +290,7 @@ class Stepper:
             lost_slope=self.options.lost_slope,
             coarse_area=coarse_area,
         )
+        _check_residuals(relaxed)
         if statistics.converged:
             self._extrapolation.add(self.contact, target, run.fields, run.state.height)
         return relaxed
@@ -359,3 +363,17 @@ class Stepper:
                 f"a load of {load:.3g} is below the rounding of forces: "
                 f"{run.unbalanced:.3g} of it is not carried"
             )
+
+
+def _check_residuals(relaxed: RelaxedStep) -> None:
+    """Mark a step whose forces or gaps are above the tolerance as not converged."""
+    statistics, halfspace, state = relaxed.statistics, relaxed.halfspace, relaxed.state
+    stiffness = halfspace.cell_area / halfspace.self_compliance
+    left = max(relaxed.run.max_force, stiffness * relaxed.gap_error)
+    rounding = _ROUNDING * state.cell_area * float(abs(state.pressure).sum())
+    if statistics.converged and not left <= _EXCESS * statistics.tolerance + rounding:
+        statistics.converged = False
+        statistics.message = (
+            f"a force of {left:.3g} remains, more than the tolerance of "
+            f"{statistics.tolerance:.3g}, although the optimizer has converged"
+        )

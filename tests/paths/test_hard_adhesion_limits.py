@@ -1,4 +1,4 @@
-"""Smooth spheres with hard adhesive walls against DMT, Maugis-Dugdale and JKR."""
+"""Hard adhesive walls against DMT, Maugis-Dugdale, JKR and the plain hard wall."""
 
 import numpy as np
 import pytest
@@ -6,9 +6,11 @@ from loop_areas import zero_load_area
 
 from ase_roughcontact import (
     DugdaleWall,
+    HardWall,
     PowerLawWall,
     RoughContact,
     RoughSphere,
+    SelfAffine,
     adhesion_loop,
     load_path,
     substrate,
@@ -91,3 +93,48 @@ def test_dugdale_wall_tends_to_the_pull_off_of_jkr():
 def test_pull_off_is_within_a_percent_of_jkr_at_a_resolved_range():
     """The zone of tension has 7.9 a0, Maugis' parameter is 3.7."""
     assert pull_off(3500.0, 0.1, 1.0) == pytest.approx(-1.5, rel=0.01)
+
+
+def steps_of_a_flat(slope, part, tension, seed, n=32, **options):
+    """Return steps of a flat under a constant tension, and without, at one height.
+
+    In a periodic cell a constant tension changes only the mean pressure.
+    """
+    flat = SelfAffine(slope, 0.8, 4.0, n, domain=n, seed=seed)
+    heights = flat.heights((n, n), 1.0)
+    reach = max(1.0, 5.0 * slope * n)  # beyond all gaps
+    steps = []
+    for wall in (DugdaleWall(tension * reach, reach), HardWall()):
+        atoms = substrate("Cu", (n, n), flat, spacing=1.0, periodic=True)
+        atoms.calc = RoughContact(flat, 1.0, wall)
+        options |= {"validity": "ignore"}
+        steps += load_path(atoms, [part * (heights.mean() - heights.min())], **options)
+        options = {"accuracy": 1e-9}
+    return steps
+
+
+@pytest.mark.parametrize("slope", [1e-6, 1e-5, 1e-4, 1e-2, 0.5])
+def test_contact_on_small_slopes_is_that_of_the_hard_wall(slope):
+    attracted, hard = steps_of_a_flat(slope, 0.6, 0.02, seed=1)
+    assert attracted.converged
+    difference = abs(attracted.repulsive_atoms - hard.repulsive_atoms)
+    assert difference <= 2.0 * attracted.area_error
+    assert attracted.area_error < 1e-3 or slope < 1e-5
+
+
+@pytest.mark.slow  # six hundred pairs of states
+def test_contact_on_any_slope_is_that_of_the_hard_wall():
+    errors = []
+    for seed in range(600):
+        rng = np.random.default_rng(seed)
+        slope, tension = 10 ** rng.uniform(-6, 0), 10 ** rng.uniform(-3, -1)
+        n, part = int(rng.choice([16, 32])), rng.uniform(0.1, 0.95)
+        attracted, hard = steps_of_a_flat(slope, part, tension, seed, n)
+        assert attracted.converged
+        difference = abs(attracted.repulsive_atoms - hard.repulsive_atoms)
+        assert difference <= 2.0 * attracted.area_error
+        force = attracted.normal_force + tension * n * n
+        error = abs(force - hard.normal_force) - 1e-12 * tension * n * n
+        errors.append(error <= 2.0 * attracted.force_error)
+        assert attracted.area_error < 0.5 or slope < 1e-4
+    assert np.mean(errors) >= 0.9

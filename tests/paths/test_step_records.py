@@ -6,13 +6,17 @@ from ase.constraints import Hookean
 from ase.optimize import LBFGS
 
 from ase_roughcontact import (
+    ActiveSet,
+    ExponentialWall,
     HardWall,
     LennardJones93,
+    PlasticWall,
     RoughContact,
     RoughSphere,
     load_path,
     substrate,
 )
+from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.paths.accuracy import accuracy_of
 
 SPHERE = RoughSphere(20.0)
@@ -24,6 +28,7 @@ WALLS = {
     "adhesive": LennardJones93.adhesive(MODULUS, SPACING, 0.05),
     "full": LennardJones93.full(SPACING, 0.05, cutoff=4.0 * SPACING),
 }
+OTHERS = {"plastic": PlasticWall(0.1), "exponential": ExponentialWall(0.02, 1.0)}
 SOFT = [name for name in WALLS if name != "hard"]
 
 
@@ -31,7 +36,7 @@ def make_atoms(wall, periodic=False, shape=(20, 16), **options):
     atoms = substrate(
         "Cu", shape, SPHERE, spacing=SPACING, periodic=periodic, **options
     )
-    atoms.calc = RoughContact(SPHERE, MODULUS, WALLS[wall])
+    atoms.calc = RoughContact(SPHERE, MODULUS, (WALLS | OTHERS)[wall])
     return atoms
 
 
@@ -139,6 +144,28 @@ def test_the_gap_error_of_a_hard_wall_is_the_largest_gap_or_overlap(steps, large
     }
     assert record.converged == (steps > 1)
     assert record.gap_error == max(errors.values()) == errors[larger] > 0.0
+
+
+@pytest.mark.parametrize("wall", [*WALLS, "plastic", "exponential"])
+@pytest.mark.parametrize("relaxes", [True, False])
+def test_a_step_has_converged_only_if_its_forces_are_small(wall, relaxes):
+    class Claimed(default_optimizer((WALLS | OTHERS)[wall])):
+        def run(self, fmax, steps):
+            return super().run(fmax, steps) if relaxes else True
+
+    atoms = make_atoms(wall, fixed=False, height=SPACING)
+    record = relaxed(atoms, optimizer=Claimed, loads=[0.3])
+    assert record.converged == (record.max_force <= record.tolerance) == relaxes
+    assert bool(record.message) != relaxes
+
+
+def test_a_step_of_a_hard_wall_has_converged_only_if_its_gaps_are_small():
+    class Loose(ActiveSet):
+        def run(self, fmax, steps):
+            return super().run(fmax, steps=1) or True
+
+    record = relaxed(make_atoms("hard"), optimizer=Loose, heights=[-1.0])
+    assert record.gap_error > 1e-3 and not record.converged
 
 
 def test_the_gap_error_of_a_soft_wall_is_zero(periodic):
