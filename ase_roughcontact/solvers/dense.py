@@ -105,7 +105,9 @@ class DenseContact:
             near |= pressure != 0.0
             atoms = near.ravel().nonzero()[0]
             q = pressure.take(atoms)
-            contact_gap, p, stiffness = wall.inverse(np.maximum(q, 0.0))
+            # with a hard wall only the tension of an atom decides that it leaves
+            pushes = q if wall.hard else np.maximum(q, 0.0)
+            contact_gap, p, stiffness = wall.inverse(pushes)
             overlap = contact_gap - gap.take(atoms)
             least = np.minimum(stiffness, 1.0 / halfspace.self_compliance)
             held = p + least * overlap > 0.0

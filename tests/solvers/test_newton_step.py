@@ -142,6 +142,19 @@ def test_dense_matrices_solve_a_contact(wall, support):
         assert found.pressure.sum() == pytest.approx(expected, abs=1e-9)
 
 
+def test_rounding_does_not_change_which_atoms_leave_a_contact(rng):
+    pairs = set()
+    for _ in range(20):
+        heights = CAP + 1e-15 * rng.standard_normal(CAP.shape)
+        contact = scene(HardWall(), heights=heights)
+        zero, height = np.zeros((12, 12)), contact.first_contact - 0.2
+        dense = DenseContact(contact, 144)
+        found = dense.solve(zero, zero, height, lambda _: (0.0, 3.0), 1e-10)
+        assert found.converged
+        pairs.add(contact.halfspace.pairs)
+    assert len(pairs) == 1
+
+
 def test_dense_matrices_do_not_solve_contacts_of_too_many_atoms():
     contact = scene(heights=CAP)
     zero, height = np.zeros((12, 12)), contact.first_contact - 0.2
