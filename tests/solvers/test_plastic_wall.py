@@ -230,6 +230,37 @@ def test_at_most_100_pairs_on_small_grids(part):
     assert pairs <= 100
 
 
+@pytest.mark.parametrize("seed", [23, 52, 193, 199, 306])
+def test_at_most_86_pairs_from_random_starts(seed):
+    rng = np.random.default_rng(seed)
+    n, periodic = int(rng.choice([8, 12, 16])), rng.random() < 0.6
+    slope, domain = 10 ** rng.uniform(-1.5, 0), 12.0 if n == 12 else n
+    flat = SelfAffine(slope, 0.8, 4.0, 8.0, domain=domain, seed=seed)
+    hardness = slope * 10 ** rng.uniform(-2, 1)
+    contact = contact_of(
+        flat.heights((n, n), 1.0), PlasticWall(hardness), periodic=periodic
+    )
+    load = rng.uniform(0.02, 0.98) * hardness * n * n
+    random = hardness * rng.random((n, n)) if rng.random() >= 0.5 else None
+    state, pairs = solve(contact, load, start=random, tolerance=1e-8 * hardness)
+    assert_optimal(contact, state, load)
+    assert pairs <= 86
+
+
+@pytest.mark.parametrize("depth", [1e-4, -1e-3])
+@pytest.mark.parametrize("seed", range(6))
+def test_full_contact_at_a_height_takes_few_pairs(seed, depth):
+    """Just below the height of a full contact some atoms flow, above some open."""
+    heights = SelfAffine(0.1, 0.8, 4.0, 8.0, domain=8.0, seed=seed).heights((8, 8), 1.0)
+    contact = contact_of(heights, PlasticWall(1.0), periodic=True)
+    full = contact.halfspace.elastic_pressure(heights - heights.mean())
+    height = -heights.mean() - depth * np.ptp(heights)
+    start = full - full.min()
+    state, pairs = solve(contact, height=height, start=start, tolerance=1e-8)
+    assert_optimal(contact, state)
+    assert pairs <= 60
+
+
 # Starts and extremes
 
 
