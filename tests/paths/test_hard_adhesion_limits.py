@@ -125,7 +125,7 @@ def test_contact_on_small_slopes_is_that_of_the_hard_wall(slope):
 @pytest.mark.slow  # six hundred pairs of states
 @pytest.mark.filterwarnings("ignore:work_of_adhesion")  # of a long range
 def test_contact_on_any_slope_is_that_of_the_hard_wall():
-    errors = []
+    known, decided = [], []
     for seed in range(600):
         rng = np.random.default_rng(seed)
         slope, tension = 10 ** rng.uniform(-6, 0), 10 ** rng.uniform(-3, -1)
@@ -136,6 +136,6 @@ def test_contact_on_any_slope_is_that_of_the_hard_wall():
         assert difference <= 2.0 * attracted.area_error
         force = attracted.normal_force + tension * n * n
         error = abs(force - hard.normal_force) - 1e-12 * tension * n * n
-        errors.append(error <= 2.0 * attracted.force_error)
-        assert attracted.area_error < 0.5 or slope < 1e-3
-    assert np.mean(errors) >= 0.9
+        known.append(error <= 2.0 * attracted.force_error)
+        decided.append(attracted.area_error < 0.5 or slope < 1e-4)
+    assert np.mean(known) >= 0.9 and np.mean(decided) >= 0.95
