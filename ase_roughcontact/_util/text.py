@@ -3,7 +3,7 @@
 from datetime import timedelta
 
 _YEAR = 365.25 * 86400.0
-# Times from which on their days are of no interest (s).
+# Times above which their days are of no interest (s).
 _LONG = 100.0 * _YEAR
 
 

@@ -1,4 +1,4 @@
-"""ASE calculator: atoms of a slab on an elastic half crystal."""
+"""ASE calculator: atoms of a slab on an elastic semi-infinite crystal."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ase_roughcontact.foundation.surface import CrystalSurface
 
 
 class ElasticFoundation(Calculator):
-    r"""Slab of atoms with any calculator, on the half crystal that it is cut from.
+    r"""Slab of atoms with any calculator on the crystal that it is cut from.
 
     The layers below the slab are replaced by their elastic response. With the energy
     :math:`U_\text{calc}` of the user's calculator and the displacement :math:`u_B` of
@@ -26,9 +26,9 @@ class ElasticFoundation(Calculator):
     .. math:: U = U_\text{calc}(x) - f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B .
 
     :math:`f_B` cancels the forces that are due to the cut, and :math:`D` is such that
-    the Hessian of :math:`U` at rest is that of the half crystal. The layers above are
-    free to do what their calculator says: to be displaced by more than a harmonic
-    crystal allows, to glide, to carry other atoms.
+    the Hessian of :math:`U` at rest is that of the semi-infinite crystal. The layers
+    above are free to do what their calculator says: to be displaced by more than a
+    harmonic crystal allows, to slip, to carry other atoms.
 
     The energy does not change when all atoms are displaced by the same vector. A load
     on the surface must therefore be balanced: `hold`, which `crystal_slab` does by
@@ -50,8 +50,8 @@ class ElasticFoundation(Calculator):
     Attributes
     ----------
     coupled_layers : int
-        Number of layers, from below, that the half crystal acts on. Their atoms must
-        stay near their lattice sites.
+        Number of layers, from below, that the semi-infinite crystal acts on. Their
+        atoms must stay near their lattice sites.
 
     Raises
     ------
@@ -62,9 +62,9 @@ class ElasticFoundation(Calculator):
 
     Notes
     -----
-    The response of the half crystal is the static one: in molecular dynamics the energy
-    is conserved, but waves that are longer than the slab is thick are faster than those
-    of the crystal, and are not carried away. Stress and free boundaries along the
+    The response of the semi-infinite crystal is the static one: in molecular dynamics
+    the energy is conserved, but waves longer than the thickness of the slab are faster
+    than in the crystal, and are not carried away. Stress and free boundaries along the
     surface are not supported.
 
     Atoms of the number zero (symbol X), such as the indenter of `RigidIndenter`, are
@@ -103,7 +103,7 @@ class ElasticFoundation(Calculator):
 
     @property
     def coupled_layers(self) -> int:
-        """Number of layers, from below, that the half crystal acts on."""
+        """Number of layers, from below, that the semi-infinite crystal acts on."""
         return self.coupling.layers
 
     def all_sites(self) -> Sites:

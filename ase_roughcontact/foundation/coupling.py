@@ -1,13 +1,13 @@
-r"""Forces of an elastic half crystal on the lowest layers of a slab of atoms.
+r"""Forces of an elastic semi-infinite crystal on the lowest layers of a slab of atoms.
 
 The atoms :math:`B` that feel the cut below the slab carry
 
 .. math:: \Delta U = -f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B, \qquad
-          D = H_\text{half crystal} - H_\text{slab},
+          D = H_\text{crystal} - H_\text{slab},
 
-in which the half crystal is condensed onto the slab, :math:`f_B` is minus the force
-that the slab's own calculator gives at rest, and the product with :math:`D` is one of
-matrices of the layers for each wave vector.
+in which the semi-infinite crystal is condensed onto the slab, :math:`f_B` is minus the
+force that the slab's own calculator gives at rest, and the product with :math:`D` is one
+of matrices of the layers for each wave vector.
 
 References
 ----------
@@ -34,7 +34,7 @@ _CHUNK = 256
 
 
 class Coupling:
-    """Energy and forces of the half crystal below a periodic slab.
+    """Energy and forces of the semi-infinite crystal below a periodic slab.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from ase_roughcontact.topography import BoundedSurface, Surface
 
 # Samples of the shape per spacing, between which it is interpolated.
 _SAMPLES = 4
-# Fraction of the cell from which on an atom is at its border.
+# Fraction of the cell beyond which an atom is at its border.
 _BORDER = 0.49
 _ROUNDING = 1e-9
 # Change of slope across the border up to which an indenter is periodic.

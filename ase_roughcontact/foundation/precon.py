@@ -1,4 +1,4 @@
-"""The elastic half crystal as a preconditioner for ASE's optimizers."""
+"""The elastic semi-infinite crystal as a preconditioner for ASE's optimizers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _HELD = 1e3
 
 
 class FoundationPrecon(Precon):
-    """Stiffness of the explicit layers at rest, on the half crystal below them.
+    """Stiffness of the explicit layers at rest, on the crystal below them.
 
     It is a matrix of the layers for each wave vector. Other atoms are multiplied by a
     constant. With it, the number of steps does not increase with the size of the cell.

@@ -14,7 +14,7 @@ _CELL = 1e-4
 # Largest distance of atoms from their sites, and of displacements of neighbours, in
 # spacings: a site that belongs to another stacking is at least 0.5 spacings away.
 _SITE = 0.3
-# Displacement, in spacings, from which on the atom may be that of another site.
+# Displacement, in spacings, beyond which the atom may be that of another site.
 _OTHER_SITE = 0.7
 # Largest mean displacement of a layer relative to the one below it, in spacings.
 _LAYER = 0.1

@@ -25,7 +25,7 @@ _VACUUM = 10.0  # on both sides of a slab (Å)
 
 @dataclass(frozen=True, eq=False)
 class CrystalSurface(Stored):
-    """Half crystal with a relaxed surface, in the harmonic approximation.
+    """Semi-infinite crystal with a relaxed surface, in the harmonic approximation.
 
     It is made by `from_calculator` or `read`.
 

@@ -28,7 +28,7 @@ class Interaction(ABC):
     Attributes
     ----------
     cutoff : float
-        Gap from which on energy, pressure and stiffness are zero (length).
+        Gap above which energy, pressure and stiffness are zero (length).
     contact_distance : float
         Gap below which the wall is repulsive (length); an atom closer than this is in
         contact.

@@ -139,7 +139,7 @@ class _CutTail(HardAdhesiveWall):
 
     @property
     def cutoff(self) -> float:  # type: ignore[override]
-        """Gap from which on the wall is zero."""
+        """Gap beyond which the wall is zero."""
         return self.relative_cutoff * self.attraction_range
 
     def __post_init__(self) -> None:
@@ -181,7 +181,7 @@ class ExponentialWall(_CutTail):
     attraction_range : float
         D (length).
     relative_cutoff : float
-        Gap from which on the wall is zero, in units of D. At the default of 10 the
+        Gap beyond which the wall is zero, in units of D. At the default of 10 the
         tension that is cut off is 5e-5 of the largest one. At least 0.01.
 
     Raises
@@ -225,7 +225,7 @@ class PowerLawWall(_CutTail):
         n: 2 for van der Waals forces between two half spaces, 3 (the default) between a
         half space and a layer of atoms, as in the 9-3 wall.
     relative_cutoff : float
-        Gap from which on the wall is zero, in units of D. At the default of 20 the
+        Gap beyond which the wall is zero, in units of D. At the default of 20 the
         energy of the exponent 3 has fallen to 0.2 % of w.
 
     Raises

@@ -78,7 +78,7 @@ class LocalWall:
 
     @property
     def cutoff(self) -> float:
-        """Gap from which on the wall is zero."""
+        """Gap beyond which the wall is zero."""
         return self.interaction.cutoff
 
     def with_reaction(

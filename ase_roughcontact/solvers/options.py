@@ -20,7 +20,7 @@ class NewtonKrylovOptions:
     coarse_steps : int
         Maximum number of steps on a coarse grid.
     max_load_change : float
-        Change of a repulsive wall's load, relative to the new one, from which on a
+        Change of a repulsive wall's load, relative to the new one, above which a
         start on coarser grids replaces the given start.
     max_indenter_move : float
         The same for walls with attraction: the distance by which the change of load
@@ -122,7 +122,7 @@ class ActiveSetOptions:
     coarse_gap : float
         The same on coarse grids.
     full_contact : float
-        Part of the atoms whose pressure in a full contact is positive from which on
+        Part of the atoms whose pressure in a full contact is positive above which
         this pressure is the start.
     largest_crop : float
         Largest part of the window for which a half space of its own is made.

@@ -11,7 +11,7 @@ _GRID_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0
 _ERROR_PER_CORRECTION = 0.25
 # The same of an area extrapolated from two grids, on the finer one.
 _ERROR_OF_LIMIT = 0.1
-# Area per point, in units of the squared softness of a wall, from which on the area is
+# Area per point, in units of the squared softness of a wall, above which the area is
 # wrong by half the correction for a hard one. At spacings of 1, 2 and 4 times the
 # softness it was by 0.2, 0.3 and 0.5 of it on rough spheres, 0.4, 0.7 and 0.9 on a
 # smooth one.

@@ -1,4 +1,4 @@
-"""Accuracy, steps and cost of atoms on an elastic half crystal.
+"""Accuracy, steps and cost of atoms on an elastic semi-infinite crystal.
 
     python examples/benchmarks/foundation.py accuracy steps cost
 

@@ -3,7 +3,7 @@ Atoms under a sphere
 ====================
 
 The atoms of a copper surface are explicit, with a calculator of ASE, on the elastic
-half crystal below them. A sharp sphere presses into them, until the atoms glide.
+semi-infinite crystal below them. A sharp sphere presses into them, until the atoms slip.
 The elastic model, the same crystal without explicit atoms, does not know of that.
 """
 
@@ -74,7 +74,7 @@ for depth in depths:
 change = neighbours() - at_rest
 with style():
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3), layout="constrained")
-    left.plot(depths, expected, label="elastic half crystal")
+    left.plot(depths, expected, label="elastic semi-infinite crystal")
     left.plot(depths, forces, "o-", label="explicit atoms")
     left.set(xlabel="depth (Å)", ylabel="load (eV/Å)")
     left.legend()

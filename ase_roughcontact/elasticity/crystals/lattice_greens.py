@@ -215,7 +215,7 @@ def _blocks(blocks: list[list[np.ndarray]]) -> np.ndarray:
 
 
 def _decimated(within: np.ndarray, below: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """Return the stiffness of the first principal layer of a half crystal."""
+    """Return the stiffness of the first principal layer of a semi-infinite crystal."""
     surface = within
     for _ in range(_MOST_STEPS):
         if abs(below).max() <= _DECOUPLED * abs(within).max():
