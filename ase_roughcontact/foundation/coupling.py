@@ -5,9 +5,9 @@ The atoms :math:`B` that feel the cut below the slab carry
 .. math:: \Delta U = -f_B \cdot u_B + \tfrac12\, u_B \cdot D\, u_B, \qquad
           D = H_\text{crystal} - H_\text{slab},
 
-in which the semi-infinite crystal is condensed onto the slab, :math:`f_B` is minus the
-force that the slab's own calculator gives at rest, and the product with :math:`D` is one
-of matrices of the layers for each wave vector.
+in which the crystal is condensed onto the slab, :math:`f_B` is minus the force that the
+slab's own calculator gives at rest, and the product with :math:`D` is one of matrices
+of the layers for each wave vector.
 
 References
 ----------

@@ -3,8 +3,8 @@ Atoms under a sphere
 ====================
 
 The atoms of a copper surface are explicit, with a calculator of ASE, on the elastic
-semi-infinite crystal below them. A sharp sphere presses into them, until the atoms slip.
-The elastic model, the same crystal without explicit atoms, does not know of that.
+crystal below them. A sharp sphere presses into them, until the atoms slip. The elastic
+model, the same crystal without explicit atoms, does not include slip.
 """
 
 import matplotlib.pyplot as plt
@@ -23,7 +23,7 @@ SLAB = {"layers": 11, "size": 7}
 
 # %%
 # The sphere is beside a symmetric place, so that the atoms under it can choose a
-# direction of glide.
+# direction of slip.
 
 sphere = rough.RoughSphere(radius=5.0)
 surface = rough.CrystalSurface.from_calculator(EMT(), "Cu", **SLAB)
