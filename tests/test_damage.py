@@ -9,11 +9,11 @@ from dataclasses import asdict, replace
 import pytest
 from ase.cli.main import main as ase
 from ase.constraints import FixAtoms, Hookean
-from ase.io import Trajectory, read, ulm
+from ase.io import Trajectory, read
 
 from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
 from ase_roughcontact.cli import main
-from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
+from ase_roughcontact.paths.trajectory import read_frames, read_steps
 from ase_roughcontact.scene import Scene
 
 SCENE = Scene.parse("""
@@ -125,29 +125,12 @@ def test_frames_before_a_damaged_one_are_kept_as_the_message_says(folder, whole)
     assert steps[:2] == whole[1][:2] and len(steps) == 4
 
 
-def test_a_damaged_version_field_is_an_error_whose_advice_saves_all_frames(
-    folder, whole
-):
-    movie, new = folder / "sweep.traj", folder / "new.traj"
+def test_a_damaged_version_field_changes_nothing(folder, whole):
+    movie = folder / "sweep.traj"
     data = bytearray(movie.read_bytes())
     data[24] ^= 4
     movie.write_bytes(data)
-    with pytest.raises(ValueError, match=r"header of .* is damaged") as error:
-        next(SCENE.run(folder))
-    assert f"'ase convert {movie} new.traj'" in str(error.value)
-    ase(args=["convert", str(movie), str(new)])
-    os.replace(new, movie)
     assert list(SCENE.run(folder)) == whole[1]
-
-
-def test_a_header_that_counts_too_few_frames_is_an_error(folder):
-    movie = folder / "sweep.traj"
-    data = bytearray(movie.read_bytes())
-    for count in (0, 2, 3):
-        data[32] = count
-        movie.write_bytes(data)
-        with pytest.raises(ValueError, match=f"it counts {count} frames, but has more"):
-            next(SCENE.run(folder))
 
 
 @pytest.mark.filterwarnings("default")
@@ -191,12 +174,12 @@ def resume(folder, count=4):
     return list(scene.relax(keep="last", resume=True, **files))
 
 
-def test_lines_of_a_table_that_were_changed_are_an_error(tmp_path):
+def test_lines_of_a_table_that_are_of_other_steps_are_an_error(tmp_path):
     resume(tmp_path, 2)
     table = tmp_path / "all.csv"
-    changed = table.read_bytes().replace(b"\n0,", b"\n0,1", 1)
+    changed = table.read_bytes().replace(b"\n0,", b"\n3,", 1)
     table.write_bytes(changed)
-    with pytest.raises(ValueError, match=r"first 2 lines of .*all\.csv are not"):
+    with pytest.raises(ValueError, match=r"first 1 lines of .*all\.csv are not"):
         resume(tmp_path)
     assert table.read_bytes() == changed
 
@@ -232,6 +215,7 @@ def numbers(steps):
     return [asdict(replace(step, seconds=0.0)) for step in steps]
 
 
+@pytest.mark.filterwarnings("ignore:the last .* frames of:RuntimeWarning")
 @pytest.mark.parametrize(
     "seed, count", [(1, 60), pytest.param(2, 1000, marks=pytest.mark.slow)]
 )
@@ -244,7 +228,7 @@ def test_random_damage_is_named_or_changes_nothing(whole, tmp_path, seed, count)
         data = damaged(file.read_bytes(), rng)
         file.write_bytes(data)
         try:
-            kept = count_steps(folder / "sweep.traj")
+            kept = len(list(read_steps(folder / "sweep.traj")))
             found = list(SCENE.run(folder))
         except ValueError as error:
             assert str(file) in str(error)
@@ -254,7 +238,3 @@ def test_random_damage_is_named_or_changes_nothing(whole, tmp_path, seed, count)
             for one, other in zip(found, steps, strict=True):
                 assert one.normal_force == pytest.approx(other.normal_force, rel=1e-3)
         shutil.rmtree(folder)
-
-
-def test_a_trajectory_has_the_format_that_is_checked():
-    assert ulm.VERSION == 3

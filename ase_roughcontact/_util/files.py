@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import fcntl
 import os
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, Any
@@ -146,6 +147,55 @@ def named_in_errors(file: PathName) -> Iterator[None]:
         full = f"the disk is full, or a limit of sizes reached ({error})"
         cause = error.strerror or full
         raise OSError(f"can't write {os.fspath(file)}: {cause}") from error
+
+
+@contextmanager
+def table_writer(
+    file: PathName, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]
+) -> Iterator[Callable[[Mapping[str, Any]], None]]:
+    """Replace a CSV file by a new one, to which further rows are written.
+
+    Parameters
+    ----------
+    file : path
+        A symbolic link is refused.
+    columns : sequence of str
+    rows : iterable of mapping
+        First rows, with values by column. They may be read from the old file; missing
+        values are empty, others are left out.
+
+    Yields
+    ------
+    callable
+        Writes a row at once.
+    """
+    refuse_link(file)
+    with closed_at_end(file) as stack:
+        with replaced(file) as new:
+            text = open_file(new, "w", newline="", encoding="utf-8")
+            opened = stack.enter_context(text)
+            table = csv.DictWriter(opened, columns, extrasaction="ignore")
+            table.writeheader()
+            table.writerows(rows)
+            opened.flush()
+
+        def write(row: Mapping[str, Any]) -> None:
+            with named_in_errors(file):
+                table.writerow(row)
+                opened.flush()
+
+        yield write
+
+
+@contextmanager
+def closed_at_end(file: PathName) -> Iterator[ExitStack]:
+    """Return a stack whose closing names a file in its errors."""
+    stack = ExitStack()
+    try:
+        yield stack
+    finally:
+        with named_in_errors(file):
+            stack.close()
 
 
 def open_file(file: PathName, mode: str, **options: Any) -> IO[Any]:

@@ -143,8 +143,7 @@ def load_path(
         indenter is not bounded, or its roughness not defined where atoms could touch.
     RuntimeError
         If the contact reaches the edge of a fixed window, or another run is writing
-        `trajectory`, or has written it since it was read. With ``validity="raise"``, if
-        a step exceeds a limit of the model.
+        `trajectory`. With ``validity="raise"``, if a step exceeds a limit of the model.
     MemoryError
         If an automatic window does not fit into the available memory.
     OSError

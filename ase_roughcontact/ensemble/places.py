@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import Executor, as_completed
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import locked, open_file, replaced
+from ase_roughcontact._util.files import locked, table_writer
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.scene import Scene
@@ -26,6 +25,8 @@ _UNITS = {
     "contact_area": "nm²",
     "pull_off_force": "nN",
 }
+_COLUMNS = [*(f"{name} ({unit})" for name, unit in _UNITS.items())]
+_COLUMNS += ["converged", "message"]
 
 
 @dataclass(frozen=True)
@@ -93,21 +94,22 @@ def run_places(
         If another run is writing the folder.
     """
     folder = Path(folder)
-    places = _grid(scene, shape)
-    found = _earlier(scene, folder)
-    yield from (found[place] for place in places if place in found)
-    missing = [place for place in places if place not in found]
-    pool, table = worker_pool(executor, workers), folder / "places.csv"
-    with pool as running, _open_table(found, table) as write:
-        tasks = [running.submit(_calculate, scene, *place) for place in missing]
-        try:
-            for task in as_completed(tasks):
-                place = task.result()
-                write(place)
-                yield place
-        finally:
-            for task in tasks:
-                task.cancel()
+    places, table = _grid(scene, shape), folder / "places.csv"
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(table):
+        found = _earlier(scene, folder)
+        yield from (found[place] for place in places if place in found)
+        missing = [place for place in places if place not in found]
+        rows = table_writer(table, _COLUMNS, map(_row, found.values()))
+        with worker_pool(executor, workers) as running, rows as write:
+            tasks = [running.submit(_calculate, scene, *place) for place in missing]
+            try:
+                for task in as_completed(tasks):
+                    write(_row(task.result()))
+                    yield task.result()
+            finally:
+                for task in tasks:
+                    task.cancel()
 
 
 def read_places(file: str | Path) -> list[Place]:
@@ -154,7 +156,6 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
 
 def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
     """Return the places of an earlier run of the scene in a folder."""
-    folder.mkdir(parents=True, exist_ok=True)
     scene.check_folder(folder)
     results = folder / "places.csv"
     if results.exists():
@@ -184,31 +185,10 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     return Place(x, y, last.normal_force, area, tension, failed is None, message)
 
 
-@contextmanager
-def _open_table(
-    found: dict[tuple[float, float], Place], file: Path
-) -> Iterator[Callable[[Place], None]]:
-    """Write the known places, and return a function that appends one more."""
-    text: dict[str, Any] = {"newline": "", "encoding": "utf-8"}
-    with locked(file):
-        with replaced(file) as name, open(name, "w", **text) as table:
-            rows = csv.writer(table)
-            heads = [f"{name} ({unit})" for name, unit in _UNITS.items()]
-            rows.writerow([*heads, "converged", "message"])
-            rows.writerows(map(_row, found.values()))
-        with open_file(file, "a", **text) as table:
-            rows = csv.writer(table)
-
-            def write(place: Place) -> None:
-                rows.writerow(_row(place))
-                table.flush()
-
-            yield write
-
-
-def _row(place: Place) -> list[Any]:
+def _row(place: Place) -> dict[str, Any]:
     numbers = (getattr(place, name) / UNITS[unit] for name, unit in _UNITS.items())
-    return [*(f"{x:.12g}" for x in numbers), place.converged, place.message]
+    values = [*(f"{x:.12g}" for x in numbers), place.converged, place.message]
+    return dict(zip(_COLUMNS, values, strict=True))
 
 
 def _number(row: dict[str, str], name: str) -> float:

@@ -76,7 +76,8 @@ def follow_loop(
         )
     files, report = files or PathFiles(), ValidityReport(validity)
     top, bottom = _end_heights(stepper, deepest)
-    with open_output(files.trajectory, files.csv, stepper.options.record) as write:
+    output = open_output(files.trajectory, files.csv, stepper.options.record)
+    with output as (_, write):
         path = _AdaptivePath(
             stepper, write, step, smallest, tolerance, report, callback, files.frames
         )

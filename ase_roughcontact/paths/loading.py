@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Generator
-from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any, Protocol
@@ -17,9 +16,9 @@ from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import Problem, State
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.grids import Grids
-from ase_roughcontact.paths.output import Write, open_output
+from ase_roughcontact.paths.output import open_output
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
+from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.solvers.relaxation import External
@@ -137,43 +136,39 @@ def follow_path(
     Returns
     -------
     generator of LoadStep
-        Files are checked and read now, and written as the generator advances.
+        Files are read and written as it advances.
     """
     report = ValidityReport(validity)
-    record, trajectory = stepper.options.record, files.trajectory
-    system = {} if trajectory is None else stepper.describe_system(**description)
+    system = {}
+    if files.trajectory is not None:
+        system = stepper.describe_system(**description)
     path = PathDescription(system, stepper.control, targets)
-    finished = None
-    if files.resume and trajectory is not None:
-        finished = path.finished_steps(trajectory, files.keep, record)
-    output = open_output(
-        trajectory, files.csv, record, keep=files.keep, finished=finished
-    )
-    return _relaxed(stepper, path, output, finished, report, files.frames)
+    return _relaxed(stepper, path, files, report)
 
 
 def _relaxed(
-    stepper: Stepper,
-    path: PathDescription,
-    output: AbstractContextManager[Write],
-    finished: FinishedSteps | None,
-    report: ValidityReport,
-    frames: Frames | None,
+    stepper: Stepper, path: PathDescription, files: PathFiles, report: ValidityReport
 ) -> Generator[LoadStep, None, None]:
     """Yield the steps of a path, and write those that are not done yet."""
     first = 0
-    with output as write:
-        for step in finished.steps if finished else ():
+    with open_output(
+        files.trajectory,
+        files.csv,
+        stepper.options.record,
+        keep=files.keep,
+        path=path if files.resume else None,
+    ) as (finished, write):
+        for step in finished.steps:
             report(step.step, step.validity)
             yield step
-        if finished and finished.frame and frames:
+        if finished.frame and files.frames:
             first = finished.steps[-1].step + 1
-            state = frames.state(finished.frame)
+            state = files.frames.state(finished.frame)
             stepper.restart_from(state, path.targets[:first].tolist())
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
             described = path.of_step(number)
-            write(step, partial(frame_of, stepper, frames, step, path=described))
+            write(step, partial(frame_of, stepper, files.frames, step, path=described))
             report(number, step.validity)
             yield step
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -19,10 +19,7 @@ from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences, digest
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import Signature, read_frames, signature
-
-#: Key of the checksum of a table's earlier lines in the `info` of a frame.
-LINES = "lines"
+from ase_roughcontact.paths.trajectory import read_frames
 
 # Relative difference of targets that counts as rounding, as between the common part of
 # a path and of a longer one; near zero, relative to the neighbouring targets.
@@ -42,16 +39,10 @@ class FinishedSteps:
     steps : list of LoadStep
     frame : Atoms or None
         Of the last step.
-    lines : int or None
-        Checksum of the lines of the table before those of the steps, if it has any.
-    signature : tuple or None
-        Of the trajectory that was read.
     """
 
-    steps: list[LoadStep]
-    frame: Atoms | None
-    lines: int | None
-    signature: Signature
+    steps: list[LoadStep] = field(default_factory=list)
+    frame: Atoms | None = None
 
 
 @dataclass(frozen=True)
@@ -103,8 +94,7 @@ class PathDescription:
         ValueError
             If a frame is damaged.
         """
-        steps: list[LoadStep] = []
-        read, frame, lines = signature(file), None, None
+        steps, frame = list[LoadStep](), None
         for frame in read_frames(file):
             expected = steps[-1].step + 1 if steps else None if keep == "last" else 0
             mismatch = self._mismatch(frame.info, expected)
@@ -114,9 +104,8 @@ class PathDescription:
                     f"system: {'; '.join(mismatch)} (eV, Å): use the former "
                     "parameters, delete the file, or give another file or folder"
                 )
-            lines = lines if steps else frame.info.get(LINES)
             steps.append(record.from_columns(frame.info["load_step"]))
-        return FinishedSteps(steps, frame, lines, read)
+        return FinishedSteps(steps, frame)
 
     def _mismatch(self, info: dict[str, Any], expected: int | None) -> list[str]:
         """Return what keeps a frame from being the expected step of this path."""

@@ -1,36 +1,38 @@
 """ASE trajectory of a path: one frame per step, complete or absent, and checked.
 
 ASE writes a frame to the end of the file and counts it in the header afterwards: a
-process that is killed loses at most the frame that it is writing. If the end of the
-file is lost, its complete frames are copied to a new file before the path is resumed.
-Every frame carries a checksum, so that damage elsewhere is noticed.
+process that is killed loses at most the frame that it is writing. A path that is
+resumed copies the frames that are kept to a new file, which replaces the old one when
+the first new frame is complete. Every frame carries a checksum, so that damage is
+noticed.
 """
 
 from __future__ import annotations
 
-import io
 import os
-import sys
 import warnings
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import partial
+from itertools import islice
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.io import Trajectory, ulm
+from ase.io import Trajectory
 from ase.io.jsonio import encode
 from ase.parallel import DummyMPI
 
-from ase_roughcontact._util.files import PathName, named_in_errors, replaced
+from ase_roughcontact._util.files import (
+    PathName,
+    closed_at_end,
+    named_in_errors,
+    open_file,
+    replaced,
+)
 from ase_roughcontact.paths.record import LoadStep
 
-_TAG = "ASE-Trajectory"
-# Numbers of frames for which the index in the file has no unused entry.
-_FULL = [ulm.N1**power for power in range(8)]
 # Key of the checksum in the `info` of a frame.
 _CHECKSUM = "checksum"
 # Arrays of atoms that a trajectory keeps.
@@ -45,20 +47,8 @@ _ARRAYS = (
 )
 
 
-Signature = tuple[int, int, int] | None
-
-
-def signature(file: PathName) -> Signature:
-    """Return what changes whenever a file is written; None if it does not exist."""
-    try:
-        status = os.stat(file)
-    except FileNotFoundError:
-        return None
-    return status.st_ino, status.st_size, status.st_mtime_ns
-
-
 def read_frames(file: PathName) -> Iterator[Atoms]:
-    """Read one complete frame after another.
+    """Read one frame after another.
 
     Parameters
     ----------
@@ -74,19 +64,21 @@ def read_frames(file: PathName) -> Iterator[Atoms]:
     ValueError
         If the file is not empty, but no frame can be read, or a frame is not what was
         written.
+
+    Warns
+    -----
+    RuntimeWarning
+        In the end, if frames are cut off at the end of the file.
     """
-    name = os.fspath(file)
-    with _opened(file) as (opened, count, cut):
-        if not count:
-            return
-        try:
-            frames = Trajectory(opened)
-        except Exception as error:
-            raise _unreadable(name, error) from error
-        for number in range(count - cut):
+    name, cut = os.fspath(file), list[int]()
+    with _opened(file) as frames:
+        for number in range(len(frames)):
             try:
                 frame = frames[number]
                 expected, found = frame.info.get(_CHECKSUM), checksum(frame)
+            except ValueError:  # as arrays and texts that end too early
+                cut.append(number)
+                continue
             except Exception:  # of any kind: what is damaged can be anything
                 expected, found = None, 0
             else:
@@ -95,9 +87,18 @@ def read_frames(file: PathName) -> Iterator[Atoms]:
                         f"the frames of {name} are not those of a load path: they have "
                         "no checksum. Delete it, or give another file or folder"
                     )
-            if found != expected:
-                raise ValueError(_damage(name, number))
+            if cut or found != expected:
+                raise ValueError(_damage(name, *cut, number))
             yield frame
+        if 0 in cut:
+            raise _unreadable(name, "all frames are incomplete")
+        if cut:
+            warnings.warn(
+                f"the last {len(cut)} of the {len(frames)} frames of {name} are cut "
+                "off: they are left out",
+                RuntimeWarning,
+                stacklevel=2,
+            )
 
 
 def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[LoadStep]:
@@ -118,20 +119,7 @@ def read_steps(file: PathName, record: type[LoadStep] = LoadStep) -> Iterator[Lo
     ------
     ValueError
         If no frame can be read, one is damaged, or has no result of a step.
-
-    Warns
-    -----
-    RuntimeWarning
-        If frames are cut off at the end of the file.
     """
-    with _opened(file) as (_, count, cut):
-        if cut:
-            warnings.warn(
-                f"the last {cut} of the {count} frames of {os.fspath(file)} are cut "
-                "off: they are left out",
-                RuntimeWarning,
-                stacklevel=2,
-            )
     for frame in read_frames(file):
         try:
             yield record.from_columns(frame.info["load_step"])
@@ -158,10 +146,14 @@ def count_steps(file: PathName) -> int:
     Raises
     ------
     ValueError
-        If the file is not empty, but has no complete frame.
+        If the file is not empty, but no frame can be read.
     """
-    with _opened(file) as (_, count, cut):
-        return count - cut
+    with _opened(file) as frames:
+        for number in reversed(range(len(frames))):
+            with suppress(Exception):
+                _ = frames[number]
+                return number + 1
+        return 0
 
 
 def checksum(frame: Atoms) -> int:
@@ -190,78 +182,51 @@ def trajectory_writer(
     Parameters
     ----------
     file : path
-        Removed in the end if no frame was written.
+        It is not changed before a frame is written.
     keep : {"all", "last"}
         Frames that the file keeps.
     kept : int
-        Number of complete frames that the file keeps; the rest is discarded.
+        Number of frames of an earlier run that the file keeps, with "all".
 
     Yields
     ------
     callable
         Writes a frame.
     """
-    file = os.fspath(file)
-    if keep == "last":
-        yield partial(_replace, file)
-        return
-    if kept:
-        _discard_rest(file, kept)
-    trajectory = Trajectory(file, "a" if kept else "w", comm=DummyMPI())
-    try:
-        yield partial(_append, file, trajectory)
-    finally:
-        written = len(trajectory)
-        with named_in_errors(file):
-            trajectory.close()
-        if not written:
-            os.unlink(file)
+    trajectory: Any = None
+    with closed_at_end(file) as stack:
+
+        def write(frame: Atoms) -> None:
+            nonlocal trajectory
+            frame.info[_CHECKSUM] = checksum(frame)
+            if trajectory is not None and keep == "all":
+                with named_in_errors(file):
+                    trajectory.write(frame)
+                return
+            stack.close()
+            with replaced(file) as new:
+                # ASE would count an incomplete frame when it closes the file
+                opened = stack.enter_context(open_file(new, "wb"))
+                trajectory = Trajectory(opened, "w", comm=DummyMPI())
+                for old in islice(read_frames(file), kept if keep == "all" else 0):
+                    trajectory.write(old)
+                trajectory.write(frame)
+
+        yield write
 
 
 @contextmanager
-def _opened(file: PathName) -> Iterator[tuple[IO[bytes], int, int]]:
-    """Open a trajectory; count its frames, and those that are cut off at its end."""
-    name = os.fspath(file)
-    if not Path(file).exists():
-        yield io.BytesIO(), 0, 0
+def _opened(file: PathName) -> Iterator[Any]:
+    """Open a trajectory; without frames if the file is missing or empty."""
+    if not Path(file).exists() or not os.path.getsize(file):
+        yield ()
         return
     with open(file, "rb") as opened:
-        empty = ulm.Writer(io.BytesIO(), tag=_TAG).header
-        if empty.startswith(opened.read(len(empty) + 1)):
-            yield opened, 0, 0
-            return
         try:
-            tag, version, _, index, offsets = ulm.read_header(opened)
+            frames = Trajectory(opened)
         except Exception as error:
-            raise _unreadable(name, error) from error
-        if tag != _TAG:
-            raise _unreadable(name, f"its kind is {tag!r}")
-        if version != ulm.VERSION:
-            raise ValueError(
-                f"the header of {name} is damaged, it has version {version}: "
-                f"'ase convert {name} new.traj' copies the frames to a new file"
-            )
-        count = len(offsets)
-        if _integer_at(opened, index + 8 * count) > 0 and count not in _FULL:
-            raise _unreadable(name, f"it counts {count} frames, but has more")
-        cut = 0
-        size = os.fstat(opened.fileno()).st_size
-        while cut < count:
-            offset = int(offsets[count - 1 - cut])  # of a text, after the arrays
-            length = _integer_at(opened, offset) if 0 <= offset < size else size
-            if offset + 8 + length <= size:
-                break
-            cut += 1
-        if count and cut == count:
-            raise _unreadable(name, "all frames are incomplete")
-        opened.seek(0)
-        yield opened, count, cut
-
-
-def _integer_at(opened: IO[bytes], offset: int) -> int:
-    """Return the integer at an offset; a large one where the file ends before."""
-    opened.seek(offset)
-    return int.from_bytes(opened.read(8).ljust(8, b"\x7f"), sys.byteorder, signed=True)
+            raise _unreadable(os.fspath(file), error) from error
+        yield frames
 
 
 def _unreadable(name: str, cause: object) -> ValueError:
@@ -272,8 +237,8 @@ def _unreadable(name: str, cause: object) -> ValueError:
     )
 
 
-def _damage(name: str, number: int) -> str:
-    """Return the message about a damaged frame."""
+def _damage(name: str, number: int, *_: int) -> str:
+    """Return the message about a damaged frame, the first of some."""
     advice = "delete it to begin again"
     if number:
         advice = (
@@ -284,35 +249,3 @@ def _damage(name: str, number: int) -> str:
         f"frame {number} of {name} is damaged, it is not what was written: restore a "
         f"copy of the file, or {advice}"
     )
-
-
-def _discard_rest(file: str, kept: int) -> None:
-    """Copy the first frames to a new file if it is not safe to append to this one."""
-    with Trajectory(file, "a", comm=DummyMPI()) as trajectory:
-        index = trajectory.backend  # of the frames, with unused entries for later ones
-        end = index.pos0 + index.offsets.nbytes
-        if len(trajectory) == kept and end <= os.path.getsize(file):
-            return
-    with (
-        replaced(file) as name,
-        ulm.Reader(file) as old,
-        ulm.Writer(name, tag=_TAG) as new,
-    ):
-        for number in range(kept):
-            ulm.copy(old[number], new)
-            new.sync()
-
-
-def _append(file: str, trajectory: Any, frame: Atoms) -> None:
-    frame.info[_CHECKSUM] = checksum(frame)
-    try:
-        with named_in_errors(file):
-            trajectory.write(frame)
-    except BaseException:  # else ASE counts the incomplete frame when it closes
-        trajectory.backend.data, trajectory.backend.nmissing = {}, 0
-        raise
-
-
-def _replace(file: str, frame: Atoms) -> None:
-    with replaced(file) as name, Trajectory(name, "w", comm=DummyMPI()) as trajectory:
-        _append(file, trajectory, frame)

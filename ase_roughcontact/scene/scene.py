@@ -323,7 +323,12 @@ class Scene(ContactPath):
             "csv": folder / "curve.csv",
         }
         try:
-            path = self.relax(resume=True, validity="ignore", **files)
+            with closing(self.relax(resume=True, validity="ignore", **files)) as path:
+                for number, step in enumerate(path):
+                    if number == 0:  # from here on, no other run writes into the folder
+                        self.write_inputs(file, text)
+                    report(number, step.validity)
+                    yield step
         except OtherPathError as error:
             changes: list[str] = []
             with suppress(ValueError, OSError):
@@ -334,12 +339,6 @@ class Scene(ContactPath):
                 f"{_another(folder, changes)}; a path can be extended only by steps "
                 "after its last one"
             ) from error
-        with closing(path):
-            for number, step in enumerate(path):
-                if number == 0:  # from here on, no other run writes into the folder
-                    self.write_inputs(file, text)
-                report(number, step.validity)
-                yield step
 
     def check_folder(
         self, folder: Path, results: Sequence[str] = ("sweep.traj", "places.csv")

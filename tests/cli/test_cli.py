@@ -136,13 +136,16 @@ def test_a_run_that_is_interrupted_in_its_first_step_says_that_nothing_is_saved(
 
 
 @without_pictures
+@pytest.mark.filterwarnings("default")
 def test_a_step_whose_frame_is_truncated_is_calculated_again(scene, tmp_path, capsys):
     out = tmp_path / "out"
     scene.write_text(SMALL.replace("steps = 2", "steps = 3"))
     main(["run", str(scene), "--out", str(out), "--quiet"])
     os.truncate(out / "sweep.traj", (out / "sweep.traj").stat().st_size - 1)
     assert main(["run", str(scene), "--out", str(out)]) == 0
-    assert capsys.readouterr().out.count("restored") == 2
+    printed = capsys.readouterr()
+    assert printed.out.count("restored") == 2
+    assert "warning: the last 1 of the 3 frames" in printed.err
 
 
 def test_figures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
