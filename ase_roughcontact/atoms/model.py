@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
+from ase.data import atomic_numbers
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
 from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.contact import Contact, ContactState, Problem
 from ase_roughcontact.contact.problem import lattice_offsets
-from ase_roughcontact.elasticity.greens import Isotropic
+from ase_roughcontact.elasticity.crystals.crystal import Crystal
+from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography.facts import surface_id
 
@@ -58,6 +60,7 @@ class ContactModel:
         grid = SurfaceGrid.of(atoms)
         lattice = tuple(part.copy() for part in lattice_of(atoms))
         identity = surface_id(parameters["indenter"])
+        _check_element(atoms, parameters["solid"])
         problem = problem_for(grid, parameters)
         window = problem.window(grid.window, grid.origin)
         contact = problem.contact(window, padded=grid.shape != grid.window)
@@ -126,6 +129,18 @@ class ContactModel:
             return None, None
         _, height, pressure = self.known
         return pressure, height
+
+
+def _check_element(atoms: Atoms, solid: ElasticSolid | None) -> None:
+    if not isinstance(solid, Crystal):
+        return
+    others = atoms.numbers[:-1] != atomic_numbers[solid.symbol]
+    if others.any():
+        raise ValueError(
+            f"the solid is a crystal of {solid.symbol}, got surface atoms of "
+            f"{atoms.symbols[int(others.argmax())]}: build them with "
+            f"substrate({solid.symbol!r}, ...)"
+        )
 
 
 def problem_for(grid: SurfaceGrid, parameters: Mapping[str, Any]) -> Problem:

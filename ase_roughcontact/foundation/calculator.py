@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -10,10 +9,14 @@ from ase import Atoms
 from ase.calculators.calculator import Calculator, all_changes
 from ase.constraints import FixSubsetCom
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import integer
 from ase_roughcontact.foundation.coupling import Coupling
 from ase_roughcontact.foundation.sites import Sites, cells
 from ase_roughcontact.foundation.surface import CrystalSurface
+
+#: Key of `Atoms.info` of a slab whose lowest layer `ElasticFoundation.hold` holds.
+HELD_KEY = "held_layer"
 
 
 class ElasticFoundation(Calculator):
@@ -57,8 +60,15 @@ class ElasticFoundation(Calculator):
     ------
     ValueError
         If the atoms are not periodic along x and y, the cell is not a multiple of the
-        surface cell or the lowest layers are not those of the crystal; at a
-        calculation, if one of their atoms has left its site.
+        surface cell, the lowest layers are not those of the crystal, or the calculator
+        is another one than that of the surface; at a calculation, if an atom of the
+        coupled layers has left its site or is another element.
+
+    Warns
+    -----
+    UserWarning
+        Once, at a calculation of a slab under an indenter, or of one that was held, if
+        no constraint acts on its lowest layer.
 
     Notes
     -----
@@ -97,8 +107,9 @@ class ElasticFoundation(Calculator):
         # sites first, whose errors take no time
         coupled = min(layers, surface.constants.reach)
         self.sites = Sites.of(slab, surface, layers, coupled)
+        surface.check_calculator(calculator)
         self._slab = slab.copy()
-        self._held = False
+        self._warned = False
         self.coupling = Coupling(surface, calculator, shape, layers)
 
     @property
@@ -114,9 +125,9 @@ class ElasticFoundation(Calculator):
         """Hold the centre of mass of the lowest layer by a constraint.
 
         It balances loads on the surface. ASE does not remove atoms from a slab that has
-        this constraint: build the slab without, remove atoms, and hold it then. A
-        calculation without it, after `Atoms.set_constraint` has replaced it by others
-        that do not hold the layer, is a warning.
+        this constraint: build the slab without, remove atoms, and hold it then. That
+        the slab is held is noted in `Atoms.info`. If the constraint gets lost, in files
+        without constraints or by `Atoms.set_constraint`, a calculation warns.
 
         Parameters
         ----------
@@ -124,7 +135,8 @@ class ElasticFoundation(Calculator):
             Changed in place.
         """
         atoms.set_constraint([*atoms.constraints, HeldLayer(self._lowest(atoms))])
-        self._held = True
+        atoms.info[HELD_KEY] = True
+        self._warned = False
 
     def _lowest(self, atoms: Atoms) -> np.ndarray:
         """Return the indices of the atoms of the lowest layer."""
@@ -154,17 +166,20 @@ class ElasticFoundation(Calculator):
         self.results = {"energy": energy, "free_energy": energy, "forces": forces}
 
     def _warn_if_released(self) -> None:
-        """Warn once if no constraint acts any more on the layer that was held."""
-        if not self._held:
+        """Warn once if no constraint acts on the lowest layer, and one should."""
+        loaded = (self.atoms.numbers == 0).any() or self.atoms.info.get(HELD_KEY)
+        if self._warned or not loaded:
             return
-        acts_on = [np.ravel(getattr(c, "index", [])) for c in self.atoms.constraints]
-        if not np.isin(self._lowest(self.atoms), np.concatenate([[], *acts_on])).any():
-            self._held = False
-            warnings.warn(
-                "nothing holds the slab under a load any more: set_constraint has "
-                "replaced the constraint of hold. Call hold(atoms) again, or set "
-                "[*atoms.constraints, new]; held=False is for slabs without a load",
-                stacklevel=2,
+        forces = np.ones((len(self.atoms), 3))
+        for constraint in self.atoms.constraints:
+            constraint.adjust_forces(self.atoms, forces)
+        if (forces[self._lowest(self.atoms)] == 1.0).all():
+            self._warned = True
+            warn(
+                "nothing holds the slab under a load: a file without constraints or "
+                "set_constraint has lost the constraint of hold, or there was none. "
+                "Call foundation.hold(atoms), and add constraints by "
+                "set_constraint([*atoms.constraints, new])"
             )
 
     def _check(self, slab: Atoms) -> None:
@@ -179,6 +194,13 @@ class ElasticFoundation(Calculator):
             raise ValueError(
                 "atoms of the lowest layers have been removed: make a new foundation, "
                 "or remove atoms above them only"
+            )
+        lowest = set(slab.symbols[self.sites.indices.ravel()])
+        if lowest != {self.surface.symbol}:
+            raise ValueError(
+                f"atoms of the {self.coupled_layers} lowest layers, which are those of "
+                f"a crystal of {self.surface.symbol}, are now {', '.join(lowest)}: "
+                "replace atoms above them only"
             )
 
 

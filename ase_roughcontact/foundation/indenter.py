@@ -220,7 +220,8 @@ def add_indenter(
     ----------
     atoms : Atoms
         With an `ElasticFoundation` as calculator, see `crystal_slab`. The indenter, an
-        atom X, and its calculator are added in place.
+        atom X, and its calculator are added in place. An indenter that the atoms have,
+        as those from a file, stays where it is.
     indenter : Surface
         Shape.
     interaction : Interaction, optional
@@ -241,7 +242,8 @@ def add_indenter(
     Raises
     ------
     ValueError
-        If the atoms have no foundation or an indenter already.
+        If the atoms have no foundation, or an indenter already for which a height or a
+        position is given.
 
     Examples
     --------
@@ -251,26 +253,38 @@ def add_indenter(
     >>> sphere = add_indenter(atoms, RoughSphere(50.0))  # doctest: +SKIP
     >>> atoms.positions[-1, 2] -= 0.5  # press it down by 0.5 Å  # doctest: +SKIP
     """
-    if (atoms.numbers == 0).any():
-        raise ValueError("the atoms have an indenter already")
+    there = (atoms.numbers == 0).any()
+    if there and (height is not None or position is not None):
+        raise ValueError(
+            "the atoms have an indenter already: omit height and position, and move it "
+            "by atoms.positions"
+        )
     foundation = atoms.calc
     if not isinstance(foundation, ElasticFoundation):
         raise ValueError(
             "the atoms need an ElasticFoundation as calculator, see crystal_slab, got "
-            f"{foundation!r}"
+            f"{foundation!r}. If this has an indenter already, set atoms.calc = "
+            "foundation to replace it"
         )
     spacing, area = foundation.surface.constants.spacing, foundation.surface.cell_area
     if interaction is None:
         modulus = foundation.surface.contact_modulus
         interaction = LennardJones93.repulsive(modulus, spacing)
     calculator = RigidIndenter(indenter, interaction, spacing, area, load or 0.0)
-    if height is None:
+    index = indenter_index(atoms) if there else len(atoms)
+    if height is None and not there:
         top = atoms.positions[:, 2].max()
         lowest = calculator.lowest(atoms.cell.array[:2, :2])
         height = top + interaction.contact_distance - lowest
-    x, y = atoms.cell.array[:2, :2].sum(axis=0) / 2 if position is None else position
-    atoms.append(Atom("X", (x, y, height)))
-    fixed = FixCartesian([len(atoms) - 1], mask=(True, True, load is None))
-    atoms.set_constraint([*atoms.constraints, fixed])
+    if not there:
+        middle = atoms.cell.array[:2, :2].sum(axis=0) / 2
+        atoms.append(Atom("X", (*(middle if position is None else position), height)))
+    others = [
+        each
+        for each in atoms.constraints
+        if np.ravel(getattr(each, "index", [])).tolist() != [index]
+    ]
+    fixed = FixCartesian([index], mask=(True, True, load is None))
+    atoms.set_constraint([*others, fixed])
     atoms.calc = SumCalculator([foundation, calculator])
     return calculator

@@ -189,13 +189,16 @@ def _matched(
     indices[tuple((steps % shape).T)] = found
     spacing = surface.constants.spacing
     shift = np.linalg.norm(relative.mean(axis=0)) / spacing
+    others = [i for i in found if atoms.symbols[i] != surface.symbol]
     wrong = distance.max() > _SITE * spacing or shift > _LAYER * max(from_below, 1)
-    if wrong or indices.min() < 0 or set(atoms.symbols[found]) != {surface.symbol}:
+    if wrong or indices.min() < 0 or others:
+        reason = f"atom {worst} is {distance.max():.2f} Å from a site"
+        if others:
+            reason = f"atom {others[0]} is {atoms.symbols[others[0]]}"
         raise ValueError(
             f"layer {from_below + 1} from below is not that of {surface.surface} "
             f"{surface.symbol} with the lattice constant "
-            f"{surface.lattice_constant:.4f} Å: atom {worst} is "
-            f"{distance.max():.2f} Å from a site. Check stacking, order of layers, "
-            "vacancies and lattice constant, or use crystal_slab"
+            f"{surface.lattice_constant:.4f} Å: {reason}. Check elements, stacking, "
+            "order of layers, vacancies and lattice constant, or use crystal_slab"
         )
     return indices

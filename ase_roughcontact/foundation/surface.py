@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -21,6 +21,11 @@ from ase_roughcontact.elasticity.crystals.force_constants import (
 from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFunction
 
 _VACUUM = 10.0  # on both sides of a slab (Å)
+_SAME = 1e-6  # largest distance of two equal places (Å)
+# Errors from which on a calculator is another one than that of the surface: of the
+# stiffness of a surface atom, and of positions at rest, in spacings.
+_STIFFNESS = 1e-2
+_STRAIN = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +151,7 @@ class CrystalSurface(Stored):
         known = self.heights[np.minimum(number, len(self.heights) - 1)]
         atoms.positions[:, 2] = known + deep * np.diff(self.heights)[-1]
         atoms.set_tags(0)
+        atoms.info.clear()  # the sites for adsorbates are not those of these atoms
         return atoms[:layers]
 
     @property
@@ -164,6 +170,38 @@ class CrystalSurface(Stored):
         """Indentation modulus of long waves, ``1/E* = <1/E*(theta)>`` (eV/Å^3)."""
         greens = LatticeGreensFunction(self.constants)
         return 1.0 / float(long_wave_compliance(greens, self.cell_area).mean())
+
+    def check_calculator(self, calculator: Any) -> None:
+        """Raise `ValueError` if the surface was calculated with another calculator.
+
+        Parameters
+        ----------
+        calculator : Calculator
+            Must give no forces on the upper layers of a slab, and the force constants
+            of a surface atom.
+        """
+        slab = self.column(self.bulk_depth)
+        cells = slab.repeat((self.size, self.size, 1))
+        cells.calc = calculator
+        force = abs(cells.get_forces()[: self.constants.bulk]).max()
+        found, expected = (
+            matrix[(target == 0) & (abs(offset) < _SAME).all(axis=1) & (source == 0)][0]
+            for source, target, offset, matrix in (
+                couplings(calculator, slab, self.size, [0], self.displacement),
+                astuple(self.constants)[:4],
+            )
+        )
+        scale = abs(expected).max()
+        error = abs(found - expected).max() / scale
+        strain = force / (scale * self.constants.spacing)
+        if error > _STIFFNESS or strain > _STRAIN:
+            raise ValueError(
+                f"the surface {self.surface} {self.symbol} was not calculated with "
+                f"this {type(calculator).__name__}: its atoms are under forces of up to"
+                f" {force:.2g} eV/Å at rest, and the stiffness of a surface atom "
+                f"differs by {100 * error:.2g} %. Give the calculator of the surface, "
+                "or make another surface with CrystalSurface.from_calculator"
+            )
 
     def cut_couplings(
         self, calculator: Any, layers: int, lowest: int

@@ -1,11 +1,16 @@
 """What an elastic foundation refuses."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from ase.build import bcc100, fcc100
 from ase.calculators.calculator import PropertyNotImplementedError
+from ase.calculators.emt import EMT
 from ase.constraints import FixAtoms
-from pair_crystal import pair_potential
+from ase.io import read, write
+from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
+from pair_crystal import A, pair_potential
 from spring_crystal import Softer, fcc_springs
 
 from ase_roughcontact import (
@@ -42,13 +47,46 @@ def test_a_slab_that_is_not_held_any_more_warns_once(surface):
     atoms.get_forces()
     atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     atoms.rattle(1e-3)
-    with pytest.warns(UserWarning, match="set_constraint has replaced"):
+    with pytest.warns(UserWarning, match="set_constraint has lost"):
         atoms.get_forces()
     atoms.rattle(1e-3)
     atoms.get_forces()
     foundation.hold(atoms)
     atoms.rattle(1e-3)
     atoms.get_forces()
+
+
+def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
+    atoms, _ = crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
+    write(tmp_path / "slab.extxyz", atoms)
+    again = read(tmp_path / "slab.extxyz")
+    again.calc = foundation(again, surface)
+    with pytest.warns(UserWarning, match=r"foundation\.hold"):
+        again.get_forces()
+
+
+@pytest.mark.parametrize(
+    "calculator",
+    [
+        EMT(),
+        PairPotential({(29, 29): LennardJonesCut(0.45, A / 2**0.5 / 1.1, 1.3 * A)}),
+    ],
+    ids=["other forces", "other stiffness"],
+)
+def test_another_calculator_than_that_of_the_surface(atoms, surface, calculator):
+    surface = replace(surface, displacement=1e-3)
+    with pytest.raises(ValueError, match="was not calculated with"):
+        ElasticFoundation(calculator, surface, atoms, LAYERS)
+
+
+def test_differences_of_forces_are_near_enough_to_the_hessian(atoms, surface):
+    ElasticFoundation(pair_potential(), replace(surface, displacement=1e-3), atoms)
+
+
+def test_another_element_in_the_coupled_layers_at_a_calculation(atoms):
+    atoms.symbols[5] = "Ni"
+    with pytest.raises(ValueError, match="are now"):
+        atoms.get_forces()
 
 
 def test_the_lowest_layer_may_be_held_by_another_constraint(surface):

@@ -3,11 +3,14 @@
 import numpy as np
 import pytest
 from ase.build import bulk
+from ase.constraints import FixAtoms
+from ase.io import read, write
 from ase.optimize import FIRE, LBFGS
 from ase.optimize.precon import PreconLBFGS
 from pair_crystal import A, pair_potential
 
 from ase_roughcontact import (
+    ElasticFoundation,
     FoundationPrecon,
     HardWall,
     LennardJones93,
@@ -31,6 +34,7 @@ def rough_sphere(surface):
     return RoughSphere(40.0, SelfAffine(0.2, 0.8, 4 * a0, 8 * a0, seed=1))
 
 
+@pytest.mark.filterwarnings("ignore:nothing holds")
 @pytest.mark.parametrize("name", ["surface", "hexagonal_surface"])
 def test_forces_are_minus_the_gradient(request, name):
     surface = request.getfixturevalue(name)
@@ -82,6 +86,10 @@ def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
         pair_potential(), bulk("Cu", a=A), layers=9, size=7, displacement=0.0
     )
     sphere, load, n = RoughSphere(200.0), 0.02, 6
+    gold = substrate("Au", (n, n), sphere, spacing=crystal.spacing, periodic=True)
+    gold.calc = RoughContact(sphere, solid=crystal)
+    with pytest.raises(ValueError, match="crystal of Cu, got surface atoms of Au"):
+        gold.get_potential_energy()
     assert surface.contact_modulus == pytest.approx(crystal.contact_modulus, rel=1e-6)
     wall = LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
     half_space = substrate(
@@ -112,13 +120,65 @@ def test_optimizers_find_the_same_state(surface, optimizer):
     assert force == pytest.approx(2.2437, abs=1e-3)
 
 
+@pytest.mark.parametrize("load", [None, 0.8])
+@pytest.mark.parametrize("name", ["slab.traj", "slab.extxyz"])
+def test_a_slab_with_an_indenter_is_restarted_from_its_file(
+    surface, name, load, tmp_path
+):
+    sphere = rough_sphere(surface)
+    atoms = slab(surface)
+    add_indenter(atoms, sphere, load=load)
+    atoms.positions[-1, 2] -= 0.3
+    assert LBFGS(atoms, logfile=None).run(fmax=1e-2, steps=300)
+    write(tmp_path / name, atoms)
+    again = read(tmp_path / name)
+    foundation = ElasticFoundation(pair_potential(), surface, again, 2)
+    again.calc = foundation
+    if name.endswith(".extxyz"):
+        foundation.hold(again)
+    add_indenter(again, sphere, load=load)
+    assert len(again) == len(atoms)
+    assert again.get_potential_energy() == pytest.approx(
+        atoms.get_potential_energy(), abs=1e-6
+    )
+    np.testing.assert_allclose(again.get_forces(), atoms.get_forces(), atol=1e-6)
+    indenter = again.positions[-1].copy()
+    assert LBFGS(again, logfile=None).run(fmax=1e-4, steps=300)
+    assert (again.positions[-1] == indenter).all() == (load is None)
+
+
+@pytest.mark.parametrize("lost", ["never held", "file", "replaced"])
+def test_a_slab_under_an_indenter_that_nothing_holds_warns_once(
+    surface, lost, tmp_path
+):
+    atoms = slab(surface, held=lost != "never held")
+    add_indenter(atoms, RoughSphere(15.0), load=0.1)
+    if lost == "replaced":
+        atoms.set_constraint(FixAtoms([-1]))
+    elif lost == "file":
+        write(tmp_path / "slab.extxyz", atoms)
+        atoms = read(tmp_path / "slab.extxyz")
+        atoms.calc = ElasticFoundation(pair_potential(), surface, atoms, 2)
+        add_indenter(atoms, RoughSphere(15.0), load=0.1)
+    with pytest.warns(UserWarning, match=r"foundation\.hold"):
+        atoms.get_forces()
+    foundation = atoms.calc.mixer.calcs[0]
+    foundation.hold(atoms)
+    atoms.positions[-1, 2] -= 0.1
+    atoms.get_forces()
+
+
 def test_what_is_refused(surface):
     atoms = slab(surface)
     with pytest.raises(ValueError, match="soft wall"):
         add_indenter(atoms, RoughSphere(15.0), HardWall())
+    foundation = atoms.calc
     add_indenter(atoms, RoughSphere(15.0))
-    with pytest.raises(ValueError, match="an indenter already"):
+    with pytest.raises(ValueError, match=r"atoms\.calc = foundation"):
         add_indenter(atoms, RoughSphere(15.0))
+    atoms.calc = foundation
+    with pytest.raises(ValueError, match="an indenter already"):
+        add_indenter(atoms, RoughSphere(15.0), height=3.0)
     atoms = slab(surface)
     atoms.calc = None
     with pytest.raises(ValueError, match="need an ElasticFoundation"):
