@@ -20,7 +20,7 @@ from ase_roughcontact.interactions import LennardJones93
 WALLS = {
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
     "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
-    "full": LennardJones93.full(1.0, 0.04, cutoff=3.0),
+    "full": LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0),
 }
 
 

@@ -35,7 +35,9 @@ EPS = float(np.finfo(float).eps)
 WALLS = {
     "repulsive": LennardJones93.repulsive,
     "adhesive": lambda e, a: LennardJones93.adhesive(e, a, 0.02 * e * a),
-    "full": lambda e, a: LennardJones93.full(a, 0.04 * e * a, cutoff=3.0 * a),
+    "full": lambda e, a: LennardJones93.full(
+        distance=a, work_of_adhesion=0.04 * e * a, cutoff=3.0 * a
+    ),
     "hard": lambda e, a: HardWall(),
     "plastic": lambda e, a: PlasticWall(0.05 * e),
     "exponential": lambda e, a: ExponentialWall(0.02 * e * a, 0.7 * a, 3.0),

@@ -24,7 +24,7 @@ from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptio
 
 SPHERE = RoughSphere(10.0)
 ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0)
-FULL = LennardJones93.full(1.0, 0.04, cutoff=3.0)
+FULL = LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0)
 
 
 def make_atoms(load=0.0, wall=None, fixed=True):
@@ -71,7 +71,7 @@ FUNCTIONS = {
         partial(substrate, "Cu", (4, 4), SPHERE),
         {"spacing": 1.0, "height": 2.0},
     ),
-    "RoughContact": (energy, {"load": 0.1}),
+    "RoughContact": (partial(energy, fixed=False), {"load": 0.1}),
     "modulus": (lambda modulus: RoughContact(SPHERE, modulus), {"modulus": 1.0}),
     "Isotropic": (elasticity.Isotropic, {"contact_modulus": 1.0}),
     "half space": (

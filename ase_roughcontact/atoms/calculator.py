@@ -9,6 +9,7 @@ from ase import Atoms
 from ase.calculators.calculator import Calculator, all_changes
 from ase.outputs import Properties, all_outputs
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid
@@ -81,6 +82,11 @@ class RoughContact(Calculator):
     TypeError
         If a parameter is unknown.
 
+    Warns
+    -----
+    UserWarning
+        Once for every load, if it does not act because the indenter is fixed.
+
     Notes
     -----
     Besides ASE's properties, `results` has `normal_force` (eV/Å), `contact_area` (Å^2)
@@ -140,6 +146,7 @@ class RoughContact(Calculator):
     ) -> None:
         self._cached_model: ContactModel | None = None
         self._fixed: bool | None = None  # whether the indenter was, when calculated
+        self._warned_of_load = 0.0
         super().__init__(
             indenter=indenter,
             contact_modulus=contact_modulus,
@@ -200,7 +207,10 @@ class RoughContact(Calculator):
         """Set the results of the present atoms."""
         self._state = state
         self._fixed = indenter_fixed(self.atoms)
-        load = 0.0 if self._fixed else self.parameters["load"]
+        load = self.parameters["load"]
+        if self._fixed:
+            self._warn_of_load(load)
+            load = 0.0
         work = load * float(self.atoms.positions[-1, 2])
         forces = np.zeros((len(self.atoms), 3))
         if state.forces.any():
@@ -213,6 +223,16 @@ class RoughContact(Calculator):
             "forces": forces,
             **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
         }
+
+    def _warn_of_load(self, load: float) -> None:
+        """Warn of a load on a fixed indenter, once for every load."""
+        if load not in (0.0, self._warned_of_load):
+            self._warned_of_load = load
+            warn(
+                f"the load of {load:g} eV/Å does not act, because the indenter is "
+                "fixed: build the atoms with substrate(..., fixed=False) or take the "
+                "constraint away, or set the load to zero"
+            )
 
     def state(self, atoms: Atoms | None = None) -> ContactState:
         """Return forces, gaps and pressures of the atoms.

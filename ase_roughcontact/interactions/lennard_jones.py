@@ -169,9 +169,9 @@ class LennardJones93(Interaction):
 
     @staticmethod
     def full(
+        *,
         distance: float,
         work_of_adhesion: float,
-        *,
         cutoff: float | None = None,
         onset: float | None = None,
         core: float | None = None,
@@ -379,7 +379,7 @@ class FullLennardJones93(LennardJones93):
         cls, contact_modulus: float, spacing: float, **parameters: float
     ) -> Interaction:
         """Make the wall for a substrate; see `LennardJones93.full`."""
-        return cls.full(spacing, **parameters)
+        return cls.full(distance=spacing, **parameters)
 
     @property
     def stiffness(self) -> float:  # type: ignore[override]

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from typing import Any, TypeVar, get_type_hints
 
 from ase_roughcontact.paths.limits import violations
@@ -266,10 +266,23 @@ class LoadStep:
         LoadStep
             Of the class that it is called on. Forces, energy and gaps are calculated
             from the positions, not taken from the optimizer.
+
+        Raises
+        ------
+        AttributeError
+            If the function of a column asks for what a step does not have.
         """
-        return cls(
-            **{name: each.value(relaxed) for name, each in columns_of(cls).items()}
-        )
+        values = {}
+        for name, each in columns_of(cls).items():
+            try:
+                values[name] = each.value(relaxed)
+            except AttributeError as error:
+                raise AttributeError(
+                    f"column {name!r}: {error}. Its function is called with a "
+                    "RelaxedStep; fields and sums, such as contact_area, are those of "
+                    "step.state"
+                ) from error
+        return cls(**values)
 
     @classmethod
     def from_columns(cls: type[Step], columns: Mapping[str, Any]) -> Step:
@@ -307,7 +320,24 @@ def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
     Returns
     -------
     dict of Column
+
+    Raises
+    ------
+    TypeError
+        If the class is not a dataclass of columns.
     """
+    for parent in record.__mro__:
+        if any(isinstance(value, Field) for value in vars(parent).values()):
+            raise TypeError(
+                f"{parent.__name__} has new columns, but is not a dataclass: decorate "
+                "it with @dataclass(frozen=True)"
+            )
+    others = [each.name for each in fields(record) if "column" not in each.metadata]
+    if others:
+        raise TypeError(
+            f"every field of {record.__name__} must be a column(function, description),"
+            f" got {', '.join(others)}"
+        )
     return {each.name: each.metadata["column"] for each in fields(record)}
 
 

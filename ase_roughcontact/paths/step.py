@@ -14,7 +14,7 @@ from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.extrapolation import Extrapolation
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
 from ase_roughcontact.solvers.default import default_relaxer
@@ -98,6 +98,7 @@ class StepOptions:
             positive(fmax=self.fmax)
         integer("max_steps", self.max_steps, 1)
         accuracy_of(self.accuracy, self.continuum)
+        columns_of(self.record)  # raises if it is not a class of results
 
 
 class Stepper:

@@ -40,8 +40,8 @@ WALLS: dict[str, Interaction] = {
     "exponential": ExponentialWall(0.005, 0.5),
     "exponential-periodic": ExponentialWall(0.005, 0.5),
     "dugdale-periodic": DugdaleWall(0.005, 0.5, relative_taper=0.0),
-    "adhesive-0.0005": LennardJones93.full(1.0, 0.0005),
-    "adhesive-0.005": LennardJones93.full(1.0, 0.005),
+    "adhesive-0.0005": LennardJones93.full(distance=1.0, work_of_adhesion=0.0005),
+    "adhesive-0.005": LennardJones93.full(distance=1.0, work_of_adhesion=0.005),
 }
 
 # Largest gap in contact (a0, hard walls) or force left on an atom (E* a0^2).

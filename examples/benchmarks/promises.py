@@ -96,7 +96,7 @@ def cutoffs():
 def attracted(sphere, work, cutoff, depth):
     """Record of a sphere at a depth, and the push on the atoms in contact."""
     atoms = substrate("Cu", (8, 8), sphere, spacing=1.0)
-    wall = LennardJones93.full(1.0, work, cutoff=cutoff)
+    wall = LennardJones93.full(distance=1.0, work_of_adhesion=work, cutoff=cutoff)
     atoms.calc = RoughContact(sphere, 1.0, wall)
     (record,) = load_path(atoms, [depth], accuracy=1e-11, window="auto")
     return record, push_of(atoms)
@@ -114,7 +114,7 @@ def paths():
         "repulsive": LennardJones93.repulsive(1.0, 1.0),
         "adhesive, w = 0.01": LennardJones93.adhesive(1.0, 1.0, 0.01),
         "adhesive, w = 0.05": LennardJones93.adhesive(1.0, 1.0, 0.05),
-        "full": LennardJones93.full(1.0, 1 / 27, cutoff=5.0),
+        "full": LennardJones93.full(distance=1.0, work_of_adhesion=1 / 27, cutoff=5.0),
     }
     in_contact = (
         ("penetrations", (0.3, 1.0, 2.0)),

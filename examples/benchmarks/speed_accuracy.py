@@ -101,7 +101,10 @@ def wall_of(case, settings):
         return HardWall()
     if case == "full":  # as stiff as the bulk
         return LennardJones93.full(
-            1.0, 1 / 27, cutoff=settings.cutoff, core=settings.core
+            distance=1.0,
+            work_of_adhesion=1 / 27,
+            cutoff=settings.cutoff,
+            core=settings.core,
         )
     work = 0.005 if case == "adhesive" else 0.0
     return LennardJones93.adhesive(1.0, 1.0, work, core=settings.core)

@@ -78,6 +78,7 @@ def test_free_energy_equals_the_energy():
     )
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.filterwarnings("ignore:contact_modulus")  # in other units
 @pytest.mark.parametrize(
     "length, modulus",
@@ -266,6 +267,7 @@ def test_state_needs_atoms_or_a_calculation():
         atoms.calc.state()
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize(
     "copied", [copy.deepcopy, lambda calc: pickle.loads(pickle.dumps(calc))]
 )
@@ -325,6 +327,7 @@ def test_heterogeneity_without_attraction_is_refused():
         atoms.get_potential_energy()
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("name, value", BAD_PARAMETERS)
 def test_bad_parameters_are_refused_and_change_nothing(name, value):
     atoms = make_atoms(load=0.5)

@@ -148,6 +148,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize(
     "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
 )
@@ -209,6 +210,7 @@ def test_the_pressure_of_a_solver_is_not_used_with_other_parameters(name):
     assert_as_good_as_fresh(atoms, atoms.calc)
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize(
     "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
 )

@@ -103,6 +103,7 @@ FREE = [[], [FixCartesian([0], (True, True, False))], [Hookean(-1, (6, 6, 9), 0.
 FIXED = [[FixAtoms([-1])], [FixCartesian([-1], (False, False, True))]]
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("constraints", FREE + FIXED, ids=str)
 def test_load_acts_on_a_free_indenter_only(constraints):
     loaded, unloaded = make_atoms(load=2.0, height=-0.5), make_atoms(height=-0.5)
@@ -118,6 +119,18 @@ def test_load_acts_on_a_free_indenter_only(constraints):
     assert forces[1] == pytest.approx(loaded.calc.results["normal_force"])
 
 
+def test_a_load_on_a_fixed_indenter_warns_once():
+    atoms = make_atoms(load=2.0)
+    with pytest.warns(UserWarning, match="does not act"):
+        atoms.get_potential_energy()
+    atoms.positions[-1, 2] -= 0.1
+    atoms.get_potential_energy()
+    atoms.calc.set(load=3.0)
+    with pytest.warns(UserWarning, match="load of 3"):
+        NewtonKrylov(atoms).run(fmax=1e-2)
+
+
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("fixed", [True, False])
 def test_force_on_the_indenter_is_minus_the_gradient_of_the_energy(fixed):
     atoms = make_atoms(load=2.0, height=-0.5, fixed=fixed)
@@ -128,6 +141,7 @@ def test_force_on_the_indenter_is_minus_the_gradient_of_the_energy(fixed):
     assert numerical[2] == pytest.approx(force, abs=1e-6)
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 def test_release_of_the_indenter_changes_the_energy_at_once():
     atoms = make_atoms(load=2.0, height=-0.5)
     energy = atoms.get_potential_energy()
@@ -137,6 +151,7 @@ def test_release_of_the_indenter_changes_the_energy_at_once():
     assert atoms.get_potential_energy() == energy
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 def test_energies_count_from_the_same_zero_in_both_controls():
     atoms = make_atoms(height=30.0, load=2.0)
     assert atoms.get_potential_energy() == 0.0

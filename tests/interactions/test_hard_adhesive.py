@@ -124,7 +124,7 @@ def test_parameters_out_of_range_are_errors(wall, arguments, message):
 LOCAL = {
     **WALLS,
     "adhesive": LennardJones93.adhesive(1.0, 1.0, W),
-    "full": LennardJones93.full(1.0, W),
+    "full": LennardJones93.full(distance=1.0, work_of_adhesion=W),
 }
 
 

@@ -17,14 +17,16 @@ E, A0, W = 2.0, 3.0, 0.05  # none of them one, so that no power of them hides
 
 REPULSIVE = LennardJones93.repulsive(E, A0)
 ADHESIVE = LennardJones93.adhesive(E, A0, W)
-FULL = LennardJones93.full(A0, W)
+FULL = LennardJones93.full(distance=A0, work_of_adhesion=W)
 EXAMPLES = {
     "repulsive": REPULSIVE,
     "stiff repulsive": LennardJones93.repulsive(E, A0, stiffness=7.0, core=0.8 * A0),
     "weakly adhesive": LennardJones93.adhesive(E, A0, 1e-4 * W),
     "adhesive": ADHESIVE,
     "full": FULL,
-    "full, short": LennardJones93.full(A0, W, onset=A0, cutoff=2.5 * A0, core=0.3 * A0),
+    "full, short": LennardJones93.full(
+        distance=A0, work_of_adhesion=W, onset=A0, cutoff=2.5 * A0, core=0.3 * A0
+    ),
 }
 every_wall = pytest.mark.parametrize("wall", EXAMPLES.values(), ids=EXAMPLES.keys())
 with_tail = pytest.mark.parametrize("wall", [ADHESIVE, FULL], ids=["adhesive", "full"])
@@ -221,7 +223,9 @@ def test_wall_repels_exactly_below_its_contact_distance(wall):
         lambda length, stress: LennardJones93.adhesive(
             E * stress, A0 * length, W * stress * length
         ),
-        lambda length, stress: LennardJones93.full(A0 * length, W * stress * length),
+        lambda length, stress: LennardJones93.full(
+            distance=A0 * length, work_of_adhesion=W * stress * length
+        ),
     ],
     ids=["repulsive", "adhesive", "full"],
 )
@@ -289,8 +293,11 @@ def test_wall_survives_json_and_pickle(wall):
     [
         ("contact_modulus", lambda bad: LennardJones93.repulsive(bad, A0)),
         ("spacing", lambda bad: LennardJones93.adhesive(E, bad, W)),
-        ("distance", lambda bad: LennardJones93.full(bad, W)),
-        ("work_of_adhesion", lambda bad: LennardJones93.full(A0, bad)),
+        ("distance", lambda bad: LennardJones93.full(distance=bad, work_of_adhesion=W)),
+        (
+            "work_of_adhesion",
+            lambda bad: LennardJones93.full(distance=A0, work_of_adhesion=bad),
+        ),
     ],
 )
 def test_parameters_that_are_no_positive_numbers_are_named_with_their_value(
@@ -306,15 +313,46 @@ def test_parameters_that_are_no_positive_numbers_are_named_with_their_value(
         ("work_of_adhesion .* >= 0", lambda: LennardJones93.adhesive(E, A0, -W)),
         ("stiffness", lambda: LennardJones93.adhesive(E, A0, W, stiffness=-1.0)),
         ("stiffness", lambda: LennardJones93.repulsive(E, A0, stiffness=0.0)),
-        ("cutoff", lambda: LennardJones93.full(A0, W, cutoff=math.inf)),
-        ("onset and cutoff", lambda: LennardJones93.full(A0, W, cutoff=0.5 * A0)),
-        ("onset and cutoff", lambda: LennardJones93.full(A0, W, onset=0.5 * A0)),
-        ("onset and cutoff", lambda: LennardJones93.full(A0, W, onset=11 * A0)),
-        ("onset must be", lambda: LennardJones93.full(A0, W, onset=math.nan)),
-        ("core must be smaller", lambda: LennardJones93.full(A0, W, core=A0)),
+        (
+            "cutoff",
+            lambda: LennardJones93.full(
+                distance=A0, work_of_adhesion=W, cutoff=math.inf
+            ),
+        ),
+        (
+            "onset and cutoff",
+            lambda: LennardJones93.full(
+                distance=A0, work_of_adhesion=W, cutoff=0.5 * A0
+            ),
+        ),
+        (
+            "onset and cutoff",
+            lambda: LennardJones93.full(
+                distance=A0, work_of_adhesion=W, onset=0.5 * A0
+            ),
+        ),
+        (
+            "onset and cutoff",
+            lambda: LennardJones93.full(distance=A0, work_of_adhesion=W, onset=11 * A0),
+        ),
+        (
+            "onset must be",
+            lambda: LennardJones93.full(
+                distance=A0, work_of_adhesion=W, onset=math.nan
+            ),
+        ),
+        (
+            "core must be smaller",
+            lambda: LennardJones93.full(distance=A0, work_of_adhesion=W, core=A0),
+        ),
         ("core .* > 0", lambda: LennardJones93.repulsive(E, A0, core=0.0)),
     ],
 )
 def test_gaps_out_of_order_are_refused(message, make):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_the_full_wall_has_no_order_of_arguments_to_mistake():
+    with pytest.raises(TypeError, match="positional"):
+        LennardJones93.full(1.0, 0.1)

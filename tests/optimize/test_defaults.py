@@ -183,6 +183,7 @@ def test_a_stiff_spring_costs_less_than_twice_a_fixed_indenter(stiffness):
 # Residuals of the optimality conditions of a hard wall
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 def test_a_missing_load_is_a_residual_only_of_a_free_indenter(fixed):
     atoms = substrate("Cu", (24, 24), SPHERE, spacing=1.0, fixed=fixed)

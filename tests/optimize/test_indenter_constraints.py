@@ -52,6 +52,7 @@ def test_lateral_constraints_change_nothing(constraint, wall):
     np.testing.assert_array_equal(atoms.positions, free.positions)
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize(
     "constraint",
     [
@@ -95,6 +96,7 @@ def test_other_constraints_are_refused_by_name(optimizer, constraint):
     assert str(constraint) in str(info.value)
 
 
+@pytest.mark.filterwarnings("ignore:the load of")
 def test_hard_wall_supports_a_spring_on_a_fixed_indenter_only():
     spring = Hookean(LAST, (4.0, 4.0, -2.0), 0.7, rt=0.0)
     with pytest.raises(ValueError, match="ActiveSet does not support a spring"):

@@ -20,7 +20,8 @@ def make_atoms(n=5, *, wall=None, periodic=False, **options):
     atoms = substrate(
         "Cu", (n, n), sphere, spacing=1.0, height=0.6, periodic=periodic, **options
     )
-    atoms.calc = RoughContact(sphere, 1.0, wall, load=0.5)
+    load = 0.0 if options.get("fixed", True) else 0.5
+    atoms.calc = RoughContact(sphere, 1.0, wall, load=load)
     return atoms
 
 
@@ -54,7 +55,8 @@ def fine_atoms(fixed):
     sphere = RoughSphere(radius=40.0)
     atoms = substrate("Cu", (24, 24), sphere, spacing=0.25, height=0.6, fixed=fixed)
     wall = LennardJones93.repulsive(1.0, 1.0)
-    atoms.calc = RoughContact(sphere, 1.0, wall, load=0.5)
+    load = 0.0 if fixed else 0.5
+    atoms.calc = RoughContact(sphere, 1.0, wall, load=load)
     return atoms
 
 

@@ -26,7 +26,7 @@ WALLS = {
     "hard": HardWall(),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
     "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
-    "full": LennardJones93.full(1.0, 0.03, cutoff=5.0),
+    "full": LennardJones93.full(distance=1.0, work_of_adhesion=0.03, cutoff=5.0),
 }
 SEEDS = (101, pytest.param(102, marks=pytest.mark.slow))
 PATHS = {
@@ -123,7 +123,7 @@ def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
     def force(cutoff):
         sphere = RoughSphere(100.0)
         atoms = substrate("Cu", (8, 8), sphere, spacing=1.0)
-        wall = LennardJones93.full(1.0, 1 / 27, cutoff=cutoff)
+        wall = LennardJones93.full(distance=1.0, work_of_adhesion=1 / 27, cutoff=cutoff)
         atoms.calc = RoughContact(sphere, 1.0, wall)
         (record,) = load_path(atoms, [depth], accuracy=1e-8, window="auto")
         state = atoms.calc.state(atoms)

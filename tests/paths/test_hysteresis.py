@@ -533,7 +533,7 @@ def test_free_or_loaded_indenter_is_an_error():
 
 def test_wall_of_infinite_range_is_an_error():
     atoms = sphere_above(50.0, 0.05, 8)
-    wall = LennardJones93.full(1.0, 0.05, cutoff=3.0)
+    wall = LennardJones93.full(distance=1.0, work_of_adhesion=0.05, cutoff=3.0)
     object.__setattr__(wall, "cutoff", np.inf)
     atoms.calc.set(interaction=wall)
     with pytest.raises(ValueError, match="wall must have a finite cutoff, got inf"):

@@ -116,6 +116,36 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     assert line["units"] == {**UNITS, "largest_gap": "Å"}
 
 
+def test_own_columns_that_would_be_lost_are_refused():
+    class Undecorated(LoadStep):
+        gap: float = column(lambda s: s.state.gap.max(), "largest gap", "Å")
+
+    @dataclass(frozen=True)
+    class OnTop(Undecorated):
+        pass
+
+    @dataclass(frozen=True)
+    class NotAColumn(LoadStep):
+        gap: float = 1.0
+
+    for record, words in (
+        (Undecorated, "dataclass"),
+        (OnTop, "Undecorated"),
+        (NotAColumn, "must be a column"),
+    ):
+        with pytest.raises(TypeError, match=words):
+            load_path(make_atoms(), [0.4], record=record)
+
+
+def test_a_column_of_what_a_step_does_not_have_is_named_with_where_it_is():
+    @dataclass(frozen=True)
+    class Area(LoadStep):
+        my_area: float = column(lambda s: s.contact_area, "area", "Å^2")
+
+    with pytest.raises(AttributeError, match=r"'my_area'.*step\.state"):
+        list(load_path(make_atoms(), [0.4], record=Area))
+
+
 def test_own_columns_use_the_errors_that_were_estimated_once():
     seen = []
 

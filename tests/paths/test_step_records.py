@@ -26,7 +26,9 @@ WALLS = {
     "hard": HardWall(),
     "repulsive": LennardJones93.repulsive(MODULUS, SPACING),
     "adhesive": LennardJones93.adhesive(MODULUS, SPACING, 0.05),
-    "full": LennardJones93.full(SPACING, 0.05, cutoff=4.0 * SPACING),
+    "full": LennardJones93.full(
+        distance=SPACING, work_of_adhesion=0.05, cutoff=4.0 * SPACING
+    ),
 }
 OTHERS = {"plastic": PlasticWall(0.1), "exponential": ExponentialWall(0.02, 1.0)}
 SOFT = [name for name in WALLS if name != "hard"]

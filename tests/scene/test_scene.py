@@ -39,7 +39,12 @@ def test_moduli_are_in_gigapascal_and_works_of_adhesion_in_joule_per_square_metr
     [
         ("hard", lambda e, a: HardWall()),
         ("repulsive", LennardJones93.repulsive),
-        ("full", lambda e, a: LennardJones93.full(a, 0.1 * J / m**2)),
+        (
+            "full",
+            lambda e, a: LennardJones93.full(
+                distance=a, work_of_adhesion=0.1 * J / m**2
+            ),
+        ),
     ],
 )
 def test_walls_are_made_by_kind(kind, wall):

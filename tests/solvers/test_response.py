@@ -28,7 +28,7 @@ WALLS = {
     "hard": HardWall(),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
     "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
-    "full": LennardJones93.full(1.0, 0.05),
+    "full": LennardJones93.full(distance=1.0, work_of_adhesion=0.05),
 }
 
 

@@ -37,7 +37,7 @@ every_pattern = pytest.mark.parametrize(
 )
 WALLS = [
     LennardJones93.adhesive(1.0, 1.0, 0.05),
-    LennardJones93.full(1.0, 0.05, cutoff=3.0),
+    LennardJones93.full(distance=1.0, work_of_adhesion=0.05, cutoff=3.0),
     ExponentialWall(0.05, 0.7),
     PowerLawWall(0.05, 0.7),
     DugdaleWall(0.05, 0.7),

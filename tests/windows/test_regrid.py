@@ -23,7 +23,7 @@ SPHERE = RoughSphere(100.0, ROUGH)
 
 def make_atoms(surface=SPHERE, shape=(12, 16), **options):
     atoms = substrate("Cu", shape, surface, spacing=1.0, **options)
-    atoms.calc = RoughContact(surface, 1.0, load=0.5)
+    atoms.calc = RoughContact(surface, 1.0)
     return atoms
 
 
@@ -31,6 +31,7 @@ def make_atoms(surface=SPHERE, shape=(12, 16), **options):
 @pytest.mark.parametrize("refine, coarsen", [(2, 1), (3, 1), (1, 2)])
 def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
     atoms = make_atoms(periodic=periodic)
+    atoms.calc.set(load=0.5)
     before, grid = contact_of(atoms), grid_of(atoms)
     axis, cell = atoms.positions[-1].copy(), atoms.cell.copy()
     assert regrid(atoms, GridChange(refine, coarsen)) == 0.0
