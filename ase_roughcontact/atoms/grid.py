@@ -18,6 +18,10 @@ from ase_roughcontact.topography.facts import sampled_heights, surface_id
 # Largest distance of an atom from its lattice site, in spacings: text formats round
 # positions.
 _LATERAL_TOLERANCE = 1e-4
+_ADVICE = (
+    "surface atoms may move along z only, and none may be missing; set their x and y, "
+    "and the cell, back to those of substrate()"
+)
 # Relative difference up to which two spacings are the same, but for rounding.
 _ROUNDING = 1e-12
 
@@ -154,7 +158,8 @@ def _shape_of(xy: np.ndarray, cell: Any) -> tuple[int, int]:
     rows, remainder = divmod(len(xy), columns)
     if remainder or not step > 0:
         raise ValueError(
-            f"{len(xy)} surface atoms do not make a grid with rows of {columns}"
+            f"{len(xy)} surface atoms do not make a grid with rows of {columns}: "
+            f"{_ADVICE}"
         )
     return rows, columns
 
@@ -172,7 +177,7 @@ def _window_of(
     if np.abs(sides - mean_step * np.array([n, m])).max() > 1e-3 * mean_step:
         raise ValueError(
             "the cell's sides must be whole numbers of spacings, got "
-            f"{(sides / mean_step).tolist()}"
+            f"{(sides / mean_step).tolist()}: {_ADVICE}"
         )
     spacing = float(sides[0] / n)
     first_step = float(np.abs(xy[1] - xy[0]).max())
@@ -187,12 +192,12 @@ def _check_on_grid(xy: np.ndarray, shape: tuple[int, int], spacing: float) -> No
     origin = float(xy[0, 0]), float(xy[0, 1])
     if _largest_offset(xy.reshape(*shape, 2), rows, origin, spacing) <= tolerance:
         return
-    sites = spacing * np.indices(shape).reshape(2, -1).T + xy[0]
-    distance = np.abs(sites - xy).max(axis=1)
+    offset = xy - spacing * np.indices(shape).reshape(2, -1).T
+    distance = np.abs(offset - np.median(offset, axis=0)).max(axis=1)
     worst = int(distance.argmax())
     raise ValueError(
         f"atom {worst} is off the square grid by {distance[worst]:.3g} (spacing "
-        f"{spacing:.6g}): surface atoms may move along z only"
+        f"{spacing:.6g}): {_ADVICE}"
     )
 
 

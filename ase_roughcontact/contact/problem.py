@@ -19,6 +19,7 @@ from ase_roughcontact.elasticity.halfspace import (
 from ase_roughcontact.elasticity.lattice import Box, lattice_offset
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import Heterogeneity, Surface
 from ase_roughcontact.topography.facts import IndenterFacts, sampled_heights
 
@@ -51,8 +52,8 @@ class Problem:
     Raises
     ------
     ValueError
-        If the local work of adhesion varies under a wall without attraction, or the
-        solid has another spacing.
+        If the local work of adhesion varies under a wall without attraction, the solid
+        has another spacing, or a user's wall contradicts itself; see `check_wall`.
     """
 
     indenter: Surface
@@ -67,6 +68,7 @@ class Problem:
     def __post_init__(self) -> None:
         """Check that the parts fit together."""
         self.solid.check(self.spacing)
+        check_wall(self.wall, self.spacing)
         if self.heterogeneity and not self.wall.attractive:
             raise ValueError(
                 f"heterogeneity needs an interaction with attraction, got {self.wall!r}"

@@ -12,7 +12,7 @@ from ase_roughcontact.foundation.surface import CrystalSurface
 
 
 def crystal_slab(
-    symbol: str,
+    symbol: str | Atoms,
     size: tuple[int, int],
     layers: int,
     calculator: Any,
@@ -24,8 +24,9 @@ def crystal_slab(
 
     Parameters
     ----------
-    symbol : str
-        Chemical symbol.
+    symbol : str or Atoms
+        Chemical symbol, or a crystal of one element, as
+        `CrystalSurface.from_calculator` takes it.
     size : (int, int)
         Surface cells along both sides.
     layers : int
@@ -61,8 +62,11 @@ def crystal_slab(
     integer("layers", layers, 1)
     if isinstance(surface, str):
         surface = CrystalSurface.from_calculator(calculator, symbol, surface)
-    if surface.symbol != symbol:
-        raise ValueError(f"the surface is that of {surface.symbol}, got {symbol}")
+    elements = {symbol} if isinstance(symbol, str) else set(symbol.symbols)
+    if elements != {surface.symbol}:
+        raise ValueError(
+            f"the surface is that of {surface.symbol}, got {', '.join(elements)}"
+        )
     column = surface.column(layers)
     column.set_tags(range(1, layers + 1))
     atoms = column.repeat((n, m, 1))

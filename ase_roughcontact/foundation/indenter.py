@@ -14,6 +14,7 @@ from scipy.interpolate import RectBivariateSpline
 from ase_roughcontact._util.validation import finite, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
+from ase_roughcontact.interactions.consistency import check_wall
 from ase_roughcontact.topography import BoundedSurface, Surface
 
 # Samples of the shape per spacing, between which it is interpolated.
@@ -92,6 +93,7 @@ class RigidIndenter(Calculator):
                 "atoms need a soft wall such as LennardJones93.repulsive, got "
                 f"{interaction!r}"
             )
+        check_wall(interaction, spacing)
         self.indenter, self.interaction = indenter, interaction
         self.spacing, self.area, self.load = spacing, area, load
         self._step = spacing / _SAMPLES

@@ -168,6 +168,11 @@ def move_sideways(atoms):
     return atoms
 
 
+def move_the_first_sideways(atoms):
+    atoms.positions[0, 1] += 0.1
+    return atoms
+
+
 def mix_boundaries(atoms):
     atoms.pbc = (True, False, False)
     return atoms
@@ -202,6 +207,7 @@ def stretch_cell(atoms):
         (double_indenter, "last atom, and no other, must be the indenter"),
         (lose_an_atom, "grid"),
         (move_sideways, "atom 10 is off the square grid by 0.1"),
+        (move_the_first_sideways, "atom 0 is off the square grid by 0.1"),
         (mix_boundaries, r"pbc must be .*got \(True, False, False\)"),
         (repeat_along_z, r"pbc must be .*got \(True, True, True\)"),
         (lose_the_last_row, "padding"),

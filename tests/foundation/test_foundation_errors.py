@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from ase.build import bcc100, fcc100
+from ase.build import bcc100, bulk, fcc100
 from ase.calculators.calculator import PropertyNotImplementedError
 from ase.calculators.emt import EMT
 from ase.constraints import FixAtoms
@@ -160,6 +160,14 @@ def test_a_calculator_that_describes_slabs_in_another_way_is_found_out():
 def test_another_element(surface):
     with pytest.raises(ValueError, match="that of Cu, got Ni"):
         crystal_slab("Ni", (3, 3), 2, pair_potential(), surface)
+
+
+def test_a_slab_of_a_crystal_given_as_atoms(surface):
+    size = 3, 3
+    atoms, _ = crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
+    assert len(atoms) == 18
+    with pytest.raises(ValueError, match="that of Cu, got Ni"):
+        crystal_slab(bulk("Ni"), size, 2, pair_potential(), surface)
 
 
 def test_an_atom_that_left_its_site(atoms, surface):

@@ -152,3 +152,63 @@ def test_unknown_unit_of_a_parameter_is_refused():
 )
 def test_states_depend_on_those_before_by_attraction_or_a_kept_shape(own, depends):
     assert type("Own", (Penalty,), own)(10.0).depends_on_history == depends
+
+
+# Walls that contradict themselves
+
+
+class Faulty(Penalty):
+    kind = ""
+
+    def __init__(self, fault):
+        super().__init__(10.0)
+        object.__setattr__(self, "fault", fault)
+
+    def evaluate(self, gap):
+        return self.fault(gap, *super().evaluate(gap))
+
+
+@pytest.mark.parametrize(
+    "fault, words",
+    [
+        (lambda g, e, p, k: (e, -p, k), "pressure .* derivative"),
+        (lambda g, e, p, k: (e, 1.01 * p, 1.01 * k), "pressure .* derivative"),
+        (lambda g, e, p, k: (e, p, -k), "stiffness .* derivative"),
+        (lambda g, e, p, k: (e, p, np.zeros_like(k)), "stiffness .* derivative"),
+        (lambda g, e, p, k: (np.sqrt(g), p, k), "finite"),
+        (lambda g, e, p, k: (e, p), "evaluate"),
+        (lambda g, e, p, k: (e.sum(), p, k), "shape"),
+    ],
+    ids=["sign", "factor", "stiffness", "none", "NaN", "two", "sum"],
+)
+def test_a_wall_that_contradicts_itself_is_refused(fault, words):
+    with (
+        np.errstate(invalid="ignore"),
+        pytest.raises(ValueError, match=words),
+    ):
+        path(Faulty(fault), [0.1])
+
+
+def test_kinks_jumps_and_strong_walls_are_not_taken_for_errors():
+    class Jump(Penalty):
+        kind = ""
+        cutoff = 1.0
+        work_of_adhesion = attraction_range = 0.2
+
+        def evaluate(self, gap):
+            energy, pressure, stiffness = super().evaluate(gap)
+            near = (gap >= 0.0) & (gap < 1.0)
+            energy = energy - np.where(gap < 0.0, 0.2, 0.2 * (1.0 - gap) * near)
+            return energy, pressure - 0.2 * near, stiffness
+
+    for stiffness in (1e-6, 1.0, 1e9):
+        assert path(Jump(stiffness), [-5.0])[0].normal_force == 0.0
+
+
+def test_a_wall_without_its_attributes_is_refused_by_name():
+    class Bare(Interaction):
+        def evaluate(self, gap):
+            return gap, gap, gap
+
+    with pytest.raises(ValueError, match="Bare must define cutoff"):
+        path(Bare(), [0.1])
