@@ -38,8 +38,7 @@ class Coated(ElasticSolid):
 class Springs(Interaction):
     """Linear springs instead of the foundation: p = -k g where the gap is negative."""
 
-    cutoff = contact_distance = 0.0
-    attractive = False
+    cutoff = contact_distance = work_of_adhesion = attraction_range = 0.0
 
     def evaluate(self, gap):
         depth = np.maximum(-np.asarray(gap), 0.0)

@@ -71,7 +71,9 @@ class Magnet(Interaction):
 
     def evaluate(self, gap):
         pressure = np.where(gap < 1.0, 1.0 - gap, -self.tension * (gap < 1.5))
-        return np.zeros_like(gap), pressure, 1.0 * (gap < 1.0)
+        pulled = self.tension * np.minimum(np.maximum(gap, 1.0) - 1.5, 0.0)
+        energy = 0.5 * np.maximum(1.0 - gap, 0.0) ** 2 + pulled
+        return energy, pressure, 1.0 * (gap < 1.0)
 
 
 def atoms_on(indenter=SPHERE, wall=SOFT, **options):
