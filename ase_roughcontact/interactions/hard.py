@@ -52,8 +52,8 @@ class PlasticWall(HardWall):
         H (pressure; for atoms in eV/Å^3, where 1 GPa is `ase.units.GPa`).
     permanent : bool
         Whether a path keeps the plastic shape: after each step the surface is lowered
-        by its plastic depth (`indent`), so that it unloads elastically. By default each
-        state is that of a single loading.
+        by its plastic depth, so that it unloads elastically. By default each state is
+        that of a single loading.
 
     Raises
     ------
