@@ -403,14 +403,6 @@ def test_a_cold_start_costs_few_transforms(wall, most, solid):
     assert contact.halfspace.window_transform.pairs <= most / 2.0
 
 
-def test_a_warm_start_after_one_percent_more_load_costs_less_than_a_cold_one(solid):
-    contact = scene(128, solid=solid)
-    cold = relax(contact, 0.0, constant(60.0), tolerance=1e-6)
-    last = cold[-1]
-    warm = relax(contact, last.height, constant(60.6), last.pressure, 1e-6)
-    assert sum(s.pairs for s in warm) < sum(s.pairs for s in cold)
-
-
 def test_solving_the_exact_equations_saves_transforms_in_wide_contacts():
     contact, load = scene(128), 0.03 * 128**2  # half of the atoms in contact
     before = relax(contact, 0.0, constant(0.8 * load), tolerance=1e-6)[-1]
