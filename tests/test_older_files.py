@@ -45,7 +45,7 @@ def older(tmp_path_factory):
 
 def test_an_older_run_is_continued(older):
     scene = Scene.read(older / "my.toml")
-    targets = [*scene.steps, 1.1 * scene.steps[-1]]
+    targets = [*scene.targets, 1.1 * scene.targets[-1]]
     files = {n: older / "out" / f for n, f in FILES.items()}
     *before, last = scene.relax(targets, resume=True, validity="ignore", **files)
     assert math.isnan(before[0].area_error) and before[0].plastic_atoms == -1

@@ -55,7 +55,7 @@ def test_every_row_of_the_table_is_a_step_of_the_scenes(examples, table):
     loads = {
         (case_of(scene), step): load
         for scene in scenes
-        for step, load in enumerate(scene.steps)
+        for step, load in enumerate(scene.targets)
     }
     rows = list(zip(table["case"].tolist(), table["step"].tolist(), strict=True))
     assert len(rows) == len(set(rows)) > 1000

@@ -9,7 +9,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact.atoms.loading import AtomsPath
-from ase_roughcontact.paths.hysteresis import follow_loop
+from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import PathFiles
 from ase_roughcontact.paths.record import LoadStep
@@ -127,18 +127,19 @@ def adhesion_loop(
             f"{load}"
         )
 
-    def show(state: LoadStep) -> None:
-        path.show()
-        if callback is not None:
-            callback(state)
-
-    return follow_loop(
+    smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
+    states = list[LoadStep]()
+    for state in follow_loop(
         path.stepper,
         deepest,
         step,
-        smallest_step=smallest_step,
+        smallest_step=smallest,
         tolerance=tolerance,
         files=PathFiles(trajectory, csv, frames=path.frames),
         validity=validity,
-        callback=show,
-    )
+    ):
+        path.show()
+        states.append(state)
+        if callback is not None:
+            callback(state)
+    return AdhesionLoop.of(states, smallest)

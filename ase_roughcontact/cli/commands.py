@@ -9,7 +9,7 @@ from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.curves import read_curve
-from ase_roughcontact.cli.description import bodies, cantilever_note
+from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
 from ase_roughcontact.scene.fit import Fit, fit_curve
@@ -36,11 +36,8 @@ def plan(options: argparse.Namespace) -> int:
     Exit status, as that of "run": 0 all steps can run in the free memory, 2 some can't,
     or the scene is invalid.
     """
-    scene, heading = checked_scene(options), ""
-    if scene.path.is_loop:
-        note, scene = cantilever_note(scene), scene.deepest_state
-        heading = "The deepest state of the loop, of tens of states:\n"
-        heading = note + heading
+    given = checked_scene(options)
+    scene, described = given.planned, given.path.describe(given)
     planned, unit = scene.plan(), report.target_unit(scene)
     if options.json:
         for step in planned.steps:
@@ -48,7 +45,7 @@ def plan(options: argparse.Namespace) -> int:
     elif not options.quiet:
         printed = printed_unit(unit)
         table = planned.table(f"{scene.path.control} ({printed})", UNITS[printed])
-        print(f"{bodies(scene)}\n\n{heading}{table}")
+        print("\n".join(filter(None, (f"{bodies(scene)}\n", described, table))))
     return 0 if planned.runs else 2
 
 
@@ -73,8 +70,9 @@ def fit(options: argparse.Namespace) -> int:
     invalid.
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
+    from ase_roughcontact.plot.files import check_picture
 
-    figures.check_picture(options.picture)
+    check_picture(options.picture)
     scene = checked_scene(options)
     curve = read_curve(options.curve, options.branch, scene.cantilever)
     trials = report.print_trial if prints_text(options) else None
@@ -125,8 +123,9 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
     invalid.
     """
     from ase_roughcontact.cli import figures  # imports matplotlib
+    from ase_roughcontact.plot.files import check_picture
 
-    figures.check_picture(options.picture)
+    check_picture(options.picture)
     study = tradeoff(checked_scene(options), options.error, of=options.error_of)
     figures.draw_tradeoff(study, options.picture)
     if options.json:

@@ -62,32 +62,6 @@ def bodies(scene: Scene) -> str:
     return f"{line}\n{scan_line(scene.topography)}"
 
 
-def cantilever_note(scene: Scene) -> str:
-    """Return what the cantilever of a loop must hold; empty without a cantilever.
-
-    Parameters
-    ----------
-    scene : Scene
-        With a loop.
-
-    Returns
-    -------
-    str
-        With an empty line below.
-    """
-    if scene.cantilever is None:
-        return ""
-    depth = scene.loop_options["deepest"]
-    # the base at the deepest state must be lower than when the free tip jumps in
-    force = scene.cantilever * max(depth, 0.0) / UNITS["nN"]
-    return (
-        f"Cantilever of {scene.cantilever / UNITS['J/m^2']:.4g} N/m: if the contact "
-        f"still pulls with more than about {force:.2g} nN at a depth of "
-        f"{depth / UNITS['nm']:.3g} nm, the tip\njumps in beyond it: then give a "
-        "larger deepest, or a stiffer cantilever.\n\n"
-    )
-
-
 def _hardness(scene: Scene) -> str:
     hardness = scene.hardness / UNITS["GPa"]
     if math.isnan(hardness):

@@ -18,10 +18,9 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.view import with_indenter
-from ase_roughcontact.paths.cantilever import CantileverCurve
-from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import read_frames
+from ase_roughcontact.plot.files import save
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.choices import Tradeoff
 from ase_roughcontact.scene.fit import Fit
@@ -89,20 +88,6 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
         _draw_maps(reference, steps, folder)
         names.append("contact.png")
     return names
-
-
-def draw_loop(loop: AdhesionLoop, file: Path) -> None:
-    """Draw force against depth of an adhesion loop."""
-    figure = Figure(figsize=(5, 4), layout="constrained")
-    plot.plot_loop(figure.subplots(), loop)
-    save(figure, file, dpi=150)
-
-
-def draw_cantilever(curve: CantileverCurve, file: Path) -> None:
-    """Draw force against distance and deflection against distance of a cantilever."""
-    figure = Figure(figsize=(5, 4), layout="constrained")
-    plot.plot_cantilever(figure.subplots(), curve)
-    save(figure, file, dpi=150)
 
 
 def _column(steps: Sequence[LoadStep], name: str) -> FloatArray:
@@ -223,8 +208,9 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
 
 def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
     scene = reference.scene
-    by_height = scene.path.control == "height"
-    along = "depth" if scene.path.is_loop else "penetration"  # as in the tables
+    along = scene.path.along
+    by_height = along == "height"
+    label = scene.path.columns.get(along, along)  # as in the table
     first_contact = steps[0].height + steps[0].penetration
     theory: dict[str, tuple[FloatArray, FloatArray]] = {}
     # the penetration of a rough sphere is relative to its highest peak, not its mean
@@ -245,7 +231,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         [step.normal_force for step in steps],
         theory,
         None if theory else reference.smooth.pull_off_force or None,
-        "height of the indenter (Å)" if by_height else f"{along} (Å)",
+        f"{label} (Å)",
         [step.converged for step in steps],
         f"pull-off: theory, {reference.smooth.sphere}",
         _column(steps, "height_error" if by_height else "penetration_error"),
@@ -294,9 +280,9 @@ def _title(scene: Scene, steps: Sequence[LoadStep], step: LoadStep) -> str:
     """Return the position of a step on the path."""
     is_zero = abs(step.normal_force) <= step.tolerance
     title = f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"
-    control = scene.path.control
-    if control != "load":
-        title = f"{control} {_short(getattr(step, control))} Å, {title}"
+    if scene.path.control != "load":
+        along = scene.path.along
+        title = f"{along} {_short(getattr(step, along))} Å, {title}"
     approaches = np.diff([each.penetration for each in steps], prepend=-np.inf) > 0.0
     if not approaches.all():
         direction = "approach" if approaches[steps.index(step)] else "retraction"
@@ -331,26 +317,3 @@ def _share_range(panels: Sequence[Any]) -> None:
     if largest <= _SHARED_RANGE * min(ranges):
         for panel in panels:
             panel.set(xlim=(-largest, largest), ylim=(-largest, largest))
-
-
-def check_picture(file: Path) -> None:
-    """Raise `ValueError` if a file can't be a picture by its ending or its folder."""
-    if not file.parent.is_dir():
-        raise ValueError(
-            f"there is no folder {file.parent} for the picture {file.name}"
-        )
-    formats = Figure().canvas.get_supported_filetypes()
-    if file.suffix and _format(file) not in formats:
-        raise ValueError(
-            f"a picture ends in one of .{', .'.join(sorted(formats))}; got {file.name}"
-        )
-
-
-def save(figure: Figure, file: Path, dpi: float) -> None:
-    """Write a figure, in the format of the file's ending, or PNG without one."""
-    with replaced(file) as name:
-        figure.savefig(name, format=_format(file), dpi=dpi)
-
-
-def _format(file: Path) -> str:
-    return file.suffix[1:].lower() or "png"

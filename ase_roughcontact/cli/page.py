@@ -30,14 +30,6 @@ _COLUMNS = (
     "attractive_atoms",
     "plastic_atoms",
 )
-# Figures in their order on the page, with captions.
-_FIGURES = {
-    "curve.png": "Contact area relative to that of a smooth sphere without adhesion.",
-    "force.png": "Normal force along the path.",
-    "loop.png": "Normal force of the tip held at each height; arrows: instabilities.",
-    "cantilever.png": "Force curve of the cantilever; arrows: snap-in and pull-off.",
-    "contact.png": "Pressure on the atoms in contact.",
-}
 _STYLE = """
 body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
 table { border-collapse: collapse; font-size: 85%; }
@@ -52,9 +44,7 @@ figure.maps { width: 98%; } img { max-width: 100%; } figcaption { font-size: 85%
 """
 
 
-def page(
-    reference: Reference, steps: Sequence[LoadStep], folder: Path, values: str = ""
-) -> str:
+def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     """Return the page of a run.
 
     Parameters
@@ -64,21 +54,26 @@ def page(
     steps : sequence of LoadStep
     folder : path
         Contains ``scene.toml`` and the figures, which become part of the page.
-    values : str
-        Further characteristic values, one on each line.
 
     Returns
     -------
     str
         HTML, without references to other files.
     """
+    scene, path = reference.scene, reference.scene.path
+    figures = {
+        "curve.png": "Contact area relative to a smooth sphere without adhesion.",
+        "force.png": "Normal force along the path.",
+        **path.captions,
+        "contact.png": "Pressure on the atoms in contact.",
+    }
     scene_text = (folder / "scene.toml").read_text(encoding="utf-8")
     parts = [
         f"<h1>{html.escape(folder.resolve().name)}</h1>",
         _paragraphs(description(reference)),
-        _paragraphs(values.strip()),
-        _warnings(reference.scene.warnings, steps),
-        *(_figure(folder / name, text) for name, text in _FIGURES.items()),
+        _paragraphs(path.summary(scene, steps)),
+        _warnings(scene.warnings, steps),
+        *(_figure(folder / name, text) for name, text in figures.items()),
         "<h2>Steps</h2>",
         _table(steps),
         "<h2>Scene</h2>",

@@ -71,7 +71,7 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
     from matplotlib.figure import Figure
 
     from ase_roughcontact import plot
-    from ase_roughcontact.cli.figures import save
+    from ase_roughcontact.plot.files import save
 
     shown = [name for name in _MAPS if np.nansum(as_map(found, name)[2]) > 0.0]
     figure = Figure(figsize=(4 * (len(shown) + 1), 3.4), layout="constrained")

@@ -60,6 +60,10 @@ def table_header(reference: Reference) -> str:
     str
     """
     scene, smooth = reference.scene, reference.smooth
+    columns = scene.path.columns
+    if columns:
+        heads = (f"   {heading(name, label)}" for name, label in columns.items())
+        return f"{description(reference)}\n\n    step{''.join(heads)}"
     ratio = f"A/A_{smooth.symbol}"
     equation = "   Eq. (4)" if reference.rough_above is not None else ""
     control = scene.path.control
@@ -99,12 +103,26 @@ def table_row(
     Returns
     -------
     str
-        It begins with the number of the step and that of the last one.
+        It begins with the number of the step and, if it is known, of the last one.
     """
     scene, force = reference.scene, step.normal_force
+    columns = scene.path.columns
+    number = f"{step.step:4d}"
+    if not scene.path.adaptive:
+        number += f"/{len(scene.targets) - 1:<3d}"
+    if columns:
+        cells = (
+            cell(
+                _printed(step, name),
+                len(heading(name, label)) + 3,
+                ".2g" if name.endswith("error") else ".5g",
+            )
+            for name, label in columns.items()
+        )
+        return f"{number:8}{''.join(cells)}{limits(step)}{_failure(scene, step)}"
     touches = step.repulsive_atoms > 0
     smooth = float(reference.smooth.contact_area(force)) if touches else math.nan
-    row = f"{step.step:4d}/{len(scene.steps) - 1:<3d}"
+    row = number
     if scene.path.control != "load":
         row += cell(_printed(step, scene.path.control), 13, ".4f")
     row += cell(_printed(step, "normal_force"), 11, ".4g")
@@ -179,11 +197,14 @@ def summary(
     -------
     str
     """
-    values = (
-        _first_contact(reference.scene, steps),
-        _largest_tension(reference, steps),
-        _errors(reference.scene, steps),
-    )
+    scene = reference.scene
+    values: tuple[str, ...] = (scene.path.summary(scene, steps),)
+    if not any(values):
+        values = (
+            _first_contact(scene, steps),
+            _largest_tension(reference, steps),
+            _errors(scene, steps),
+        )
     lines = ["", *filter(None, values), *exceeded_limits(steps)]
     return "\n".join([*lines, file_list(folder, pictures)])
 
@@ -292,10 +313,10 @@ def exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
     return ["Outside of the validity of the model:", *lines] if lines else []
 
 
-def heading(column: str) -> str:
+def heading(column: str, label: str = "") -> str:
     """Return the heading of a column, with the unit in which it is printed."""
     entry = columns_of()[column]
-    return f"{entry.label} ({printed_unit(entry.unit)})"
+    return f"{label or entry.label} ({printed_unit(entry.unit)})"
 
 
 def _printed(step: LoadStep, column: str) -> float:
@@ -307,10 +328,11 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     """Return why a step is no result; empty if it is one."""
     if step.converged:
         return ""
-    target = float(scene.steps[step.step])
     touches = step.repulsive_atoms or step.attractive_atoms
-    if scene.path.control == "load" and target < 0.0 and not touches:
-        return f"   PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
+    if scene.path.control == "load" and not touches:
+        target = float(scene.targets[step.step])
+        if target < 0.0:
+            return f"   PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
     unit = " (forces in eV/Å)" if "force" in step.message else ""
     return f"   NOT CONVERGED: {step.message}{unit}"
 

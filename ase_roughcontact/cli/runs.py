@@ -8,8 +8,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from ase_roughcontact._util.files import refuse_link, replaced
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, write_map
-from ase_roughcontact.cli import loops, report
+from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
     ERRORS,
     checked_scene,
@@ -17,11 +18,8 @@ from ase_roughcontact.cli.common import (
     prints_text,
     scene_text,
 )
-from ase_roughcontact.cli.description import description
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
-from ase_roughcontact.paths.cantilever import cantilever_curve
-from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene
@@ -71,8 +69,8 @@ def run(options: argparse.Namespace) -> int:
         if scene is full and prints_text(options):
             print("The run is as short as a preview: it is calculated itself.")
         options.out = options.out.with_name(f"{options.out.name}-preview")
-    if scene.path.is_loop:
-        return _run_loop(options, scene)
+    if scene.path.adaptive:
+        options.again = "start anew"
     scene.check_path()  # before theory needs the statistics of the roughness
     reference = reference_for(scene)
     try:
@@ -82,63 +80,13 @@ def run(options: argparse.Namespace) -> int:
             with suppress(OSError, MemoryError):  # in favour of the first error
                 _write_results(options, reference, steps)
         raise
-    _write_results(options, reference, steps)
-    return 0 if all(step.converged for step in steps) else 1
+    failure = _write_results(options, reference, steps)
+    return 0 if all(step.converged for step in steps) and not failure else 1
 
 
 def _kept_text(options: argparse.Namespace) -> str | None:
     """Return the text of the scene that a run keeps; None for that of a preview."""
     return None if options.preview else scene_text(options)[0]
-
-
-def _run_loop(options: argparse.Namespace, scene: Scene) -> int:
-    """Approach and retract, print each state, and draw the force curves."""
-    folder, states = options.out, list[LoadStep]()
-    options.again = "start anew"
-    scene.check_path()  # before anything is printed
-
-    def show(state: LoadStep) -> None:
-        states.append(state)
-        if prints_text(options):
-            print(loops.row(state) + report.limits(state), flush=True)
-        if options.json:
-            print(json_line(asdict(state), units_of()), flush=True)
-
-    if prints_text(options):
-        print(description(reference_for(scene)) + loops.HEADER)
-    validity = "raise" if options.strict else "ignore"  # the table has them
-    loop = scene.loop(folder, show, validity, _kept_text(options))
-    pictures, values, failure = _loop_results(folder, scene, loop)
-    if prints_text(options):
-        print("\n".join([values, *report.exceeded_limits(states)]))
-        print(report.file_list(folder, pictures), flush=True)
-    if failure:
-        report.print_error(failure)
-    return 0 if all(state.converged for state in states) and not failure else 1
-
-
-def _loop_results(
-    folder: Path, scene: Scene, loop: AdhesionLoop
-) -> tuple[list[str], str, str]:
-    """Draw the figures of a loop; return them, its values, and what failed."""
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
-    curve, failure = None, ""
-    states = (*loop.approach, *loop.retraction[1:])
-    pictures = figures.draw(reference_for(scene), states, folder)
-    figures.draw_loop(loop, folder / "loop.png")
-    pictures.append("loop.png")
-    if scene.cantilever is not None:
-        try:
-            curve = cantilever_curve(loop, scene.cantilever)
-        except ValueError as error:  # the loop itself is valid
-            failure = str(error)
-    if curve is not None:
-        loops.write_curve(curve, folder / "cantilever.csv")
-        figures.draw_cantilever(curve, folder / "cantilever.png")
-        pictures.append("cantilever.png")
-    figures.write_view(scene, folder)
-    return pictures, loops.summary(loop, curve), failure
 
 
 def _relax(
@@ -148,13 +96,16 @@ def _relax(
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, _kept_text(options)
-    # more steps than the scene has are those of another one, which `run` refuses
-    restored = min(count_steps(folder / "sweep.traj"), len(reference.scene.steps))
-    meter = ProgressMeter({"path": expected_costs(reference.scene)})
+    scene, restored, costs = reference.scene, 0, dict[str, FloatArray]()
+    if not scene.path.adaptive:
+        # more steps than the scene has are those of another one, which `run` refuses
+        restored = min(count_steps(folder / "sweep.traj"), len(scene.targets))
+        costs["path"] = expected_costs(scene)
+    meter = ProgressMeter(costs)
     meter.add(["path"] * restored)
     meter.progress()
     validity = "raise" if options.strict else "ignore"  # the table has them
-    for step in reference.scene.run(folder, validity, text):
+    for step in scene.run(folder, validity, text):
         if not steps and prints_text(options):
             print(report.table_header(reference))
         steps.append(step)
@@ -174,14 +125,31 @@ def _write_results(
     options: argparse.Namespace,
     reference: Reference,
     steps: list[LoadStep],
-) -> None:
-    """Draw figures, write the trajectory for viewing, and print where they are."""
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
-    pictures = figures.draw(reference, steps, options.out)
-    figures.write_view(reference.scene, options.out)
+) -> str:
+    """Draw figures, print where they are, and return which of them failed."""
+    pictures, failure = _drawn(reference, steps, options.out)
     if prints_text(options):
         print(report.summary(reference, steps, options.out, pictures), flush=True)
+    if failure:
+        report.print_error(failure)
+    return failure
+
+
+def _drawn(
+    reference: Reference, steps: list[LoadStep], folder: Path
+) -> tuple[list[str], str]:
+    """Draw figures, write the trajectory for viewing; return names, and what failed."""
+    from ase_roughcontact.cli import figures  # imports matplotlib
+
+    scene, failure = reference.scene, ""
+    pictures = figures.draw(reference, steps, folder)
+    try:
+        for name in scene.path.draw(scene, steps, folder):
+            pictures.append(name)
+    except ValueError as error:  # the states themselves are valid
+        failure = str(error)
+    figures.write_view(scene, folder)
+    return pictures, failure
 
 
 def draw_figures(options: argparse.Namespace) -> int:
@@ -190,24 +158,14 @@ def draw_figures(options: argparse.Namespace) -> int:
     Draws curve.png, force.png and contact.png of a finished or interrupted run, and
     writes view.traj, as "run" does.
     """
-    from ase_roughcontact.cli import figures  # imports matplotlib
-
     folder = options.folder
     scene = Scene.of_results(folder)
     steps = list(read_steps(folder / "sweep.traj"))
-    if scene.path.is_loop:
-        pictures, _, _ = _loop_results(folder, scene, _loop_of(scene, steps))
-    else:
-        pictures = figures.draw(reference_for(scene), steps, folder)
+    pictures, _ = _drawn(reference_for(scene), steps, folder)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
-    figures.write_view(scene, folder)
     print("\n".join(str(folder / name) for name in pictures))
     return 0
-
-
-def _loop_of(scene: Scene, steps: list[LoadStep]) -> AdhesionLoop:
-    return AdhesionLoop.of(steps, scene.loop_options["smallest_step"])
 
 
 def write_report(options: argparse.Namespace) -> int:
@@ -217,15 +175,12 @@ def write_report(options: argparse.Namespace) -> int:
     that needs no other file.
     """
     folder = options.folder
-    scene = Scene.of_results(folder)
+    reference = reference_for(Scene.of_results(folder))
     steps = list(read_steps(folder / "sweep.traj"))
-    reference, values = reference_for(scene), ""
-    if scene.path.is_loop:
-        _, values, _ = _loop_results(folder, scene, _loop_of(scene, steps))
+    _drawn(reference, steps, folder)
     file = folder / "report.html"
     with replaced(file) as name:
-        text = page(reference, steps, folder, values)
-        Path(name).write_text(text, encoding="utf-8")
+        Path(name).write_text(page(reference, steps, folder), encoding="utf-8")
     print(file)
     return 0
 

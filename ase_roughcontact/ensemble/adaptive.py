@@ -209,7 +209,7 @@ def _rounds(
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
-    counts = np.full(len(scene.steps), pilot)
+    counts = np.full(len(scene.targets), pilot)
     areas = _Areas(scene, database)
     with pool as executor:
         while True:
@@ -260,7 +260,7 @@ class _Areas:
             self._newest = max(self._newest, row.id)
         known = [self._of_case[case] for case in cases]
         means = []
-        for number, target in enumerate(self._scene.steps):
+        for number, target in enumerate(self._scene.targets):
             areas = np.array([of[number] for of in known if number in of])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)

@@ -89,7 +89,7 @@ def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
     """Return all columns of a load step of a case; see `COLUMNS`."""
     return {
         "case": case,
-        "target": float(scene.steps[record.step]),
+        "target": float(scene.targets[record.step]),
         **scene_columns(scene),
         **asdict(record),
         # with a letter, since ASE's databases refuse text that reads as a number

@@ -169,14 +169,8 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     center = (f"{x!r} Å", f"{y!r} Å")
     try:
         here = scene.with_values({"topography.center": center})
-        if here.path.is_loop:
-            loop = here.loop(validity="ignore")
-            states, last = (*loop.approach, *loop.retraction), loop.approach[-1]
-            tension = loop.pull_off_force
-        else:
-            states = tuple(here.relax(validity="ignore"))
-            last = states[-1]
-            tension = max(0.0, -min(state.normal_force for state in states))
+        states = tuple(here.relax(validity="ignore"))
+        last, tension = here.path.extremes(here, states)
     except (ValueError, RuntimeError, MemoryError) as error:
         return Place(x, y, message=str(error))
     failed = next((state for state in states if not state.converged), None)

@@ -127,7 +127,7 @@ def expected_costs(scene: Scene) -> np.ndarray:
         If the scene is invalid.
     """
     scene.check()
-    steps = scene.steps
+    steps = scene.targets
     if scene.shape:
         areas = np.full(steps.shape, float(math.prod(scene.shape)))
     elif scene.path.control == "load":

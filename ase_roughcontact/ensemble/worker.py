@@ -56,7 +56,7 @@ def calculate_case(
         if not free:
             return "busy", ""
         stored = {step for _, step in database.steps(case=case).values()}
-        wanted = range(len(scene.steps)) if steps is None else steps
+        wanted = range(len(scene.targets)) if steps is None else steps
         missing = [step for step in wanted if step not in stored]
         state, message = "done", ""
         try:
@@ -95,7 +95,7 @@ def _relax(
         path = _resume(scene, missing[0], frame)
         yield from (record for record in path if record.step in missing)
     else:  # each step has one solution, whatever came before
-        records = scene.relax(scene.steps[list(missing)], validity="ignore")
+        records = scene.relax(scene.targets[list(missing)], validity="ignore")
         for number, record in zip(missing, records, strict=True):
             yield replace(record, step=number)
 

@@ -9,22 +9,15 @@ tension is bracketed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.instabilities import (
-    AdhesionLoop,
-    Jump,
-    balanced,
-    jumped,
-    least_force,
-)
+from ase_roughcontact.paths.instabilities import balanced, jumped, least_force
 from ase_roughcontact.paths.loading import Frames, PathFiles, frame_of
 from ase_roughcontact.paths.output import Write, open_output
 from ase_roughcontact.paths.record import LoadStep
@@ -47,41 +40,39 @@ def follow_loop(
     deepest: float,
     step: float,
     *,
-    smallest_step: float | None = None,
+    smallest_step: float,
     tolerance: float = 1e-3,
     files: PathFiles | None = None,
     validity: str = "warn",
-    callback: Callable[[LoadStep], Any] | None = None,
-) -> AdhesionLoop:
+) -> Generator[LoadStep, None, None]:
     """Approach and retract a contact; see `adhesion_loop` for the parameters.
 
     Parameters
     ----------
     stepper : Stepper
         Its targets are heights.
-    deepest, step, smallest_step, tolerance, validity, callback
+    deepest, step, smallest_step, tolerance, validity
         See `adhesion_loop`.
     files : PathFiles, optional
 
-    Returns
-    -------
-    AdhesionLoop
+    Yields
+    ------
+    LoadStep
+        Each state after it is written; `AdhesionLoop.of` all of them is the loop.
     """
-    positive(step=step, tolerance=tolerance)
-    smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
-    positive(smallest_step=smallest)
-    if smallest > step:
+    positive(step=step, tolerance=tolerance, smallest_step=smallest_step)
+    if smallest_step > step:
         raise ValueError(
-            f"smallest_step must not be larger than step {step}, got {smallest}"
+            f"smallest_step must not be larger than step {step}, got {smallest_step}"
         )
     files, report = files or PathFiles(), ValidityReport(validity)
     top, bottom = _end_heights(stepper, deepest)
     output = open_output(files.trajectory, files.csv, stepper.options.record)
     with output as (_, write):
         path = _AdaptivePath(
-            stepper, write, step, smallest, tolerance, report, callback, files.frames
+            stepper, write, step, smallest_step, tolerance, report, files.frames
         )
-        return path.loop(top + 0.5 * smallest, bottom)
+        yield from path.states(top + 0.5 * smallest_step, bottom)
 
 
 def default_step(wall: Interaction, deepest: float) -> float:
@@ -111,7 +102,6 @@ class _AdaptivePath:
     smallest: float
     tolerance: float
     report: ValidityReport
-    callback: Callable[[LoadStep], Any] | None
     frames: Frames | None
 
     def __post_init__(self) -> None:
@@ -120,37 +110,23 @@ class _AdaptivePath:
         self._smallest_force = _SMALLEST_FORCE * unit
         self._size = self.largest
         self._least = -np.inf  # force of the retraction, sought there only
-        self._states: list[LoadStep] = []
-        self._jumps: list[Jump] = []
 
-    def loop(self, top: float, bottom: float) -> AdhesionLoop:
+    def states(self, top: float, bottom: float) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""
-        self._accept(self.stepper.step(0, top))
+        yield self._accepted(self.stepper.step(0, top))
         while self._last.height - bottom > _ROUNDING * self.smallest:
-            self._move_towards(max(self._last.height - self._size, bottom))
-        states, jumps = len(self._states), len(self._jumps)
+            yield self._moved_towards(max(self._last.height - self._size, bottom))
         self._least = min(self._last.normal_force, 0.0)
         while self._last.repulsive_atoms + self._last.attractive_atoms:
-            self._move_towards(self._last.height + self._size)
-        return AdhesionLoop(
-            approach=tuple(self._states[:states]),
-            retraction=tuple(self._states[states - 1 :]),
-            approach_jumps=tuple(self._jumps[:jumps]),
-            retraction_jumps=tuple(self._jumps[jumps:]),
-        )
+            yield self._moved_towards(self._last.height + self._size)
 
-    @property
-    def _last(self) -> LoadStep:
-        return self._states[-1]
-
-    def _move_towards(self, height: float) -> None:
+    def _moved_towards(self, height: float) -> LoadStep:
         """Move to a height, or to one on the way up to which the force is known."""
         new, halved = self._relax(height), False
         while (between := self._height_between(new)) is not None:
             size = abs(new.height - self._last.height)
             if size <= self.smallest:
                 if jumped(self._last, new):
-                    self._jumps.append(Jump(self._last, new))
                     self._size, halved = self.largest, True  # on the new branch
                 break
             # the rest of the step is tried next
@@ -158,9 +134,9 @@ class _AdaptivePath:
             height, halved = between, True
             self.stepper.restart_from(self._kept)
             new = self._relax(height)
-        self._accept(new)
         if not halved:
             self._size = min(2.0 * self._size, self.largest)
+        return self._accepted(new)
 
     def _height_between(self, new: LoadStep) -> float | None:
         """Return a height at which to relax before a new state, None to accept it."""
@@ -171,16 +147,14 @@ class _AdaptivePath:
         return height if force < known - self.tolerance * abs(force) else None
 
     def _relax(self, height: float) -> LoadStep:
-        return self.stepper.step(len(self._states), height)
+        return self.stepper.step(self._last.step + 1, height)
 
-    def _accept(self, state: LoadStep) -> None:
-        self._kept = self.stepper.state
-        self._states.append(state)
+    def _accepted(self, state: LoadStep) -> LoadStep:
+        self._kept, self._last = self.stepper.state, state
         self._least = min(self._least, state.normal_force)
         self.write(state, partial(frame_of, self.stepper, self.frames, state))
         self.report(state.step, state.validity)
-        if self.callback is not None:
-            self.callback(state)
+        return state
 
 
 def _end_heights(stepper: Stepper, deepest: float) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from ase_roughcontact.plot.curves import (
     plot_force,
     plot_loop,
 )
+from ase_roughcontact.plot.files import draw_file
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
 from ase_roughcontact.plot.tradeoff import plot_tradeoff
@@ -27,6 +28,7 @@ __all__ = [
     "COLOURS",
     "GREY",
     "ORANGE",
+    "draw_file",
     "plot_cantilever",
     "plot_contact",
     "plot_convergence",

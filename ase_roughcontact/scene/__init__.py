@@ -6,6 +6,7 @@ top of this list downward:
 ================================  ====================================================
 ``section``                       common to all sections: types, units, names of files
 ``config``, ``scan``, ``fields``  the sections, one class each
+``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
 ``file``                          all sections of a file: read, changed, compared
 ``model``, ``solid``              solid, indenter and wall in units of ASE
 ``predictions``                   theory for them
@@ -20,26 +21,32 @@ Each class from ``file`` on is a subclass of the one before it. ``reference``,
 from ase_roughcontact.scene.config import (
     HeterogeneityConfig,
     InteractionConfig,
-    PathConfig,
     RoughnessConfig,
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
     TopographyConfig,
 )
+from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
+from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
+
+PathConfig = Steps
 
 __all__ = [
     "NANONEWTON",
     "OPTIMIZERS",
     "HeterogeneityConfig",
     "InteractionConfig",
+    "Loop",
     "PathConfig",
+    "PathKind",
     "RoughnessConfig",
     "Scene",
     "SolverConfig",
     "SphereConfig",
+    "Steps",
     "SubstrateConfig",
     "TopographyConfig",
     "default_text",

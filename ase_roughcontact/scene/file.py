@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -17,13 +18,13 @@ from ase_roughcontact.scene.config import (
     SECTIONS,
     HeterogeneityConfig,
     InteractionConfig,
-    PathConfig,
     RoughnessConfig,
     SolverConfig,
     SphereConfig,
     SubstrateConfig,
     TopographyConfig,
 )
+from ase_roughcontact.scene.path_kinds import PathKind, Steps
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
@@ -41,7 +42,7 @@ class SceneFile:
     topography: TopographyConfig | None = None
     heterogeneity: HeterogeneityConfig | None = None
     interaction: InteractionConfig = field(default_factory=InteractionConfig)
-    path: PathConfig = field(default_factory=PathConfig)
+    path: PathKind = field(default_factory=Steps)
     solver: SolverConfig = field(default_factory=SolverConfig)
 
     @classmethod
@@ -133,15 +134,22 @@ class SceneFile:
             If a section or key is unknown, or a value is of the wrong type.
         """
         changes: dict[str, Any] = {}
+        keys: defaultdict[str, dict[str, Any]] = defaultdict(dict)
         for key, value in values.items():
             title, _, name = key.partition(".")
-            lookup(title, SECTIONS, "section")
-            section = changes.get(title, getattr(self, title))
-            if name and section is None:
-                raise ValueError(f"{key} can't be set: the scene has no [{title}]")
-            if not (name or value is None or isinstance(value, SECTIONS[title])):
+            section = lookup(title, SECTIONS, "section")
+            if name:
+                keys[title][name] = value
+            elif value is None or isinstance(value, section):
+                changes[title] = value
+            else:
                 raise ValueError(f"[{title}] must be a section, got {shown(value)}")
-            changes[title] = section.changed(name, value) if name else value
+        for title, entries in keys.items():
+            given = changes.get(title, getattr(self, title))
+            if given is None:
+                key = f"{title}.{next(iter(entries))}"
+                raise ValueError(f"{key} can't be set: the scene has no [{title}]")
+            changes[title] = given.changed(**entries)
         return replace(self, **changes)
 
     @property
@@ -172,9 +180,9 @@ class SceneFile:
     def _contents(self) -> dict[str, dict[str, Any]]:
         """Values by section and key that are not the default, for comparison."""
         contents = {}
-        for title, kind in SECTIONS.items():
+        for title in SECTIONS:
             if (section := getattr(self, title)) is not None:
-                default = canonical(kind().contents())
+                default = canonical(section.defaults())
                 contents[title] = {
                     key: value
                     for key, value in canonical(section.contents()).items()

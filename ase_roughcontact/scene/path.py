@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact._util.units import FORCES, QUANTITY, UNITS
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
@@ -19,16 +19,13 @@ from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hardness import hardness_for
-from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step
 from ase_roughcontact.paths.loading import coarser_stepper
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import StepOptions, Stepper
-from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.predictions import Predictions
-from ase_roughcontact.scene.section import Quantities, lengths
 from ase_roughcontact.windows.expected import (
     LARGEST_DOMAIN,
     ExpectedContact,
@@ -56,18 +53,15 @@ class ContactPath(Predictions):
         return f"{self.path.control}s"
 
     @property
-    def steps(self) -> np.ndarray:
+    def targets(self) -> np.ndarray:
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
-        if self.path.is_loop:
-            raise ValueError(
-                'kind = "loop" chooses its steps as it runs: run it, or give kind = '
-                '"steps"'
-            )
-        unit = self.path.unit
-        units = FORCES if unit in FORCES else lengths(self.spacing)
-        path = self.path.plain(["first", "last", "values"], units, unit)
-        path.check_steps()
-        return UNITS[unit] * path.targets
+        return self.path.targets(self)
+
+    @property
+    def planned(self: AnyPath) -> AnyPath:
+        """The scene with the known targets that are planned and previewed."""
+        path = self.path.planned(self)
+        return self if path is self.path else replace(self, path=path)
 
     @property
     def fmax(self) -> float | None:
@@ -151,11 +145,10 @@ class ContactPath(Predictions):
 
     def frames(self) -> ProblemAtoms:
         """Return the atoms of the path, which are made when they are needed."""
-        fixed = self.path.control != "load" or self.path.is_loop
-        return ProblemAtoms(*self._on_grid, self.symbol, fixed)
+        return ProblemAtoms(*self._on_grid, self.symbol, self.path.control != "load")
 
     def stepper(
-        self, frames: ProblemAtoms, control: str, record: type[LoadStep] = LoadStep
+        self, frames: ProblemAtoms, record: type[LoadStep] = LoadStep
     ) -> Stepper:
         """Return what relaxes the steps of the path.
 
@@ -163,7 +156,6 @@ class ContactPath(Predictions):
         ----------
         frames : ProblemAtoms
             Atoms on which an optimizer of ASE works.
-        control : {"penetrations", "heights", "loads"}
         record : type
             Class of the results.
 
@@ -171,7 +163,7 @@ class ContactPath(Predictions):
         -------
         Stepper
         """
-        problem, window = self._on_grid
+        (problem, window), control = self._on_grid, self.control
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
             fmax=self.fmax,
@@ -184,7 +176,7 @@ class ContactPath(Predictions):
             lost_slope=self.lost_slope,
         )
         coarser = None
-        if self.grids.extrapolated and not self.path.is_loop:
+        if self.grids.extrapolated and not self.path.adaptive:
             coarser = coarser_stepper(*self.lattice, control, options, self.grids)
         return Stepper(problem, control, window, options, coarser=coarser)
 
@@ -197,48 +189,9 @@ class ContactPath(Predictions):
         return self.wall.contact_distance - footprint.lowest
 
     @property
-    def loop_options(self) -> dict[str, Any]:
-        """Deepest penetration, steps (Å) and tolerance of a loop."""
-        self.path.check_loop()
-        if self.path.deepest is None:
-            raise ValueError("a loop needs deepest, the penetration at which to turn")
-        units = lengths(self.spacing)
-        path = self.path.plain(["deepest", "step"], units, "Å")
-        attraction = self.wall.cutoff - self.wall.contact_distance
-        if not -attraction < path.deepest < math.inf:
-            given = QUANTITY.fullmatch(str(self.path.deepest))
-            unit = given[2] if given else "Å"
-            raise ValueError(
-                f"deepest must be a penetration above {-attraction / units[unit]:.4g} "
-                f"{unit}, where the wall begins to act, got "
-                f"{path.deepest / units[unit]:g} {unit}"
-            )
-        step = path.step
-        if step is None:
-            step = default_step(self.wall, path.deepest)
-        positive(step=step, tolerance=path.tolerance)
-        return {
-            "deepest": path.deepest,
-            "step": step,
-            "smallest_step": SMALLEST_STEP * step,
-            "tolerance": path.tolerance,
-        }
-
-    @property
-    def deepest_state(self: AnyPath) -> AnyPath:
-        """The same with a path of one step, to the deepest penetration of the loop."""
-        deepest = self.loop_options["deepest"]
-        return replace(
-            self, path=PathConfig(control="penetration", values=Quantities([deepest]))
-        )
-
-    @property
     def cantilever(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None if it is not given."""
-        if self.path.cantilever is None:
-            return None
-        positive(cantilever=self.path.cantilever)
-        return self.path.cantilever * UNITS["J/m^2"]
+        return self.path.stiffness
 
     @property
     def expected_contact(self) -> ExpectedContact:
@@ -261,13 +214,14 @@ class ContactPath(Predictions):
         MemoryError
             If a contact exceeds the free memory.
         """
-        if self.path.is_loop:
-            self.deepest_state.check_path()
+        planned = self.planned
+        if planned is not self:
+            planned.check_path()
             return
         if self.shape:
             return
         expected, control = self.expected_contact, self.control
-        steps = np.sort(self.steps)
+        steps = np.sort(self.targets)
         if control == "heights":  # the deepest one last
             steps = steps[::-1]
         problems = dict[int, ValueError | MemoryError]()
@@ -290,7 +244,7 @@ class ContactPath(Predictions):
         """Return a message that steps can't be calculated, and how to omit them."""
         unit = UNITS[self.path.unit]
         first, last = failing[[0, -1]] / unit
-        kept = self.steps[~np.isin(self.steps, failing)] / unit
+        kept = self.targets[~np.isin(self.targets, failing)] / unit
         which = f"{first:g}" if first == last else f"{first:g} to {last:g}"
         text = f"[path] {self.path.control} of {which} {self.path.unit}: {problem}"
         if not kept.size:
@@ -302,8 +256,8 @@ class ContactPath(Predictions):
     def plan(self) -> Plan:
         """Return the windows, memory and time that the path will need.
 
-        Very large windows and roughnesses are planned on a coarser lattice. Of a loop,
-        the `deepest_state` can be planned.
+        Very large windows and roughnesses are planned on a coarser lattice. Of a path
+        that chooses its targets as it runs, `planned` has a plan.
         """
         expected, control = self.expected_contact, self.control
         surface, spacing = expected.indenter, expected.spacing
@@ -312,8 +266,8 @@ class ContactPath(Predictions):
             many = points_of(surface, spacing) > LARGEST_DOMAIN**2
             scene = replace(self, roughness=None) if many else self
             problem, window = scene._on_grid
-            return plan_path(problem, window, control, self.steps, "fixed", **path)
-        targets, counts = thinned(self.steps)
+            return plan_path(problem, window, control, self.targets, "fixed", **path)
+        targets, counts = thinned(self.targets)
         ratios = np.array([expected.coarsening(control, t) for t in targets.tolist()])
         plans, planned = {}, dict[float, PlannedStep]()
         for ratio in np.unique(ratios).tolist():

@@ -10,7 +10,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.record import size_of
-from ase_roughcontact.scene.config import PathConfig
+from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
@@ -50,8 +50,7 @@ def preview(scene: Scene) -> Scene:
         The same one, or the deepest state of a loop, if its steps are so few and small
         that a single step would take more than a tenth of the time of the run.
     """
-    if scene.path.is_loop:
-        scene = scene.deepest_state
+    scene = scene.planned
     if _is_short(scene):
         return scene
     continuum = _continuum(scene)
@@ -59,21 +58,21 @@ def preview(scene: Scene) -> Scene:
         coarse = continuum.with_grid(_coarser(scene.grids.change, ratio))
         if ratio == 1 or _is_possible(coarse):
             break
-    steps = scene.steps / UNITS[scene.path.unit]
+    steps = scene.targets / UNITS[scene.path.unit]
     count = max(1, math.floor(_PART * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
     if scene.wall.depends_on_history:  # not without the steps at which the path turns
         turns = np.flatnonzero(np.diff(np.sign(np.diff(steps)))) + 1
         kept = np.union1d(kept, turns)
     values: Any = tuple(steps[kept].tolist())
-    path = PathConfig(scene.path.control, values=values)
+    path = Steps(scene.path.control, values=values)
     return coarse.with_values({"path": path})
 
 
 def _is_short(scene: Scene) -> bool:
     """Return whether a run has few steps in small windows."""
     # the solid of a crystal takes longer than the steps
-    if scene.substrate.of_atoms or len(scene.steps) >= _FEW_STEPS:
+    if scene.substrate.of_atoms or len(scene.targets) >= _FEW_STEPS:
         return False
     steps = scene.plan().steps
     if any(step.problem for step in steps):

@@ -19,17 +19,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.paths.hysteresis import follow_loop
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.paths.loading import PathFiles
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.config import PathConfig
 from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
 from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve, MeasuredBranch
+from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.parameters import FREE, ForceDerivatives, changed, value_of
+from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
@@ -70,7 +73,8 @@ class Residuals:
 
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
         self._scene, self._curve = scene, curve
-        self.tolerance = scene.path.tolerance
+        given = scene.path if isinstance(scene.path, Loop) else Loop()
+        self.tolerance = given.tolerance
         self._free = tuple(name for name in free if name in FREE)
         lines = tuple(name for name in free if name in BASELINE)
         self._baseline = curve.baseline(lines)
@@ -161,17 +165,15 @@ class Residuals:
         values = self.values(x)
         scene = changed(self._scene, dict(zip(self._free, values, strict=False)))
         lowest = values[-1] * _NM - self._corrected(values).deepest
-        trial = _loop_scene(scene, scene.first_contact - lowest)
-        stepper = trial.stepper(trial.frames(), "heights")
+        path = _loop(scene.wall, scene.first_contact - lowest, self.tolerance)
+        trial = replace(scene, path=path)
+        stepper = trial.stepper(trial.frames())
         derivatives = ForceDerivatives(scene, self._free)
-        rows: dict[int, FloatArray] = {}
-
-        def differentiate(state: LoadStep) -> None:
+        states, rows = list[LoadStep](), dict[int, FloatArray]()
+        for state in path.run(trial, stepper, PathFiles(), "ignore"):
+            states.append(state)
             rows[state.step] = derivatives.of(stepper)[0]
-
-        loop = follow_loop(
-            stepper, **trial.loop_options, validity="ignore", callback=differentiate
-        )
+        loop = path.result(trial, states)
         stiffness = self._curve.stiffness
         down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
         up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0
@@ -214,13 +216,10 @@ def _of_jump(
     return (jump.base - place) / unit, np.append(jump.derivatives, -_NM) / unit
 
 
-def _loop_scene(scene: Scene, deepest: float) -> Scene:
-    """Return a scene whose path is a loop to a penetration (Å)."""
-    wall = scene.wall
+def _loop(wall: Interaction, deepest: float, tolerance: float) -> Loop:
+    """Return a loop to a penetration (Å), at least into the range of the wall."""
     least = -0.5 * (wall.cutoff - wall.contact_distance)
-    deepest = max(float(deepest), least)
-    path = PathConfig(kind="loop", deepest=deepest, tolerance=scene.path.tolerance)
-    return scene.with_values({"path": path})
+    return Loop(max(float(deepest), least), tolerance=tolerance)
 
 
 def _first_height(scene: Scene, curve: ForceCurve) -> float:
@@ -229,6 +228,6 @@ def _first_height(scene: Scene, curve: ForceCurve) -> float:
     largest = int(np.argmax(force))
     if force[largest] <= 0.0:
         return scene.first_contact + depth[np.argmin(abs(force))]
-    loaded = scene.with_values({"path": PathConfig()})
+    loaded = replace(scene, path=Steps())
     (step,) = loaded.relax(force[[largest]], validity="ignore")
     return step.height + depth[largest]

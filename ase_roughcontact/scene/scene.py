@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing, suppress
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.hysteresis import follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import (
     PathFiles,
@@ -25,6 +24,7 @@ from ase_roughcontact.paths.loading import (
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
 from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.path import ContactPath
 from ase_roughcontact.scene.scan_summary import scan_warnings
 from ase_roughcontact.windows.memory import check_roughness, points_of
@@ -32,6 +32,8 @@ from ase_roughcontact.windows.regrid import GridChange
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
+# Files that are the results of a scene.
+_RESULTS = "sweep.traj", "places.csv"
 
 
 @dataclass(frozen=True)
@@ -187,7 +189,7 @@ class Scene(ContactPath):
 
     @property
     def _checked_path(self) -> Any:
-        return (self.loop_options, self.cantilever) if self.path.is_loop else self.steps
+        return self.path.check(self)
 
     def _problem(self, name: str) -> str:
         """Return why a property can't be calculated, else nothing."""
@@ -197,26 +199,13 @@ class Scene(ContactPath):
             return str(error)
         return ""
 
-    def loop(
-        self,
-        folder: str | Path | None = None,
-        callback: Callable[[LoadStep], Any] | None = None,
-        validity: str = "warn",
-        text: str | None = None,
-    ) -> AdhesionLoop:
+    def loop(self, validity: str = "warn") -> AdhesionLoop:
         """Approach and retract; see `adhesion_loop`.
 
         Parameters
         ----------
-        folder : path, optional
-            Folder of the files `run` writes, created if necessary. A run of this loop
-            in it is replaced.
-        callback : callable, optional
-            Called with each state.
         validity : {"warn", "raise", "ignore"}
             What to do if a step exceeds a limit of the model; see `load_path`.
-        text : str, optional
-            Text of the scene's file; by default `toml`.
 
         Returns
         -------
@@ -225,38 +214,15 @@ class Scene(ContactPath):
         Raises
         ------
         ValueError
-            If the path is not a loop, or invalid, or the folder contains results of
-            another scene, with the differences.
+            If the path is not a loop.
         """
-        if not self.path.is_loop:
+        if not isinstance(self.path, Loop):
             raise ValueError('the path is not a loop: give [path] kind = "loop"')
-        self.check()
-        self.check_path()
-        frames, files = self.frames(), PathFiles()
-        if folder is not None:
-            folder = _results_folder(folder)
-            self.check_folder(folder)
-            files = PathFiles(
-                folder / "sweep.traj", folder / "curve.csv", frames=frames
-            )
-
-        def report(state: LoadStep) -> None:
-            if folder is not None and state.step == 0:
-                self.write_inputs(Path(folder) / "scene.toml", text)
-            if callback is not None:
-                callback(state)
-
-        return follow_loop(
-            self.stepper(frames, "heights"),
-            **self.loop_options,
-            files=files,
-            validity=validity,
-            callback=report,
-        )
+        return self.path.result(self, tuple(self.relax(validity=validity)))
 
     def relax(
         self,
-        steps: ArrayLike | None = None,
+        targets: ArrayLike | None = None,
         *,
         validity: str = "warn",
         record: type[LoadStep] = LoadStep,
@@ -266,7 +232,7 @@ class Scene(ContactPath):
 
         Parameters
         ----------
-        steps : array_like, optional
+        targets : array_like, optional
             Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
         validity, record
             See `load_path`.
@@ -278,12 +244,13 @@ class Scene(ContactPath):
         generator of LoadStep
         """
         frames = self.frames()
-        stepper = self.stepper(frames, self.control, record)
+        written = PathFiles(**files, frames=frames)
+        stepper = self.stepper(frames, record)
         warn_of_lost_slope(stepper, self.grids, validity)
-        targets = targets_of(self.control, self.steps if steps is None else steps)
-        return follow_path(
-            stepper, targets, PathFiles(**files, frames=frames), validity, springs=[]
-        )
+        if targets is None:
+            return self.path.run(self, stepper, written, validity)
+        targets = targets_of(self.control, targets)
+        return follow_path(stepper, targets, written, validity, springs=[])
 
     def run(
         self, folder: str | Path, validity: str = "warn", text: str | None = None
@@ -294,7 +261,7 @@ class Scene(ContactPath):
         ----------
         folder : path
             Folder of the files, created if necessary. A run of this scene in it, or of
-            one with a shorter path, is resumed.
+            one with a shorter path, is resumed; a loop is started anew.
         validity : {"warn", "raise", "ignore"}
             What to do if a step exceeds a limit of the model; see `load_path`.
         text : str, optional
@@ -316,14 +283,16 @@ class Scene(ContactPath):
         self.check_path()
         report = ValidityReport(validity)
         folder = _results_folder(folder)
-        self.check_folder(folder, ["places.csv"])
+        resume = not self.path.adaptive
+        self.check_folder(folder, ["places.csv"] if resume else _RESULTS)
         file = folder / "scene.toml"
         files: dict[str, Any] = {
             "trajectory": folder / "sweep.traj",
             "csv": folder / "curve.csv",
         }
         try:
-            with closing(self.relax(resume=True, validity="ignore", **files)) as path:
+            path = self.relax(resume=resume, validity="ignore", **files)
+            with closing(path):
                 for number, step in enumerate(path):
                     if number == 0:  # from here on, no other run writes into the folder
                         self.write_inputs(file, text)
@@ -340,9 +309,7 @@ class Scene(ContactPath):
                 "after its last one"
             ) from error
 
-    def check_folder(
-        self, folder: Path, results: Sequence[str] = ("sweep.traj", "places.csv")
-    ) -> None:
+    def check_folder(self, folder: Path, results: Sequence[str] = _RESULTS) -> None:
         """Raise an error if a folder contains results of another scene.
 
         Parameters

@@ -119,9 +119,14 @@ class Section:
         entries = self.entries()
         return entries | {k: Path(v) for k in self.file_keys if (v := entries[k])}
 
-    def changed(self: AnySection, name: str, value: Any) -> AnySection:
-        """Return the section with another value of a key; errors are those of `of`."""
-        return self.of({**self.entries(), name: value})
+    @classmethod
+    def defaults(cls) -> dict[str, Any]:
+        """Return the `contents` of a section in which nothing is given."""
+        return cls().contents()
+
+    def changed(self: AnySection, **values: Any) -> AnySection:
+        """Return the section with other values of keys; errors are those of `of`."""
+        return self.of({**self.entries(), **values})
 
     def plain(
         self,
@@ -173,6 +178,21 @@ class Section:
     @classmethod
     def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
         return cls(**entries)
+
+
+def kind_of(
+    title: str, entries: Mapping[str, Any], default: str, kinds: Mapping, what: str
+) -> Any:
+    """Return the class that the entry ``kind`` of a section names."""
+    kind = entries.get("kind", default)
+    if not isinstance(kind, str):
+        raise ValueError(f"[{title}] kind must be a string, got {shown(kind)}")
+    if kind not in kinds:
+        raise ValueError(
+            f"[{title}] {unknown(kind, list(kinds), f'kind of {what}')}. A kind of "
+            "your own must be imported before the scene is read, in a Python script"
+        )
+    return kinds[kind]
 
 
 def plain_values(values: Any) -> Any:

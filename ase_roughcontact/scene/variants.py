@@ -85,7 +85,7 @@ def variants(best: Scene) -> Iterator[tuple[str, str, dict[str, Any]]]:
     if best.radius < math.inf:
         yield "boundary", "free", free
     if best.radius < math.inf and best.control == "loads":
-        largest = float(best.hertz_area(best.steps.max()))
+        largest = float(best.hertz_area(best.targets.max()))
         diameter = 2.0 * math.sqrt(largest / math.pi) / best.spacing
         for ratio in _CELLS:
             side = _MULTIPLE * math.ceil(ratio * diameter / _MULTIPLE)

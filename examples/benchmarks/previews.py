@@ -132,10 +132,9 @@ def timed(full, shown=lambda full: full):
     with tempfile.TemporaryDirectory() as folder:
         start = time.process_time()
         given = shown(full)
-        if given.path.is_loop:  # of which the deepest state is compared
-            steps = given.loop(folder, validity="ignore").approach[-1:]
-        else:
-            steps = list(given.run(folder, validity="ignore"))
+        steps = list(given.run(folder, validity="ignore"))
+        if given.path.adaptive:  # of a loop the deepest state is compared
+            steps = [given.path.extremes(given, steps)[0]]
         return time.process_time() - start, steps
 
 
@@ -148,8 +147,8 @@ def compared(full):
     errors = []
     if coarse is full:
         return *seconds, errors
-    for target, step in zip(coarse.steps, shown, strict=True):
-        number = -1 if full.path.is_loop else abs(full.steps - target).argmin()
+    for target, step in zip(coarse.targets, shown, strict=True):
+        number = -1 if full.path.adaptive else abs(full.targets - target).argmin()
         area = getattr(exact[number], full.area_column)
         error = abs(getattr(step, coarse.area_column) - area)
         errors.append((error / area, step.area_error / area))

@@ -44,7 +44,7 @@ def calculate(contacts: tuple[float, ...]) -> list[ContactMap]:
     """Relax the contact under the loads."""
     case = scene(RADIUS, SLOPE, SEED, "hard", np.array(contacts))
     atoms, maps = case.atoms(), []
-    for step in load_path(atoms, loads=list(case.steps), window="auto"):
+    for step in load_path(atoms, loads=list(case.targets), window="auto"):
         if not step.converged:
             raise RuntimeError(f"step {step.step} did not converge: {step.message}")
         maps.append(ContactMap.from_atoms(atoms))

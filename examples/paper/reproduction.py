@@ -80,7 +80,7 @@ def missing(table: Table) -> Iterator[str]:
         work = f" {joule * J / m**2:g}" if joule else ""
         slope = 0.0 if rough is None else rough.rms_slope
         seed = -1 if rough is None else rough.seed
-        for step, load in enumerate(scene.steps):
+        for step, load in enumerate(scene.targets):
             a = round(np.cbrt(0.75 * load * scene.radius))
             point = wall.kind + work, f"{scene.radius:g}", slope, a, seed
             calculated[point] = calculated.get(point, False) or (case, step) in done

@@ -11,10 +11,10 @@ from small_scene import LOOP, SMALL
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.loops import write_curve
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.loop import write_curve
 
 
 @pytest.fixture(scope="module")
@@ -30,12 +30,13 @@ def run(tmp_path_factory):
 
 def test_the_loop_of_a_scene_is_that_of_its_atoms():
     scene = Scene.parse(LOOP)
-    seen = []
-    loop = scene.loop(callback=seen.append, validity="ignore")
+    loop = scene.loop(validity="ignore")
     options = {"deepest": 1.5, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
     direct = adhesion_loop(scene.atoms(), **options, validity="ignore")
     assert loop.pull_off_force == direct.pull_off_force > 0.0
-    assert tuple(seen) == (*loop.approach, *loop.retraction[1:])
+    forces = [state.normal_force for state in scene.relax(validity="ignore")]
+    states = (*loop.approach, *loop.retraction[1:])
+    assert forces == [state.normal_force for state in states]
     assert scene.cantilever == pytest.approx(60.0 * UNITS["J/m^2"])
 
 
@@ -43,7 +44,7 @@ def test_the_largest_step_is_a_tenth_of_the_way_down_by_default():
     scene = Scene.parse(LOOP.replace("step = 0.5", ""))
     wall = scene.wall
     down = wall.cutoff - wall.contact_distance + 1.5
-    assert scene.loop_options["step"] == pytest.approx(down / 10)
+    assert scene.path.options(scene)["step"] == pytest.approx(down / 10)
 
 
 def test_states_are_in_the_files_of_a_run(run):
@@ -75,7 +76,7 @@ def test_a_loop_prints_its_states_and_characteristic_values(tmp_path, capsys):
     assert main(arguments) == 0
     text = capsys.readouterr().out
     heads = next(line for line in text.splitlines() if "stiffness (N/m)" in line)
-    assert heads.split("   ")[2:4] == ["force (nN)", "error (nN)"]
+    assert heads.split("   ")[3:5] == ["force (nN)", "error (nN)"]
     assert heads.endswith("area (nm²)   error (nm²)")
     assert "Pull-off force of the simulation: -" in text
     assert "With a cantilever of 60 N/m:\n  snap-in: " in text
@@ -108,7 +109,7 @@ def test_an_interrupted_loop_says_that_it_starts_anew(tmp_path, capsys, monkeypa
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ase_roughcontact.cli.loops.row", interrupted)
+    monkeypatch.setattr("ase_roughcontact.cli.report.table_row", interrupted)
     scene = tmp_path / "loop.toml"
     scene.write_text(LOOP)
     assert main(["run", str(scene), "--out", str(tmp_path)]) == 130

@@ -45,7 +45,7 @@ def test_errors_of_all_means_are_below_the_wanted_one(sampled):
     columns = read_ensemble(database)
     for number, mean in enumerate(last.means):
         areas = columns["contact_area"][columns["step"] == number]
-        assert mean.target == LOADS.steps[number]
+        assert mean.target == LOADS.targets[number]
         assert mean.realisations == areas.size
         assert mean.mean == pytest.approx(areas.mean())
         error = areas.std(ddof=1) / np.sqrt(areas.size) / areas.mean()
@@ -254,7 +254,7 @@ def test_command_continues_a_sampled_ensemble(sampled, tmp_path, capsys):
         f"steps, about 0:00:00 left, standard error {100 * progress['error']:.2g} %"
         in text
     )
-    assert [line["target"] for line in means] == pytest.approx(LOADS.steps)
+    assert [line["target"] for line in means] == pytest.approx(LOADS.targets)
     assert max(line["error"] for line in means) <= 0.2
     assert means[0]["units"] == {"mean": "Å^2", "target": "eV/Å"}
 

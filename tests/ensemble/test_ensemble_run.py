@@ -54,7 +54,7 @@ def test_steps_are_those_of_the_scenes_alone(undisturbed):
         for name in ("step", "normal_force", "energy", "contact_area"):
             alone = [getattr(record, name) for record in scene.relax()]
             np.testing.assert_array_equal(columns[name][of_case], alone)
-        np.testing.assert_array_equal(columns["target"][of_case], scene.steps)
+        np.testing.assert_array_equal(columns["target"][of_case], scene.targets)
 
 
 def test_a_complete_ensemble_is_not_calculated_again(undisturbed):

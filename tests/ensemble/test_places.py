@@ -107,7 +107,7 @@ def test_places_are_not_calculated_again(scene_of, tmp_path):
     again = Here()
     assert len(list(run_places(scene, (2, 1), tmp_path / "out", again))) == 2
     assert again.count == 1
-    with pytest.raises(ValueError, match=r"another scene: \[path\] control was"):
+    with pytest.raises(ValueError, match=r"another scene: \[path\] kind was"):
         list(run_places(scene_of(LOOP), (2, 1), tmp_path / "out", again))
 
 

@@ -146,7 +146,7 @@ def test_unknown_control_or_window_is_an_error(words):
 def test_plan_as_text_has_a_line_for_every_step():
     scene = Scene.default()
     text = scene.plan().table("load (nN)", 1.0)
-    assert len(text.splitlines()) > len(scene.steps) + 3
+    assert len(text.splitlines()) > len(scene.targets) + 3
     assert "In all about" in text and "Left out:" in text
 
 

@@ -340,7 +340,7 @@ def test_ensembles_have_the_column_and_do_not_warn(tmp_path):
 
 def test_the_built_in_scene_is_within_all_limits():
     steps = list(Scene.default().relax(validity="raise"))
-    assert len(steps) == len(Scene.default().steps)
+    assert len(steps) == len(Scene.default().targets)
 
 
 def test_a_sphere_smaller_than_the_spacing_is_marked():

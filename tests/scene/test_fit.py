@@ -96,7 +96,7 @@ def forces_and_derivatives(scene, heights, free=()):
     held = scene.with_values(
         {"path.control": "height", "path.kind": "steps", "solver.accuracy": 1e-10}
     )
-    stepper = held.stepper(held.frames(), "heights")
+    stepper = held.stepper(held.frames())
     derivatives = ForceDerivatives(scene, free)
     forces, rows = [], []
     for number, height in enumerate(heights):

@@ -73,7 +73,7 @@ def test_windows_planned_on_a_coarser_lattice_are_about_the_same(length):
     scene = Scene.parse(text)
     coarse = scene.plan()
     exact = plan_path(
-        scene.problem, scene.start, scene.control, scene.steps, scene.window
+        scene.problem, scene.start, scene.control, scene.targets, scene.window
     )
     for found, step in zip(coarse.steps, exact.steps, strict=True):
         assert 0.8 < points(found.window) / points(step.window) < 1.25

@@ -34,8 +34,8 @@ def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
     full = scene().with_values({"roughness.seed": seed, "path.steps": 32})
     coarse = preview(full)
     assert coarse.grids.change.label == "4 a0"
-    np.testing.assert_allclose(coarse.steps, full.steps[[16, 31]])
-    exact = list(full.relax(full.steps[[16, 31]]))
+    np.testing.assert_allclose(coarse.targets, full.targets[[16, 31]])
+    exact = list(full.relax(full.targets[[16, 31]]))
     for step, truth in zip(coarse.relax(validity="ignore"), exact, strict=True):
         error = abs(step.continuum_area - truth.contact_area)
         assert error < 2.0 * step.area_error
@@ -79,7 +79,7 @@ def test_run_of_few_small_steps_is_its_own_preview(values):
     short = scene(path=path).with_values(values)
     assert preview(short) is short
     coarse = preview(scene(path=MANY).with_values(values))
-    assert len(coarse.steps) == 1
+    assert len(coarse.targets) == 1
 
 
 @pytest.mark.parametrize(
@@ -123,7 +123,7 @@ def test_preview_of_a_loop_is_its_deepest_state(radius, spacing):
         }
     )
     shown = preview(loop)
-    assert list(shown.steps) == [2.0] and shown.control == "penetrations"
+    assert list(shown.targets) == [2.0] and shown.control == "penetrations"
     assert shown.grids.change.label == spacing
 
 

@@ -12,7 +12,7 @@ from ase_roughcontact.interactions import (
     wall_parameters,
 )
 from ase_roughcontact.paths.accuracy import OF_ATOMS
-from ase_roughcontact.scene import NANONEWTON, PathConfig, Scene, default_text
+from ase_roughcontact.scene import NANONEWTON, Scene, Steps, default_text
 from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -67,14 +67,14 @@ def test_ranges_of_the_attraction():
 def test_loads_are_in_nanonewton():
     text = SMALL.replace('"penetration"', '"load"').replace('"linear"', '"geometric"')
     np.testing.assert_allclose(
-        Scene.parse(text).steps, np.array([0.2, 0.6]) * NANONEWTON, rtol=1e-14
+        Scene.parse(text).targets, np.array([0.2, 0.6]) * NANONEWTON, rtol=1e-14
     )
     assert pytest.approx(0.6241509, rel=1e-6) == NANONEWTON  # eV/Å
 
 
 def test_targets_can_be_listed():
     text = SMALL.replace("first = 0.2\nlast = 0.6\nsteps = 2", "values = [0.1, 0.3]")
-    np.testing.assert_array_equal(Scene.parse(text).steps, [0.1, 0.3])
+    np.testing.assert_array_equal(Scene.parse(text).targets, [0.1, 0.3])
 
 
 def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
@@ -85,8 +85,8 @@ def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
         4.0,
         512.0,
     )
-    assert len(scene.steps) >= 10
-    assert scene.steps[-1] / scene.steps[0] == pytest.approx(1e4)
+    assert len(scene.targets) >= 10
+    assert scene.targets[-1] / scene.targets[0] == pytest.approx(1e4)
 
 
 def test_the_built_in_scene_explains_every_key():
@@ -135,7 +135,7 @@ def test_run_writes_the_scene_with_or_without_the_text_of_its_file(tmp_path):
     [
         Scene.default(),
         Scene.parse('interaction = { kind = "adhesive", work_of_adhesion = 1e-5 }'),
-        Scene(path=PathConfig(values=(np.float64(1.5), np.int64(2)))),
+        Scene(path=Steps(values=(np.float64(1.5), np.int64(2)))),
         Scene(substrate=SubstrateConfig(symbol='"Å"\n')),
     ],
     ids=range(4),
@@ -373,8 +373,8 @@ def test_integers_beyond_the_range_of_floats_are_errors(key):
 
 @pytest.mark.parametrize("values", [("1",), (True,)])
 def test_values_given_in_python_must_be_numbers(values):
-    with pytest.raises(ValueError, match="values must be a number or an array of them"):
-        _ = PathConfig(values=values).targets
+    with pytest.raises(ValueError, match="values must be a number"):
+        _ = Scene(path=Steps(values=values)).targets
 
 
 def test_the_default_domain_is_an_integer_number_of_spacings_suited_to_ffts():
@@ -428,7 +428,7 @@ def test_accuracy_is_a_name_or_a_number_and_fmax_replaces_it():
 def test_relax_can_begin_in_the_middle_of_the_path():
     scene = Scene.parse(SMALL)
     whole = list(scene.relax())
-    assert next(scene.relax(scene.steps[1:])).height == whole[1].height
+    assert next(scene.relax(scene.targets[1:])).height == whole[1].height
 
 
 @pytest.mark.parametrize("kind", ["adhesive", "full"])

@@ -47,10 +47,12 @@ def test_targets_may_have_units():
     interval = "first = 0.2\nlast = 0.6\nsteps = 2"
     listed = SMALL.replace(interval, 'values = ["0.02 nm", 0.3, "0.1 a0"]')
     a0 = scene(listed).spacing
-    np.testing.assert_allclose(scene(listed).steps, [0.2, 0.3, 0.1 * a0])
+    np.testing.assert_allclose(scene(listed).targets, [0.2, 0.3, 0.1 * a0])
     loads = SMALL.replace('"penetration"', '"load"')
     loads = loads.replace(interval, 'first = "1 pN"\nlast = "0.002 µN"\nsteps = 2')
-    np.testing.assert_allclose(scene(loads).steps, np.array([1e-3, 2.0]) * UNITS["nN"])
+    np.testing.assert_allclose(
+        scene(loads).targets, np.array([1e-3, 2.0]) * UNITS["nN"]
+    )
 
 
 @pytest.mark.parametrize(

@@ -60,7 +60,7 @@ def test_an_infinite_radius_without_a_scan_is_refused_in_words_of_the_file():
 def test_dots_in_values_and_comments_are_no_keys():
     numbers = ", ".join(["1.5"] * 2000)
     scene = Scene.parse(f"# {'.' * 500}\n[path]\nvalues = [{numbers}]")
-    assert len(scene.steps) == 2000
+    assert len(scene.targets) == 2000
 
 
 SMALL_WINDOW = """

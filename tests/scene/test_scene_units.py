@@ -127,10 +127,10 @@ KEYS = {
     ),
     "interaction.cutoff": (lambda s: s.wall.cutoff, 7.0 * A0, 8.0),
     "path.control": (lambda s: s.control, "loads", "height"),
-    "path.first": (lambda s: s.steps[0], 2.0 * NN, 3.0),
-    "path.last": (lambda s: s.steps[-1], 50.0 * NN, 60.0),
-    "path.steps": (lambda s: len(s.steps), 3, 4),
-    "path.scale": (lambda s: s.steps[1], 26.0 * NN, "geometric"),
+    "path.first": (lambda s: s.targets[0], 2.0 * NN, 3.0),
+    "path.last": (lambda s: s.targets[-1], 50.0 * NN, 60.0),
+    "path.steps": (lambda s: len(s.targets), 3, 4),
+    "path.scale": (lambda s: s.targets[1], 26.0 * NN, "geometric"),
     "solver.optimizer": (lambda s: type(relaxed_by(s)).__name__, "LBFGS", "FIRE"),
     "solver.accuracy": (lambda s: s.accuracy.error, 1e-3, 1e-4),
     "solver.fmax": (lambda s: s.fmax, 1e-5 * MODULUS * GPA * A0**2, 1e-6),
@@ -217,13 +217,13 @@ def test_parameters_of_walls_are_converted_to_the_units_of_ase(key):
 def test_targets_are_in_nanonewton_or_in_angstrom(control):
     unit = NN if control == "load" else 1.0
     scene = scene_with({"path.control": control})
-    np.testing.assert_allclose(scene.steps, unit * np.array([2.0, 26.0, 50.0]))
+    np.testing.assert_allclose(scene.targets, unit * np.array([2.0, 26.0, 50.0]))
     listed = scene_with(path={"control": control, "values": [1.5, 3.0]})
-    np.testing.assert_allclose(listed.steps, unit * np.array([1.5, 3.0]))
+    np.testing.assert_allclose(listed.targets, unit * np.array([1.5, 3.0]))
 
 
 def test_a_geometric_path_has_equal_ratios_and_the_given_number_of_steps():
-    steps = scene_with({"path.scale": "geometric", "path.steps": 5}).steps
+    steps = scene_with({"path.scale": "geometric", "path.steps": 5}).targets
     np.testing.assert_allclose(steps[1:] / steps[:-1], 25.0**0.25)
     assert (len(steps), steps[0]) == (5, pytest.approx(2.0 * NN))
 

@@ -1,0 +1,211 @@
+"""Loops of a scene: approach and retraction, with or without a cantilever."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.units import QUANTITY, UNITS
+from ase_roughcontact._util.validation import FloatArray, positive
+from ase_roughcontact.paths.cantilever import (
+    CantileverCurve,
+    CantileverJump,
+    cantilever_curve,
+)
+from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step, follow_loop
+from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.paths.loading import PathFiles
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
+from ase_roughcontact.scene.section import Quantities, lengths
+
+_NN, _NM, _N_PER_M = UNITS["nN"], UNITS["nm"], UNITS["N/m"]
+
+
+@dataclass(frozen=True)
+class Loop(PathKind):
+    """``[path]`` of kind "loop": lengths in Å, or with a unit; see `adhesion_loop`."""
+
+    kind = "loop"
+    control = "height"
+    along = "penetration"
+    adaptive = True
+    units = {"cantilever": "N/m"}
+    columns = {
+        "penetration": "depth",
+        "normal_force": "force",
+        "force_error": "error",
+        "contact_stiffness": "stiffness",
+        "contact_area": "area",
+        "area_error": "error",
+    }
+    captions = {
+        "loop.png": "Normal force of the tip held at each height; arrows: "
+        "instabilities.",
+        "cantilever.png": "Force curve of the cantilever; arrows: snap-in and "
+        "pull-off.",
+    }
+
+    deepest: float | str | None = None
+    step: float | str | None = None
+    tolerance: float = 1e-3
+    cantilever: float | None = None
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness of the cantilever (eV/Å^2); None without one."""
+        if self.cantilever is None:
+            return None
+        positive(cantilever=self.cantilever)
+        return self.cantilever * _N_PER_M
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Raise an error, as the targets are not known before."""
+        raise ValueError(
+            'kind = "loop" chooses its steps as it runs: run it, or give kind = "steps"'
+        )
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise `ValueError` if a key is missing or invalid."""
+        _ = self.options(bodies), self.stiffness
+
+    def options(self, bodies: Bodies) -> dict[str, Any]:
+        """Return the deepest penetration, the steps (Å) and the tolerance."""
+        if self.deepest is None:
+            raise ValueError("a loop needs deepest, the penetration at which to turn")
+        wall, units = bodies.wall, lengths(bodies.spacing)
+        path = self.plain(["deepest", "step"], units, "Å")
+        attraction = wall.cutoff - wall.contact_distance
+        if not -attraction < path.deepest < math.inf:
+            given = QUANTITY.fullmatch(str(self.deepest))
+            unit = given[2] if given else "Å"
+            raise ValueError(
+                f"deepest must be a penetration above {-attraction / units[unit]:.4g} "
+                f"{unit}, where the wall begins to act, got "
+                f"{path.deepest / units[unit]:g} {unit}"
+            )
+        step = default_step(wall, path.deepest) if path.step is None else path.step
+        positive(step=step, tolerance=path.tolerance)
+        return {
+            "deepest": path.deepest,
+            "step": step,
+            "smallest_step": SMALLEST_STEP * step,
+            "tolerance": path.tolerance,
+        }
+
+    def planned(self, bodies: Bodies) -> PathKind:
+        """Return the path of one step, to the deepest penetration."""
+        deepest = self.options(bodies)["deepest"]
+        return Steps("penetration", values=Quantities([deepest]))
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return what is planned, and what a cantilever must hold."""
+        text = "The deepest state of the loop, of tens of states:"
+        if self.stiffness is None:
+            return text
+        depth = self.options(bodies)["deepest"]
+        # the base at the deepest state must be lower than when the free tip jumps in
+        force = self.stiffness * max(depth, 0.0) / _NN
+        return (
+            f"Cantilever of {self.cantilever:.4g} N/m: if the contact still pulls with "
+            f"more than about {force:.2g} nN at a depth of {depth / _NM:.3g} nm, the "
+            "tip\njumps in beyond it: then give a larger deepest, or a stiffer "
+            f"cantilever.\n\n{text}"
+        )
+
+    def run(
+        self, bodies: Bodies, stepper: Stepper, files: PathFiles, validity: str = "warn"
+    ) -> Generator[LoadStep, None, None]:
+        """Approach and retract; see `follow_loop`."""
+        options = self.options(bodies)
+        return follow_loop(stepper, **options, files=files, validity=validity)
+
+    def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
+        """Return the states as branches with their instabilities."""
+        return AdhesionLoop.of(states, self.options(bodies)["smallest_step"])
+
+    def extremes(
+        self, bodies: Bodies, states: Sequence[LoadStep]
+    ) -> tuple[LoadStep, float]:
+        """Return the deepest state, and the pull-off force (eV/Å)."""
+        loop = self.result(bodies, states)
+        return loop.approach[-1], loop.pull_off_force
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> str:
+        """Return the number of instabilities, forces and energies."""
+        loop, curve = self.result(bodies, states), None
+        count = len(loop.approach_jumps), len(loop.retraction_jumps)
+        lines = [
+            f"States: {len(states)}; instabilities: {count[0]} on approach, {count[1]} "
+            "on retraction",
+            f"Pull-off force of the simulation: {-loop.pull_off_force / _NN:.4g} nN",
+            f"Dissipated energy: {loop.dissipated_energy:.4g} eV",
+        ]
+        with suppress(ValueError):  # the loop itself is valid
+            curve = self._curve(loop)
+        if curve is not None:
+            lines += [
+                f"With a cantilever of {self.cantilever:.4g} N/m:",
+                f"  snap-in: {_jump(curve.snap_in)}",
+                f"  pull-off: {_jump(curve.pull_off)}",
+                f"  dissipated energy: {curve.dissipated_energy:.4g} eV",
+            ]
+        return "\n".join(lines)
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+    ) -> Iterator[str]:
+        """Draw force against depth, and with a cantilever its force curve."""
+        from ase_roughcontact import plot  # imports matplotlib
+
+        loop = self.result(bodies, states)
+        plot.draw_file(folder / "loop.png", plot.plot_loop, loop)
+        yield "loop.png"
+        curve = self._curve(loop)
+        if curve is not None:
+            write_curve(curve, folder / "cantilever.csv")
+            plot.draw_file(folder / "cantilever.png", plot.plot_cantilever, curve)
+            yield "cantilever.png"
+
+    def _curve(self, loop: AdhesionLoop) -> CantileverCurve | None:
+        """Return the force curve with the cantilever; None without one."""
+        stiffness = self.stiffness
+        return None if stiffness is None else cantilever_curve(loop, stiffness)
+
+
+def write_curve(curve: CantileverCurve, file: Path) -> None:
+    """Write a force curve as CSV: branch, distance, deflection (nm), force (nN).
+
+    Parameters
+    ----------
+    curve : CantileverCurve
+    file : path
+    """
+    with replaced(file) as name, open(name, "w", newline="") as table:
+        rows = csv.writer(table)
+        rows.writerow(["branch", "distance (nm)", "deflection (nm)", "force (nN)"])
+        for way in ("approach", "retraction"):
+            branch = getattr(curve, way)
+            columns = branch.distance / _NM, branch.deflection / _NM, branch.force / _NN
+            rows.writerows(
+                [way, *(f"{value:.8g}" for value in values)]
+                for values in np.transpose(columns)
+            )
+
+
+def _jump(jump: CantileverJump | None) -> str:
+    if jump is None:
+        return "none"
+    return (
+        f"from {jump.force_before / _NN:.4g} to {jump.force_after / _NN:.4g} nN with "
+        f"the base at {jump.distance / _NM:.4g} nm"
+    )

@@ -1,0 +1,242 @@
+"""Kinds of path: the section [path] of a scene, and what is done along the path."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite,
+    finite_array,
+    integer,
+    lookup,
+)
+from ase_roughcontact.interactions import Interaction
+from ase_roughcontact.paths.loading import PathFiles, follow_path, targets_of
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.scene.section import Quantities, Section, kind_of, lengths
+
+# Largest number of steps of a path, all of which are kept in memory.
+_MOST_STEPS = 1_000_000
+_UNITS = {"load": "nN", "penetration": "Å", "height": "Å"}
+
+#: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
+PATHS: dict[str, type[PathKind]] = {}
+
+
+class Bodies(Protocol):
+    """What a path can depend on beside its own keys: the scene."""
+
+    @property
+    def spacing(self) -> float:
+        """Atomic spacing (Å)."""
+        ...
+
+    @property
+    def wall(self) -> Interaction:
+        """Interaction between the indenter and the atoms."""
+        ...
+
+
+@dataclass(frozen=True)
+class PathKind(Section):
+    """Base class of the kinds of path.
+
+    A subclass with a `kind` can be used in scene files: its fields are the keys of
+    ``[path]``. It defines `control` and `targets`, from which plan, preview, table and
+    pictures follow; a path that chooses its targets as it runs also defines `planned`
+    and `run`, and whatever it has beyond a sequence of states.
+
+    Attributes
+    ----------
+    kind : str
+        Name in scene files.
+    adaptive : bool
+        Whether the targets are chosen as the path runs. Such a run is not resumed, but
+        started anew.
+    columns : mapping of str to str
+        Columns of the printed table, with their labels; by default load, area, their
+        errors, and the area relative to theory.
+    captions : mapping of str to str
+        Names of the pictures that `draw` makes, with their captions.
+    """
+
+    title = "path"
+    kind: ClassVar[str] = "steps"
+    adaptive: ClassVar[bool] = False
+    columns: ClassVar[Mapping[str, str]] = {}
+    captions: ClassVar[Mapping[str, str]] = {}
+
+    def __init_subclass__(cls) -> None:
+        """Make the kind known to scene files."""
+        super().__init_subclass__()
+        if "kind" in vars(cls):
+            PATHS[cls.kind] = cls
+
+    @classmethod
+    def of(cls, entries: Mapping[str, Any]) -> Any:
+        """Return the path with the given entries; see `Section.of`.
+
+        Keys of other kinds are ignored at their defaults, which older files contain.
+        """
+        kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
+        given = {key: value for key, value in entries.items() if key != "kind"}
+        types, others = kind.types(), PATHS.values()
+        owners = {key: each for each in others for key in each.types().keys() - types}
+        foreign = [key for key in given if key in owners]
+        wrong = [key for key in foreign if given.pop(key) != getattr(owners[key], key)]
+        if wrong:
+            keys, other = ", ".join(wrong), owners[wrong[0]].kind
+            raise ValueError(
+                f'[{cls.title}] {keys} need kind = "{other}", got "{kind.kind}": omit '
+                f'{keys}, or give kind = "{other}"'
+            )
+        return super(PathKind, kind).of(given)
+
+    @classmethod
+    def defaults(cls) -> dict[str, Any]:
+        """Return the values by key that count as not given."""
+        return {**super().defaults(), "kind": PathKind.kind}
+
+    def entries(self) -> dict[str, Any]:
+        """Return the values by key; see `Section.entries`."""
+        return {"kind": self.kind, **super().entries()}
+
+    def changed(self, **values: Any) -> Any:
+        """Return the path with other values; another kind has only its own keys."""
+        kind = lookup(values.get("kind", self.kind), PATHS, "kind of path")
+        kept = self.entries().items()
+        known = {key: value for key, value in kept if key in kind.types()}
+        return self.of({**known, "kind": self.kind, **values})
+
+    @property
+    def control(self) -> str:
+        """Controlled quantity: ``"load"``, ``"penetration"`` or ``"height"``."""
+        raise NotImplementedError
+
+    @property
+    def unit(self) -> str:
+        """Unit of the targets, one of `UNITS`."""
+        return lookup(self.control, _UNITS, "control")
+
+    @property
+    def along(self) -> str:
+        """Column against which the force is drawn."""
+        return "height" if self.control == "height" else "penetration"
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness of a cantilever on which the tip is (eV/Å^2); None without one."""
+        return None
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Return loads (eV/Å), penetrations or heights (Å) of the steps.
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid.
+        """
+        raise NotImplementedError
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise `ValueError` if a key is missing or invalid."""
+        self.targets(bodies)
+
+    def planned(self, bodies: Bodies) -> PathKind:
+        """Return the path of known targets whose steps are planned and previewed."""
+        return self
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return a description of the path, printed above its plan."""
+        return ""
+
+    def run(
+        self, bodies: Bodies, stepper: Stepper, files: PathFiles, validity: str = "warn"
+    ) -> Generator[LoadStep, None, None]:
+        """Relax one state after another; see `follow_path`."""
+        targets = targets_of(stepper.control, self.targets(bodies))
+        return follow_path(stepper, targets, files, validity, springs=[])
+
+    def extremes(
+        self, bodies: Bodies, states: Sequence[LoadStep]
+    ) -> tuple[LoadStep, float]:
+        """Return the last state of the loading, and the largest tension (eV/Å)."""
+        return states[-1], max(0.0, -min(state.normal_force for state in states))
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> str:
+        """Return characteristic values, one on each line; empty if there are none."""
+        return ""
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+    ) -> Iterator[str]:
+        """Draw the pictures in `captions` into a folder, and yield their names.
+
+        Raises
+        ------
+        ValueError
+            If one of them has no data.
+        """
+        return iter(())
+
+
+@dataclass(frozen=True)
+class Steps(PathKind):
+    """``[path]``: given loads in nN, penetrations or heights in Å, or with a unit."""
+
+    kind = "steps"
+
+    control: str = "load"
+    first: float | str | None = None
+    last: float | str | None = None
+    steps: int | None = None
+    scale: str = "geometric"
+    values: Quantities | None = None
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Return the targets of the steps; see `PathKind.targets`."""
+        unit = self.unit
+        units = FORCES if unit in FORCES else lengths(bodies.spacing)
+        path: Steps = self.plain(["first", "last", "values"], units, unit)
+        return UNITS[unit] * path._numbers()
+
+    def _numbers(self) -> FloatArray:
+        """Return the targets in the units of the file."""
+        keys = "values", "first", "last", "steps"
+        given = [key for key in keys if getattr(self, key) is not None]
+        if given == ["first", "last", "steps"]:
+            return self._interval()
+        if given != ["values"]:
+            raise ValueError(
+                "give either values, or first, last and steps, got "
+                f"{', '.join(given) or 'none of them'}"
+            )
+        targets = finite_array("values", self.values)
+        if targets.ndim != 1 or not targets.size:
+            raise ValueError(f"values must have at least one step, got {self.values}")
+        return targets
+
+    def _interval(self) -> FloatArray:
+        """Return the targets from the first to the last one."""
+        ends: Any = self.first, self.last
+        first, last = ends
+        steps = integer("steps", self.steps, 1)
+        if steps > _MOST_STEPS:
+            raise ValueError(f"steps must be at most {_MOST_STEPS}, got {steps}")
+        finite(first=first, last=last)
+        scales = {"geometric": np.geomspace, "linear": np.linspace}
+        scale = lookup(self.scale, scales, "scale")
+        if self.scale == "geometric" and not (first and last and first * last > 0):
+            raise ValueError(
+                "a geometric path needs first and last of one sign and not zero, got "
+                f"{first} and {last}"
+            )
+        return scale(*np.array(ends, dtype=float), steps)

@@ -1,0 +1,100 @@
+"""Kinds of path, with one that is added from outside of the package."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from small_scene import SMALL
+
+from ase_roughcontact.cli import main
+from ase_roughcontact.plot import draw_file
+from ase_roughcontact.scene import Loop, PathKind, Scene, Steps
+from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.scene.section import lengths
+
+
+@dataclass(frozen=True)
+class Oscillation(PathKind):
+    """Height that oscillates around a mean."""
+
+    kind = "oscillation"
+    control = "height"
+    columns = {"height": "height", "normal_force": "force"}
+    captions = {"oscillation.png": "Force along the path."}
+
+    mean: float | str = 0.0
+    amplitude: float | str = 1.0
+    cycles: int = 1
+    steps: int = 4
+
+    def targets(self, bodies):
+        path = self.plain(["mean", "amplitude"], lengths(bodies.spacing), "Å")
+        phase = 2.0 * np.pi * np.arange(self.cycles * self.steps + 1) / self.steps
+        return path.mean + path.amplitude * np.cos(phase)
+
+    def summary(self, bodies, states):
+        return f"Largest force: {max(state.normal_force for state in states):.4g} eV/Å"
+
+    def draw(self, bodies, states, folder):
+        forces = [state.normal_force for state in states]
+        draw_file(
+            folder / "oscillation.png", lambda axes, y: axes.plot(y, "o-"), forces
+        )
+        yield "oscillation.png"
+
+
+PATH = '[path]\nkind = "oscillation"\nmean = "0.2 nm"\namplitude = 1.0\ncycles = 2\n'
+TEXT = SMALL[: SMALL.index("[path]")] + PATH
+HEIGHTS = [3.0, 2.0, 1.0, 2.0, 3.0, 2.0, 1.0, 2.0, 3.0]
+
+
+def test_a_scene_has_the_targets_of_a_kind_of_path_from_outside():
+    scene = Scene.parse(TEXT)
+    scene.check()
+    np.testing.assert_allclose(scene.targets, HEIGHTS)
+    forces = [step.normal_force for step in scene.relax(validity="ignore")]
+    np.testing.assert_allclose(forces[:4], forces[4:8], rtol=1e-3, atol=1e-6)
+    assert np.argmax(forces) in (2, 6)
+
+
+def test_a_scene_with_a_kind_from_outside_is_written_and_read_again():
+    scene = Scene.parse(TEXT)
+    assert Scene.parse(scene.toml).changes_from(scene) == []
+    other = scene.with_values({"path.cycles": 3})
+    assert other.identity != scene.identity and len(other.targets) == 13
+    assert list(preview(scene).targets) == pytest.approx(HEIGHTS)
+
+
+def test_the_commands_know_a_kind_from_outside(tmp_path, capsys):
+    file, folder = tmp_path / "scene.toml", tmp_path / "out"
+    file.write_text(TEXT)
+    assert main(["plan", str(file)]) == 0
+    assert "height (Å)" in capsys.readouterr().out
+    assert main(["run", str(file), "--out", str(folder)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    start = lines.index("    step   height (Å)   force (nN)")
+    rows = [line.split() for line in lines[start + 1 : start + 10]]
+    assert [float(row[1]) for row in rows] == HEIGHTS
+    assert [row[0] for row in rows] == [f"{number}/8" for number in range(9)]
+    assert any(line.startswith("Largest force: ") for line in lines)
+    assert (folder / "oscillation.png").stat().st_size > 5000
+    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0  # resumed
+    assert main(["report", str(folder)]) == 0
+    assert "Force along the path." in (folder / "report.html").read_text()
+
+
+def test_another_kind_has_only_its_own_keys():
+    steps = Scene(path=Loop(deepest=1.0)).with_values(
+        {"path.control": "height", "path.kind": "steps", "path.values": (1.0, 2.0)}
+    )
+    assert steps.path == Steps("height", values=(1.0, 2.0))
+
+
+def test_keys_of_other_kinds_are_ignored_at_their_defaults():
+    older = 'kind = "loop"\ndeepest = 2.0\ncontrol = "load"\nscale = "geometric"\n'
+    assert Scene.parse(f"[path]\n{older}").path == Loop(2.0)
+
+
+def test_a_loop_is_the_same_calculation_as_in_earlier_versions():
+    scene = Scene(path=Loop(2.0))
+    assert scene._contents["path"] == {"kind": "loop", "deepest": 2.0}
