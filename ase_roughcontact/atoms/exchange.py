@@ -19,14 +19,19 @@ from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.contact.state import without_rounding
-from ase_roughcontact.elasticity.lattice import Box, carried, lattice_offset
+from ase_roughcontact.elasticity.lattice import (
+    Box,
+    carried,
+    lattice_index,
+    lattice_offset,
+)
 from ase_roughcontact.topography.facts import surface_id
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 
 def window_of(grid: SurfaceGrid) -> Box:
     """Return the lattice indices of a window, counted from the indenter's axis."""
-    i, j = (round(x / grid.spacing) for x in grid.origin)
+    i, j = (lattice_index(x, grid.spacing) for x in grid.origin)
     return Box((i, j), grid.window)
 
 
@@ -64,7 +69,7 @@ def set_window(atoms: Atoms, window: Box) -> None:
         raise ValueError(
             "the window of a periodic half space is its cell and cannot be exchanged"
         )
-    grid = grid_of(atoms)
+    grid = SurfaceGrid.of(atoms)
     new = surface_atoms(atoms.numbers[0], window.shape, grid.spacing)
     x, y = (
         -grid.spacing * i - lattice_offset(x, grid.spacing)

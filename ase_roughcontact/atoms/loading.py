@@ -19,6 +19,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.path_atoms import PathAtoms, relaxer_of
+from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of
@@ -239,9 +240,15 @@ class AtomsPath:
             )
         lost = 0.0
         if self.grids and self.grids.change:
+            if kept_depth(atoms, lattice) is not None:
+                raise ValueError(
+                    "the surface has kept a plastic shape, which another grid would "
+                    "lose: start from new atoms"
+                )
             lost = regrid(atoms, self.grids.change)
         self.frames = PathAtoms(atoms)
-        relaxer = relaxer_of(optimizer, problem.wall, self.frames)
+        pulled = bool(springs) and control == "loads"
+        relaxer = relaxer_of(optimizer, problem.wall, self.frames, pulled)
         if isinstance(relaxer, SolverRelaxer):
             Indenter(atoms)  # raises for constraints that only optimizers of ASE honour
         self.stepper = Stepper(
@@ -253,6 +260,10 @@ class AtomsPath:
             coarser=coarser,
         )
 
+    def begin(self) -> None:
+        """Start from the atoms as they are now."""
+        self.stepper.state = self.frames.first_state()
+
     def show(self) -> None:
         """Move the atoms to the last state, with its results."""
         self.frames.show(self.stepper)
@@ -261,15 +272,24 @@ class AtomsPath:
 def _shown(
     path: AtomsPath, steps: Generator[LoadStep, None, None]
 ) -> Generator[LoadStep, None, None]:
-    """Yield the steps of a path, each with the atoms in its state."""
+    """Yield the steps of a path, each with the atoms in its state.
+
+    After an error the atoms are in the last relaxed state.
+    """
+    path.begin()
     before = None
     with closing(steps):
-        for step in steps:
-            if path.stepper.run is not before:
-                path.show()
-                before = path.stepper.run
-            yield step
-        path.show()
+        try:
+            for step in steps:
+                if path.stepper.run is not before:
+                    path.show()
+                    before = path.stepper.run
+                yield step
+        except Exception:
+            path.show()
+            raise
+        if path.stepper.run is not before:  # nothing was left to do
+            path.show()
 
 
 def _asks_for_continuum(model: str | None, given: GridChange | None) -> bool:

@@ -94,6 +94,10 @@ class PathAtoms:
         )
         return self._shown
 
+    def moved_to(self, state: State | None) -> None:
+        """Take note of a state to which the atoms were moved; None if it is unknown."""
+        self._shown = state
+
     def place(self, contact: Contact, state: State) -> None:
         """Move the atoms to a state.
 
@@ -120,7 +124,8 @@ class PathAtoms:
     def show(self, stepper: Stepper) -> None:
         """Move the atoms to the last state of a path, with its results."""
         calc, run, state = self.atoms.calc, stepper.run, stepper.state
-        if state is not self._shown:
+        if state is not self._shown or not self._is_at(state):
+            self._shown = None
             self.place(stepper.contact, state)
         if stepper.control == "loads" and run is not None:
             calc.set(load=run.support.load)
@@ -131,6 +136,16 @@ class PathAtoms:
             adopt_results(self.atoms, run.fields)
         else:
             self.atoms.get_potential_energy()
+
+    def _is_at(self, state: State) -> bool:
+        """Return whether nobody else has moved the atoms from a state."""
+        if self.atoms.positions[-1, 2] != state.height or state.displacement is None:
+            return False
+        n, m = state.window.shape
+        values = displacement(self.atoms, SurfaceGrid.of(self.atoms))[:n, :m]
+        return values.shape == (n, m) and np.allclose(
+            values, state.displacement, rtol=0.0, atol=1e-9 * self.problem.spacing
+        )
 
     def frame(self, stepper: Stepper, **info: Any) -> Atoms:
         """Return the frame of the last state of a path; see `snapshot`."""
@@ -237,8 +252,12 @@ class OptimizerRelaxer:
         """Relax the atoms from a state; see `SolverRelaxer`."""
         atoms = self._path_atoms.atoms
         self._path_atoms.place(contact, state)
-        atoms.calc.set(load=support.load)
+        self._path_atoms.moved_to(None)  # if the optimizer raises an error
+        if not support.fixed:
+            atoms.calc.set(load=support.load)
         optimizer = self._optimizer(atoms, logfile=None)
+        if start and isinstance(optimizer, ContactOptimizer):
+            optimizer.start_from(*start)
         counts = hasattr(optimizer, "pairs")
         halfspace = model_of(atoms).contact.halfspace
         before = 0 if counts else halfspace.pairs
@@ -278,12 +297,15 @@ class OptimizerRelaxer:
             displacement(atoms, model.grid)[:n, :m].copy(),
             before.history,
         )
-        self._path_atoms._shown = state
+        self._path_atoms.moved_to(state)
         return state
 
 
 def relaxer_of(
-    optimizer: Callable[..., Any] | None, wall: Interaction, atoms: PathAtoms
+    optimizer: Callable[..., Any] | None,
+    wall: Interaction,
+    atoms: PathAtoms,
+    springs: bool = False,
 ) -> Relaxer:
     """Return what relaxes the steps of a path.
 
@@ -294,6 +316,8 @@ def relaxer_of(
     wall : Interaction
     atoms : PathAtoms
         On which an optimizer of ASE works.
+    springs : bool
+        Whether there are springs on a free indenter.
 
     Returns
     -------
@@ -303,7 +327,7 @@ def relaxer_of(
     Raises
     ------
     ValueError
-        If it is not callable, or the solver is not for the wall.
+        If it is not callable, or the solver is not for the wall or the springs.
     """
     if not (optimizer is None or callable(optimizer)):
         raise ValueError(
@@ -317,6 +341,6 @@ def relaxer_of(
         kind, options = kind.func, kind.keywords
     ours = isinstance(kind, type) and issubclass(kind, ContactOptimizer)
     if ours and kind.only_solves() and options.keys() <= {"options"}:
-        kind.check_wall(wall)
+        kind.check(wall, springs)
         return SolverRelaxer(kind.solver, **options)
     return OptimizerRelaxer(atoms, optimizer)

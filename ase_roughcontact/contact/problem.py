@@ -16,7 +16,7 @@ from ase_roughcontact.elasticity.halfspace import (
     HalfSpace,
     PeriodicHalfSpace,
 )
-from ase_roughcontact.elasticity.lattice import Box, lattice_offset
+from ase_roughcontact.elasticity.lattice import Box, lattice_index, lattice_offset
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.interactions.consistency import check_wall
@@ -89,7 +89,7 @@ class Problem:
 
     def window(self, shape: tuple[int, int], origin: tuple[float, float]) -> Box:
         """Return the window of a shape whose first atom is at a position (length)."""
-        i, j = (round(x / self.spacing) for x in origin)
+        i, j = (lattice_index(x, self.spacing) for x in origin)
         return Box((i, j), shape)
 
     def heights(self, window: Box) -> np.ndarray:

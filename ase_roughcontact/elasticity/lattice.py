@@ -98,8 +98,26 @@ class Box:
         return Box.between((int(i), int(j)), (int(k), int(m)))
 
 
+def lattice_index(position: float, spacing: float) -> int:
+    """Return the index of the lattice point next to a position.
+
+    Half-way between two points it is the upper one, so that positions a whole number of
+    spacings apart have indices this number apart.
+
+    Parameters
+    ----------
+    position, spacing : float
+        Lengths.
+
+    Returns
+    -------
+    int
+    """
+    return math.floor(position / spacing + 0.5 + _ROUNDING)
+
+
 def lattice_offset(position: float, spacing: float) -> float:
-    """Return a position relative to the nearest multiple of the spacing.
+    """Return a position relative to the lattice point next to it.
 
     Parameters
     ----------
@@ -111,7 +129,7 @@ def lattice_offset(position: float, spacing: float) -> float:
     float
         Zero where it would be a rounding error.
     """
-    offset = position - spacing * round(position / spacing)
+    offset = position - spacing * lattice_index(position, spacing)
     return 0.0 if abs(offset) < _ROUNDING * spacing else offset
 
 

@@ -156,24 +156,36 @@ class ContactOptimizer(Optimizer):
         return cls.hard_walls == (wall.hard and not wall.attractive)
 
     @classmethod
-    def check_wall(cls, wall: Interaction) -> None:
-        """Raise `ValueError` if the solver is not for a wall."""
-        if cls.supports(wall):
-            return
-        if cls.hard_walls:
+    def check(cls, wall: Interaction, springs: bool = False) -> None:
+        """Raise `ValueError` if the solver is not for a wall, or not for springs."""
+        if not cls.supports(wall):
+            if cls.hard_walls:
+                raise ValueError(
+                    f"{cls.__name__} is for the hard wall, got {wall}: relax it with "
+                    "NewtonKrylov"
+                )
+            raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
+        if springs and not cls.springs:
             raise ValueError(
-                f"{cls.__name__} is for the hard wall, got {wall}: relax it with "
-                "NewtonKrylov"
+                f"{cls.__name__} does not support a spring on the indenter: give a "
+                "constant load, or fix the height"
             )
-        raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
 
     @classmethod
     def only_solves(cls) -> bool:
         """Return whether a run is nothing but its solver, without ways of its own."""
-        own = (getattr(cls, name) for name in ("run", "irun", "step", "converged"))
-        return {method.__qualname__.split(".")[0] for method in own} == {
-            ContactOptimizer.__name__
-        }
+        names = (
+            "__init__",
+            "run",
+            "irun",
+            "step",
+            "converged",
+            "log",
+            "call_observers",
+            "_iterate",
+            "_start",
+        )
+        return all(getattr(cls, n) is getattr(ContactOptimizer, n) for n in names)
 
     def step(self) -> None:
         """Do one step of the solver.
@@ -261,13 +273,10 @@ class ContactOptimizer(Optimizer):
 
     def _check(self) -> None:
         """Read the constraints, and raise `ValueError` if there is no solver."""
-        self.check_wall(wall_of(self.atoms))
+        wall = wall_of(self.atoms)
+        self.check(wall)
         self.indenter = Indenter(self.atoms)
-        if self.indenter.springs and not (self.springs or self.indenter.fixed):
-            raise ValueError(
-                f"{type(self).__name__} does not support a spring on the indenter: "
-                "give a constant load, or fix the height"
-            )
+        self.check(wall, bool(self.indenter.springs) and not self.indenter.fixed)
         self.state = self._applied = None
         self._converged = False
 

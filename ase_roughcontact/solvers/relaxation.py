@@ -238,7 +238,7 @@ class SolverRelaxer:
             if not state.converged:
                 return
             pressure, height = state.pressure, state.height
-            tolerance = 0.5 * max(_largest_error(contact, pressure), 0.01 * state.error)
+            tolerance = 0.5 * max(largest_error(contact, pressure), 0.01 * state.error)
 
 
 def is_relaxed(
@@ -265,10 +265,11 @@ def is_relaxed(
     -------
     bool
     """
-    return force < tolerance and force <= _largest_error(contact, pressure)
+    return force < tolerance and force <= largest_error(contact, pressure)
 
 
-def _largest_error(contact: Contact, pressure: np.ndarray | float | None) -> float:
+def largest_error(contact: Contact, pressure: np.ndarray | float | None) -> float:
+    """Return the largest force that a relaxed state may leave; see `is_relaxed`."""
     pressure = 0.0 if pressure is None else float(np.abs(pressure).max())
     least = _ROUNDING * contact.halfspace.contact_modulus
     return contact.halfspace.cell_area * max(_LARGEST_ERROR * pressure, least)

@@ -2,12 +2,15 @@
 
 import numpy as np
 import pytest
+from ase.constraints import Hookean
+from ase.optimize import FIRE
 
 from ase_roughcontact import (
     DugdaleWall,
     HardWall,
     Heterogeneity,
     LennardJones93,
+    NewtonKrylov,
     PlasticWall,
     Problem,
     RoughContact,
@@ -134,3 +137,94 @@ def test_local_adhesion_needs_an_attractive_wall():
     )
     with pytest.raises(ValueError, match="attraction"):
         problem("hard", heterogeneity=pattern)
+
+
+@pytest.mark.parametrize("offset", [-0.5, -0.3, 0.0, 0.49])
+@pytest.mark.parametrize("start", [-17, -10, -9, 0, 5])
+def test_a_window_is_found_again_by_its_origin(offset, start):
+    made = problem(offset=(offset, offset))
+    window = Box((start, start), (6, 7))
+    assert made.window(window.shape, made.origin(window)) == window
+
+
+@pytest.mark.parametrize("shape", [(30, 30), (32, 32)])
+def test_atoms_on_a_coarser_grid_are_those_of_the_state(shape):
+    sphere = RoughSphere(60.0)
+    atoms = substrate("Cu", shape, sphere, spacing=1.0)
+    atoms.calc = RoughContact(sphere, 1.0)
+    path = load_path(
+        atoms, penetrations=[0.5, 1.6], window="auto", coarsen=2, validity="ignore"
+    )
+    for step in path:
+        fresh = atoms.copy()
+        fresh.calc = RoughContact(**atoms.calc.parameters)
+        assert fresh.get_potential_energy() == pytest.approx(step.energy, rel=1e-6)
+
+
+def test_a_path_starts_from_the_atoms_as_they_are_when_it_is_iterated():
+    atoms = atoms_of("repulsive", fixed=True)
+    down = load_path(atoms, penetrations=[0.5, 1.0], edge="ignore")
+    up = load_path(atoms, penetrations=[-0.5], edge="ignore")
+    list(down)
+    (last,) = up
+    assert atoms.get_potential_energy() == pytest.approx(last.energy, abs=1e-9)
+
+
+def test_atoms_that_were_moved_after_the_last_step_keep_their_own_energy():
+    atoms = atoms_of("repulsive", fixed=True)
+    for step in load_path(atoms, penetrations=[0.5], window="auto"):
+        atoms.positions[-1, 2] -= 0.3
+        assert atoms.get_potential_energy() > step.energy
+    moved = atoms.get_potential_energy()
+    atoms.calc.reset()
+    assert atoms.get_potential_energy() == pytest.approx(moved)
+
+
+@pytest.mark.parametrize("optimizer", [None, FIRE])
+def test_after_an_error_atoms_are_in_the_last_relaxed_state(optimizer):
+    atoms = atoms_of("repulsive", fixed=True)
+    path = load_path(
+        atoms, penetrations=[0.3, 30.0], optimizer=optimizer, fmax=1e-3, max_steps=20
+    )
+    step = next(path)
+    with pytest.raises(RuntimeError, match="edge"):
+        next(path)
+    assert atoms.positions[-1, 2] == step.height
+    assert atoms.get_potential_energy() == pytest.approx(step.energy, rel=1e-6)
+
+
+def test_forces_of_the_wall_bound_the_tolerance_of_any_optimizer():
+    atoms = atoms_of("repulsive", fixed=True)
+    (step,) = load_path(atoms, [1.0], FIRE, fmax=50.0, edge="ignore")
+    assert not step.converged
+    assert "fmax" in step.message
+
+
+def test_a_finished_path_that_is_resumed_sets_the_load(tmp_path):
+    options = {"loads": [1.0, 2.0], "trajectory": tmp_path / "a.traj", "resume": True}
+    for _ in range(2):
+        atoms = atoms_of("repulsive", fixed=False)
+        list(load_path(atoms, window="auto", **options))
+        assert atoms.calc.parameters["load"] == 2.0
+        assert atoms.calc.get_property("normal_force", atoms) == pytest.approx(2.0)
+        assert abs(atoms.get_forces()[-1, 2]) < 1e-3
+
+
+def test_own_ways_of_a_subclass_are_used():
+    class Counting(NewtonKrylov):
+        runs = 0
+
+        def __init__(self, atoms, **options):
+            type(self).runs += 1
+            super().__init__(atoms, **options)
+
+    list(load_path(atoms_of("repulsive", True), [0.5], Counting, edge="ignore"))
+    assert Counting.runs > 0
+
+
+def test_springs_are_refused_before_the_first_step_where_a_solver_has_none():
+    atoms = atoms_of("hard", fixed=False)
+    x, y, z = atoms.positions[-1]
+    atoms.set_constraint(Hookean(len(atoms) - 1, (x, y, z - 5.0), k=0.3, rt=0.0))
+    with pytest.raises(ValueError, match="spring"):
+        load_path(atoms, loads=[1.0])
