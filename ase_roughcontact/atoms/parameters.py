@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ase_roughcontact._util.callers import warn
@@ -16,6 +17,8 @@ from ase_roughcontact.topography import Heterogeneity
 _LARGEST_MODULUS = 2000.0 * UNITS["GPa"]
 # Work of adhesion above that of any pair of solids (eV/Å^2).
 _LARGEST_WORK = 30.0 * UNITS["J/m^2"]
+# Hardness above that of any solid; diamond has about 100 GPa (eV/Å^3).
+_LARGEST_HARDNESS = 300.0 * UNITS["GPa"]
 _FFT_OPTIONS = dict.fromkeys(("dtype", "engine", "threads"))
 
 
@@ -80,7 +83,13 @@ def _checked_fft(options: Any) -> dict:
 
 
 def _warn_of_units(wall: Interaction) -> None:
-    """Warn of a work of adhesion that must be in J/m^2; walls need not have one."""
+    """Warn of a work of adhesion in J/m^2, or of a hardness in GPa."""
+    if _LARGEST_HARDNESS < wall.hardness < math.inf:
+        warn(
+            f"hardness = {wall.hardness:g} eV/Å^3 is "
+            f"{wall.hardness / UNITS['GPa']:.3g} GPa, more than that of any solid: "
+            "multiply a value in GPa by ase.units.GPa"
+        )
     work = getattr(wall, "work_of_adhesion", 0.0)
     if work > _LARGEST_WORK:
         warn(

@@ -6,10 +6,14 @@ import numpy as np
 from ase import Atoms
 
 from ase_roughcontact._util.kernels import array_equal
+from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 
-#: Array of the atoms with the plastic depth of each (length).
+#: Array of the atoms with the plastic depth of each (length). The frame of a path has
+#: it as text in its `info`, under the same name.
 DEPTH_KEY = "plastic_depth"
+#: Key in the `info` of a frame of whether its surface has kept the plastic depth.
+INDENTED = "indented"
 
 
 def kept_depth(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray | None:
@@ -27,6 +31,8 @@ def kept_depth(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray | None:
     ndarray, shape (n, m), or None
         On the window (length); None if the surface is not indented.
     """
+    if DEPTH_KEY not in atoms.arrays and info_of(atoms).get(INDENTED):
+        set_kept_depth(atoms, grid, field_of(atoms, DEPTH_KEY))
     if DEPTH_KEY not in atoms.arrays:
         return None
     n, m = grid.window
@@ -35,6 +41,7 @@ def kept_depth(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray | None:
 
 def set_kept_depth(atoms: Atoms, grid: SurfaceGrid, depth: np.ndarray | None) -> None:
     """Set the plastic depth of a surface; None for one that is not indented."""
+    atoms.info.pop(INDENTED, None)
     if depth is None:
         atoms.arrays.pop(DEPTH_KEY, None)
         return

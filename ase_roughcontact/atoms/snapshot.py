@@ -6,7 +6,6 @@ the atoms in viewers.
 
 from __future__ import annotations
 
-import base64
 import binascii
 import math
 import zlib
@@ -19,6 +18,7 @@ from ase.constraints import FixAtoms
 from ase.units import GPa
 
 from ase_roughcontact.atoms.calculator import grid_of
+from ase_roughcontact.atoms.fields import as_text, field_of, info_of
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     displacement,
@@ -26,7 +26,7 @@ from ase_roughcontact.atoms.grid import (
     surface_above,
 )
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
-from ase_roughcontact.atoms.plastic_shape import set_kept_depth
+from ase_roughcontact.atoms.plastic_shape import INDENTED, set_kept_depth
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
@@ -37,8 +37,6 @@ TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC = 0, 1, 2, 4
 
 # Key of the mask of the atoms that touch a hard wall with attraction.
 _TOUCHING = "touching"
-# Key of whether the surface has kept the plastic depth.
-_INDENTED = "indented"
 
 
 def snapshot(atoms: Atoms, **info: Any) -> Atoms:
@@ -83,16 +81,16 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     if state.hardness < math.inf:
-        info["plastic_depth"] = _compressed(state.plastic_depth)
-        info[_INDENTED] = state.kept_depth is not None
+        info["plastic_depth"] = as_text(state.plastic_depth)
+        info[INDENTED] = state.kept_depth is not None
     frame.info.update(
         normal_force=state.normal_force,
         contact_area=state.contact_area,
-        pressure=_compressed(state.pressure),
+        pressure=as_text(state.pressure),
         **info,
     )
     if state.touching is not None:  # not those under a positive pressure
-        frame.info[_TOUCHING] = _compressed(state.touching)
+        frame.info[_TOUCHING] = as_text(state.touching)
     results = atoms.calc.results
     frame.calc = SinglePointCalculator(
         frame,
@@ -122,7 +120,7 @@ def pressure_of(frame: Atoms) -> np.ndarray:
         If the frame has no pressures in its `info`.
     """
     try:
-        return _field(frame, "pressure")
+        return field_of(frame, "pressure")
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise ValueError(
             "the frame has no pressures in its info: it was not made by snapshot() of "
@@ -133,8 +131,8 @@ def pressure_of(frame: Atoms) -> np.ndarray:
 
 def contact_of_frame(frame: Atoms) -> np.ndarray:
     """Return the mask of the atoms in contact of a snapshot; see `pressure_of`."""
-    if _TOUCHING in _info(frame):
-        return _field(frame, _TOUCHING) > 0.0
+    if _TOUCHING in info_of(frame):
+        return field_of(frame, _TOUCHING) > 0.0
     return pressure_of(frame) > 0.0
 
 
@@ -151,14 +149,14 @@ def plastic_depth_of(frame: Atoms) -> np.ndarray:
     ndarray, shape (n, m)
         Depth by which the surface has flowed (Å); zero if the wall has no hardness.
     """
-    if "plastic_depth" not in _info(frame):
+    if "plastic_depth" not in info_of(frame):
         return np.zeros(SurfaceGrid.of(frame).window)
-    return _field(frame, "plastic_depth")
+    return field_of(frame, "plastic_depth")
 
 
 def kept_depth_of(frame: Atoms) -> np.ndarray | None:
     """Return the plastic depth of a snapshot if its surface has kept it, else None."""
-    return plastic_depth_of(frame) if _info(frame).get(_INDENTED) else None
+    return plastic_depth_of(frame) if info_of(frame).get(INDENTED) else None
 
 
 def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
@@ -211,21 +209,3 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     return atoms
-
-
-def _info(frame: Atoms) -> dict:
-    """Return the `info` of a frame, and the data of a database."""
-    return frame.info.get("data", {}) | frame.info
-
-
-def _field(frame: Atoms, key: str) -> np.ndarray:
-    """Return a field that `snapshot` has compressed, shape (n, m)."""
-    raw = zlib.decompress(base64.b64decode(_info(frame)[key] + "=="))
-    return np.frombuffer(raw, "<f8").reshape(SurfaceGrid.of(frame).window)
-
-
-def _compressed(field: np.ndarray) -> str:
-    """Return a field as text that any file format can hold."""
-    raw = np.ascontiguousarray(field, "<f8")
-    text = base64.b64encode(zlib.compress(raw.tobytes(), 1)).decode()
-    return text.rstrip("=")  # extxyz cannot read a value that ends with it

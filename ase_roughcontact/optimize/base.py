@@ -12,6 +12,7 @@ import numpy as np
 from ase import Atoms
 from ase.optimize.optimize import DEFAULT_MAX_STEPS, Optimizer
 
+from ase_roughcontact._util.callers import warn
 from ase_roughcontact.atoms.calculator import has_model, model_of, relax_to, wall_of
 from ase_roughcontact.atoms.grid import displacement
 from ase_roughcontact.contact import State
@@ -103,6 +104,11 @@ class ContactOptimizer(Optimizer):
         self._given_start: Start | None = None
         self._relaxer = SolverRelaxer(type(self).solver, options)
         self._check()
+        if wall_of(atoms).permanent:
+            warn(
+                "an optimizer does not keep the plastic shape of the surface from one "
+                "run to the next: use load_path for a wall with permanent=True"
+            )
 
     def start_from(self, pressure: np.ndarray, height: float) -> None:
         """Start the next run from another state than that of the atoms.

@@ -47,7 +47,10 @@ class FixedWindow:
             return
         acts = fields.pressure != 0.0
         if at_edge(acts):
-            advice = "give a larger shape or 'auto'"
+            advice = (
+                "give a larger shape, or let each step choose its own (load_path: "
+                "window='auto', scenes: shape = 'auto')"
+            )
             if not isinstance(self._problem.indenter, RoughSphere):
                 advice += " (or edge='ignore' if the indenter ends there)"
             raise RuntimeError(

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from ase.constraints import Hookean
+from ase.io import read
 from ase.optimize import FIRE
 
 from ase_roughcontact import (
+    ActiveSet,
     DugdaleWall,
     HardWall,
     Heterogeneity,
@@ -228,3 +230,30 @@ def test_springs_are_refused_before_the_first_step_where_a_solver_has_none():
     atoms.set_constraint(Hookean(len(atoms) - 1, (x, y, z - 5.0), k=0.3, rt=0.0))
     with pytest.raises(ValueError, match="spring"):
         load_path(atoms, loads=[1.0])
+
+
+def test_a_frame_of_a_path_keeps_the_plastic_shape(tmp_path):
+    movie, depths = tmp_path / "a.traj", [1.0, 1.5, 0.8, 1.2]
+    atoms = atoms_of("plastic", fixed=True)
+    options = {"edge": "ignore", "validity": "ignore"}
+    whole = list(load_path(atoms, depths, trajectory=movie, **options))
+    frame = read(movie, 1)
+    frame.calc = RoughContact(SPHERE, 1.0, WALLS["plastic"])
+    assert frame.calc.get_property("normal_force", frame) == pytest.approx(
+        whole[1].normal_force, rel=1e-6
+    )
+    for step, other in zip(
+        load_path(frame, depths[2:], **options), whole[2:], strict=True
+    ):
+        assert step.normal_force == pytest.approx(other.normal_force, rel=1e-4)
+        assert step.plastic_depth == pytest.approx(other.plastic_depth, rel=1e-4)
+
+
+def test_an_optimizer_warns_that_it_does_not_keep_a_plastic_shape():
+    with pytest.warns(UserWarning, match="load_path"):
+        ActiveSet(atoms_of("plastic", fixed=True))
+
+
+def test_a_hardness_in_the_wrong_unit_is_warned_of():
+    with pytest.warns(UserWarning, match="GPa"):
+        RoughContact(SPHERE, 1.0, PlasticWall(hardness=11.0))

@@ -71,7 +71,7 @@ path = { control = "penetration", values = [2.0] }
 
 
 def test_the_error_at_the_edge_of_a_window_names_only_what_a_scene_has():
-    with pytest.raises(RuntimeError, match=r"give a larger shape or 'auto'$"):
+    with pytest.raises(RuntimeError, match=r"give a larger shape.*'auto'\)$"):
         list(Scene.parse(SMALL_WINDOW).relax())
 
 

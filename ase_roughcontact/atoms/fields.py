@@ -1,0 +1,29 @@
+"""Fields of a window as text, which the `info` of a frame can hold."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact.atoms.grid import SurfaceGrid
+
+
+def info_of(frame: Atoms) -> dict:
+    """Return the `info` of a frame, and the data of a database."""
+    return frame.info.get("data", {}) | frame.info
+
+
+def field_of(frame: Atoms, key: str) -> np.ndarray:
+    """Return a field that `snapshot` has compressed, shape (n, m)."""
+    raw = zlib.decompress(base64.b64decode(info_of(frame)[key] + "=="))
+    return np.frombuffer(raw, "<f8").reshape(SurfaceGrid.of(frame).window)
+
+
+def as_text(field: np.ndarray) -> str:
+    """Return a field as text that any file format can hold."""
+    raw = np.ascontiguousarray(field, "<f8")
+    text = base64.b64encode(zlib.compress(raw.tobytes(), 1)).decode()
+    return text.rstrip("=")  # extxyz cannot read a value that ends with it
