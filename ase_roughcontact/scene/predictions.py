@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,18 +31,22 @@ class Predictions(Model):
 
         Negative or zero if nominally flat surfaces would adhere without a load.
         """
-        wall, rough = self.wall, self.rough
-        if not wall.attractive or rough is None:
+        if self.rough is None:
             return 1.0 / self.kappa_repulsive
-        statistics = rough.statistics()
-        attraction = theory.inverse_kappa_attractive(
-            wall.work_of_adhesion,
+        return self.rough_theory.inverse_kappa
+
+    @property
+    def rough_theory(self) -> theory.RoughSphereTheory:
+        """Theory of the rough sphere."""
+        rough: Any = self.rough
+        return theory.RoughSphereTheory(
+            self.radius,
             self.contact_modulus,
-            wall.attraction_range,
-            statistics.rms_slope,
-            statistics.rms_curvature,
+            rough,
+            self.wall.work_of_adhesion,
+            self.wall.attraction_range,
+            self.kappa_repulsive,
         )
-        return float(1.0 / self.kappa_repulsive - attraction)
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,7 +88,7 @@ def reference_for(scene: Scene) -> Reference:
         plastic = _plastic(scene)
         if scene.rough is None:
             return Reference(scene, smooth, explanation=plastic)
-        if _system(scene).single_asperity:
+        if scene.rough_theory.single_asperity:
             return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
         return Reference(scene, smooth, explanation=plastic, rough_above=0.0)
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
@@ -119,19 +118,6 @@ def _plastic(scene: Scene) -> str:
     )
 
 
-def _system(scene: Scene) -> theory.RoughSphereTheory:
-    """Return the theory of the rough sphere."""
-    rough: Any = scene.rough
-    return theory.RoughSphereTheory(
-        scene.radius,
-        scene.contact_modulus,
-        rough,
-        scene.wall.work_of_adhesion,
-        scene.wall.attraction_range,
-        scene.kappa_repulsive,
-    )
-
-
 def _adhesive(scene: Scene, work: float) -> Reference:
     """Choose the theory of the smooth adhesive sphere, by Maugis' parameter."""
     sphere = scene.radius, scene.contact_modulus, work
@@ -156,7 +142,7 @@ def _rough(smooth: Reference) -> Reference:
     scene, rough = smooth.scene, smooth.scene.rough
     if rough is None:
         return smooth
-    system = _system(scene)
+    system = scene.rough_theory
     if system.single_asperity:
         return replace(smooth, explanation=_SINGLE.format(smooth.explanation))
     inverse_kappa = f"1/kappa = {scene.inverse_kappa:.3g}"

@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.validation import FloatArray, positive_array
-from ase_roughcontact.theory.self_affine import (
-    Roughness,
-    numbers_of,
-    slope_to_curvature_ratio,
-)
+from ase_roughcontact.theory.self_affine import Roughness, numbers_of
 
 #: Factor by which the compliance of the repulsive 9-3 wall increases rho, for the
 #: stiffness of the bulk and lambda_s = 4 a0: L. Pastewka, M. O. Robbins, Appl. Phys.
@@ -115,15 +111,15 @@ def asperity_radius(roughness: Roughness) -> float:
 
     Notes
     -----
-    The paper equates it with 2/h'', which by `slope_to_curvature_ratio` is larger by
-    sqrt(2): `asperity_radius_from_curvature`.
+    The paper equates it with 2/h'', which is larger by sqrt(2) for lambda_L >>
+    lambda_s: `asperity_radius_from_curvature`.
 
     References
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), right.
     """
-    slope, _, _ = numbers_of(roughness)
-    return float(np.sqrt(2) * slope_to_curvature_ratio(roughness) / slope)
+    slope, hurst, short = numbers_of(roughness)
+    return float(short / (2 * np.pi * slope) * np.sqrt(2 * (2 - hurst) / (1 - hurst)))
 
 
 def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:

@@ -197,34 +197,6 @@ def spectral_moment(
     return float(roll_off - boxcox(rho, excess))
 
 
-def slope_to_curvature_ratio(roughness: Roughness) -> float:
-    """Return rms slope over rms curvature, [(2-H)/(1-H)]^(1/2) lambda_s/(2 pi).
-
-    It holds for lambda_L >> lambda_s.
-
-    Parameters
-    ----------
-    roughness : Roughness
-
-    Returns
-    -------
-    float
-        h'/h'', length.
-
-    Raises
-    ------
-    ValueError
-        If a parameter of the roughness is not finite or out of range.
-
-    References
-    ----------
-    T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
-    (2017): ratio of the integrals of q^3 C(q) and q^5 C(q).
-    """
-    _, hurst, short = numbers_of(roughness)
-    return math.sqrt((2 - hurst) / (1 - hurst)) * short / (2 * math.pi)
-
-
 def moment_ratio(power: float, other: float, roughness: Roughness) -> float:
     """Return the ratio of two moments of the spectrum, M_m/M_n of `spectral_moment`.
 
@@ -251,6 +223,35 @@ def moment_ratio(power: float, other: float, roughness: Roughness) -> float:
         return 1.0
     band = band_of(roughness)
     return spectral_moment(power, hurst, *band) / spectral_moment(other, hurst, *band)
+
+
+def slope_to_curvature_ratio(roughness: Roughness) -> float:
+    r"""Return rms slope over rms curvature, :math:`(\lambda_s/2\pi) (M_2/M_4)^{1/2}`.
+
+    For :math:`\lambda_L \gg \lambda_s` it is :math:`[(2-H)/(1-H)]^{1/2}
+    \lambda_s/2\pi`.
+
+    Parameters
+    ----------
+    roughness : Roughness
+
+    Returns
+    -------
+    float
+        h'/h'', length.
+
+    Raises
+    ------
+    ValueError
+        If a parameter of the roughness is not finite or out of range.
+
+    References
+    ----------
+    T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
+    (2017): ratio of the integrals of q^3 C(q) and q^5 C(q).
+    """
+    _, _, short = numbers_of(roughness)
+    return short / (2 * math.pi) * math.sqrt(moment_ratio(2, 4, roughness))
 
 
 def rms_height(roughness: Roughness) -> float:

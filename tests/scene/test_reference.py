@@ -99,6 +99,22 @@ def test_theory_of_a_rough_adhesive_sphere(longest, work, explanation, remaining
     assert (scene.inverse_kappa > 0.0) == has_closed_form
 
 
+def test_flats_adhere_by_one_formula_in_theory_and_criteria():
+    """Next to the limit, where another rms curvature would give another answer."""
+
+    def found(work):
+        scene = adhesive(ROUGH, work)
+        *_, criterion = reference_for(scene).criteria
+        assert criterion.sticky == (scene.inverse_kappa <= 0.0)
+        return criterion.sticky
+
+    low, high = 0.01, 1.0
+    assert not found(low) and found(high)
+    while high - low > 1e-4 * high:
+        work = 0.5 * (low + high)
+        low, high = (low, work) if found(work) else (work, high)
+
+
 def test_adhesion_flattens_only_waves_that_are_not_wider_than_the_contact():
     smooth = reference_for(adhesive(SMOOTH, 0.5)).smooth
     radius = np.sqrt(smooth.contact_area(0.0) / np.pi)

@@ -114,7 +114,7 @@ def test_sphere_sharper_than_its_roughness_is_as_good_as_smooth():
 def test_weak_adhesion_changes_only_kappa():
     found = regime(1e4, BIG, 1.0, ROUGH, **paper_adhesion(0.0005))
     assert found.law == "rough, linear"
-    assert_allclose(1 / 2.9 - found.inverse_kappa, 0.042, rtol=0.02)
+    assert_allclose(1 / 2.9 - found.inverse_kappa, 0.044, rtol=0.02)
     assert_allclose(found.rough_pressure, 0.1 * found.inverse_kappa)
     assert_allclose(found.contact_area, 1e4 / found.rough_pressure, rtol=0.01)
 

@@ -14,6 +14,8 @@ HERTZ = theory.Hertz(R, E)
 LOADS = np.geomspace(1e-12, 1e12, 49)
 SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
 ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
+# the limit of many decades, which closed forms of the literature assume
+WIDE = SelfAffine(SLOPE, HURST, SHORT, 1e12)
 
 
 def spectral_average(function, low, high):
@@ -81,11 +83,16 @@ def test_contact_radius_at_the_crossover_load_is_the_crossover_radius():
 
 
 def test_slope_to_curvature_ratio_follows_from_the_spectrum():
-    high = 2 * np.pi / SHORT
-    slope2 = spectral_average(lambda q: q**2, 1e-9 * high, high)
-    curvature2 = spectral_average(lambda q: q**4, 1e-9 * high, high)
+    ends = 2 * np.pi / LONG, 2 * np.pi / SHORT
+    slope2 = spectral_average(lambda q: q**2, *ends)
+    curvature2 = spectral_average(lambda q: q**4, *ends)
     ratio = theory.slope_to_curvature_ratio(ROUGH)
-    assert_allclose(ratio, np.sqrt(slope2 / curvature2), rtol=2e-4)
+    assert_allclose(ratio, np.sqrt(slope2 / curvature2), rtol=1e-9)
+
+
+def test_slope_to_curvature_ratio_of_many_decades_has_a_closed_form():
+    expected = np.sqrt((2 - HURST) / (1 - HURST)) * SHORT / (2 * np.pi)
+    assert_allclose(theory.slope_to_curvature_ratio(WIDE), expected, rtol=2e-5)
 
 
 def test_asperity_radius_is_equation_6():
@@ -94,9 +101,9 @@ def test_asperity_radius_is_equation_6():
 
 
 def test_asperity_radius_from_curvature_exceeds_the_printed_one_by_root_two():
-    curvature = SLOPE / theory.slope_to_curvature_ratio(ROUGH)
+    curvature = SLOPE / theory.slope_to_curvature_ratio(WIDE)
     own = theory.asperity_radius_from_curvature(curvature)
-    assert_allclose(own / theory.asperity_radius(ROUGH), np.sqrt(2), rtol=1e-14)
+    assert_allclose(own / theory.asperity_radius(WIDE), np.sqrt(2), rtol=2e-5)
 
 
 def test_asperity_radius_from_curvature_is_that_of_a_paraboloid():
@@ -159,7 +166,7 @@ def test_compliant_kappa_refuses_an_empty_range_of_wavelengths():
 @pytest.mark.parametrize(("work", "expected"), [(0.0005, 0.042), (0.005, 0.28)])
 def test_attractive_inverse_kappa_takes_the_known_values(work, expected):
     # Units a0 = E* = 1, wall stiffness k = E*/a0, range sqrt(12 w/k).
-    curvature = SLOPE / theory.slope_to_curvature_ratio(ROUGH)
+    curvature = SLOPE / theory.slope_to_curvature_ratio(WIDE)
     inverse = theory.inverse_kappa_attractive(
         work, 1.0, np.sqrt(12 * work), SLOPE, curvature
     )

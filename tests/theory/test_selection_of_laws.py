@@ -32,7 +32,10 @@ PULL_OFF = {"DMT": -2.0, "JKR": -1.5}  # in units of pi w R
 SLOPE, HURST, SHORT, LONG = 0.1, 0.8, 4.0, 512.0
 ROUGH = SelfAffine(SLOPE, HURST, SHORT, LONG)
 # h'rms/h''rms, and the radius of the first asperity by Eq. (6)
-WIDTH = math.sqrt((2.0 - HURST) / (1.0 - HURST)) * SHORT / (2.0 * math.pi)
+M2, M4 = (
+    (1.0 - (SHORT / LONG) ** (m - 2.0 * HURST)) / (m - 2.0 * HURST) for m in (2, 4)
+)
+WIDTH = SHORT / (2.0 * math.pi) * math.sqrt(M2 / M4)
 ASPERITY = SHORT / (2.0 * math.pi * SLOPE) * math.sqrt(2 * (2 - HURST) / (1 - HURST))
 
 

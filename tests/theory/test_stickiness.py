@@ -72,10 +72,23 @@ def test_a_single_wave_is_flattened_by_its_closed_form():
     assert found == pytest.approx(q * (0.1 / q) ** 2 / 4.0 / 0.05)
 
 
+@pytest.mark.parametrize("longest", [8.0, 32.0])
+def test_criteria_of_a_narrow_band_are_those_of_its_height_and_curvature(longest):
+    rough = SelfAffine(0.1, 0.8, 4.0, longest, seed=1, domain=1024.0)
+    height, slope, curvature = vars(rough.statistics()).values()
+    found = criteria(rough, work=0.02, reach=0.3)
+    expected = height**1.5 / (2.0 / curvature) ** 0.5 / 0.02
+    assert found["Fuller-Tabor"].value == pytest.approx(expected, rel=0.02)
+    attraction = theory.inverse_kappa_attractive(0.02, 1.0, 0.3, slope, curvature)
+    expected = 1.0 / (theory.KAPPA_HARD * attraction)
+    assert found["Pastewka-Robbins"].value == pytest.approx(expected, rel=0.01)
+
+
 @pytest.mark.parametrize("work, printed", [(0.0005, 0.04), (0.005, 0.25)])
 def test_pastewka_and_robbins_have_the_numbers_of_their_paper(work, printed):
     """1/kappa_att of Appl. Phys. Lett. 108, 221601 (2016), kappa_rep = 2."""
-    found = criteria(work=work, reach=np.sqrt(12.0 * work))["Pastewka-Robbins"]
+    wide = SelfAffine(0.1, 0.8, 4.0, 1e12)
+    found = criteria(wide, work=work, reach=np.sqrt(12.0 * work))["Pastewka-Robbins"]
     assert found.value == pytest.approx(1.0 / (2.0 * printed), rel=0.15)
     assert not found.sticky
 
@@ -87,8 +100,8 @@ def test_law_of_a_rough_sphere_lists_the_criteria():
     soft = {"kappa_repulsive": theory.KAPPA_REPULSIVE, **adhesion}
     found_soft = theory.regime(1.0, 1000.0, 1.0, ROUGH, **soft)
     assert found_soft.criteria == theory.stickiness(ROUGH, 1.0, **soft)
-    assert "Fuller-Tabor: not sticky (12.9 >= 10)" in str(found)
-    assert "Pastewka-Robbins: sticky (0.372 < 1)" in str(found)
+    assert "Fuller-Tabor: not sticky (13.4 >= 10)" in str(found)
+    assert "Pastewka-Robbins: sticky (0.354 < 1)" in str(found)
     assert theory.regime(1.0, 1000.0, 1.0, ROUGH).criteria == ()
 
 
