@@ -16,6 +16,7 @@ from ase.units import GPa
 from ase_roughcontact import (
     DugdaleWall,
     HardWall,
+    HeightMap,
     Heterogeneity,
     Interaction,
     LennardJones93,
@@ -124,6 +125,14 @@ def test_contact_as_wide_as_a_fifth_of_a_paraboloid_s_radius(profile, depth, out
     indenter = RoughSphere(200.0, profile=profile)
     names = names_after(atoms_on(indenter), depth)
     assert names == ({"contact radius/R"} if outside else set())
+
+
+@pytest.mark.parametrize("component, outside", [(0.33, False), (0.38, True)])
+def test_slope_is_that_of_both_components(component, outside):
+    """A pyramid, whose slope on the diagonals of the grid has two equal components."""
+    x = component * abs(np.arange(16) - 7.5)
+    pyramid = HeightMap(x[:, None] + x, 1.0)
+    assert ("slope" in names_after(atoms_on(pyramid), 1.0, window="fixed")) == outside
 
 
 @pytest.mark.parametrize("slope, outside", [(0.3, False), (0.6, True)])
