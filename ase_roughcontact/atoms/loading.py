@@ -23,11 +23,10 @@ from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of
-from ase_roughcontact.paths.grids import Grids, grids_for
+from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.loading import (
     PathFiles,
-    coarser_stepper,
     follow_path,
     targets_of,
     warn_of_lost_slope,
@@ -88,7 +87,7 @@ def load_path(
         Allowed relative error of force and area. For the model of atoms it sets a
         tolerance relative to the mean force on the atoms in contact, 1e-4 for each of
         the names. For the continuum the names mean errors of the area of 5, 1 and
-        0.2 %, and set grid and extrapolation, too; see `grids_for`.
+        0.2 %, and set the grid, too; see `grid_for`.
     max_steps : int
         Maximum number of steps for each run of the optimizer. A step takes several
         runs if its window is enlarged or its tolerance reduced.
@@ -172,7 +171,7 @@ def load_path(
         hardness=hardness,
         record=record,
     )
-    warn_of_lost_slope(path.stepper, path.grids, validity)
+    warn_of_lost_slope(path.stepper, path.change, validity)
     files = replace(files, frames=path.frames)
     steps = follow_path(path.stepper, targets, files, validity, springs=path.springs)
     return _shown(path, steps)
@@ -198,8 +197,8 @@ class AtomsPath:
     ----------
     frames : PathAtoms
     stepper : Stepper
-    grids : Grids or None
-        Grids of the continuum.
+    change : GridChange or None
+        Grid of the continuum.
     springs : list of dict
         Description of the springs on the indenter.
     """
@@ -218,11 +217,9 @@ class AtomsPath:
         _check(atoms, control)
         lattice = SurfaceGrid.of(atoms)
         problem = problem_for(lattice, atoms.calc.parameters)
-        self.grids: Grids | None = None
-        if continuum:
-            self.grids = (
-                _grids(problem, lattice, options) if grid is None else Grids(grid)
-            )
+        self.change = grid
+        if continuum and grid is None:
+            self.change = _grid(problem, lattice, options)
         springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
         self.springs = [_describe_spring(spring) for spring in springs]
         settings = StepOptions(
@@ -232,20 +229,14 @@ class AtomsPath:
             **options,
         )
         external = Indenter(atoms).springs_at if springs else None
-        coarser = None
-        if self.grids and self.grids.extrapolated:
-            window = problem.window(lattice.window, lattice.origin)
-            coarser = coarser_stepper(
-                problem, window, control, settings, self.grids, external
-            )
         lost = 0.0
-        if self.grids and self.grids.change:
+        if self.change:
             if kept_depth(atoms, lattice) is not None:
                 raise ValueError(
                     "the surface has kept a plastic shape, which another grid would "
                     "lose: start from new atoms"
                 )
-            lost = regrid(atoms, self.grids.change)
+            lost = regrid(atoms, self.change)
         self.frames = PathAtoms(atoms)
         pulled = bool(springs) and control == "loads"
         relaxer = relaxer_of(optimizer, problem.wall, self.frames, pulled)
@@ -257,7 +248,6 @@ class AtomsPath:
             self.frames.first_state(),
             replace(settings, relaxer=relaxer, lost_slope=lost),
             springs=external,
-            coarser=coarser,
         )
 
     def begin(self) -> None:
@@ -304,9 +294,11 @@ def _asks_for_continuum(model: str | None, given: GridChange | None) -> bool:
     return continuum
 
 
-def _grids(problem: Problem, lattice: SurfaceGrid, options: dict[str, Any]) -> Grids:
-    """Return the grids that the accuracy needs."""
-    return grids_for(
+def _grid(
+    problem: Problem, lattice: SurfaceGrid, options: dict[str, Any]
+) -> GridChange:
+    """Return the grid that the accuracy needs."""
+    return grid_for(
         accuracy_of(options.get("accuracy", "normal"), continuum=True).error,
         problem.indenter,
         problem.wall,

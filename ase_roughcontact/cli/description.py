@@ -71,11 +71,9 @@ def _hardness(scene: Scene) -> str:
 
 def _grid(scene: Scene) -> str:
     """Return the grid of the continuum, and what it can't resolve."""
-    grids, lost = scene.grids, scene.lost_slope
-    line = f"Continuum on a grid of spacing {grids.change.label}"
-    if grids.extrapolated:
-        line += f", extrapolated with one of {grids.coarser.label}"
-    return line + (f"; {lost_text(grids.change, lost)}" if lost else "")
+    change, lost = scene.grid_change, scene.lost_slope
+    line = f"Continuum on a grid of spacing {change.label}"
+    return line + (f"; {lost_text(change, lost)}" if lost else "")
 
 
 def pull_off_text(reference: Reference) -> str:

@@ -164,11 +164,6 @@ class Interaction(ABC):
         raise NotImplementedError(f"{type(self).__name__} has no inverse")
 
     @property
-    def elastic_edge(self) -> bool:
-        """Whether the pressure falls as the root of the distance to the edge."""
-        return self.hard and not self.attractive and self.hardness == math.inf
-
-    @property
     def attractive(self) -> bool:
         """Whether the wall is attractive at any gap."""
         return self.work_of_adhesion > 0.0

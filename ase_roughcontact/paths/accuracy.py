@@ -1,7 +1,7 @@
 """Accuracy of a path: an allowed relative error, and the force tolerance it requires.
 
 The error is that of the answer to the question asked: for the model of atoms that of
-the solver, for the continuum also that of the grid, see `grids_for`. It does not cover
+the solver, for the continuum also that of the grid, see `grid_for`. It does not cover
 the wall and its cutoff.
 """
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -15,9 +14,6 @@ from ase_roughcontact.windows.regrid import GridChange
 _POINTS = {0.05: 4, 0.01: 8, 0.002: 16}
 # Smallest error that is attempted, with twice the points for half the error.
 _SMALLEST = 5e-4
-# Errors below which the area under a hard wall that attracts, or with a hardness, is
-# extrapolated from two grids.
-_EXTRAPOLATED = 0.05
 # Spacings on the shortest wave of a surface whose wavelengths are not known.
 _UNKNOWN_WAVE = 4.0
 # Largest coarsening under hard, soft and attractive walls. The range of a soft wall is
@@ -27,38 +23,14 @@ _HARD, _SOFT, _ATTRACTIVE = 8, 2, 1
 _ROUNDING = 1e-6
 
 
-@dataclass(frozen=True)
-class Grids:
-    """Grid of a path, and whether the area is extrapolated from a coarser one, too.
-
-    Attributes
-    ----------
-    change : GridChange
-        Relative to the lattice of the atoms.
-    extrapolated : bool
-        Whether the area is the limit of this grid and of one of twice the spacing.
-    """
-
-    change: GridChange
-    extrapolated: bool = False
-
-    @property
-    def coarser(self) -> GridChange:
-        """The grid of twice the spacing."""
-        refine, coarsen = self.change.refine, self.change.coarsen
-        if refine % 2:
-            return GridChange(refine, 2 * coarsen)
-        return GridChange(refine // 2, coarsen)
-
-
-def grids_for(
+def grid_for(
     error: float,
     indenter: Surface,
     wall: Interaction,
     spacing: float,
     shape: tuple[int, int] | None = None,
-) -> Grids:
-    """Return the grids with which the area of the continuum has a wanted error.
+) -> GridChange:
+    """Return the grid with which the area of the continuum has a wanted error.
 
     Parameters
     ----------
@@ -74,9 +46,9 @@ def grids_for(
 
     Returns
     -------
-    Grids
-        Finer ones by a power of two, or coarser ones if they divide the window and the
-        period of the indenter.
+    GridChange
+        Of a grid that is finer by a power of two, or a coarser one if it divides the
+        window and the period of the indenter.
 
     Raises
     ------
@@ -88,16 +60,14 @@ def grids_for(
     if math.isnan(wave):
         wave = _UNKNOWN_WAVE * spacing
     finest = wave / _points(error) / spacing
-    extrapolated = wall.hard and not wall.elastic_edge and error < _EXTRAPOLATED
     largest = _ATTRACTIVE if wall.attractive else _HARD if wall.hard else _SOFT
     power = math.floor(math.log2(min(finest, largest)) + _ROUNDING)
     while power >= 0:
-        grids = Grids(GridChange(1, 2**power), extrapolated)
-        coarsest = grids.coarser if extrapolated else grids.change
-        if _fits(coarsest, facts, spacing, shape):
-            return grids
+        change = GridChange(1, 2**power)
+        if _fits(change, facts, spacing, shape):
+            return change
         power -= 1
-    return Grids(GridChange(2**-power), extrapolated)
+    return GridChange(2**-power)
 
 
 def _points(error: float) -> float:

@@ -13,16 +13,13 @@ from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import one_of
-from ase_roughcontact.contact import Problem, State
-from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.grids import Grids
+from ase_roughcontact.contact import State
 from ase_roughcontact.paths.output import open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import PathDescription
-from ase_roughcontact.paths.step import StepOptions, Stepper
+from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-from ase_roughcontact.solvers.relaxation import External
-from ase_roughcontact.windows.regrid import lost_text, on_grid
+from ase_roughcontact.windows.regrid import GridChange, lost_text
 
 
 class Frames(Protocol):
@@ -62,34 +59,6 @@ class PathFiles:
         one_of(("all", "last"), keep=self.keep)
 
 
-def coarser_stepper(
-    problem: Problem,
-    window: Box,
-    control: str,
-    options: StepOptions,
-    grids: Grids,
-    springs: External | None = None,
-) -> Stepper:
-    """Return the steps on the coarser of two grids; see `Stepper.coarser`.
-
-    Parameters
-    ----------
-    problem, window
-        On the lattice of the atoms.
-    control : {"penetrations", "heights", "loads"}
-        Of the path on the finer grid.
-    options, grids, springs
-        See `Stepper`.
-
-    Returns
-    -------
-    Stepper
-    """
-    by_load = "loads" if control == "loads" else "heights"
-    coarse, coarse_window = on_grid(problem, window, grids.coarser)
-    return Stepper(coarse, by_load, coarse_window, options, springs=springs)
-
-
 def targets_of(control: str, path: Any) -> np.ndarray:
     """Return the targets of a path as an array.
 
@@ -107,11 +76,13 @@ def targets_of(control: str, path: Any) -> np.ndarray:
     return targets
 
 
-def warn_of_lost_slope(stepper: Stepper, grids: Grids | None, validity: str) -> None:
+def warn_of_lost_slope(
+    stepper: Stepper, change: GridChange | None, validity: str
+) -> None:
     """Warn of waves that a coarser grid can't resolve, unless limits are ignored."""
     lost = stepper.options.lost_slope
-    if grids and lost and validity != "ignore":
-        warnings.warn(lost_text(grids.change, lost), stacklevel=3)
+    if change and lost and validity != "ignore":
+        warnings.warn(lost_text(change, lost), stacklevel=3)
 
 
 def follow_path(
@@ -163,8 +134,7 @@ def _relaxed(
             yield step
         if finished.frame and files.frames:
             first = finished.steps[-1].step + 1
-            state = files.frames.state(finished.frame)
-            stepper.restart_from(state, path.targets[:first].tolist())
+            stepper.restart_from(files.frames.state(finished.frame))
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
             described = path.of_step(number)

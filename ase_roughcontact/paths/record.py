@@ -79,8 +79,6 @@ def _continuum_area(step: RelaxedStep) -> float:
     area = step.state.contact_area
     if step.edge_area is not None:
         area = step.edge_area.area
-    elif step.coarse_area is not None:
-        area = 2.0 * area - step.coarse_area
     elif step.contact.interaction.hard:
         area = continuum_area(area, step.perimeter, step.halfspace.spacing)
     # with plastic contact to the edge there is nothing to correct, and A >= N/H
@@ -133,10 +131,9 @@ class LoadStep:
     )
     continuum_area: float = column(
         _continuum_area,
-        "area of the continuum: the count under soft walls; under hard walls the count "
-        "corrected by the perimeter, and if the continuum is asked for, by the fields "
-        "at the edge, or, with attraction or a hardness, extrapolated from two grids "
-        "for errors below 5 %; at least load over hardness",
+        "area of the continuum: the count under soft walls; under hard walls by the "
+        "fields at the edge if the continuum is asked for, otherwise the count less a "
+        "part of the perimeter; at least load over hardness",
         "Å^2",
         "area",
     )

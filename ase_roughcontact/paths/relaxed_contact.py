@@ -37,8 +37,6 @@ class RelaxedContact:
         Whether the continuum is asked for, and not the model of atoms.
     lost_slope : float
         Part of the rms slope that a coarse grid can't resolve, and that is lost.
-    coarse_area : float or None
-        Contact area on a grid of twice the spacing, if it was calculated (Å^2).
     """
 
     problem: Problem
@@ -47,7 +45,6 @@ class RelaxedContact:
     control: str = "heights"
     continuum: bool = False
     lost_slope: float = 0.0
-    coarse_area: float | None = None
 
     @property
     def height(self) -> float:
@@ -88,21 +85,22 @@ class RelaxedContact:
     def edge_area(self) -> EdgeArea | None:
         """Area of the continuum by the fields at the edge of the contact.
 
-        None unless the continuum is asked for, and this is the contact of a wall with
-        an `elastic_edge` that does not end at the edge of a free window.
+        None unless the continuum is asked for, and this is the contact of a hard wall
+        that does not end at the edge of a free window.
         """
-        wall, state, halfspace = self.contact.interaction, self.state, self.halfspace
-        if not (self.continuum and wall.elastic_edge and self.touches):
+        contact, state, halfspace = self.contact, self.state, self.halfspace
+        if not (self.continuum and contact.interaction.hard and self.touches):
             return None
         if not halfspace.periodic and at_edge(state.contact):
             return None
+        _, attraction = contact.wall(np.zeros(state.gap.shape))
         return edge_area(
-            state.pressure,
+            np.where(state.contact, state.pressure - attraction, 0.0),
             state.gap,
-            self.perimeter,
             halfspace.spacing,
             float(halfspace.solid.wave_modulus(math.pi / halfspace.spacing)),
             halfspace.periodic,
+            state.hardness,
         )
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
@@ -115,9 +115,6 @@ class Stepper:
     options : StepOptions, optional
     springs : callable, optional
         Energy and upward force of springs on the indenter at a height.
-    coarser : Stepper, optional
-        Of the same contact on a grid of twice the spacing, from whose area that of the
-        continuum is extrapolated. Its targets are heights or loads.
 
     Attributes
     ----------
@@ -144,14 +141,13 @@ class Stepper:
         options: StepOptions | None = None,
         *,
         springs: External | None = None,
-        coarser: Stepper | None = None,
     ) -> None:
         one_of(CONTROLS, control=control)
         self.problem, self.control = problem, control
         self.options = options = options or StepOptions()
         self._accuracy = accuracy_of(options.accuracy, options.continuum)
         self._relaxer = options.relaxer or default_relaxer(problem.wall)
-        self._springs, self._coarser = springs, coarser
+        self._springs = springs
         self._extrapolation = Extrapolation()
         self._tolerance = ForceTolerance(
             self._accuracy.tolerance,
@@ -192,23 +188,19 @@ class Stepper:
         """
         relaxed = self._relaxed(number, target)
         record = self.options.record.of(relaxed)
-        self._keep_history(relaxed)
+        fields = relaxed.state
+        if self.problem.wall.permanent and fields.plastic_atoms:
+            history = {PLASTIC_DEPTH: fields.plastic_depth}
+            self.state = replace(self.state, history=history)
         return record
 
-    def restart_from(self, state: State, targets: Sequence[float] = ()) -> None:
+    def restart_from(self, state: State) -> None:
         """Continue from a state, as if a step had ended there.
 
         Parameters
         ----------
         state : State
-        targets : sequence of float
-            Of the steps up to the state. They are repeated on the coarser grid, whose
-            state is not known, if it depends on them.
         """
-        if self._coarser and self.problem.wall.depends_on_history:
-            for number, target in enumerate(targets):
-                height = self._at(target)[0].height
-                self._coarser_step(self._coarser, number, target, height)
         self._extrapolation = Extrapolation()
         self.state = state
         self._set_contact(state.window, state.history)
@@ -242,7 +234,7 @@ class Stepper:
             tolerance = {"fmax": self.options.fmax}
         question: dict[str, Any] = {}
         if self.options.continuum:
-            question = {"model": "continuum", "extrapolated": bool(self._coarser)}
+            question = {"model": "continuum"}
         lattice = self.windows.describe_lattice()
         return describe_system(
             self.problem, **more, lattice=lattice, **tolerance, **question
@@ -256,13 +248,6 @@ class Stepper:
             self._contact_window = window
         elif self.contact.plastic_depth is not depth:
             self.contact = self.contact.indented(depth)
-
-    def _keep_history(self, relaxed: RelaxedStep) -> None:
-        """Leave the plastic shape of a step in the surface, if the wall does."""
-        fields = relaxed.state
-        if self.problem.wall.permanent and fields.plastic_atoms:
-            history = {PLASTIC_DEPTH: fields.plastic_depth}
-            self.state = replace(self.state, history=history)
 
     def _relaxed(self, number: int, target: float) -> RelaxedStep:
         begun = time.perf_counter()
@@ -281,7 +266,6 @@ class Stepper:
             run = self._relax(wider, support, statistics)
         self.state, self.run = run.state, run
         self._check_load(target, run, statistics)
-        coarse_area = self._area_on_coarser_grid(number, target, statistics)
         relaxed = RelaxedStep(
             problem=self.problem,
             contact=self.contact,
@@ -294,36 +278,10 @@ class Stepper:
             control=self.control,
             continuum=self.options.continuum,
             lost_slope=self.options.lost_slope,
-            coarse_area=coarse_area,
         )
         _check_residuals(relaxed)
         if statistics.converged:
             self._extrapolation.add(self.contact, target, run.fields, run.state.height)
-        return relaxed
-
-    def _area_on_coarser_grid(
-        self, number: int, target: float, statistics: SolverStatistics
-    ) -> float | None:
-        """Return the contact area on the coarser grid, if there is one."""
-        if self._coarser is None:
-            return None
-        coarse = self._coarser_step(self._coarser, number, target, self.state.height)
-        grids = coarse.halfspace.grid, self.contact.halfspace.grid
-        share = math.prod(grids[0]) / math.prod(grids[1])
-        statistics.pairs += share * coarse.statistics.pairs
-        if not coarse.statistics.converged:
-            statistics.converged = False
-            statistics.message = f"coarser grid: {coarse.statistics.message}"
-        return coarse.state.contact_area
-
-    def _coarser_step(
-        self, coarser: Stepper, number: int, target: float, height: float
-    ) -> RelaxedStep:
-        """Relax the contact on the coarser grid, at the same height or load."""
-        relaxed = coarser._relaxed(
-            number, target if self.control == "loads" else height
-        )
-        coarser._keep_history(relaxed)
         return relaxed
 
     def _at(self, target: float) -> tuple[State, Support]:

@@ -18,7 +18,7 @@ from ase_roughcontact.elasticity.named_materials import (
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.accuracy import accuracy_of
-from ase_roughcontact.paths.grids import Grids, grids_for
+from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_of
 from ase_roughcontact.scene.config import DEFAULT_RADIUS, SYMBOL, SubstrateConfig
 from ase_roughcontact.scene.fields import local_adhesion, random_field
@@ -159,13 +159,13 @@ class Model(SceneFile):
         return change
 
     @property
-    def grids(self) -> Grids:
+    def grid_change(self) -> GridChange:
         """The grid relative to that of the atoms, given or chosen for the accuracy."""
         given = self.given_grid
         if given is not None or not self.is_continuum:
-            return Grids(given or GridChange())
+            return given or GridChange()
         shape = self.substrate.shape
-        return grids_for(
+        return grid_for(
             accuracy_of(self.solver.accuracy, continuum=True).error,
             self.surface,
             self.wall,
@@ -181,7 +181,7 @@ class Model(SceneFile):
     @property
     def sampled_surface(self) -> Surface:
         """Surface of the indenter without waves that a coarse grid can't resolve."""
-        return self.grids.change.surface(self.surface, self.spacing)
+        return self.grid_change.surface(self.surface, self.spacing)
 
     @property
     def scan(self) -> HeightMap | None:

@@ -19,7 +19,6 @@ from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hardness import hardness_for
-from ase_roughcontact.paths.loading import coarser_stepper
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import LoadStep
@@ -117,12 +116,12 @@ class ContactPath(Predictions):
 
     @property
     def _on_grid(self) -> tuple[Problem, Box]:
-        return on_grid(*self.lattice, self.grids.change)
+        return on_grid(*self.lattice, self.grid_change)
 
     @property
     def lattice(self) -> tuple[Problem, Box]:
         """The problem and its first window on the lattice of the atoms."""
-        change = self.grids.change
+        change = self.grid_change
         if self.shape:
             check_memory(change.shape(self.shape))
         first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
@@ -175,10 +174,7 @@ class ContactPath(Predictions):
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
         )
-        coarser = None
-        if self.grids.extrapolated and not self.path.adaptive:
-            coarser = coarser_stepper(*self.lattice, control, options, self.grids)
-        return Stepper(problem, control, window, options, coarser=coarser)
+        return Stepper(problem, control, window, options)
 
     @property
     def first_contact(self) -> float:
@@ -196,7 +192,7 @@ class ContactPath(Predictions):
     @property
     def expected_contact(self) -> ExpectedContact:
         """Bounds for the contact, which are known without the roughness."""
-        change = self.grids.change
+        change = self.grid_change
         surface: Any = change.surface(self.surface, self.spacing)
         return ExpectedContact(
             surface, self.wall, self.solid, change.spacing(self.spacing)

@@ -55,7 +55,7 @@ def preview(scene: Scene) -> Scene:
         return scene
     continuum = _continuum(scene)
     for ratio in _RATIOS:
-        coarse = continuum.with_grid(_coarser(scene.grids.change, ratio))
+        coarse = continuum.with_grid(_coarser(scene.grid_change, ratio))
         if ratio == 1 or _is_possible(coarse):
             break
     steps = scene.targets / UNITS[scene.path.unit]

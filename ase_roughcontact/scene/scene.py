@@ -182,7 +182,7 @@ class Scene(ContactPath):
             if problems:
                 raise ValueError(f"{name}: [{title}] {'; '.join(problems)}")
         try:  # before heights of the roughness are allocated
-            spacing = self.grids.change.spacing(self.spacing)
+            spacing = self.grid_change.spacing(self.spacing)
             check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
@@ -246,7 +246,7 @@ class Scene(ContactPath):
         frames = self.frames()
         written = PathFiles(**files, frames=frames)
         stepper = self.stepper(frames, record)
-        warn_of_lost_slope(stepper, self.grids, validity)
+        warn_of_lost_slope(stepper, self.grid_change, validity)
         if targets is None:
             return self.path.run(self, stepper, written, validity)
         targets = targets_of(self.control, targets)

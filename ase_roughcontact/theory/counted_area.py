@@ -9,8 +9,6 @@ _GRID_CORRECTION = (math.pi - 1.0 + math.log(2.0)) / 24.0
 # Error of an area on one grid, in units of that correction: measured on rough spheres
 # and flats, hard and repulsive walls, by examples/benchmarks/grid_error.py.
 _ERROR_PER_CORRECTION = 0.25
-# The same of an area extrapolated from two grids, on the finer one.
-_ERROR_OF_LIMIT = 0.1
 # Area per point, in units of the squared softness of a wall, above which the area is
 # wrong by half the correction for a hard one. At spacings of 1, 2 and 4 times the
 # softness it was by 0.2, 0.3 and 0.5 of it on rough spheres, 0.4, 0.7 and 0.9 on a
@@ -73,18 +71,12 @@ def continuum_area(area: float, perimeter: float, spacing: float) -> float:
     return area - _GRID_CORRECTION * perimeter * spacing
 
 
-def grid_error(
-    perimeter: float,
-    cell_area: float,
-    extrapolated: bool = False,
-    softness: float = 0.0,
-) -> float:
+def grid_error(perimeter: float, cell_area: float, softness: float = 0.0) -> float:
     r"""Return the estimated error of the contact area of the continuum.
 
-    It is a quarter of the correction of `continuum_area`, or a tenth if the area is
-    extrapolated, and half a grid point. On a coarse grid a soft wall acts more and more
-    like a hard one, whose area would be corrected: with the softness l of the wall the
-    error is the part
+    It is a quarter of the correction of `continuum_area` and half a grid point. On a
+    coarse grid a soft wall acts more and more like a hard one, whose area would be
+    corrected: with the softness l of the wall the error is the part
 
     .. math:: \frac{\Delta x^2}{\Delta x^2 + 6 l^2}
 
@@ -96,8 +88,6 @@ def grid_error(
         See `continuum_area` (length).
     cell_area : float
         Area per grid point (length^2).
-    extrapolated : bool
-        Whether the area is the limit of this grid and one of twice the spacing.
     softness : float
         Contact modulus over stiffness of the wall at the edge of the contact (length);
         zero if the area is corrected.
@@ -108,7 +98,7 @@ def grid_error(
         Length^2.
     """
     spacing = math.sqrt(cell_area)
-    factor = _ERROR_OF_LIMIT if extrapolated else _ERROR_PER_CORRECTION
+    factor = _ERROR_PER_CORRECTION
     if softness:
         factor = max(factor, cell_area / (cell_area + _HARD_FROM * softness**2))
     return factor * _GRID_CORRECTION * perimeter * spacing + 0.5 * cell_area

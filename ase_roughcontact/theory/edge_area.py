@@ -1,10 +1,12 @@
 r"""Contact area of the continuum under a hard wall, from the fields at its edge.
 
-At a distance d inside the edge of a contact without attraction the pressure is
+At a distance d inside the edge of an elastic contact the reaction of the wall is
 :math:`B \sqrt{d}`, and outside the gap is :math:`(4 B/3 E^*)\, d^{3/2}` (K. L. Johnson,
-Contact Mechanics, 1985, chapter 5). Between a grid point in contact, with the pressure
-p, and an open one at a distance l, with the gap g, the edge is where both have the
-same B: the part t^3 of the distance is in contact, with
+Contact Mechanics, 1985, chapter 5). An attraction of finite tension acts on both sides
+of the edge alike, and pressures are below a hardness there, so that this holds for all
+hard walls. Between a grid point in contact, with the reaction p, and an open one at a
+distance l, with the gap g, the edge is where both have the same B: the part t^3 of the
+distance is in contact, with
 
 .. math:: t^3 + \rho^{2/3}\, t = 1, \qquad \rho = \frac{3 E^* g}{4 p\, l}.
 
@@ -22,6 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ase_roughcontact.theory.counted_area import open_sides
+
 # Area by which edges are too far out, per perimeter along the grid and spacing, as the
 # sides cross them at an angle: 0.0144 to 0.0180, mean 0.0158, for smooth spheres at
 # contact radii of 90 to 256 spacings.
@@ -30,10 +34,20 @@ _EDGE_CORRECTION = 0.0158
 # times the spacing: chosen on the rough spheres and flats of
 # examples/benchmarks/edge_area.py, and tested on other spheres by answer_errors.py.
 _ERROR_PER_CHANGE, _ERROR_PER_PERIMETER = 0.25, 0.006
-# The same of the perimeter with fewer than 4 points on the shortest wave: with 2 points
-# 96 % of 72 areas were within twice the estimate, 82 % without it.
-_ERROR_UNRESOLVED = 0.036
-# Ratio rho from which on the pressure next to an edge is small. If it is not below that
+# The same of a straight edge along the grid, where all sides are cut at the same part:
+# there the errors, of up to 0.15, do not average out.
+_ERROR_OF_ALIGNED = 0.08
+# The same of sides at a point under the hardness: the rim in which the pressure falls
+# to zero may be narrower than the spacing.
+_ERROR_PER_PLASTIC = 0.02
+# Estimated error per point, in units of its area, between two points in contact that is
+# open, or would be between the points: strips are resolved if they are wider. The area
+# of a strip along the grid was wrong by up to 0.4 per open point and 1.4 per other one.
+_ERROR_PER_UNRESOLVED = 0.3
+# Ratio of a pressure to the mean of those next to it below which a parabola through the
+# three may be negative between the points.
+_MAY_OPEN = 0.2
+# Ratio rho above which the pressure next to an edge is small. If it is not below that
 # further inside, the point is at a corner of the indenter: 85 to 100 % of the sides at
 # edges of punches, 0.01 % or less on the surfaces of examples/benchmarks/edge_area.py.
 _RATIO_AT_CORNER = 30.0
@@ -45,43 +59,54 @@ _TINY = 1e-12
 
 
 class EdgeArea(NamedTuple):
-    """Contact area of the continuum, and what its error is estimated from.
+    """Contact area of the continuum, and its estimated errors.
 
     Attributes
     ----------
     area : float
         Extrapolated from the areas by the fields at all grid points and at every other
         one, with an error proportional to the square of the spacing (length^2).
-    change : float
-        Difference of these two areas (length^2).
-    corners: float
-        Length of the boundary of the contact, along the lines of the grid, at corners
-        of the indenter (length).
+    error : float
+        Estimated error of the area (length^2).
+    corner_error : float
+        Part of it at corners of the indenter (length^2).
+    plastic_error : float
+        Part of it at points under the hardness (length^2).
     """
 
     area: float
-    change: float
-    corners: float = 0.0
+    error: float
+    corner_error: float = 0.0
+    plastic_error: float = 0.0
 
 
 def edge_area(
     pressure: np.ndarray,
     gap: np.ndarray,
-    perimeter: float,
     spacing: float,
     contact_modulus: float,
     periodic: bool,
+    hardness: float = math.inf,
 ) -> EdgeArea:
-    """Return the contact area of the continuum from the fields of one grid.
+    r"""Return the contact area of the continuum from the fields of one grid.
+
+    The estimated error is
+
+    .. math:: 0.25\, |A - A_2| + [0.006\, S_d + 0.08\, |c|^2 (S_d - S_c)
+              + 0.25\, S_c + 0.02\, S_p]\, \Delta x + (0.5 + 0.3\, n)\, \Delta x^2
+
+    with the change :math:`A - A_2` if every other point is left out, the perimeter
+    :math:`S_d` along the lines of the grid, the parts of it at corners of the indenter,
+    :math:`S_c`, and at points under the hardness, :math:`S_p`, the mean c of
+    :math:`e^{2 \pi i t^3}` over the sides that the edge cuts, and the number n of
+    points in strips that the grid does not resolve.
 
     Parameters
     ----------
     pressure : ndarray, shape (n, m)
-        Positive in contact, zero elsewhere (pressure).
+        Reaction of the wall: positive in contact, zero elsewhere (pressure).
     gap : ndarray, shape (n, m)
-        Zero in contact (length).
-    perimeter : float
-        Boundary of the contact along the lines of the grid (length).
+        Zero in contact, or negative in plastic contact (length).
     spacing : float
         Distance of grid points (length).
     contact_modulus : float
@@ -89,6 +114,8 @@ def edge_area(
     periodic : bool
         Whether opposite edges of the window are neighbours; otherwise points beyond the
         edges carry no pressure and have the gap of the nearest point.
+    hardness : float
+        Largest pressure.
 
     Returns
     -------
@@ -97,56 +124,21 @@ def edge_area(
     if not periodic:
         box = _box(pressure > 0.0)
         pressure, gap = np.pad(pressure[box], 2), np.pad(gap[box], 2, "edge")
+    sides = open_sides(pressure > 0.0, periodic)
+    plastic = sides[pressure >= hardness].sum()
     gap = 0.75 * contact_modulus / spacing * gap.clip(0.0)
-    corner, sides = _corners(pressure, gap)
+    corner, corners = _corners(pressure, gap)
     fields = [pressure, gap, corner]
     if periodic:
         fields = [np.pad(field, ((0, 2), (0, 2)), "wrap") for field in fields]
-    fine, coarse = (
-        spacing**2 * _covered(fields, stride)
-        - stride * _EDGE_CORRECTION * perimeter * spacing
-        for stride in (1, 2)
-    )
-    return EdgeArea(fine + (fine - coarse) / 3.0, fine - coarse, sides * spacing)
-
-
-def edge_error(
-    found: EdgeArea, perimeter: float, spacing: float, shortest_wave: float = math.inf
-) -> float:
-    r"""Return the estimated error of the area by `edge_area`.
-
-    .. math:: 0.25\, |A - A_2| + 0.006\, S_d \Delta x + 0.25\, S_c \Delta x
-              + 0.5\, \Delta x^2
-
-    with the part S_c of the boundary at corners of the indenter, and another
-    :math:`0.036\, S_d \Delta x` if the shortest wave of the surface has fewer than 4
-    points.
-
-    Parameters
-    ----------
-    found : EdgeArea
-    perimeter : float
-        Boundary S_d of the contact along the lines of the grid (length).
-    spacing : float
-        Distance of grid points (length).
-    shortest_wave : float
-        Of the surface (length); infinity for a smooth one.
-
-    Returns
-    -------
-    float
-        Length^2.
-    """
-    per_perimeter = _ERROR_PER_PERIMETER
-    if shortest_wave < (4.0 - 1e-6) * spacing:
-        per_perimeter += _ERROR_UNRESOLVED
-    of_edge = per_perimeter * perimeter * spacing + corner_error(found, spacing)
-    return _ERROR_PER_CHANGE * abs(found.change) + of_edge + 0.5 * spacing**2
-
-
-def corner_error(found: EdgeArea, spacing: float) -> float:
-    """Return the part of `edge_error` at corners of the indenter (length^2)."""
-    return _ERROR_PER_CORNER * found.corners * spacing
+    (fine, aligned), (coarse, _) = (_covered(fields, stride) for stride in (1, 2))
+    change = fine - coarse + _EDGE_CORRECTION * sides.sum()
+    area = fine - _EDGE_CORRECTION * sides.sum() + change / 3.0
+    errors = np.array([_ERROR_PER_CORNER * corners, _ERROR_PER_PLASTIC * plastic])
+    error = _ERROR_PER_CHANGE * abs(change) + _ERROR_PER_PERIMETER * sides.sum()
+    error += _ERROR_OF_ALIGNED * aligned**2 * (sides.sum() - corners) + errors.sum()
+    error += 0.5 + _ERROR_PER_UNRESOLVED * _unresolved(pressure)
+    return EdgeArea(*(spacing**2 * np.array([area, error, *errors])).tolist())
 
 
 def _box(contact: np.ndarray) -> tuple[slice, slice]:
@@ -154,6 +146,16 @@ def _box(contact: np.ndarray) -> tuple[slice, slice]:
     ends = (np.flatnonzero(contact.any(axis)) for axis in (1, 0))
     rows, columns = (slice(max(end[0] - 2, 0), end[-1] + 3) for end in ends)
     return rows, columns
+
+
+def _unresolved(pressure: np.ndarray) -> int:
+    """Return the number of points in strips between points in contact, by direction."""
+    found = 0
+    for axis in (0, 1):
+        before, after = (np.roll(pressure, step, axis) for step in (1, -1))
+        low = pressure < 0.5 * _MAY_OPEN * (before + after)
+        found += int(np.count_nonzero(low & (before > 0.0) & (after > 0.0)))
+    return found
 
 
 def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
@@ -175,11 +177,12 @@ def _corners(pressure: np.ndarray, gap: np.ndarray) -> tuple[np.ndarray, int]:
     return corner, sides
 
 
-def _covered(fields: list[np.ndarray], k: int) -> float:
-    """Return the mean number of squares of k points that are in contact, times k^2.
+def _covered(fields: list[np.ndarray], k: int) -> tuple[float, float]:
+    """Return the area in contact by squares of k points, and how aligned its edge is.
 
     The fields are pressures, gaps in the units of `_corners`, and corners. The last two
-    rows and columns begin no square.
+    rows and columns begin no square. The second result is one if the edge cuts all
+    sides at the same part, and small if the parts differ.
     """
     n, m = fields[0].shape[0] - 2, fields[0].shape[1] - 2
 
@@ -195,12 +198,15 @@ def _covered(fields: list[np.ndarray], k: int) -> float:
         side(0, 0, k, k),
         side(k, 0, 0, k),
     )
-    return 0.25 * float(
+    area = 0.25 * float(
         _triangles(left, upper, rising)
         + _triangles(lower, right, rising)
         + _triangles(left, lower, falling)
         + _triangles(right, upper, falling)
     )
+    cut = np.concatenate([part[(part > 0.0) & (part < 1.0)] for part in (left, lower)])
+    aligned = abs(np.exp(2j * math.pi * cut).mean()) if cut.size else 0.0
+    return area, float(aligned)
 
 
 def _part(fields: list[np.ndarray], ends: tuple[Any, Any], length: float) -> np.ndarray:

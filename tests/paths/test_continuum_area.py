@@ -7,9 +7,11 @@ import pytest
 
 from ase_roughcontact import (
     DugdaleWall,
+    ExponentialWall,
     HardWall,
     LennardJones93,
     PlasticWall,
+    PowerLawWall,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -88,18 +90,6 @@ def test_corrected_area_of_plastic_contact_is_at_least_load_over_hardness():
     assert light.continuum_area == light.normal_force / 0.02
 
 
-def test_pairs_of_an_extrapolated_area_are_those_of_both_grids():
-    """In units of one on the finer grid, which has four times the points."""
-    options = [{"accuracy": "normal"}, {"refine": 2}, {"refine": 1}]
-    both, fine, coarse = (
-        steps_on_flat(PlasticWall(0.02), 1.0, [2.0], model="continuum", **each)[0]
-        for each in options
-    )
-    assert (both.grid, fine.grid, coarse.grid) == ("64x64", "64x64", "32x32")
-    assert both.pairs == pytest.approx(fine.pairs + coarse.pairs / 4.0)
-    assert both.continuum_area != fine.continuum_area
-
-
 def test_area_under_a_wall_of_finite_stiffness_needs_no_correction():
     for step in steps_on_flat("repulsive", 1.0):
         assert step.perimeter > 0.0
@@ -118,12 +108,28 @@ def test_area_by_the_edge_where_the_continuum_is_asked_for():
     assert (errors[1] < 0.4 * errors[0].max()).all()
 
 
-@pytest.mark.parametrize("wall", [PlasticWall(0.2), DugdaleWall(0.01, 0.5)])
-def test_area_by_the_perimeter_where_the_edge_is_not_elastic(wall):
-    options = {"model": "continuum", "refine": 1, "coarsen": 1}
-    (step,) = steps_on_flat(wall, 1.0, LOADS[1:2], **options)
-    assert step.continuum_area == continuum_area(step.contact_area, step.perimeter, 1.0)
-    assert step.area_error >= grid_error(step.perimeter, 1.0)
+@pytest.mark.parametrize(
+    "wall",
+    [
+        PlasticWall(0.05),
+        DugdaleWall(0.005, 0.3),
+        ExponentialWall(0.005, 0.3),
+        PowerLawWall(0.005, 0.3),
+    ],
+)
+def test_area_by_the_edge_under_walls_with_attraction_or_hardness(wall):
+    areas, errors, heights, height_errors = np.transpose(
+        [
+            (step.continuum_area, step.area_error, step.height, step.height_error)
+            for spacing in (1.0, 0.5, 0.125)
+            for step in steps_on_flat(
+                wall, spacing, LOADS[1:2], model="continuum", refine=1, accuracy=1e-4
+            )
+        ]
+    )
+    assert (abs(areas - areas[2])[:2] < 2.0 * errors[:2]).all()
+    assert (abs(heights - heights[2])[:2] < 2.0 * height_errors[:2]).all()
+    assert (errors[:2] < [0.06 * areas[2], 0.02 * areas[2]]).all()
 
 
 def test_estimate_of_the_error_is_that_of_the_edge():

@@ -8,15 +8,23 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import (
+    DugdaleWall,
     ExponentialWall,
     HardWall,
     LennardJones93,
+    Problem,
     RoughContact,
     RoughSphere,
     SelfAffine,
     load_path,
     substrate,
 )
+from ase_roughcontact.elasticity import Isotropic, Layer
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.paths.errors import estimated_errors
+from ase_roughcontact.paths.relaxed_contact import RelaxedContact
+from ase_roughcontact.paths.step import StepOptions, Stepper
+from ase_roughcontact.solvers.relaxation import Run, Support
 from ase_roughcontact.theory import Hertz
 
 TABLE = "examples/benchmarks/answer_errors.csv"
@@ -58,6 +66,36 @@ def test_error_under_a_load_is_one_of_the_height(wall):
     assert loose.force_error < 0.3 * loose.normal_force
 
 
+def test_force_that_the_indenter_lacks_is_an_error_of_the_height():
+    problem = Problem(RoughSphere(RADIUS), Isotropic(1.0), HardWall(), 1.0)
+    options = StepOptions(accuracy=1e-8)
+    stepper = Stepper(problem, "heights", Box((-16, -16), (32, 32)), options)
+    step = stepper.step(0, -1.0)
+    load = Support(fixed=False, load=step.normal_force + 0.1)
+    run = Run.of(stepper.state, stepper.run.fields, load)
+    contact = {"problem": problem, "contact": stepper.contact, "run": run}
+    errors = estimated_errors(RelaxedContact(**contact, control="loads"))
+    assert errors.force == pytest.approx(0.1)
+    assert errors.height == pytest.approx(0.1 / step.contact_stiffness, rel=1e-3)
+
+
+@pytest.mark.parametrize("layer", [0.5, 1.0, 4.0])
+def test_grid_height_on_an_incompressible_layer_on_a_rigid_base(layer):
+    """Also where the layer is thinner than the spacing."""
+    sphere, solid = RoughSphere(200.0), Layer(1.0, layer)
+    found = []
+    for spacing in (1.0, 0.5, 0.25):
+        atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
+        atoms.calc = RoughContact(sphere, interaction=HardWall(), solid=solid)
+        grid = {"model": "continuum", "refine": 1, "accuracy": 1e-5}
+        options = {"window": "auto", "validity": "ignore", **grid}
+        (step,) = load_path(atoms, loads=[10.0], **options)
+        found.append((step.height, step.height_error))
+    limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
+    for height, error in found:
+        assert abs(height - limit) < 2.0 * error < 0.5 * abs(limit)
+
+
 @pytest.mark.parametrize("wall", WALLS)
 def test_grid_is_an_error_of_the_continuum_only(wall):
     atoms, coarse = relaxed(wall), relaxed(wall, refine=1)
@@ -75,6 +113,31 @@ def test_grid_height_counts_the_forces_of_attraction():
     coarse, fine = (relaxed("adhesive", refine=n) for n in (1, 4))
     error = abs(coarse.height - fine.height)
     assert 0.5 * error < coarse.height_error < 3.0 * error
+
+
+@pytest.mark.parametrize(
+    "radius, wall, load",
+    [
+        (186.7, DugdaleWall(0.0155, 0.353), 1.74),
+        (99.07, DugdaleWall(0.01719, 0.507), 16.85),
+        (82.76, DugdaleWall(0.013955, 0.3237), 11.85),
+    ],
+)
+def test_end_of_the_attraction_between_points_is_an_error(radius, wall, load):
+    """Where tension ends within a spacing, as if points had been counted."""
+
+    def relaxed(refine):
+        sphere = RoughSphere(radius)
+        atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+        atoms.calc = RoughContact(sphere, 1.0, wall)
+        grid = {"model": "continuum", "refine": refine, "validity": "ignore"}
+        (step,) = load_path(atoms, loads=[load], window="auto", **grid)
+        return step
+
+    one, fine = relaxed(1), relaxed(4)
+    assert abs(one.height - fine.height) < 2.0 * one.height_error < 0.02
+    error = abs(one.continuum_area - fine.continuum_area)
+    assert error < 2.0 * one.area_error < 0.06 * fine.continuum_area
 
 
 @pytest.mark.parametrize("cell", [48, 96])

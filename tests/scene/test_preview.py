@@ -33,7 +33,7 @@ def scene(substrate="", path="first = 10.0\nlast = 200.0\nsteps = 12"):
 def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
     full = scene().with_values({"roughness.seed": seed, "path.steps": 32})
     coarse = preview(full)
-    assert coarse.grids.change.label == "4 a0"
+    assert coarse.grid_change.label == "4 a0"
     np.testing.assert_allclose(coarse.targets, full.targets[[16, 31]])
     exact = list(full.relax(full.targets[[16, 31]]))
     for step, truth in zip(coarse.relax(validity="ignore"), exact, strict=True):
@@ -54,14 +54,14 @@ def test_preview_has_a_middle_and_the_last_area_within_twice_its_error(seed):
 def test_grid_and_steps_fit_the_scene(substrate, path, spacing, steps):
     coarse = preview(scene(substrate, path))
     coarse.check()
-    assert coarse.grids.change.label == spacing
+    assert coarse.grid_change.label == spacing
     assert list(coarse.path.values) == steps
 
 
 def test_grid_loses_at_most_half_the_slope():
     short = {"roughness.hurst": 0.1, "roughness.long_wavelength": 16.0}
     coarse = preview(scene().with_values(short))
-    assert coarse.grids.change.label == "2 a0"
+    assert coarse.grid_change.label == "2 a0"
     coarser = coarse.with_values({"substrate.coarsen": 4, "substrate.refine": None})
     assert coarse.lost_slope < 0.5 < coarser.lost_slope < 0.6
 
@@ -100,7 +100,7 @@ def test_few_steps_in_large_windows_have_a_preview(values):
     large = scene(path="values = [5.0]").with_values(values)
     coarse = preview(large)
     assert coarse is not large
-    assert coarse.grids.change.label == "4 a0"
+    assert coarse.grid_change.label == "4 a0"
 
 
 def test_tolerance_of_forces_is_not_kept():
@@ -124,7 +124,7 @@ def test_preview_of_a_loop_is_its_deepest_state(radius, spacing):
     )
     shown = preview(loop)
     assert list(shown.targets) == [2.0] and shown.control == "penetrations"
-    assert shown.grids.change.label == spacing
+    assert shown.grid_change.label == spacing
 
 
 def test_crystal_becomes_an_isotropic_solid_of_its_modulus(crystal, tmp_path):

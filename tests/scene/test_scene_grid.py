@@ -41,7 +41,7 @@ def test_spacing_relative_to_the_atoms_is_that_grid(text, keys):
     )
     written.check()
     assert written.spacing == meant.spacing
-    assert written.grids == meant.grids
+    assert written.grid_change == meant.grid_change
     both = written.with_values({"substrate.refine": 2})
     with pytest.raises(ValueError, match="give refine, coarsen or spacing"):
         both.check()
@@ -81,10 +81,6 @@ def test_refined_scene_has_another_grid_and_all_else_the_same():
 def test_header_says_grid_and_loss():
     line = table_header(reference_for(scene('model = "continuum"\nrefine = 2')))
     assert "grid of spacing a0/2\n" in line
-    keys = {"interaction.kind": "plastic", "interaction.hardness": 1.0}
-    plastic = scene('model = "continuum"').with_values(keys)
-    line = table_header(reference_for(plastic))
-    assert "grid of spacing a0/2, extrapolated with one of a0\n" in line
     coarse = scene('model = "continuum"\ncoarsen = 4')
     text = table_header(reference_for(coarse))
     assert "spacing 4 a0; a grid 4 times as coarse" in text

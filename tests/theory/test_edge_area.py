@@ -1,22 +1,25 @@
 """Contact area of the continuum from the fields at the edge of a hard contact."""
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import pytest
 
 from ase_roughcontact import (
+    DugdaleWall,
     HardWall,
     HeightMap,
+    PlasticWall,
     RoughContact,
     RoughSphere,
     load_path,
     substrate,
 )
 from ase_roughcontact.elasticity.layer import Layer
-from ase_roughcontact.theory import Hertz
+from ase_roughcontact.theory import Hertz, MaugisDugdale
 from ase_roughcontact.theory.counted_area import continuum_area, open_sides
-from ase_roughcontact.theory.edge_area import EdgeArea, edge_area, edge_error
+from ase_roughcontact.theory.edge_area import edge_area
 from ase_roughcontact.topography import BoundedSurface
 
 
@@ -45,32 +48,100 @@ def test_straight_edges_are_found_between_the_points(shape, normal):
         depth = (period / 4 - abs(across)) * spacing / np.hypot(a, b)
         pressure, gap = fields(depth, modulus)
         edges = open_sides(pressure > 0.0, True).sum() * spacing
-        found = edge_area(pressure, gap, edges, spacing, modulus, periodic=True)
+        found = edge_area(pressure, gap, spacing, modulus, periodic=True)
         errors.append((found.area - half) / (edges * spacing))
     # counting errs by up to 0.5, and the mean of counts for curved edges by 0.12
     assert max(map(abs, errors)) < 0.03
     assert abs(np.mean(errors)) < 0.011
 
 
-def test_full_contact_and_the_correction_by_the_perimeter():
+def test_full_contact_is_known_to_half_a_point():
     pressure, gap = np.ones((6, 6)), np.zeros((6, 6))
-    full = edge_area(pressure, gap, 0.0, 0.5, 1.0, periodic=True)
-    assert full == (9.0, 0.0, 0.0)
-    # 0.0158 S_d dx by all points, twice that by every other one
-    shifted = edge_area(pressure, gap, 10.0, 0.5, 1.0, periodic=True)
-    assert shifted.change == pytest.approx(0.0158 * 10.0 * 0.5)
-    assert shifted.area == pytest.approx(9.0 - 0.0158 * 5.0 * (1.0 - 1.0 / 3.0))
+    full = edge_area(pressure, gap, 0.5, 1.0, periodic=True)
+    assert full == (9.0, 0.125, 0.0, 0.0)
 
 
-def test_error_adds_up_change_perimeter_and_half_a_point():
-    expected = 0.25 * 3.0 + 0.006 * 40.0 * 0.5 + 0.125
-    found = EdgeArea(area=100.0, change=-3.0)
-    assert edge_error(found, 40.0, 0.5) == pytest.approx(expected)
-    assert edge_error(found, 40.0, 0.5, 2.0) == pytest.approx(expected)
-    coarse = edge_error(found, 40.0, 0.5, 1.9)
-    assert coarse == pytest.approx(expected + 0.036 * 40.0 * 0.5)
-    punch = edge_error(found._replace(corners=20.0), 40.0, 0.5)
-    assert punch == pytest.approx(expected + 0.25 * 20.0 * 0.5)
+def test_points_under_the_hardness_at_the_edge_add_to_the_error():
+    depth = np.array([-1.0, 0.5, 1.5, 2.5, 1.5, 0.5])
+    pressure, gap = (np.tile(field, (6, 1)) for field in fields(depth, 1.0))
+    elastic, plastic = (
+        edge_area(np.minimum(pressure, limit), gap, 0.5, 1.0, True, limit)
+        for limit in (10.0, pressure[0, 1])
+    )
+    assert elastic.plastic_error == 0.0
+    assert plastic.plastic_error == pytest.approx(0.02 * 12 * 0.5**2)
+
+
+def westergaard(width, shift=0.0, side=64):
+    """Step on the surface 1 - cos(2 pi x/side) in contact on strips of a width."""
+    x = np.arange(side) + shift
+    amplitude = 0.05 * side / (2 * np.pi)
+    heights = amplitude * (1.0 - np.cos(2 * np.pi * x / side))
+    indenter = HeightMap(np.tile(heights[:, None], side), 1.0, periodic=True)
+    load = np.pi * amplitude * side * np.sin(np.pi * width / (2 * side)) ** 2
+    atoms = substrate("Cu", (side, side), indenter, spacing=1.0, periodic=True)
+    del atoms.constraints
+    atoms.calc = RoughContact(indenter, 1.0, HardWall())
+    (step,) = load_path(
+        atoms,
+        loads=[load],
+        model="continuum",
+        refine=1,
+        accuracy=1e-6,
+        validity="ignore",
+    )
+    return step
+
+
+@pytest.mark.parametrize("width", np.arange(20.0, 22.0, 0.2))
+def test_straight_edges_along_the_grid_have_a_larger_error(width):
+    """All sides are cut at the same part, so that their errors do not average out."""
+    step = westergaard(width)
+    error = abs(step.continuum_area - 64 * width)
+    assert error < 2.0 * step.area_error < 0.03 * step.continuum_area
+
+
+def test_strips_that_the_grid_does_not_resolve_are_an_error():
+    """Open strips narrower than three points, also where no point is open."""
+    ratios = []
+    for shift, opening in product((0.0, 0.2, 0.4), np.arange(0.1, 3.0, 0.3)):
+        step = westergaard(64.0 - opening, shift)
+        error = abs(step.continuum_area - 64 * (64.0 - opening))
+        ratios.append(error / step.area_error)
+        assert step.area_error < 0.02 * step.continuum_area
+    assert np.mean(np.less(ratios, 2.0)) >= 0.9
+
+
+@pytest.mark.parametrize("accuracy", ["fast", "normal"])
+def test_contact_with_attraction_has_the_area_of_maugis(accuracy):
+    radius = MaugisDugdale(150.0, 1.0, 0.02, 0.7).contact_radius(4.71)
+    step = smooth_sphere(150.0, DugdaleWall(0.02, 0.7), 4.71, accuracy)
+    assert abs(step.continuum_area - np.pi * radius**2) < 2.0 * step.area_error
+    assert step.area_error < 0.004 * step.continuum_area
+
+
+@pytest.mark.parametrize("accuracy", ["fast", "normal"])
+def test_plastic_wall_that_does_not_yield_has_the_area_of_hertz(accuracy):
+    area = np.pi * Hertz(500.0, 1.0).contact_radius(10.0) ** 2
+    plastic, hard = (
+        smooth_sphere(500.0, wall, 10.0, accuracy)
+        for wall in (PlasticWall(0.02), HardWall())
+    )
+    assert plastic.plastic_atoms == 0
+    assert plastic.continuum_area == pytest.approx(hard.continuum_area, rel=1e-5)
+    assert plastic.area_error == pytest.approx(hard.area_error, rel=1e-3)
+    assert abs(plastic.continuum_area - area) < 2.0 * plastic.area_error
+    assert plastic.area_error < 0.003 * area
+
+
+def smooth_sphere(radius, wall, load, accuracy):
+    """Step on a smooth sphere at a level of accuracy, in units of E* and a0."""
+    sphere = RoughSphere(radius)
+    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    atoms.calc = RoughContact(sphere, 1.0, wall)
+    grid = {"model": "continuum", "accuracy": accuracy}
+    (step,) = load_path(atoms, loads=[load], window="auto", validity="ignore", **grid)
+    return step
 
 
 @pytest.mark.parametrize(
