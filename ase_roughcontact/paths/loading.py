@@ -134,7 +134,8 @@ def _relaxed(
             yield step
         if finished.frame and files.frames:
             first = finished.steps[-1].step + 1
-            stepper.restart_from(files.frames.state(finished.frame))
+            state = files.frames.state(finished.frame)
+            stepper.restart_from(state, path.targets[first - 1])
         for number in range(first, len(path.targets)):
             step = stepper.step(number, path.targets[number])
             described = path.of_step(number)

@@ -115,8 +115,8 @@ def plan_path(
             PlannedStep(target, count, text_of(shape), text_of(grid), memory, seconds)
         )
     largest = max(beyond, key=lambda error: error.radius, default=None)
-    advice = largest.advice if largest else ""
-    return Plan(tuple(steps), tuple(left_out), available_memory(), advice)
+    advice = (largest.advice, largest.domain) if largest else ()
+    return Plan(tuple(steps), tuple(left_out), available_memory(), *advice)
 
 
 def _auto_shapes(

@@ -55,12 +55,16 @@ class Plan:
         Free memory of the machine (bytes).
     advice : str
         What to do about steps that can't be calculated; empty if there are none.
+    domain : int
+        Side of the domain of the roughness that is advised, in spacings of the grid;
+        zero if none is.
     """
 
     steps: tuple[PlannedStep, ...]
     left_out: tuple[str, ...]
     available: float
     advice: str = ""
+    domain: int = 0
 
     @property
     def memory(self) -> float:

@@ -194,20 +194,22 @@ class Stepper:
             self.state = replace(self.state, history=history)
         return record
 
-    def restart_from(self, state: State) -> None:
+    def restart_from(self, state: State, target: float | None = None) -> None:
         """Continue from a state, as if a step had ended there.
 
         Parameters
         ----------
         state : State
+        target : float, optional
+            Of this step.
         """
         self._extrapolation = Extrapolation()
         self.state = state
         self._set_contact(state.window, state.history)
         fields = fields_of(self.contact, state, relaxed=True)
         support = Support(self.control != "loads", 0.0, self._springs)
-        if len(targets):
-            support = self._at(targets[-1])[1]
+        if target is not None:
+            support = self._at(target)[1]
         self.run = Run.of(state, fields, support)
         self.windows.accept(state, fields, 0.0)
 

@@ -253,8 +253,19 @@ class ContactPath(Predictions):
         """Return the windows, memory and time that the path will need.
 
         Very large windows and roughnesses are planned on a coarser lattice. Of a path
-        that chooses its targets as it runs, `planned` has a plan.
+        that chooses its targets as it runs, `planned` has a plan. If the domain of the
+        roughness is too small, the advised one is planned as well, as a larger one may
+        be rougher.
         """
+        plan, change = self._plan_of_domain(), self.grid_change
+        if not plan.domain:
+            return plan
+        side = math.ceil(plan.domain / change.refine) * change.coarsen
+        larger = self.with_values({"roughness.domain": f"{side} a0"}).plan()
+        advice = f"give the roughness a domain of {side} a0 or more"
+        return replace(plan, advice=larger.advice or advice)
+
+    def _plan_of_domain(self) -> Plan:
         expected, control = self.expected_contact, self.control
         surface, spacing = expected.indenter, expected.spacing
         path: dict[str, Any] = {"indenter": surface, "spacing": spacing}
@@ -273,13 +284,13 @@ class ContactPath(Predictions):
             part = targets[ratios == ratio]
             plans[ratio] = plan_path(problem, window, control, part, "auto", **path)
             planned |= {step.target: step for step in plans[ratio].steps}
+        failing = next((p for p in reversed(plans.values()) if p.advice), plans[ratio])
         return replace(
-            plans[ratio],
+            failing,
             steps=tuple(
                 replace(planned[target], count=count)
                 for target, count in zip(targets.tolist(), counts.tolist(), strict=True)
             ),
-            advice=next((p.advice for p in reversed(plans.values()) if p.advice), ""),
         )
 
     def _coarse_problem(self, expected: ExpectedContact, ratio: int) -> Problem:

@@ -133,6 +133,10 @@ def tradeoff(
     may lead to other states than the whole path.
     """
     positive(error=error)
+    if error >= 1.0:
+        raise ValueError(
+            f"error must be a relative error below 1, 0.01 for 1 %, got {error:g}"
+        )
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")

@@ -47,6 +47,8 @@ class BeyondSurfaceError(ValueError):
     ----------
     problem, advice : str
         What is wrong, and what to do.
+    domain : int
+        Side of the domain that is advised, in spacings; zero if none is.
     """
 
     def __init__(self, indenter: BoundedSurface, spacing: float, radius: float) -> None:
@@ -57,11 +59,12 @@ class BeyondSurfaceError(ValueError):
             f"{known:g} spacings from its axis"
         )
         self.advice = "choose a smaller load or depth"
-        side = math.ceil(_DOMAIN_MARGIN * 2 * atoms)
+        self.domain, side = 0, math.ceil(_DOMAIN_MARGIN * 2 * atoms)
         needed = memory_of((0, 0), points=side**2)
         if not indenter.repeats:
             self.advice += ", or a larger map"
         elif needed < available_memory():
+            self.domain = side
             self.advice = f"give the roughness a domain of {side} spacings or more"
         else:
             self.advice += (

@@ -95,10 +95,37 @@ def test_long_paths_are_listed_in_part():
 def test_the_advice_is_given_once_and_suffices_for_all_steps():
     scene = Scene.parse(SMALL_DOMAIN)
     text = scene.plan().table("load (eV/Å)", 1.0)
-    (side,) = re.findall("give the roughness a domain of ([0-9]+) spacings", text)
+    (side,) = re.findall("give the roughness a domain of ([0-9]+) a0", text)
     assert "2 of 4 steps can't run" in text
     larger = scene.with_values({"roughness.domain": float(side)})
     assert larger.plan().runs
+
+
+@pytest.mark.parametrize("radius, longest", [(1e4, 16.0), (3e4, 32.0), (1e5, 64.0)])
+@pytest.mark.parametrize("grid", ["", "coarsen = 2", "refine = 2"])
+def test_the_advised_domain_suffices(radius, longest, grid):
+    """Also where the larger domain has lower points."""
+    scene = Scene.parse(
+        f"""
+    [substrate]
+    contact_modulus = 100.0
+    model = "{"continuum" if grid else "atoms"}"
+    {grid}
+    [sphere]
+    radius = {radius}
+    [roughness]
+    rms_slope = 0.1
+    long_wavelength = {longest}
+    [interaction]
+    kind = "hard"
+    [path]
+    values = [1000.0]
+    """
+    )
+    (side,) = re.findall(
+        "give the roughness a domain of ([0-9]+) a0", scene.plan().advice
+    )
+    assert scene.with_values({"roughness.domain": float(side)}).plan().runs
 
 
 @pytest.mark.parametrize(

@@ -365,7 +365,9 @@ def test_cutoffs_of_a_full_wall_are_choices():
     assert 0.0 < found["20 a0"] < found["10 a0"] < found["3 a0"]
 
 
-@pytest.mark.parametrize("given", [{"error": 0.0}, {"steps": 0}, {"points": 0}])
+@pytest.mark.parametrize(
+    "given", [{"error": 0.0}, {"error": 5.0}, {"steps": 0}, {"points": 0}]
+)
 def test_arguments_out_of_range_are_errors(given):
     (name,) = given
     with pytest.raises(ValueError, match=name):
