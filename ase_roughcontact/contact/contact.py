@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ase_roughcontact._util.kernels import rowwise
-from ase_roughcontact.contact.state import ContactState
+from ase_roughcontact.contact.state import ContactState, flows
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction, scaled_attraction
 
@@ -15,9 +15,8 @@ from ase_roughcontact.interactions import Interaction, scaled_attraction
 # and carries load if its pressure is above this part of the largest one.
 _HARD_GAP = 1e-5
 _HARD_PRESSURE = 1e-9
-# An atom flows if its pressure is closer than this to the hardness, relative to it, and
-# may overlap if it is closer than this.
-_FLOW_PRESSURE, _OVERLAP_PRESSURE = 1e-9, 1e-3
+# An atom may overlap if its pressure is closer than this to the hardness, relatively.
+_OVERLAP_PRESSURE = 1e-3
 
 
 class Contact:
@@ -303,21 +302,21 @@ class Contact:
         )
         overlaps = gap < -tolerance
         if self.halfspace.periodic:
-            flows = elastic[overlaps]
+            flowed = elastic[overlaps]
             elastic = elastic - (
-                flows.mean() - hardness if flows.size else elastic.min()
+                flowed.mean() - hardness if flowed.size else elastic.min()
             )
         if (elastic[overlaps] < (1.0 - _OVERLAP_PRESSURE) * hardness).any():
             self._check_overlap(gap)
         least = _HARD_PRESSURE * hardness
         reaction = np.where((gap <= tolerance) & (elastic > least), elastic, 0.0)
-        reaction[overlaps | (reaction >= (1.0 - _FLOW_PRESSURE) * hardness)] = hardness
+        reaction[overlaps | flows(reaction, hardness)] = hardness
         return reaction
 
     def _plastic_energy(self, gap: np.ndarray, pressure: np.ndarray) -> np.ndarray:
         """Return the work of the plastic flow per area."""
         hardness = self.interaction.hardness
-        depth = np.maximum(-gap, 0.0) * (pressure >= hardness)
+        depth = np.maximum(-gap, 0.0) * flows(pressure, hardness)
         if self.plastic_depth is not None:
             depth += self.plastic_depth
         return hardness * depth

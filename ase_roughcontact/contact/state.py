@@ -13,6 +13,10 @@ from ase_roughcontact.elasticity.lattice import Box, carried
 #: Key of the depth by which the surface has flowed, in `State.history` (length).
 PLASTIC_DEPTH = "plastic_depth"
 
+# Relative distance to the hardness within which pressures are at it: that of atoms that
+# have flowed, at the same load again, is known to the tolerance of the solver only.
+_FLOW_PRESSURE = 1e-5
+
 
 @dataclass(frozen=True, eq=False)
 class State:
@@ -74,6 +78,11 @@ class State:
 def without_rounding(pressure: np.ndarray) -> np.ndarray:
     """Return a pressure with the entries set to zero that are only rounding errors."""
     return np.where(abs(pressure) < 1e-9 * abs(pressure).max(), 0.0, pressure)
+
+
+def flows(pressure: np.ndarray, hardness: float) -> np.ndarray:
+    """Return the mask of the pressures that are at the hardness."""
+    return pressure >= (1.0 - _FLOW_PRESSURE) * hardness
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,7 +149,7 @@ class ContactState:
     @property
     def plastic(self) -> np.ndarray:
         """Mask of the atoms under the hardness, in plastic contact, shape (n, m)."""
-        return self.pressure >= self.hardness
+        return flows(self.pressure, self.hardness)
 
     @property
     def plastic_atoms(self) -> int:

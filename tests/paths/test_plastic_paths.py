@@ -157,6 +157,13 @@ def test_load_above_the_hardness_times_the_area():
 # The kept shape
 
 
+def test_at_the_largest_load_again_the_same_atoms_are_in_plastic_contact():
+    path = [3.0, 1.5, 3.0, 2.97, 3.0]
+    _, (first, *again) = steps_of(PlasticWall(0.02, permanent=True), path, "loads")
+    assert first.plastic_atoms > 100
+    assert [s.plastic_atoms for s in again] == [0, first.plastic_atoms] * 2
+
+
 def test_unloading_is_elastic(unloading):
     _, steps = unloading
     loading, deepest, *lifted, again, deeper = steps
