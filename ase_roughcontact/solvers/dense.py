@@ -149,23 +149,27 @@ def pressures(
     atoms : ndarray of int, shape (k,)
         Indices of the atoms in the flat window.
     softness : ndarray, shape (k,)
-        Not negative (length/pressure).
+        Negative entries come last (length/pressure).
     right : ndarray, shape (k, l)
 
     Returns
     -------
     ndarray, shape (k, l), or None
-        None if the matrix is singular to rounding errors.
+        None if the matrix is singular to rounding errors, or has fewer negative
+        eigenvalues than there are negative entries of s: then the state is no minimum
+        of the energy.
     """
     pairs, columns = halfspace.pair_compliance, halfspace.shape[1]
     # of a pair of atoms, at the difference of their places in this table
     places = atoms + (atoms // columns) * (columns - 1)
     matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
     matrix.reshape(-1)[:: atoms.size + 1] += softness
-    return solve_positive(matrix, right)
+    return solve_positive(matrix, right, np.count_nonzero(softness < 0.0))
 
 
-def solve_positive(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+def solve_positive(
+    matrix: np.ndarray, right: np.ndarray, negative: int = 0
+) -> np.ndarray | None:
     """Solve a symmetric, positive definite system, with the same bits on any threads.
 
     Cholesky decomposition by blocks that are too small for BLAS to start threads.
@@ -175,16 +179,22 @@ def solve_positive(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     matrix : ndarray, shape (k, k)
         Overwritten.
     right : ndarray, shape (k, l)
+    negative : int
+        Number of the last rows whose Schur complement is negative definite instead.
 
     Returns
     -------
     ndarray, shape (k, l), or None
-        None if the matrix is not positive definite.
+        None if the matrix is not as definite.
     """
-    if len(matrix) <= _SINGLE_THREAD:
+    if negative == len(matrix):
+        matrix, right, negative = -matrix, -right, 0
+    if len(matrix) <= _SINGLE_THREAD and not negative:
         _, solution, info = dposv(matrix.T, right, lower=1, overwrite_a=1)
         return None if info else solution
-    first = min(_SINGLE_THREAD, len(matrix) // 2)
+    first = min(_SINGLE_THREAD, len(matrix) - negative)
+    if not negative:
+        first = min(first, len(matrix) // 2)
     factor, info = dpotrf(matrix[:first, :first].T, lower=1)
     if info:
         return None
@@ -198,7 +208,7 @@ def solve_positive(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
     missing = right[first:].copy()
     for i, a in zip(pieces, couplings, strict=True):
         missing[i] -= a.T @ known
-    solution = solve_positive(rest, missing)
+    solution = solve_positive(rest, missing, negative)
     if solution is None:
         return None
     for i, a in zip(pieces, couplings, strict=True):

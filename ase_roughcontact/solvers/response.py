@@ -43,8 +43,9 @@ _LARGEST_RESIDUAL = 0.05
 _ROUNDING = 1e-3
 # From this tolerance and number of atoms on, steps are made in single precision.
 _SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
-# Largest number of atoms, and longest side of the window, for dense matrices.
-_DENSE_ATOMS, _DENSE_WINDOW = 200, 64
+# Largest number of atoms, and longest side of the window, for dense matrices; and the
+# number if the wall may pull an atom away from others at rest.
+_DENSE_ATOMS, _DENSE_WINDOW, _DENSE_UNSTABLE = 200, 64, 600
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,8 @@ def height_response(
     rigid surface at the same gaps, :math:`-dN/dZ \le a_0^2 \sum V''(g)`. A solver
     may end at a state just beyond an instability, from which the surface would still
     move; the solution of the equations violates the inequality there, and is no
-    stiffness.
+    stiffness. Small contacts are tested by the signs of the eigenvalues, too: all those
+    of up to 200 atoms in windows of at most 64 x 64, or 600 with a steep attraction.
     """
     halfspace, (gap, shape) = contact.halfspace, (state.gap, state.gap.shape)
     wall, compliance = contact.interaction, halfspace.self_compliance
@@ -136,21 +138,21 @@ def _dense_solution(
     Returns
     -------
     ndarray, shape (n, m), or None
-        None for many atoms or a large window, or if the stiffness of an atom is
-        negative.
+        None for many atoms or a large window, or if the equations are singular to
+        rounding errors; NaN if the state is no minimum of the energy.
     """
-    if max(d.shape) > _DENSE_WINDOW or np.count_nonzero(active) > _DENSE_ATOMS:
+    most = _DENSE_ATOMS if d.min() > -1.0 else _DENSE_UNSTABLE
+    if max(d.shape) > _DENSE_WINDOW or np.count_nonzero(active) > most:
         return None
     atoms = active.ravel().nonzero()[0]
+    atoms = atoms[(d.take(atoms) < 0.0).argsort(kind="stable")]  # negative ones last
     stiffness = d.take(atoms)
-    if stiffness.min() < 0.0:
-        return None
     # that of a hard wall is not in d: no softness
-    softness = np.divide(1.0, stiffness, where=stiffness > 0.0, out=0.0 * stiffness)
+    softness = np.divide(1.0, stiffness, where=stiffness != 0.0, out=0.0 * stiffness)
     softness *= halfspace.self_compliance
     solution = pressures(halfspace, atoms, softness, np.ones((atoms.size, 1)))
     if solution is None:
-        return None
+        return np.full(d.shape, np.nan) if stiffness[-1] < 0.0 else None
     x = np.zeros(d.shape)
     x.put(atoms, -halfspace.self_compliance * solution)
     return x

@@ -5,6 +5,7 @@ import pytest
 
 from ase_roughcontact import (
     ActiveSet,
+    DugdaleWall,
     HardWall,
     LennardJones93,
     NewtonKrylov,
@@ -172,3 +173,24 @@ def test_derivative_to_the_height_is_that_of_raised_heights(solid):
     response = height_response(contact, state, 1e-9)
     raised = force_derivative(contact, state, response, heights=1.0)
     assert raised == pytest.approx(response.force, rel=1e-8)
+
+
+def test_a_saddle_has_no_stiffness():
+    """An atom at the end of the attraction: the energy falls if it moves up or down."""
+    rough = SelfAffine(0.3, 0.8, 4.0, 8.0, domain=16.0, seed=34)
+    atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True)
+    atoms.calc = RoughContact(rough, 1.0, DugdaleWall(0.063, 0.203))
+    options = {"validity": "ignore", "edge": "ignore"}
+    (step,) = load_path(atoms, penetrations=[0.2], **options)
+    contact, state = contact_of(atoms), atoms.calc.state(atoms)
+    stiffness = contact.interaction.evaluate(state.gap)[2]
+    move = -1.0 * (~state.contact & (stiffness == 0.0))
+    move /= abs(move.sum())
+    move.flat[stiffness.argmin()] = 1.0  # the mean stays
+    displacement = contact.heights + step.height - state.gap
+    low, middle, high = (
+        contact.evaluate(displacement + k * move, step.height).energy
+        for k in (-1e-4, 0.0, 1e-4)
+    )
+    assert step.converged and low + high < 2.0 * middle - 1e-8
+    assert np.isnan(step.contact_stiffness)
