@@ -164,7 +164,7 @@ def pressures(
     places = atoms + (atoms // columns) * (columns - 1)
     matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
     matrix.reshape(-1)[:: atoms.size + 1] += softness
-    return solve_positive(matrix, right, np.count_nonzero(softness < 0.0))
+    return solve_positive(matrix, right, int(np.count_nonzero(softness < 0.0)))
 
 
 def solve_positive(
