@@ -394,6 +394,14 @@ def test_a_fit_tells_of_a_free_tip_that_is_not_at_zero_force(fitted, measured):
     assert f"warning: {found.warnings[-1]}" in str(found)
 
 
+def test_a_curve_that_ends_in_contact_has_no_free_part(measured):
+    near = measured.base < measured.base.min() + 3.0
+    contact = ForceCurve(measured.depth[near], measured.force[near], measured.stiffness)
+    found = fit_curve(scene(), contact, [])
+    assert contact.far_force > 5.0 * NOISE
+    assert found.warnings == ()
+
+
 def test_a_fit_tells_of_residuals_above_the_noise(measured):
     bend = measured.force / measured.stiffness
     wrong = ForceCurve(bend - measured.base, measured.force)  # not -(base + bend)
