@@ -61,8 +61,11 @@ def fit(options: argparse.Namespace) -> int:
     the base. Beside it, the work of adhesion of a smooth sphere is fitted by the theory
     (DMT, JKR, Maugis-Dugdale) that applies.
 
-    It warns of residuals far above the noise, and of a free part of the curve that is
-    not at zero force. Each trial, in which the scene is pressed in and pulled off
+    Errors contain the noise, the range of the attraction, to a factor of two, and the
+    grid; they are printed one by one, too. It warns of residuals far above the noise or
+    of one sign over a part of the curve, of a free part that is not at zero force, of
+    parameters that can't both be determined, and, before the first trial, of what seems
+    a wrong sign. Each trial, in which the scene is pressed in and pulled off
     again, prints a line on the error output: the residuals relative to the noise, and
     the parameters.
 
@@ -96,6 +99,10 @@ def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
         {
             **values,
             "errors": dict(zip(found.names, found.errors.tolist(), strict=True)),
+            "error_contributions": {
+                source: dict(zip(found.names, errors.tolist(), strict=True))
+                for source, errors in found.contributions.items()
+            },
             "correlation": found.correlation.tolist(),
             "noise": found.noise / UNITS["nN"],
             "smooth_sphere": smooth and smooth.work_of_adhesion,

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,20 @@ from ase_roughcontact.scene.scene import Scene
 _FAR_ABOVE = 3.0
 # Relative change of parameters, and of the sum of squares, at which a fit ends.
 _CONVERGED = 1e-5
+# A fit ends if the best parameters are this part of their standard errors off, by
+# linear extrapolation, or after so many trials without a smaller sum of squares.
+_CLOSE = 0.1
+_MOST_IN_VAIN = 5
+# Relative decrease of the sum of squares that is progress.
+_PROGRESS = 1e-3
+# Mean of residuals of one sign in a row, relative to its standard error, that is no
+# noise.
+_SYSTEMATIC = 6.0
+# Correlation from which two parameters can't be distinguished.
+_CORRELATED = 0.99
+# Standard uncertainty of the logarithm of the range of the attraction, which a scene
+# assumes: a factor of two.
+_RANGE_UNCERTAINTY = math.log(2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,9 +48,12 @@ class Fit:
         height at which the depth of the curve is zero.
     units : tuple of str
     values, errors : ndarray, shape (p,)
-        Values and their standard errors.
+        Values and their standard errors, to which all `contributions` add.
+    contributions : dict of ndarray, shape (p,)
+        Parts of the errors: of the ``"noise"``, of an uncertainty of a factor
+        of two of the ``"range"`` of the attraction, and of the ``"grid"``.
     correlation : ndarray, shape (p, p)
-        Correlations of the errors.
+        Correlations of the errors by noise.
     distance : ndarray, shape (k,)
         Measured heights of the base, or of the tip without a cantilever (Å).
     force, fitted : ndarray, shape (k,)
@@ -45,18 +63,21 @@ class Fit:
     noise : float
         Standard deviation of the residuals of the compared points (eV/Å).
     converged : bool
-        Whether the least-squares solution has converged.
+        Whether the least-squares solution has converged, to a tenth of the errors by
+        noise.
     far_force : float
         Median of the measured forces furthest from the surface (eV/Å).
     warnings : tuple of str
         Reasons to doubt the fit: residuals far above the noise of neighbouring points,
-        or a free tip with a force that is not fitted.
+        or of one sign over a part of the curve, a free tip with a force that is not
+        fitted, parameters that are nearly one, or a curve that seems reversed.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     values: FloatArray
     errors: FloatArray
+    contributions: dict[str, FloatArray]
     correlation: FloatArray
     distance: FloatArray
     force: FloatArray
@@ -70,9 +91,9 @@ class Fit:
     def __str__(self) -> str:
         """Return parameters with standard errors, correlations, noise and warnings."""
         lines = [
-            f"{name:<18}{value:12.5g} ± {error:.2g} {unit}"
-            for name, value, error, unit in zip(
-                self.names, self.values, self.errors, self.units, strict=True
+            f"{name:<18}{value:12.5g} ± {error:.2g} {unit} ({self._parts(i)})"
+            for i, (name, value, error, unit) in enumerate(
+                zip(self.names, self.values, self.errors, self.units, strict=True)
             )
         ]
         lines.append(f"{'noise':<18}{self.noise / UNITS['nN']:12.3g} nN")
@@ -83,6 +104,11 @@ class Fit:
         ]
         lines += [f"warning: {warning}" for warning in self.warnings]
         return "\n".join(lines if self.converged else [*lines, "NOT CONVERGED"])
+
+    def _parts(self, number: int) -> str:
+        """Return the contributions to the error of a parameter."""
+        parts = self.contributions.items()
+        return ", ".join(f"{name} {values[number]:.2g}" for name, values in parts)
 
 
 def fit_curve(
@@ -123,7 +149,12 @@ def fit_curve(
     Notes
     -----
     Standard errors and correlations are those of the linearised problem, with the
-    standard deviation of the residuals as that of the data.
+    standard deviation of the residuals as that of the data. What the scene assumes adds
+    to them: the range of the attraction, which a force curve hardly shows, with a
+    standard uncertainty of a factor of two, whose effects on either branch, the snap-in
+    and the pull-off are added without their signs, as they depend on the form of the
+    attraction; and the grid, by the change of the forces on one of half the spacing,
+    for which the last trial is repeated.
     """
     for name in free:
         lookup(name, {**FREE, **BASELINE}, "free parameter")
@@ -137,6 +168,8 @@ def fit_curve(
             "work_of_adhesion can't be fitted, as the wall of the scene only repels: "
             'give [interaction] kind = "adhesive", or other free parameters'
         )
+    for doubt in curve.doubts:
+        warnings.warn(doubt, stacklevel=2)
     try:
         return _fitted(Residuals(scene, curve, free), curve, callback)
     except (ValueError, RuntimeError) as error:
@@ -146,68 +179,152 @@ def fit_curve(
         raise ValueError(message) from error
 
 
+class _Trials:
+    """Residuals of the trials of a fit, the best of which is its result."""
+
+    def __init__(
+        self,
+        problem: Residuals,
+        callback: Callable[[dict[str, float], float], None] | None,
+    ) -> None:
+        self._problem, self._callback = problem, callback
+        self._least, self._in_vain = math.inf, 0
+        self.best, self.distance = problem.start, math.inf
+
+    def residuals(self, x: FloatArray) -> FloatArray:
+        """Return the residuals of a trial; StopIteration if it is the last one."""
+        problem = self._problem
+        residuals, jacobian, compared = problem.of(x)
+        if self._callback is not None:
+            values = dict(zip(problem.names, problem.values(x).tolist(), strict=True))
+            self._callback(values, math.sqrt(np.mean(residuals**2)))
+        squares = float(residuals @ residuals)
+        progress = squares < (1.0 - _PROGRESS) * self._least
+        self._in_vain = 0 if progress else self._in_vain + 1
+        if squares < self._least:
+            change = jacobian @ (np.linalg.pinv(jacobian) @ residuals)
+            variance = squares / _degrees(compared, x)
+            self._least, self.best = squares, x.copy()
+            self.distance = math.sqrt(change @ change / variance) if variance else 0.0
+        if self.distance < _CLOSE or self._in_vain >= _MOST_IN_VAIN:
+            raise StopIteration
+        return residuals
+
+
+def _degrees(compared: np.ndarray, x: FloatArray) -> int:
+    """Return the number of degrees of freedom."""
+    return max(int(compared.sum()) - len(x), 1)
+
+
 def _fitted(
     problem: Residuals,
     curve: ForceCurve,
     callback: Callable[[dict[str, float], float], None] | None,
 ) -> Fit:
     """Return the solution of the least-squares problem."""
-
-    def residuals_of(x: FloatArray) -> FloatArray:
-        residuals = problem.of(x)[0]
-        if callback is not None:
-            values = dict(zip(problem.names, problem.values(x).tolist(), strict=True))
-            callback(values, math.sqrt(np.mean(residuals**2)))
-        return residuals
-
-    solution = least_squares(
-        residuals_of,
-        problem.start,
-        jac=lambda x: problem.of(x)[1],
-        bounds=problem.bounds,
-        x_scale="jac",
-        xtol=_CONVERGED,
-        ftol=_CONVERGED,
-    )
-    residuals, jacobian, compared = problem.of(solution.x)
-    degrees = max(int(compared.sum()) - len(solution.x), 1)
-    noise = curve.noise * math.sqrt(np.sum(residuals[compared] ** 2) / degrees)
+    trials = _Trials(problem, callback)
+    try:
+        solution = least_squares(
+            trials.residuals,
+            problem.start,
+            jac=lambda x: problem.of(x)[1],
+            bounds=problem.bounds,
+            x_scale="jac",
+            xtol=_CONVERGED,
+            ftol=_CONVERGED,
+        )
+        converged = bool(solution.success)
+    except StopIteration:
+        converged = trials.distance < 1.0
+    x = trials.best
+    residuals, jacobian, compared = problem.of(x)
+    squares = np.sum(residuals[compared] ** 2)
+    noise = curve.noise * math.sqrt(squares / _degrees(compared, x))
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * (noise / curve.noise) ** 2
     deviation = np.sqrt(np.diag(covariance))
-    fitted, kept = problem.forces(solution.x), compared[: len(curve.depth)]
+    correlation = covariance / np.outer(deviation, deviation)
+    to_parameters = np.linalg.pinv(jacobian)
+    by_range = to_parameters * _RANGE_UNCERTAINTY * problem.change_by_range(x)
+    count = len(curve.depth)  # then follow the jumps
+    parts = [branch.points for branch in curve.branches]
+    parts += [slice(count, count + 1), slice(count + 1, count + 2)]
+    by_grid = problem.change_by_grid(x)
+    contributions = {
+        "noise": deviation * problem.scale,
+        "range": sum(abs(by_range[:, part].sum(1)) for part in parts) * problem.scale,
+        "grid": abs(to_parameters @ by_grid) * problem.scale,
+    }
+    fitted, kept = problem.forces(x), compared[: len(curve.depth)]
     return Fit(
         problem.names,
         problem.units,
-        problem.values(solution.x),
-        deviation * problem.scale,
-        covariance / np.outer(deviation, deviation),
+        problem.values(x),
+        np.sqrt(sum(part**2 for part in contributions.values())),
+        contributions,
+        correlation,
         curve.base,
         curve.force,
         fitted,
         kept,
         noise,
-        bool(solution.success),
+        converged,
         curve.far_force,
-        tuple(_warnings(problem, curve, fitted, noise)),
+        tuple(_warnings(problem, curve, fitted, kept, noise, correlation)),
     )
 
 
+def _systematic(
+    curve: ForceCurve, residual: FloatArray, kept: np.ndarray
+) -> Iterator[tuple[float, np.ndarray, float]]:
+    """Yield mean, points and significance of residuals of one sign in a row."""
+    for branch in curve.branches:
+        points = np.arange(len(residual))[branch.points][kept[branch.points]]
+        changes = np.flatnonzero(np.diff(np.sign(residual[points])))
+        for part in np.split(points, changes + 1):
+            mean = float(residual[part].mean()) if part.size else 0.0
+            yield mean, part, abs(mean) * math.sqrt(part.size) / curve.noise
+
+
 def _warnings(
-    problem: Residuals, curve: ForceCurve, fitted: FloatArray, noise: float
+    problem: Residuals,
+    curve: ForceCurve,
+    fitted: FloatArray,
+    kept: np.ndarray,
+    noise: float,
+    correlation: FloatArray,
 ) -> list[str]:
     """Return reasons to doubt a fit with the given forces and residuals."""
-    found = []
-    expected = max(curve.noise, problem.tolerance * float(abs(curve.force).max()))
-    if noise > _FAR_ABOVE * expected:
-        found += curve.doubts
+    found = list(curve.doubts)
+    error_of_force = problem.tolerance * float(abs(curve.force).max())
+    if noise > _FAR_ABOVE * max(curve.noise, error_of_force):
         found.append(
             f"the residuals of {noise / UNITS['nN']:.3g} nN are far above the noise of "
             f"the curve, {curve.noise / UNITS['nN']:.3g} nN: the scene does not "
             "describe it, or a column is not what it should be (depth = -(distance + "
             "deflection)), and the errors of the parameters are not valid"
         )
+    mean, points, sigmas = max(
+        _systematic(curve, fitted - curve.force, kept), key=lambda each: each[2]
+    )
+    if sigmas > _SYSTEMATIC and abs(mean) > error_of_force:
+        first, last = sorted(curve.base[points[[0, -1]]] / UNITS["nm"])
+        found.append(
+            f"the fit is {mean / UNITS['nN']:+.3g} nN off on {len(points)} points in a "
+            f"row, with the base at {first:.4g} to {last:.4g} nm: there the curve is "
+            "not that of the scene. Fit a baseline (force_offset, force_slope), choose "
+            "a wall of another range or kind, or leave out forces that are not in the "
+            "model, such as capillary ones; the errors do not contain this"
+        )
+    names = problem.names
+    found += [
+        f"{a} and {b} can't both be determined, the correlation of their errors is "
+        f"{correlation[i, j]:.4f}: fix one of them, or measure a larger range of depths"
+        for i, a in enumerate(names)
+        for j, b in enumerate(names[:i])
+        if abs(correlation[i, j]) > _CORRELATED
+    ]
     is_free = abs(fitted[curve.far]).max() < curve.noise
-    if "force_offset" not in problem.names and is_free:
+    if "force_offset" not in names and is_free:
         error = noise / math.sqrt(len(curve.far))
         if abs(curve.far_force) > _FAR_ABOVE * error:
             found.append(

@@ -16,6 +16,8 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact import ContactState
+from ase_roughcontact.interactions import Interaction, scaled_attraction
+from ase_roughcontact.interactions.base import Profile
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.solvers.response import force_derivative, height_response
@@ -83,10 +85,16 @@ class ForceDerivatives:
     scene : Scene
     free : sequence of str
         Parameters among `FREE`.
+    with_range : bool
+        Whether the logarithm of the range of the attraction is a further parameter.
     """
 
-    def __init__(self, scene: Scene, free: Sequence[str]) -> None:
-        self._changes = [_Change(scene, name) for name in free]
+    def __init__(
+        self, scene: Scene, free: Sequence[str], with_range: bool = False
+    ) -> None:
+        self._changes: list[Any] = [_Change(scene, name) for name in free]
+        if with_range:
+            self._changes.append(_RangeChange())
 
     def of(self, stepper: Stepper) -> tuple[FloatArray, float]:
         """Return the derivatives at the last state of a path.
@@ -139,10 +147,30 @@ class _Change:
             )
             changes["heights"] = (high - low) / self._step
         if not self._same_wall:
-            gap = _fields(stepper).gap
-            low, high = (wall.evaluate(gap)[1] for wall in self._walls)
+            low, high = (_profile(stepper, wall)[1] for wall in self._walls)
             changes["wall_pressure"] = (high - low) / self._step
         return changes
+
+
+class _RangeChange:
+    r"""Derivative of the wall to the logarithm of its range, at the same work.
+
+    The attraction of the range :math:`s D` has the pressure :math:`P(g/s)/s` at the gap
+    g, counted from the contact distance.
+    """
+
+    def of(self, stepper: Stepper) -> dict[str, Any]:
+        """Return the arguments of `force_derivative`."""
+        wall = stepper.problem.wall
+        _, pressure, stiffness = _profile(stepper, wall)
+        gap = _fields(stepper).gap - wall.contact_distance
+        change = np.where(gap >= 0.0, gap * stiffness - pressure, 0.0)
+        return {"wall_pressure": change}
+
+
+def _profile(stepper: Stepper, wall: Interaction) -> Profile:
+    """Return energy, pressure and stiffness of a wall at the last state of a path."""
+    return scaled_attraction(wall, _fields(stepper).gap, stepper.contact.adhesion)
 
 
 def _fields(stepper: Stepper) -> ContactState:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -34,6 +35,7 @@ from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.parameters import FREE, ForceDerivatives, changed, value_of
 from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.windows.regrid import GridChange
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
 # Part of a measured jump from which a calculated one is its counterpart.
@@ -76,6 +78,7 @@ class Residuals:
         given = scene.path if isinstance(scene.path, Loop) else Loop()
         self.tolerance = given.tolerance
         self._free = tuple(name for name in free if name in FREE)
+        self._with_range = scene.wall.attractive
         lines = tuple(name for name in free if name in BASELINE)
         self._baseline = curve.baseline(lines)
         self.names = *self._free, *lines, "height_offset"
@@ -122,10 +125,59 @@ class Residuals:
         compared : ndarray of bool, shape (k + 2,)
             Points and jumps that are compared.
         """
-        values = self.values(x)
+        residuals, jacobian, compared = self._of(x)
+        return residuals, jacobian[:, : len(x)] * self.scale, compared
+
+    def change_by_range(self, x: FloatArray) -> FloatArray:
+        """Return the derivative of the residuals to the logarithm of the wall's range.
+
+        Parameters
+        ----------
+        x : ndarray, shape (p,)
+
+        Returns
+        -------
+        ndarray, shape (k + 2,)
+            Zero if the wall has no attraction.
+        """
+        return self._of(x)[1][:, len(x) :].sum(axis=1)
+
+    def change_by_grid(self, x: FloatArray) -> FloatArray:
+        """Return the change of the residuals in the limit of a fine grid.
+
+        It is extrapolated from a grid of half the spacing, as the error is quadratic.
+
+        Parameters
+        ----------
+        x : ndarray, shape (p,)
+
+        Returns
+        -------
+        ndarray, shape (k + 2,)
+            Zero at points and jumps that are not compared on both grids, and for solids
+            of atoms, which have only one lattice.
+        """
+        residuals, _, compared = self.of(x)
+        if self._scene.substrate.of_atoms:
+            return np.zeros_like(residuals)
+        fine, given = copy(self), self._scene.grids.change
+        if given.coarsen > 1:
+            change = GridChange(coarsen=given.coarsen // 2)
+        else:
+            change = GridChange(refine=2 * given.refine)
+        model = self._scene.with_values({"substrate.model": "continuum"})
+        fine._scene, fine._kept = model.with_grid(change), (b"", [])
+        others, _, too = fine.of(x)
+        ratio = change.spacing(1.0) / given.spacing(1.0)
+        return np.where(compared & too, others - residuals, 0.0) / (1.0 - ratio**2)
+
+    def _of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
+        """Return residuals, derivatives per unit, also to the range, and comparison."""
+        values, first = self.values(x), len(self._free)
         curve, count, z0 = self._curve, len(self._curve.force), values[-1] * _NM
         forces = curve.force - self._baseline_of(values)
-        residuals, jacobian = np.zeros(count + 2), np.zeros((count + 2, len(x)))
+        residuals = np.zeros(count + 2)
+        jacobian = np.zeros((count + 2, len(x) + self._with_range))
         compared = np.zeros(count + 2, bool)
         for number, (measured, followed) in enumerate(self._pairs(x), start=count):
             points, jump = measured.points, followed.jump
@@ -135,15 +187,21 @@ class Residuals:
             if jump and _are_counterparts(measured, jump, force):
                 kept, between = _compared(base, measured, jump.base)
                 residuals[number], rows = _of_jump(base, measured, jump)
-                jacobian[number, [*range(len(self._free)), -1]] = rows
+                of_range = range(len(x), jacobian.shape[1])
+                jacobian[number, [*range(first), *of_range, len(x) - 1]] = rows
                 compared[number] = True
             misfit = (columns[:, 0] - force) / curve.noise
             residuals[points] = np.where(between, _BETWEEN, np.where(kept, misfit, 0.0))
-            parts = columns[:, 2:], self._baseline[points], _NM * columns[:, [1]]
+            parts = (
+                columns[:, 2 : 2 + first],
+                self._baseline[points],
+                _NM * columns[:, [1]],
+                columns[:, 2 + first :],
+            )
             jacobian[points] = np.where(kept[:, None], np.hstack(parts), 0.0)
             jacobian[points] /= curve.noise
             compared[points] = kept
-        return residuals, jacobian * self.scale, compared
+        return residuals, jacobian, compared
 
     def _baseline_of(self, values: FloatArray) -> FloatArray:
         """Return the forces of the baseline for parameters in their units."""
@@ -168,7 +226,7 @@ class Residuals:
         path = _loop(scene.wall, scene.first_contact - lowest, self.tolerance)
         trial = replace(scene, path=path)
         stepper = trial.stepper(trial.frames())
-        derivatives = ForceDerivatives(scene, self._free)
+        derivatives = ForceDerivatives(scene, self._free, self._with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
         for state in path.run(trial, stepper, PathFiles(), "ignore"):
             states.append(state)
@@ -208,7 +266,8 @@ def _of_jump(
 ) -> tuple[float, FloatArray]:
     """Return the residual of the height of the base at a jump, and its derivatives.
 
-    The derivatives are those to the parameters of the scene and to z0 (1/nm).
+    The derivatives are those to the parameters of the scene, to the range, and to z0
+    (1/nm).
     """
     last = measured.jump or 0
     unit = abs(base[last + 1] - base[last]) / math.sqrt(12.0)

@@ -2,11 +2,15 @@
 
 import re
 import shutil
+from dataclasses import replace
 
 import pytest
 from small_scene import LOOP, SMALL
 
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.page import page
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.reference import reference_for
 
 
 def page_of(folder, scene):
@@ -43,6 +47,14 @@ def test_the_page_has_a_row_for_each_step_with_units(steps):
 def test_steps_that_are_no_results_are_warnings(steps):
     assert "Step 0 did not converge: " in steps
     assert steps.count("<tr class=failed>") == 2
+
+
+def test_numbers_of_atoms_are_whole(tmp_path):
+    scene = Scene.parse(SMALL)
+    (tmp_path / "scene.toml").write_text(SMALL)
+    (state,) = scene.relax([1.0], validity="ignore")
+    many = replace(state, repulsive_atoms=123456)
+    assert "<td>123456</td>" in page(reference_for(scene), [many], tmp_path)
 
 
 @pytest.fixture(scope="module")

@@ -91,13 +91,13 @@ def fitted(drifted, trials):
     return fit_curve(start, drifted, free, lambda *trial: trials.append(trial))
 
 
-def forces_and_derivatives(scene, heights, free=()):
+def forces_and_derivatives(scene, heights, free=(), with_range=False):
     """Forces at heights, and their derivatives to parameters and to the height."""
     held = scene.with_values(
         {"path.control": "height", "path.kind": "steps", "solver.accuracy": 1e-10}
     )
     stepper = held.stepper(held.frames())
-    derivatives = ForceDerivatives(scene, free)
+    derivatives = ForceDerivatives(scene, free, with_range)
     forces, rows = [], []
     for number, height in enumerate(heights):
         forces.append(stepper.step(number, height).normal_force)
@@ -128,6 +128,30 @@ def test_derivatives_are_those_of_differences():
         np.testing.assert_allclose(derivatives[:, i], expected, rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    "kind, others", [("power-law", {"relative_cutoff": 4.0}), ("dugdale", {})]
+)
+def test_the_derivative_to_the_range_is_that_of_differences(kind, others):
+    def attractive(attraction_range):
+        parameters = {"work_of_adhesion": 0.1, "attraction_range": attraction_range}
+        parameters |= others
+        return scene().with_values(
+            {
+                "interaction": InteractionConfig(kind, parameters),
+                "substrate.shape": (24, 24),
+            }
+        )
+
+    heights = attractive("3 Å").first_contact - np.array([1.5, 0.5])
+    _, rows = forces_and_derivatives(attractive("3 Å"), heights, with_range=True)
+    step = 1e-4
+    high, low = (
+        forces_and_derivatives(attractive(f"{3 * factor:.17g} Å"), heights)[0]
+        for factor in (1 + step, 1 - step)
+    )
+    np.testing.assert_allclose(rows[:, 0], (high - low) / (2 * step), rtol=1e-4)
+
+
 def test_a_curve_has_branches_jumps_and_noise(measured):
     down, up = measured.branches
     assert (down.direction, up.direction) == (-1.0, 1.0)
@@ -147,8 +171,9 @@ def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(fitted, drif
     assert fitted.names == names
     assert fitted.units == ("J/m²", "nN", "nN/nm", "nm")
     true = np.array([0.1, OFFSET, SLOPE, ZERO / 10])
-    assert (abs(fitted.values - true) < 3 * fitted.errors).all()
-    assert (fitted.errors < [0.0025, 0.01, 0.005, 0.0034]).all()
+    by_noise = fitted.contributions["noise"]
+    assert (abs(fitted.values - true) < 3 * by_noise).all()
+    assert (by_noise < [0.0025, 0.01, 0.005, 0.0034]).all()
     assert fitted.noise == pytest.approx(NOISE, rel=0.2)
     assert -1.0 < fitted.correlation[0, -1] < 0.0
     np.testing.assert_allclose(np.diag(fitted.correlation), 1.0)
@@ -186,6 +211,84 @@ def test_derivatives_of_residuals_are_those_of_differences(measured):
     np.testing.assert_allclose(rows[-2:] @ change, expected[-2:], rtol=0.25)
     agree = abs(rows @ change - expected) < 0.05 * abs(expected).max()
     assert np.count_nonzero(~agree) < 6  # points that come to a jump or leave it
+
+
+def test_residuals_do_not_depend_on_earlier_trials(measured):
+    free = ["work_of_adhesion", "contact_modulus"]
+    problem = Residuals(scene(), measured, free)
+    problem.of(problem.start)
+    for i in range(3):
+        x = problem.start + 0.02 * (np.arange(3) == i)
+        expected = Residuals(scene(), measured, free).of(x)[0]
+        np.testing.assert_array_equal(problem.of(x)[0], expected)
+
+
+def test_the_change_by_the_grid_is_that_of_much_finer_grids(measured):
+    smooth = scene().with_values({"roughness": None, "path.tolerance": 3e-3})
+    fine = smooth.with_values({"substrate.model": "continuum", "substrate.refine": 4})
+    problem, exact = (Residuals(each, measured, []) for each in (smooth, fine))
+    x = problem.start
+    residuals, _, compared = problem.of(x)
+    at_same_height = x + problem.values(x) - exact.values(x)
+    others, _, too = exact.of(at_same_height)
+    change = problem.change_by_grid(x)
+    both = compared & too & (change != 0.0)
+    assert np.count_nonzero(both) > 30
+    expected = (others - residuals)[both] * 16 / 15  # the error is quadratic
+    error = np.linalg.norm(change[both] - expected) / np.linalg.norm(expected)
+    assert error < 0.5
+
+
+def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
+    def attractive(attraction_range):
+        parameters = {
+            "work_of_adhesion": 0.1,
+            "attraction_range": attraction_range,
+            "relative_cutoff": 4.0,
+        }
+        return scene().with_values(
+            {
+                "interaction": InteractionConfig("exponential", parameters),
+                "substrate.shape": (28, 28),
+                "roughness": None,
+            }
+        )
+
+    found = fit_curve(attractive("2.5 Å"), curve_of(attractive("1.5 Å"), points=40))
+    error = abs(found.values[0] - 0.1)
+    assert 3.0 * found.contributions["noise"][0] < error < 2.0 * found.errors[0]
+    squares = sum(part**2 for part in found.contributions.values())
+    np.testing.assert_allclose(found.errors**2, squares)
+
+
+@pytest.fixture(scope="module")
+def short_curve():
+    """Few points of a repulsive contact, pressed in by a stiff instrument."""
+    repelled = scene().with_values({"interaction": InteractionConfig("repulsive")})
+    curve = curve_of(repelled, points=6)
+    return repelled, ForceCurve(curve.depth, curve.force)
+
+
+def test_standard_errors_do_not_depend_on_the_noise_that_weights_the_points(
+    short_curve,
+):
+    repelled, curve = short_curve
+    free = ["contact_modulus"]
+    found = fit_curve(repelled, curve, free)
+    weighted = ForceCurve(curve.depth, curve.force)
+    weighted.__dict__["noise"] = 3.0 * curve.noise
+    other = fit_curve(repelled, weighted, free)
+    np.testing.assert_allclose(other.errors, found.errors, rtol=1e-3)
+    assert other.noise == pytest.approx(found.noise, rel=1e-3)
+
+
+def test_the_noise_of_a_fit_is_that_of_its_degrees_of_freedom(short_curve):
+    repelled, curve = short_curve
+    found = fit_curve(repelled, curve, ["contact_modulus"])
+    squares = np.sum((found.fitted - curve.force)[found.compared] ** 2)
+    degrees = found.compared.sum() - len(found.values)
+    assert 5 < degrees < 10
+    assert found.noise == pytest.approx(np.sqrt(squares / degrees), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -253,8 +356,10 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     text, trials = capsys.readouterr()
     line = r"residual/noise [\d.]+: work_of_adhesion 0\.1, force_offset 0\.0"
     assert re.match(line, trials)
-    assert len(trials.splitlines()) > 2
-    assert re.search(r"force_offset +\S+ ± \S+ nN\n", text)
+    assert len(trials.splitlines()) > 1
+    assert re.search(
+        r"force_offset +\S+ ± \S+ nN \(noise \S+, range \S+, grid \S+\)\n", text
+    )
     assert re.search(r"work_of_adhesion +0\.\d+ ± \S+ J/m²", text)
     assert "smooth sphere (Maugis-Dugdale): work_of_adhesion 0." in text
     assert picture.stat().st_size > 10_000
@@ -347,6 +452,21 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
         read_curve(file)
 
 
+def test_penetration_and_force_without_units_are_those_of_a_table_of_results(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("penetration,normal_force\n1.5,0.2\n2.0,0.3\n")
+    curve = read_curve(file)
+    np.testing.assert_allclose(curve.depth, [1.5, 2.0])  # Å
+    np.testing.assert_allclose(curve.force, [0.2, 0.3])  # eV/Å
+
+
+def test_noise_of_the_forces_does_not_change_the_stiffness_of_a_cantilever(tmp_path):
+    file = tmp_path / "curve.csv"
+    rows = "0,-1,-1.5\n0,-1,-0.5\n0,1,0.5\n0,1,1.5\n"  # 1 N/m and 0.5 nN
+    file.write_text(f"distance (nm),deflection (nm),force (nN)\n{rows}")
+    assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
+
+
 def test_a_table_must_not_contradict_the_cantilever_of_the_scene(tmp_path):
     file = tmp_path / "curve.csv"
     file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,5\n4,2,10\n6,0,0\n")
@@ -380,10 +500,13 @@ def test_a_curve_with_a_wrong_sign_is_doubtful(measured):
         assert "is it negative in tension, the distance positive away" in doubt
 
 
-def test_the_error_of_a_fit_tells_of_a_wrong_sign(measured):
-    small = scene().with_values({"substrate.shape": (2, 2)})
-    with pytest.raises(ValueError, match=r"negative in tension, .* ended with: .*edge"):
-        fit_curve(small, reversed_force(measured))
+def test_a_wrong_sign_is_reported_before_the_first_trial(measured):
+    small, trials = scene().with_values({"substrate.shape": (2, 2)}), []
+    reported = pytest.warns(UserWarning, match="negative in tension")
+    failed = pytest.raises(ValueError, match=r"in tension, .* ended with: .*edge")
+    with reported, failed:
+        fit_curve(small, reversed_force(measured), callback=trials.append)
+    assert not trials
 
 
 def test_a_fit_tells_of_a_free_tip_that_is_not_at_zero_force(fitted, measured):
@@ -405,8 +528,42 @@ def test_a_curve_that_ends_in_contact_has_no_free_part(measured):
 def test_a_fit_tells_of_residuals_above_the_noise(measured):
     bend = measured.force / measured.stiffness
     wrong = ForceCurve(bend - measured.base, measured.force)  # not -(base + bend)
-    (warning,) = fit_curve(scene(), wrong, []).warnings
+    warning, *_ = fit_curve(scene(), wrong, []).warnings
     assert re.match(r"the residuals of 0\.\d+ nN are far above the noise", warning)
+
+
+def test_a_fit_tells_of_a_force_that_is_not_in_the_scene(measured):
+    first, last = np.quantile(measured.base, [0.5, 0.8])
+    part = (measured.base > first) & (measured.base < last)
+    force = measured.force - 3 * NOISE * part  # not far above the noise on average
+    pulled = ForceCurve(measured.depth, force, measured.stiffness)
+    found = fit_curve(scene(), pulled)
+    assert any("points in a row" in warning for warning in found.warnings)
+
+
+def test_a_fit_tells_of_parameters_that_are_nearly_one(measured):
+    repelled = scene().with_values({"interaction": InteractionConfig("repulsive")})
+    curve = curve_of(repelled, noise=0.1 * NOISE, points=15)
+    found = fit_curve(repelled, curve, ["contact_modulus", "radius"])
+    assert any("can't both be determined" in warning for warning in found.warnings)
+
+
+def test_a_fit_without_progress_ends_and_is_not_converged(measured, monkeypatch):
+    exact, calls = Residuals.of, []
+
+    def worse(self, x):  # at each call
+        residuals, jacobian, compared = exact(self, x)
+        calls.append(x)
+        return residuals * 1.1 ** len(calls), jacobian, compared
+
+    monkeypatch.setattr(Residuals, "of", worse)
+    trials = []
+    found = fit_curve(
+        scene(0.05), measured, callback=lambda *trial: trials.append(trial)
+    )
+    assert not found.converged
+    assert "NOT CONVERGED" in str(found)
+    assert 1 < len(trials) <= 7  # two with progress
 
 
 def test_a_repulsive_wall_has_no_work_of_adhesion_to_be_fitted(measured):
