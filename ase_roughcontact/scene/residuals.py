@@ -160,7 +160,7 @@ class Residuals:
         residuals, _, compared = self.of(x)
         if self._scene.substrate.of_atoms:
             return np.zeros_like(residuals)
-        fine, given = copy(self), self._scene.grids.change
+        fine, given = copy(self), self._scene.grid_change
         if given.coarsen > 1:
             change = GridChange(coarsen=given.coarsen // 2)
         else:
