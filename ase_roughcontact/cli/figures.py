@@ -22,10 +22,10 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.trajectory import read_frames
 from ase_roughcontact.plot.files import save
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.choices import Tradeoff
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.smooth_fit import SmoothFit
+from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.theory import SphereTheory
 
 NN = UNITS["nN"]

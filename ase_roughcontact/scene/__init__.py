@@ -5,10 +5,11 @@ top of this list downward:
 
 ================================  ====================================================
 ``section``                       common to all sections: types, units, names of files
-``config``, ``scan``, ``fields``  the sections, one class each
+``config``, ``scan``              the sections, one class each
+``random_fields``                 sections of roughness and local work of adhesion
 ``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
 ``file``                          all sections of a file: read, changed, compared
-``model``, ``solid``              solid, indenter and wall in units of ASE
+``bodies``, ``solid``             solid, indenter and wall in units of ASE
 ``predictions``                   theory for them
 ``path``                          targets, atoms, solver and plan
 ``scene``                         `Scene`: checks, runs and results

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ase_roughcontact.interactions import WALLS, wall_parameters
-from ase_roughcontact.scene.fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.path_kinds import PathKind
+from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Section, kind_of, plain_values
 

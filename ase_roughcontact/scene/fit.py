@@ -12,8 +12,8 @@ from scipy.optimize import least_squares
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, lookup
+from ase_roughcontact.scene.fit_parameters import FREE
 from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve
-from ase_roughcontact.scene.parameters import FREE
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 

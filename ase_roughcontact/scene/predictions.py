@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
-from ase_roughcontact.scene.model import Model
+from ase_roughcontact.scene.bodies import Model
 
 
 @dataclass(frozen=True)

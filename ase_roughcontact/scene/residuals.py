@@ -29,10 +29,15 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.loading import PathFiles
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.scene.fit_parameters import (
+    FREE,
+    ForceDerivatives,
+    changed,
+    value_of,
+)
 from ase_roughcontact.scene.followed import FollowedBranch, FollowedJump
 from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve, MeasuredBranch
 from ase_roughcontact.scene.loop import Loop
-from ase_roughcontact.scene.parameters import FREE, ForceDerivatives, changed, value_of
 from ase_roughcontact.scene.path_kinds import Steps
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.windows.regrid import GridChange

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.scene.fit_parameters import changed, value_of
 from ase_roughcontact.scene.force_curve import ForceCurve
-from ase_roughcontact.scene.parameters import changed, value_of
 from ase_roughcontact.scene.scene import Scene
 from ase_roughcontact.theory import SphereTheory, sphere_theory
 

@@ -21,8 +21,8 @@ from ase_roughcontact._util.validation import FloatArray, integer, lookup, posit
 from ase_roughcontact.paths.accuracy import OF_ATOMS
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.record import size_of
-from ase_roughcontact.scene.choices import NUMERICAL, SAFETY, Choice, Tradeoff
 from ase_roughcontact.scene.scene import Scene
+from ase_roughcontact.scene.tradeoff_result import NUMERICAL, SAFETY, Choice, Tradeoff
 from ase_roughcontact.scene.variants import (
     PILOT,
     finest_grid,

@@ -16,8 +16,8 @@ from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import InteractionConfig
 from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.fit_parameters import FREE, ForceDerivatives
 from ase_roughcontact.scene.force_curve import ForceCurve
-from ase_roughcontact.scene.parameters import FREE, ForceDerivatives
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
 from ase_roughcontact.theory import sphere_theory

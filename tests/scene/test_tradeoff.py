@@ -13,8 +13,8 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.figures import draw_tradeoff
 from ase_roughcontact.plot import plot_tradeoff
 from ase_roughcontact.scene import Scene
-from ase_roughcontact.scene.choices import Choice, Tradeoff
 from ase_roughcontact.scene.tradeoff import tradeoff
+from ase_roughcontact.scene.tradeoff_result import Choice, Tradeoff
 
 TEXT = """
 [substrate]

@@ -125,7 +125,7 @@ def test_a_substrate_and_a_sphere_without_a_scan_have_a_default_radius(read):
 
 
 def test_the_radius_of_a_whole_tip_is_not_fitted(read):
-    from ase_roughcontact.scene.parameters import value_of
+    from ase_roughcontact.scene.fit_parameters import value_of
 
     with pytest.raises(ValueError, match="radius can't be fitted"):
         value_of(read(), "radius")

@@ -21,8 +21,8 @@ from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_of
 from ase_roughcontact.scene.config import DEFAULT_RADIUS, SYMBOL, SubstrateConfig
-from ase_roughcontact.scene.fields import local_adhesion, random_field
 from ase_roughcontact.scene.file import SceneFile
+from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.scene.solid import solid_of
 from ase_roughcontact.topography import (
