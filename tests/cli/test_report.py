@@ -85,10 +85,15 @@ def test_the_summary_compares_the_largest_tension_with_the_pull_off_force(run):
     assert "tension" not in summary(reference, steps[2:3], folder, [])
 
 
-def test_one_error_of_an_area_is_no_range(run):
+def test_errors_of_areas_are_a_range_or_one_number(run):
     reference, steps, folder = run
-    step = replace(steps[2], area_error=0.17 * steps[2].contact_area)
-    assert "of the areas: 17 %; nine" in summary(reference, [step], folder, [])
+    large, small = (
+        replace(steps[2], area_error=part * steps[2].contact_area)
+        for part in (0.17, 0.05)
+    )
+    assert "of the areas: 17 %; nine" in summary(reference, [large], folder, [])
+    text = summary(reference, [large, small], folder, [])
+    assert "of the areas: 5 to 17 %; nine" in text
 
 
 def test_steps_that_are_not_converged_do_not_count_as_tension(run):
