@@ -43,6 +43,7 @@ def build(tmp_path):
     The gallery writes its pages beside those of the guide, and its results beside its
     scripts.
     """
+    pytest.importorskip("sphinx", reason="needs the extra docs")
     left_out = shutil.ignore_patterns("results", "generated", "__pycache__")
     shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=left_out)
     for name in ("CHANGELOG.md", "CONTRIBUTING.md", "ase_roughcontact/default.toml"):
