@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import attrgetter
 from pathlib import Path
 
 from ase_roughcontact._util.text import cell, duration
@@ -20,10 +21,6 @@ from ase_roughcontact.scene.reference import Reference
 
 # Time of a run before which nothing is said about the time left (s).
 _START = 2.0
-# Headings of estimated errors, and the width of their columns.
-_FORCE_ERROR, _AREA_ERROR = "   load error (%)", "   area error (%)"
-_HEIGHT_ERROR = "   height error (Å)"
-_WIDTH = len(_AREA_ERROR)
 # Error of an area from which a line below the table says so.
 _SHOWN_ERROR = 0.001
 
@@ -60,25 +57,15 @@ def table_header(reference: Reference) -> str:
     str
     """
     scene, smooth = reference.scene, reference.smooth
-    columns = scene.path.columns
-    if columns:
-        heads = (f"   {heading(name, label)}" for name, label in columns.items())
-        return f"{description(reference)}\n\n    step{''.join(heads)}"
-    ratio = f"A/A_{smooth.symbol}"
-    equation = "   Eq. (4)" if reference.rough_above is not None else ""
-    control = scene.path.control
-    depth = "" if control == "load" else f"{heading(control):>13}"
-    error = _HEIGHT_ERROR if control == "load" else _FORCE_ERROR
-    lines = [
-        description(reference),
-        f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
-        *_without_rim(scene),
-        "",
-        f"   step{depth}   {heading('normal_force')}{error}   "
-        f"{heading(scene.area_column)}{_AREA_ERROR}   {ratio:>9}{equation}   "
-        f"{heading('seconds')}",
-    ]
-    return "\n".join(lines)
+    lines = [description(reference)]
+    if not scene.path.columns:
+        ratio = f"A/A_{smooth.symbol}"
+        lines += [
+            f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
+            *_without_rim(scene),
+        ]
+    heads = (f"   {head}" for head, _, _ in _columns(reference))
+    return "\n".join([*lines, "", f"    step{''.join(heads)}"])
 
 
 def table_row(
@@ -105,40 +92,58 @@ def table_row(
     str
         It begins with the number of the step and, if it is known, of the last one.
     """
-    scene, force = reference.scene, step.normal_force
-    columns = scene.path.columns
-    number = f"{step.step:4d}"
+    scene, row = reference.scene, f"{step.step:4d}"
     if not scene.path.adaptive:
-        number += f"/{len(scene.targets) - 1:<3d}"
-    if columns:
-        cells = (
-            cell(
-                _printed(step, name),
-                len(heading(name, label)) + 3,
-                ".2g" if name.endswith("error") else ".5g",
-            )
-            for name, label in columns.items()
-        )
-        return f"{number:8}{''.join(cells)}{limits(step)}{_failure(scene, step)}"
-    touches = step.repulsive_atoms > 0
-    smooth = float(reference.smooth.contact_area(force)) if touches else math.nan
-    row = number
-    if scene.path.control != "load":
-        row += cell(_printed(step, scene.path.control), 13, ".4f")
-    row += cell(_printed(step, "normal_force"), 11, ".4g")
-    if scene.path.control == "load":
-        row += cell(step.height_error, len(_HEIGHT_ERROR), ".2g")
-    else:
-        row += _percent(step, "force_error", "normal_force", _WIDTH)
-    row += cell(_printed(step, scene.area_column), 13, ".4g")
-    row += _percent(step, "area_error", scene.area_column, _WIDTH)
-    row += _ratio(getattr(step, scene.area_column), smooth, 12)
-    if reference.rough_above is not None:
-        row += _ratio(float(reference.rough_area(force)), smooth, 10)
-    row += cell("restored", 11) if restored else cell(step.seconds, 11, ".2f")
+        row += f"/{len(scene.targets) - 1}"
+    row = f"{row:8}"
+    for head, value_of, form in _columns(reference):
+        value, width = value_of(step), len(head) + 3
+        if restored and head == heading("seconds"):
+            row += cell("restored", width)
+        else:
+            row += cell("-", width) if math.isnan(value) else cell(value, width, form)
     if progress and progress.elapsed > _START and progress.left >= 1.0:
         row += f"   about {duration(progress.left)} left"
     return row + limits(step) + _failure(scene, step)
+
+
+def _columns(reference: Reference) -> list[tuple[str, Callable, str]]:
+    """Return headings, values and formats of the table of steps."""
+    path, area = reference.scene.path, reference.scene.area_column
+
+    def printed(name: str, form: str, label: str = "") -> tuple[str, Callable, str]:
+        return heading(name, label), lambda step: _printed(step, name), form
+
+    def percent(name: str, error: str, value: str) -> tuple[str, Callable, str]:
+        def part(step: LoadStep) -> float:
+            return _ratio(100.0 * getattr(step, error), abs(getattr(step, value)))
+
+        return f"{name} error (%)", part, ".2g"
+
+    def ratio(name: str, area_of: Callable) -> tuple[str, Callable, str]:
+        def part(step: LoadStep) -> float:
+            smooth = float(reference.smooth.contact_area(step.normal_force))
+            touches = step.repulsive_atoms > 0
+            return _ratio(float(area_of(step)), smooth) if touches else math.nan
+
+        return f"{name:>9}", part, ".4f"
+
+    if path.columns:
+        return [
+            printed(name, ".2g" if name.endswith("error") else ".5g", label)
+            for name, label in path.columns.items()
+        ]
+    columns = [printed("normal_force", ".4g")]
+    if path.control == "load":
+        columns.append(printed("height_error", ".2g", "height error"))
+    else:
+        columns.insert(0, printed(path.control, ".4f"))
+        columns.append(percent("load", "force_error", "normal_force"))
+    columns += [printed(area, ".4g"), percent("area", "area_error", area)]
+    columns.append(ratio(f"A/A_{reference.smooth.symbol}", attrgetter(area)))
+    if reference.rough_above is not None:
+        columns.append(ratio("Eq. (4)", lambda s: reference.rough_area(s.normal_force)))
+    return [*columns, printed("seconds", ".2f")]
 
 
 def target_unit(scene: Scene) -> str:
@@ -337,15 +342,7 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     return f"   NOT CONVERGED: {step.message}{unit}"
 
 
-def _percent(step: LoadStep, error: str, value: str, width: int) -> str:
-    """Return an error relative to a value in percent, a dash without contact."""
-    if not getattr(step, value):
-        return cell("-", width)
-    part = getattr(step, error) / abs(getattr(step, value))
-    return cell(100.0 * part, width, ".2g")
-
-
-def _ratio(area: float, reference: float, width: int) -> str:
-    """Return a ratio of areas, a dash if it is undefined."""
-    defined = math.isfinite(area) and reference > 0.0
-    return cell(area / reference, width, ".4f") if defined else cell("-", width)
+def _ratio(value: float, reference: float) -> float:
+    """Return a ratio, NaN if it is undefined."""
+    defined = math.isfinite(value) and reference > 0.0
+    return value / reference if defined else math.nan

@@ -16,6 +16,7 @@ from ase_roughcontact._util.files import locked, table_writer
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.results import check_folder, write_inputs
 
 # Attributes of a place that are numbers, and their units in the file.
 _UNITS = {
@@ -156,11 +157,11 @@ def _grid(scene: Scene, shape: tuple[int, int]) -> list[tuple[float, float]]:
 
 def _earlier(scene: Scene, folder: Path) -> dict[tuple[float, float], Place]:
     """Return the places of an earlier run of the scene in a folder."""
-    scene.check_folder(folder)
+    check_folder(scene, folder)
     results = folder / "places.csv"
     if results.exists():
         return {(each.x, each.y): each for each in read_places(results)}
-    scene.write_inputs(folder / "scene.toml")
+    write_inputs(scene, folder / "scene.toml")
     return {}
 
 

@@ -9,14 +9,14 @@ top of this list downward:
 ``random_fields``                 sections of roughness and local work of adhesion
 ``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
 ``file``                          all sections of a file: read, changed, compared
-``bodies``, ``solid``             solid, indenter and wall in units of ASE
-``predictions``                   theory for them
-``path``                          targets, atoms, solver and plan
-``scene``                         `Scene`: checks, runs and results
+``bodies``, ``solid``             solid, indenter and wall in units of ASE, with theory
+``scene``                         `Scene`: problem, solver and steps; checks and runs
+``plan``, ``results``             plans of paths, and folders of results
 ================================  ====================================================
 
-Each class from ``file`` on is a subclass of the one before it. ``reference``,
-``preview``, ``tradeoff`` and ``fit`` are functions of a scene.
+The classes of ``file``, ``bodies`` and ``scene`` are each a subclass of the one before.
+What they build from the sections is built once. ``reference``, ``preview``,
+``tradeoff`` and ``fit`` are functions of a scene.
 """
 
 from ase_roughcontact.scene.config import (

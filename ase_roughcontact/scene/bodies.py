@@ -1,11 +1,16 @@
-"""Solid, indenter and wall of a scene, in ASE's units."""
+"""Solid, indenter and wall of a scene in ASE's units, and theory for them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact import theory
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import grid_shape, lookup, positive
 from ase_roughcontact.elasticity import ElasticSolid
@@ -20,11 +25,11 @@ from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_of
-from ase_roughcontact.scene.config import DEFAULT_RADIUS, SYMBOL, SubstrateConfig
+from ase_roughcontact.scene.config import DEFAULT_RADIUS, SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import lengths
-from ase_roughcontact.scene.solid import solid_of
+from ase_roughcontact.scene.solid import named, solid_of
 from ase_roughcontact.topography import (
     HeightMap,
     Heterogeneity,
@@ -42,10 +47,10 @@ _ROOM = 4.0
 
 
 @dataclass(frozen=True)
-class Model(SceneFile):
-    """Solid, indenter and wall of a scene; see `Scene`."""
+class Bodies(SceneFile):
+    """Solid, indenter and wall of a scene, and theory for them; see `Scene`."""
 
-    @property
+    @cached_property
     def spacing(self) -> float:
         """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
         spacing = self.named_substrate.spacing
@@ -64,7 +69,7 @@ class Model(SceneFile):
         except ValueError as error:
             raise ValueError(f"symbol = {self.symbol!r}: {error}") from error
 
-    @property
+    @cached_property
     def solid(self) -> ElasticSolid:
         """Elastic solid below the surface."""
         solid = solid_of(self.named_substrate)
@@ -78,31 +83,10 @@ class Model(SceneFile):
         tip = material(self.sphere.material).contact_modulus * UNITS["GPa"]
         return Isotropic(combined_modulus(solid.contact_modulus, tip))
 
-    @property
+    @cached_property
     def named_substrate(self) -> SubstrateConfig:
         """The section of the substrate, with its symbol and values of its material."""
-        given, name = self.substrate, self.substrate.material
-        if GridChange.of(spacing=given.spacing) is not None:
-            given = replace(given, spacing=None)
-        if not name:
-            return replace(given, symbol=given.symbol or SYMBOL)
-        if given.symbol:
-            raise ValueError(
-                f"give symbol or material, not both, got {given.symbol!r} and {name!r}"
-            )
-        known = material(name)
-        changes: dict[str, Any] = {"symbol": known.symbol}
-        if given.spacing is None:
-            changes["spacing"] = known.spacing
-        if given.contact_modulus is None and given.elastic_constants is None:
-            if given.other_solid:
-                raise ValueError(
-                    f"material = {name!r} gives the modulus of an isotropic half "
-                    f"space, which {given.other_solid} does not have: give symbol "
-                    "instead of material"
-                )
-            changes["contact_modulus"] = known.contact_modulus
-        return replace(given, **changes)
+        return named(self.substrate)
 
     @property
     def symbol(self) -> str:
@@ -125,7 +109,7 @@ class Model(SceneFile):
             )
         return None if hardness is None else hardness * UNITS["GPa"]
 
-    @property
+    @cached_property
     def hardness(self) -> float:
         """Hardness of the surface (eV/Å^3); NaN if it is not known."""
         if "hardness" in self.interaction.parameters:
@@ -158,7 +142,7 @@ class Model(SceneFile):
             )
         return change
 
-    @property
+    @cached_property
     def grid_change(self) -> GridChange:
         """The grid relative to that of the atoms, given or chosen for the accuracy."""
         given = self.given_grid
@@ -173,12 +157,12 @@ class Model(SceneFile):
             None if isinstance(shape, str) else grid_shape(shape),
         )
 
-    @property
+    @cached_property
     def lost_slope(self) -> float:
         """Part of the rms slope that a coarse grid can't resolve, and that is lost."""
         return lost_slope(self.surface, self.sampled_surface)
 
-    @property
+    @cached_property
     def sampled_surface(self) -> Surface:
         """Surface of the indenter without waves that a coarse grid can't resolve."""
         return self.grid_change.surface(self.surface, self.spacing)
@@ -195,7 +179,7 @@ class Model(SceneFile):
         """Scan that is the whole indenter, for which the radius is infinity."""
         return self.scan if self.sphere.radius == math.inf else None
 
-    @property
+    @cached_property
     def radius(self) -> float:
         """Radius of the sphere (Å); of a whole tip that of curvature of the scan."""
         tip = self.whole_tip
@@ -252,7 +236,7 @@ class Model(SceneFile):
             "sphere that it is the roughness of"
         )
 
-    @property
+    @cached_property
     def self_affine(self) -> SelfAffine | None:
         """Self-affine roughness of the sphere; None if it is smooth or measured."""
         if self.roughness is None:
@@ -271,7 +255,7 @@ class Model(SceneFile):
             return None if self.sphere.radius == math.inf else self.scan
         return self.self_affine
 
-    @property
+    @cached_property
     def surface(self) -> RoughSphere:
         """Surface of the indenter."""
         profile: Any = self.sphere.profile
@@ -279,7 +263,7 @@ class Model(SceneFile):
             return RoughSphere(math.inf, self.whole_tip)
         return RoughSphere(self.radius, self.rough, profile)
 
-    @property
+    @cached_property
     def wall(self) -> Interaction:
         """Interaction between the indenter and the atoms."""
         kind, parameters = self.interaction.kind, self.interaction.parameters
@@ -294,7 +278,7 @@ class Model(SceneFile):
             parameters = {**parameters, "hardness": hardness}
         return make_wall(kind, self.contact_modulus, self.spacing, parameters)
 
-    @property
+    @cached_property
     def local_adhesion(self) -> Heterogeneity | None:
         """Work of adhesion relative to that of the wall; None if it is uniform."""
         if self.heterogeneity is None:
@@ -307,3 +291,91 @@ class Model(SceneFile):
         attraction = self.wall.cutoff - self.wall.contact_distance
         in_range = math.sqrt(2.0 * self.radius * attraction)
         return local_adhesion(self.heterogeneity, self.spacing, _ROOM * in_range)
+
+    @property
+    def kappa_repulsive(self) -> float:
+        """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
+        wall = self.wall
+        if wall.kappa is not None:
+            return wall.kappa
+        return theory.KAPPA_HARD if wall.hard else theory.KAPPA_REPULSIVE
+
+    @property
+    def inverse_kappa(self) -> float:
+        """``1/kappa`` of the mean contact pressure ``h'rms E*/kappa`` for this wall.
+
+        Negative or zero if nominally flat surfaces would adhere without a load.
+        """
+        if self.rough is None:
+            return 1.0 / self.kappa_repulsive
+        return self.rough_theory.inverse_kappa
+
+    @property
+    def rough_theory(self) -> theory.RoughSphereTheory:
+        """Theory of the rough sphere."""
+        rough: Any = self.rough
+        return theory.RoughSphereTheory(
+            self.radius,
+            self.contact_modulus,
+            rough,
+            self.wall.work_of_adhesion,
+            self.wall.attraction_range,
+            self.kappa_repulsive,
+        )
+
+    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
+
+        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive. With
+        a hardness of the wall the contact fraction is `plastic_contact_fraction`, and
+        the area of a smooth sphere at least N/H.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+
+        References
+        ----------
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
+        """
+        rough, hardness = self.rough, self.wall.hardness
+        if rough is None:
+            area = self.hertz_area(normal_force)
+            if hardness < math.inf:
+                area = np.maximum(area, theory.plastic_area(normal_force, hardness))
+            return area
+        if self.inverse_kappa <= 0.0:
+            return np.full(np.shape(normal_force), np.nan)
+        pressure = theory.mean_contact_pressure(
+            rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
+        )
+        sphere = self.radius, self.contact_modulus
+        if hardness == math.inf:
+            return theory.predicted_area(normal_force, *sphere, pressure)
+
+        def fraction(nominal: np.ndarray) -> np.ndarray:
+            return theory.plastic_contact_fraction(nominal, pressure, hardness)[0]
+
+        return theory.predicted_area(normal_force, *sphere, fraction)
+
+    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Return the contact area of a smooth sphere without adhesion.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+        """
+        hertz = theory.Hertz(self.radius, self.contact_modulus)
+        return hertz.contact_area(normal_force)

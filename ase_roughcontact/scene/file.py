@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -134,22 +133,16 @@ class SceneFile:
             If a section or key is unknown, or a value is of the wrong type.
         """
         changes: dict[str, Any] = {}
-        keys: defaultdict[str, dict[str, Any]] = defaultdict(dict)
-        for key, value in values.items():
-            title, _, name = key.partition(".")
-            section = lookup(title, SECTIONS, "section")
-            if name:
-                keys[title][name] = value
-            elif value is None or isinstance(value, section):
-                changes[title] = value
-            else:
-                raise ValueError(f"[{title}] must be a section, got {shown(value)}")
-        for title, entries in keys.items():
-            given = changes.get(title, getattr(self, title))
-            if given is None:
-                key = f"{title}.{next(iter(entries))}"
+        # sections first, then kinds, as they decide which other keys there are
+        for key in sorted(values, key=lambda k: ("." in k, not k.endswith(".kind"))):
+            (title, _, name), value = key.partition("."), values[key]
+            lookup(title, SECTIONS, "section")
+            section = changes.get(title, getattr(self, title))
+            if name and section is None:
                 raise ValueError(f"{key} can't be set: the scene has no [{title}]")
-            changes[title] = given.changed(**entries)
+            if not (name or value is None or isinstance(value, SECTIONS[title])):
+                raise ValueError(f"[{title}] must be a section, got {shown(value)}")
+            changes[title] = section.changed(name, value) if name else value
         return replace(self, **changes)
 
     @property
@@ -189,6 +182,30 @@ class SceneFile:
                     if value != default.get(key)
                 }
         return contents
+
+
+def read_text(file: str | Path) -> str:
+    """Return the text of a scene file.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If the file can't be read.
+    """
+    try:
+        return Path(file).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{file} is not a TOML file: it is not text") from error
+    except OSError as error:
+        raise ValueError(f"can't read the scene {file}: {error}") from error
 
 
 def load_toml(text: str) -> dict[str, Any]:

@@ -49,10 +49,8 @@ class Loop(PathKind):
         "area_error": "error",
     }
     captions = {
-        "loop.png": "Normal force of the tip held at each height; arrows: "
-        "instabilities.",
-        "cantilever.png": "Force curve of the cantilever; arrows: snap-in and "
-        "pull-off.",
+        "loop.png": "Force of the tip held at each height; arrows: instabilities.",
+        "cantilever.png": "Force curve of the cantilever; arrows: snap-in, pull-off.",
     }
 
     deepest: float | str | None = None
@@ -73,10 +71,6 @@ class Loop(PathKind):
         raise ValueError(
             'kind = "loop" chooses its steps as it runs: run it, or give kind = "steps"'
         )
-
-    def check(self, bodies: Bodies) -> None:
-        """Raise `ValueError` if a key is missing or invalid."""
-        _ = self.options(bodies), self.stiffness
 
     def options(self, bodies: Bodies) -> dict[str, Any]:
         """Return the deepest penetration, the steps (Å) and the tolerance."""

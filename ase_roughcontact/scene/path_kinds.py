@@ -109,12 +109,11 @@ class PathKind(Section):
         """Return the values by key; see `Section.entries`."""
         return {"kind": self.kind, **super().entries()}
 
-    def changed(self, **values: Any) -> Any:
-        """Return the path with other values; another kind has only its own keys."""
-        kind = lookup(values.get("kind", self.kind), PATHS, "kind of path")
-        kept = self.entries().items()
-        known = {key: value for key, value in kept if key in kind.types()}
-        return self.of({**known, "kind": self.kind, **values})
+    def changed(self, name: str, value: Any) -> Any:
+        """Return the path with another value; another kind has only its own keys."""
+        kind = PATHS.get(str(value), PathKind) if name == "kind" else type(self)
+        kept = {k: v for k, v in self.entries().items() if k in kind.types()}
+        return self.of({**kept, "kind": self.kind, name: value})
 
     @property
     def control(self) -> str:
@@ -146,12 +145,15 @@ class PathKind(Section):
         """
         raise NotImplementedError
 
-    def check(self, bodies: Bodies) -> None:
-        """Raise `ValueError` if a key is missing or invalid."""
-        self.targets(bodies)
-
     def planned(self, bodies: Bodies) -> PathKind:
-        """Return the path of known targets whose steps are planned and previewed."""
+        """Return the path of known targets whose steps are planned and previewed.
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid.
+        """
+        self.targets(bodies)
         return self
 
     def describe(self, bodies: Bodies) -> str:

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-import shutil
-from collections.abc import Generator, Iterator, Sequence
+import math
+from collections.abc import Generator, Iterator
 from contextlib import closing, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from ase import Atoms
 from numpy.typing import ArrayLike
 
-from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
+from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
+from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import (
     PathFiles,
@@ -21,23 +30,39 @@ from ase_roughcontact.paths.loading import (
     targets_of,
     warn_of_lost_slope,
 )
+from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
+from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.config import SECTIONS
+from ase_roughcontact.scene.file import read_text
 from ase_roughcontact.scene.loop import Loop
-from ase_roughcontact.scene.path import ContactPath
+from ase_roughcontact.scene.optimizers import OPTIMIZERS
+from ase_roughcontact.scene.plan import check_targets, plan_targets
+from ase_roughcontact.scene.results import (
+    RESULTS,
+    another_scene,
+    changes,
+    check_folder,
+    results_folder,
+    write_inputs,
+)
 from ase_roughcontact.scene.scan_summary import scan_warnings
-from ase_roughcontact.windows.memory import check_roughness, points_of
-from ase_roughcontact.windows.regrid import GridChange
+from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
+from ase_roughcontact.windows.footprint import Footprint
+from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
+from ase_roughcontact.windows.regrid import GridChange, on_grid
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
-# Files that are the results of a scene.
-_RESULTS = "sweep.traj", "places.csv"
+# Least side of the atoms before a window is chosen.
+_FIRST_SIDE = 8
 
 
 @dataclass(frozen=True)
-class Scene(ContactPath):
+class Scene(Bodies):
     """Sphere, material, wall, path and solver.
 
     Parameters
@@ -46,6 +71,10 @@ class Scene(ContactPath):
         Sections of a scene file. With neither `roughness` nor `topography` the sphere
         is smooth.
     """
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the sections, without what was built from them."""
+        return {title: getattr(self, title) for title in SECTIONS}
 
     @classmethod
     def read(cls, file: str | Path) -> Scene:
@@ -94,29 +123,7 @@ class Scene(ContactPath):
         scene.check(str(file))
         return scene
 
-    @staticmethod
-    def text_of(file: str | Path) -> str:
-        """Return the text of a scene file.
-
-        Parameters
-        ----------
-        file : path
-
-        Returns
-        -------
-        str
-
-        Raises
-        ------
-        ValueError
-            If the file can't be read.
-        """
-        try:
-            return Path(file).read_text(encoding="utf-8")
-        except UnicodeDecodeError as error:
-            raise ValueError(f"{file} is not a TOML file: it is not text") from error
-        except OSError as error:
-            raise ValueError(f"can't read the scene {file}: {error}") from error
+    text_of = staticmethod(read_text)
 
     @classmethod
     def default(cls) -> Scene:
@@ -155,21 +162,15 @@ class Scene(ContactPath):
             If the roughness needs more memory than is free.
         """
         parts = {
-            "substrate": [
-                "area_column",
-                "given_grid",
-                "spacing",
-                "contact_modulus",
-                "given_hardness",
-                "shape",
-            ],
-            "roughness": ["self_affine"],
-            "topography": ["scan"],
-            "sphere": ["radius", "surface"],
-            "solver": ["fmax", "accuracy", "optimizer", "max_steps"],
-            "interaction": ["wall", "hardness"],
-            "heterogeneity": ["local_adhesion"],
-            "path": ["_checked_path"],
+            "substrate": "area_column given_grid spacing contact_modulus "
+            "given_hardness shape",
+            "roughness": "self_affine",
+            "topography": "scan",
+            "sphere": "radius surface",
+            "solver": "fmax accuracy optimizer max_steps",
+            "interaction": "wall hardness",
+            "heterogeneity": "local_adhesion",
+            "path": "planned cantilever",
         }
         names = {Path(file).name for file in self.files}
         if len(names) < len(set(self.files)):
@@ -178,7 +179,9 @@ class Scene(ContactPath):
                 f"copied to the folder of its results, got {', '.join(self.files)}"
             )
         for title, properties in parts.items():
-            problems = dict.fromkeys(filter(None, map(self._problem, properties)))
+            problems = dict.fromkeys(
+                filter(None, map(self._problem, properties.split()))
+            )
             if problems:
                 raise ValueError(f"{name}: [{title}] {'; '.join(problems)}")
         try:  # before heights of the roughness are allocated
@@ -187,10 +190,6 @@ class Scene(ContactPath):
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
 
-    @property
-    def _checked_path(self) -> Any:
-        return self.path.check(self)
-
     def _problem(self, name: str) -> str:
         """Return why a property can't be calculated, else nothing."""
         try:
@@ -198,6 +197,188 @@ class Scene(ContactPath):
         except ValueError as error:
             return str(error)
         return ""
+
+    @property
+    def control(self) -> str:
+        """Controlled quantity of the path: loads, penetrations or heights."""
+        return f"{self.path.control}s"
+
+    @property
+    def targets(self) -> np.ndarray:
+        """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
+        return self.path.targets(self)
+
+    @cached_property
+    def planned(self) -> Scene:
+        """The scene with the known targets that are planned and previewed."""
+        path = self.path.planned(self)
+        return self if path is self.path else replace(self, path=path)
+
+    @property
+    def fmax(self) -> float | None:
+        """Tolerance of the forces (eV/Å); None if it is not given."""
+        if self.solver.fmax is None:
+            return None
+        positive(fmax=self.solver.fmax)
+        return self.solver.fmax * self.contact_modulus * self.spacing**2
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """Accuracy of force and area."""
+        return accuracy_of(self.solver.accuracy, self.is_continuum)
+
+    @property
+    def max_steps(self) -> int:
+        """Largest number of steps of the optimizer, for each step of the path."""
+        return integer("max_steps", self.solver.max_steps, 1)
+
+    @property
+    def optimizer(self) -> Any:
+        """Optimizer; None if it is chosen for the wall."""
+        name = self.solver.optimizer
+        return None if name is None else lookup(name, OPTIMIZERS, "optimizer")
+
+    @property
+    def shape(self) -> tuple[int, int] | None:
+        """Shape of the window of atoms; None if it is chosen for each step."""
+        shape = self.substrate.shape
+        if not isinstance(shape, str):
+            return grid_shape(shape)
+        if self.substrate.periodic:
+            raise ValueError(
+                'shape = "auto" needs a free half space: give the shape of the '
+                "periodic cell, [n, m]"
+            )
+        return lookup(shape, {"auto": None}, "shape")
+
+    @property
+    def window(self) -> str:
+        """``"fixed"`` if all steps have the same window, else ``"auto"``."""
+        return "fixed" if self.shape else "auto"
+
+    @property
+    def problem(self) -> Problem:
+        """Solid, wall and indenter on the grid of the path."""
+        return self._on_grid[0]
+
+    @property
+    def start(self) -> Box:
+        """Window of all steps, or of the first one."""
+        return self._on_grid[1]
+
+    @cached_property
+    def _on_grid(self) -> tuple[Problem, Box]:
+        return on_grid(*self.lattice, self.grid_change)
+
+    @cached_property
+    def lattice(self) -> tuple[Problem, Box]:
+        """The problem and its first window on the lattice of the atoms."""
+        change = self.grid_change
+        if self.shape:
+            check_memory(change.shape(self.shape))
+        first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
+        n, m = self.shape or (first, first)
+        problem = Problem(
+            indenter=self.surface,
+            solid=self.solid,
+            wall=self.wall,
+            spacing=self.spacing,
+            periodic=self.substrate.periodic,
+            heterogeneity=self.local_adhesion,
+        )
+        return problem, Box((-(n // 2), -(m // 2)), (n, m))
+
+    def atoms(self) -> Atoms:
+        """Return the substrate and the indenter above it, with a calculator."""
+        atoms = self.frames().atoms
+        atoms.positions[-1, 2] = contact_of(atoms).first_contact
+        return atoms
+
+    def frames(self) -> ProblemAtoms:
+        """Return the atoms of the path, which are made when they are needed."""
+        return ProblemAtoms(*self._on_grid, self.symbol, self.path.control != "load")
+
+    def stepper(
+        self, frames: ProblemAtoms, record: type[LoadStep] = LoadStep
+    ) -> Stepper:
+        """Return what relaxes the steps of the path.
+
+        Parameters
+        ----------
+        frames : ProblemAtoms
+            Atoms on which an optimizer of ASE works.
+        record : type
+            Class of the results.
+
+        Returns
+        -------
+        Stepper
+        """
+        (problem, window), control = self._on_grid, self.control
+        options = StepOptions(
+            relaxer=relaxer_of(self.optimizer, self.wall, frames),
+            fmax=self.fmax,
+            accuracy=self.solver.accuracy,
+            max_steps=self.max_steps,
+            window=self.window,
+            hardness=hardness_for(self.lattice[0], self.symbol, self.hardness),
+            record=record,
+            continuum=self.is_continuum,
+            lost_slope=self.lost_slope,
+        )
+        return Stepper(problem, control, window, options)
+
+    @cached_property
+    def first_contact(self) -> float:
+        """Height at which the indenter begins to repel the flat substrate (Å)."""
+        if self.shape:
+            return self.problem.contact(self.start).first_contact
+        footprint = Footprint(self.problem.indenter, self.problem.spacing)
+        return self.wall.contact_distance - footprint.lowest
+
+    @property
+    def cantilever(self) -> float | None:
+        """Stiffness of the cantilever (eV/Å^2); None if it is not given."""
+        return self.path.stiffness
+
+    @cached_property
+    def expected_contact(self) -> ExpectedContact:
+        """Bounds for the contact, which are known without the roughness."""
+        surface: Any = self.sampled_surface
+        spacing = self.grid_change.spacing(self.spacing)
+        return ExpectedContact(surface, self.wall, self.solid, spacing)
+
+    def check_path(self) -> None:
+        """Raise an error if a step certainly can't be calculated; see `check_targets`.
+
+        Nothing is calculated for this: neither the roughness nor a window.
+        """
+        scene = self.planned
+        if not scene.shape:
+            check_targets(scene.path, scene.targets, scene.expected_contact)
+
+    def plan(self) -> Plan:
+        """Return the windows, memory and time that the path will need.
+
+        Of a path that chooses its targets as it runs, `planned` has a plan. If the
+        domain of the roughness is too small, the advised one is planned as well, as a
+        larger one may be rougher.
+        """
+        plan, change = self._plan_of_domain(), self.grid_change
+        if not plan.domain:
+            return plan
+        side = math.ceil(plan.domain / change.refine) * change.coarsen
+        larger = self.with_values({"roughness.domain": f"{side} a0"}).plan()
+        advice = f"give the roughness a domain of {side} a0 or more"
+        return replace(plan, advice=larger.advice or advice)
+
+    def _plan_of_domain(self) -> Plan:
+        expected, scene = self.expected_contact, self
+        points = points_of(expected.indenter, expected.spacing)
+        if self.shape and points > LARGEST_DOMAIN**2:
+            scene = replace(self, roughness=None)
+        path = self.control, self.targets
+        return plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
 
     def loop(self, validity: str = "warn") -> AdhesionLoop:
         """Approach and retract; see `adhesion_loop`.
@@ -282,9 +463,9 @@ class Scene(ContactPath):
         self.check()
         self.check_path()
         report = ValidityReport(validity)
-        folder = _results_folder(folder)
+        folder = results_folder(folder)
         resume = not self.path.adaptive
-        self.check_folder(folder, ["places.csv"] if resume else _RESULTS)
+        check_folder(self, folder, ["places.csv"] if resume else RESULTS)
         file = folder / "scene.toml"
         files: dict[str, Any] = {
             "trajectory": folder / "sweep.traj",
@@ -295,71 +476,19 @@ class Scene(ContactPath):
             with closing(path):
                 for number, step in enumerate(path):
                     if number == 0:  # from here on, no other run writes into the folder
-                        self.write_inputs(file, text)
+                        write_inputs(self, file, text)
                     report(number, step.validity)
                     yield step
         except OtherPathError as error:
-            changes: list[str] = []
+            found: list[str] = []
             with suppress(ValueError, OSError):
-                changes = self.changes_from(Scene.of_results(folder))
-            if not changes:
+                found = changes(self, folder)
+            if not found:
                 raise
             raise ValueError(
-                f"{_another(folder, changes)}; a path can be extended only by steps "
+                f"{another_scene(folder, found)}; a path can be extended only by steps "
                 "after its last one"
             ) from error
-
-    def check_folder(self, folder: Path, results: Sequence[str] = _RESULTS) -> None:
-        """Raise an error if a folder contains results of another scene.
-
-        Parameters
-        ----------
-        folder : path
-        results : sequence of str
-            Names of the files that are results.
-
-        Raises
-        ------
-        ValueError
-            With the differences of the scenes, or if the folder has results, but no
-            scene.
-        """
-        if any((folder / name).exists() for name in results):
-            changes = self.changes_from(Scene.of_results(folder))
-            if changes:
-                raise ValueError(_another(folder, changes))
-
-    def write_inputs(self, file: Path, text: str | None = None) -> None:
-        """Write the scene, and copy its files beside it, where they are found again.
-
-        Parameters
-        ----------
-        file : path
-        text : str, optional
-            Text of the scene's file, with its comments; by default `toml`.
-        """
-        with replaced(file) as name:
-            Path(name).write_text(text or self.toml, encoding="utf-8")
-        for other in map(Path, self.files):
-            if other.parent.resolve() != file.parent.resolve():
-                with replaced(file.parent / other.name) as name:
-                    shutil.copy(other, name)
-
-
-def _results_folder(folder: str | Path) -> Path:
-    """Return a folder for results, created if necessary."""
-    path = Path(folder)
-    if path.exists() and not path.is_dir():
-        raise ValueError(f"{folder} is a file, give a folder for the results")
-    path.mkdir(parents=True, exist_ok=True)
-    return path
-
-
-def _another(folder: Path, changes: Sequence[str]) -> str:
-    return (
-        f"{folder} contains results of another scene: {'; '.join(changes)}. Give "
-        "another folder, or delete this one"
-    )
 
 
 def default_text() -> str:

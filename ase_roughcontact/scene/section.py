@@ -124,9 +124,9 @@ class Section:
         """Return the `contents` of a section in which nothing is given."""
         return cls().contents()
 
-    def changed(self: AnySection, **values: Any) -> AnySection:
-        """Return the section with other values of keys; errors are those of `of`."""
-        return self.of({**self.entries(), **values})
+    def changed(self: AnySection, name: str, value: Any) -> AnySection:
+        """Return the section with another value of a key; errors are those of `of`."""
+        return self.of({**self.entries(), name: value})
 
     def plain(
         self,

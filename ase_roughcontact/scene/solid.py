@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ase.calculators.emt import EMT
 from matscipy.calculators.eam import EAM
@@ -17,9 +18,9 @@ from ase_roughcontact.elasticity.material import (
     crystal_constants,
     crystal_modulus,
 )
-
-if TYPE_CHECKING:
-    from ase_roughcontact.scene.config import SubstrateConfig
+from ase_roughcontact.elasticity.named_materials import material
+from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
+from ase_roughcontact.windows.regrid import GridChange
 
 # Modulus (GPa) above that of any solid: a larger value is in another unit.
 _LARGEST_MODULUS = 1e4
@@ -96,6 +97,42 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
         axis = lookup(substrate.surface or _SURFACE, _AXES, "surface")
         return Cubic(c11, c12, c44, axis)
     return Isotropic(UNITS["GPa"] * _modulus(substrate))
+
+
+def named(substrate: SubstrateConfig) -> SubstrateConfig:
+    """Return the section with a symbol, and with values of its material.
+
+    Parameters
+    ----------
+    substrate : SubstrateConfig
+
+    Returns
+    -------
+    SubstrateConfig
+        Without the grid of a continuum in place of the spacing.
+    """
+    given, name = substrate, substrate.material
+    if GridChange.of(spacing=given.spacing) is not None:
+        given = replace(given, spacing=None)
+    if not name:
+        return replace(given, symbol=given.symbol or SYMBOL)
+    if given.symbol:
+        raise ValueError(
+            f"give symbol or material, not both, got {given.symbol!r} and {name!r}"
+        )
+    known = material(name)
+    changes: dict[str, Any] = {"symbol": known.symbol}
+    if given.spacing is None:
+        changes["spacing"] = known.spacing
+    if given.contact_modulus is None and given.elastic_constants is None:
+        if given.other_solid:
+            raise ValueError(
+                f"material = {name!r} gives the modulus of an isotropic half "
+                f"space, which {given.other_solid} does not have: give symbol "
+                "instead of material"
+            )
+        changes["contact_modulus"] = known.contact_modulus
+    return replace(given, **changes)
 
 
 def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:

@@ -12,6 +12,7 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_places, run_places
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.results import write_inputs
 
 SCENE = """
 [substrate]
@@ -193,6 +194,6 @@ def test_places_do_not_replace_the_scene_of_a_run(scene_of, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     (out / "sweep.traj").touch()
-    scene_of(LOOP).write_inputs(out / "scene.toml")
+    write_inputs(scene_of(LOOP), out / "scene.toml")
     with pytest.raises(ValueError, match="contains results of another scene"):
         list(run_places(scene_of(STEPS), (1, 1), out, Here()))

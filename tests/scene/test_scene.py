@@ -1,5 +1,7 @@
 """Scenes and scene files."""
 
+import pickle
+
 import numpy as np
 import pytest
 from ase.units import GPa, J, m
@@ -12,7 +14,7 @@ from ase_roughcontact.interactions import (
     wall_parameters,
 )
 from ase_roughcontact.paths.accuracy import OF_ATOMS
-from ase_roughcontact.scene import NANONEWTON, Scene, Steps, default_text
+from ase_roughcontact.scene import NANONEWTON, Scene, Steps, bodies, default_text
 from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -445,3 +447,23 @@ def test_all_that_is_not_known_of_a_substrate_is_reported_at_once():
     assert "give spacing; symbol = 'W': the elastic constants" in text
     assert "those of Ag, Al, Au, Cu, Ge, Ni, Si" in text
     assert text.count("spacing") == 1
+
+
+def test_the_parts_of_a_scene_are_built_once(monkeypatch):
+    built = []
+    for part in ("solid_of", "make_wall", "random_field"):
+        build = getattr(bodies, part)
+        monkeypatch.setattr(
+            bodies, part, lambda *args, p=part, b=build: built.append(p) or b(*args)
+        )
+    scene = Scene.parse(SMALL)
+    scene.check()
+    list(scene.relax(validity="ignore"))
+    assert sorted(built) == ["make_wall", "random_field", "solid_of"]
+
+
+def test_a_scene_is_sent_to_processes_without_what_was_built():
+    scene = Scene.parse(SMALL)
+    short = pickle.dumps(scene)
+    scene.check()
+    assert pickle.dumps(scene) == short and pickle.loads(short) == scene

@@ -1,0 +1,94 @@
+"""Folders with the results of a scene: its file, and what it needs, beside them."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from ase_roughcontact._util.files import replaced
+from ase_roughcontact.scene.file import SceneFile, read_text
+
+#: Files that are the results of a scene.
+RESULTS = "sweep.traj", "places.csv"
+
+
+def changes(scene: SceneFile, folder: Path) -> list[str]:
+    """Return how a scene differs from the scene of a folder of results.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    folder : path
+
+    Returns
+    -------
+    list of str
+
+    Raises
+    ------
+    ValueError
+        If the folder has no valid scene.
+    """
+    file = folder / "scene.toml"
+    old = SceneFile.parse(read_text(file), str(file), copied=True)
+    return scene.changes_from(old)
+
+
+def check_folder(
+    scene: SceneFile, folder: Path, results: Sequence[str] = RESULTS
+) -> None:
+    """Raise an error if a folder contains results of another scene.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    folder : path
+    results : sequence of str
+        Names of the files that are results.
+
+    Raises
+    ------
+    ValueError
+        With the differences of the scenes, or if the folder has results, but no
+        scene.
+    """
+    if any((folder / name).exists() for name in results):
+        found = changes(scene, folder)
+        if found:
+            raise ValueError(another_scene(folder, found))
+
+
+def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
+    """Write the scene, and copy its files beside it, where they are found again.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    file : path
+    text : str, optional
+        Text of the scene's file, with its comments; by default `toml`.
+    """
+    with replaced(file) as name:
+        Path(name).write_text(text or scene.toml, encoding="utf-8")
+    for other in map(Path, scene.files):
+        if other.parent.resolve() != file.parent.resolve():
+            with replaced(file.parent / other.name) as name:
+                shutil.copy(other, name)
+
+
+def results_folder(folder: str | Path) -> Path:
+    """Return a folder for results, created if necessary."""
+    path = Path(folder)
+    if path.exists() and not path.is_dir():
+        raise ValueError(f"{folder} is a file, give a folder for the results")
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
+def another_scene(folder: Path, differences: Sequence[str]) -> str:
+    """Return the error about a folder with results of another scene."""
+    return (
+        f"{folder} contains results of another scene: {'; '.join(differences)}. Give "
+        "another folder, or delete this one"
+    )
