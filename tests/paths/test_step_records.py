@@ -145,7 +145,9 @@ def test_the_gap_error_of_a_hard_wall_is_the_largest_gap_or_overlap(steps, large
         "gap": abs(gap[touching]).max(initial=0.0),
     }
     assert record.converged == (steps > 1)
-    assert record.gap_error == max(errors.values()) == errors[larger] > 0.0
+    assert max(errors.values()) == errors[larger] > 0.0
+    # the atoms have padding, the path has none: they differ by rounding
+    assert record.gap_error == pytest.approx(errors[larger], rel=1e-6)
 
 
 @pytest.mark.parametrize("wall", [*WALLS, "plastic", "exponential"])
