@@ -116,6 +116,8 @@ def test_the_command_writes_a_map_for_each_step(tmp_path, capsys, suffix):
         assert np.count_nonzero(contact) == steps[1].repulsive_atoms
 
 
+# Python 3.10 closes the archive a second time
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.parametrize("suffix", ["npz", "vti"])
 def test_a_map_that_does_not_fit_leaves_the_old_one(atoms, tmp_path, suffix):
     file = tmp_path / f"map.{suffix}"

@@ -317,6 +317,28 @@ def test_nine_of_ten_errors_of_the_grid_are_within_twice_the_estimate(control):
         assert share_within_twice(values) >= 0.9
 
 
+@pytest.mark.slow
+def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
+    """Incompressible or not, on a rigid base, down to a third of the spacing."""
+    errors = []
+    for seed in range(30):
+        random = np.random.default_rng([seed, 11])
+        thickness = float(np.exp(random.uniform(np.log(0.3), np.log(6.0))))
+        solid = Layer(1.0, thickness, poisson=float(random.choice([0.3, 0.5])))
+        sphere, load = RoughSphere(random.uniform(50.0, 300.0)), random.uniform(2, 20)
+        found = []
+        for spacing in (1.0, 0.5, 0.25):
+            atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
+            atoms.calc = RoughContact(sphere, interaction=HardWall(), solid=solid)
+            grid = {"model": "continuum", "refine": 1, "accuracy": 1e-5}
+            options = {"window": "auto", "validity": "ignore", **grid}
+            (step,) = load_path(atoms, loads=[load], **options)
+            found.append((step.height, step.height_error))
+        limit = found[2][0] + (found[2][0] - found[1][0]) / 3.0
+        errors += [(abs(height - limit), error) for height, error in found[:2]]
+    assert share_within_twice(errors) >= 0.9
+
+
 @pytest.mark.parametrize(
     "column, grid",
     [
