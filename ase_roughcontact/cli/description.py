@@ -33,7 +33,7 @@ def description(reference: Reference) -> str:
         lines.append(f"Stickiness of flat surfaces with this roughness: {criteria}")
     if scene.area_column == "continuum_area":
         lines.append(_grid(scene))
-    if smooth.pull_off_force < 0.0:
+    if smooth.pull_off_force > 0.0:
         lines.append(f"Pull-off force: {pull_off_text(reference)}")
     return "\n".join(lines)
 

@@ -180,7 +180,7 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     forces = np.array([step.normal_force for step in shown])
     areas = _column(shown, scene.area_column)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
-    adhesive = [c for c in _smooth(reference) if c.pull_off_force < 0.0]
+    adhesive = [c for c in _smooth(reference) if c.pull_off_force > 0.0]
     theory = {c.label: c.contact_area(along) for c in adhesive}
     rough = reference.rough_area(along)
     if np.isfinite(rough).any():
@@ -219,7 +219,7 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         largest_force = max(step.normal_force for step in steps)
         for curve in _smooth(reference):
             # wider than the atoms under pressure: with the rim under tension
-            highest = max(largest_force, curve.pull_off_force)
+            highest = max(largest_force, -curve.pull_off_force)
             radius = max(float(curve.contact_radius(highest)), math.sqrt(area / np.pi))
             depth, force = curve.curve(_EXTENT * radius + scene.spacing)
             theory[curve.label] = first_contact - depth if by_height else depth, force

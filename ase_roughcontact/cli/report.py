@@ -289,8 +289,8 @@ def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
     force = min((s.normal_force for s in steps if s.converged), default=0.0)
     if force >= 0.0:
         return ""
-    line = f"Largest tension of the path: {force / UNITS['nN']:.4g} nN"
-    if reference.smooth.pull_off_force < 0.0:
+    line = f"Largest tension of the path: {-force / UNITS['nN']:.4g} nN"
+    if reference.smooth.pull_off_force > 0.0:
         line += f"; pull-off force: {pull_off_text(reference)}"
     return f"{line}."
 

@@ -106,7 +106,7 @@ def plot_force(
     theory : mapping of str to (array_like, array_like), optional
         Penetrations or heights (Å) and forces (eV/Å) of theories, by label.
     pull_off_force : float, optional
-        Pull-off force of theory, negative (eV/Å), drawn as a horizontal line.
+        Pull-off force of theory (eV/Å), drawn as a horizontal line.
     xlabel : str
         Quantity and unit of `depth`.
     converged : array_like of bool, shape (k,), optional
@@ -123,13 +123,13 @@ def plot_force(
     """
     x, y = finite_array("depth", depth), finite_array("force", force) / NN
     axes.axhline(0.0, color=GREY, lw=0.6)
-    _cut(axes, x, np.append(y, min(0.0, pull_off_force or 0.0) / NN))
+    _cut(axes, x, np.append(y, -(pull_off_force or 0.0) / NN))
     for i, (name, (along, forces)) in enumerate((theory or {}).items()):
         points = np.array([along, np.asarray(forces) / NN])
         if _is_inside(axes, points):
             axes.plot(*points, f"k{LINES[i % 4]}", label=name)
     if pull_off_force is not None:
-        level = pull_off_force / NN
+        level = -pull_off_force / NN
         axes.axhline(level, color=GREY, ls="--", lw=1, label=pull_off_label)
     ok = _mask(converged, x.size)
     _cross(axes, x[~ok], y[~ok])
@@ -192,7 +192,7 @@ def plot_loop(
     loop : AdhesionLoop
         From `adhesion_loop`.
     pull_off_forces : mapping of str to float, optional
-        Pull-off forces of theories by label, negative (eV/Å).
+        Pull-off forces of theories by label (eV/Å).
 
     Returns
     -------
@@ -217,7 +217,7 @@ def plot_loop(
         axes.annotate("", after, before, arrowprops={"arrowstyle": "->"})
     for i, (name, force) in enumerate((pull_off_forces or {}).items()):
         line = DASHES[i % len(DASHES)]
-        axes.axhline(force / NN, color="k", ls=line, lw=0.8, label=name)
+        axes.axhline(-force / NN, color="k", ls=line, lw=0.8, label=name)
     axes.set(xlabel="depth (Å)", ylabel="normal force $N$ (nN)")
     axes.legend()
     return axes

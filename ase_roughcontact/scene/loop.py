@@ -141,7 +141,7 @@ class Loop(PathKind):
         lines = [
             f"States: {len(states)}; instabilities: {count[0]} on approach, {count[1]} "
             "on retraction",
-            f"Pull-off force of the simulation: {-loop.pull_off_force / _NN:.4g} nN",
+            f"Pull-off force of the simulation: {loop.pull_off_force / _NN:.4g} nN",
             f"Dissipated energy: {loop.dissipated_energy:.4g} eV",
         ]
         with suppress(ValueError):  # the loop itself is valid

@@ -34,11 +34,11 @@ class Hertz(SphereTheory):
 
     @property
     def pull_off_force(self) -> float:
-        """Smallest force of a contact: zero."""
+        """Largest tension of a contact: zero."""
         return 0.0
 
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
-        """Return the contact radius, a = [3 (N - N_pull-off) R/4E*]^(1/3)."""
+        """Return the contact radius, a = [3 (N + N_pull-off) R/4E*]^(1/3)."""
         return self._hertz_radius(self._above_pull_off(normal_force))
 
     def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:
@@ -81,7 +81,7 @@ class Hertz(SphereTheory):
         """
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
-        return repulsive + self.pull_off_force
+        return repulsive - self.pull_off_force
 
     def penetration(self, contact_radius: ArrayLike) -> FloatArray:
         """Return the penetration for a given contact radius, delta = a^2/R.
@@ -161,5 +161,5 @@ class DMT(Hertz):
 
     @property
     def pull_off_force(self) -> float:
-        """Smallest force of a contact, -2 pi w R."""
-        return -2 * np.pi * self.work_of_adhesion * self.radius
+        """Largest tension of a contact, 2 pi w R."""
+        return 2 * np.pi * self.work_of_adhesion * self.radius

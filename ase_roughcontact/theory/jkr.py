@@ -43,8 +43,8 @@ class JKR(SphereTheory):
 
     @property
     def pull_off_force(self) -> float:
-        """Smallest force of a contact, -(3/2) pi w R."""
-        return -1.5 * np.pi * self.work_of_adhesion * self.radius
+        """Largest tension of a contact, (3/2) pi w R."""
+        return 1.5 * np.pi * self.work_of_adhesion * self.radius
 
     @property
     def pull_off_penetration(self) -> float:
@@ -63,7 +63,7 @@ class JKR(SphereTheory):
         Parameters
         ----------
         normal_force : array_like
-            N, force, at least the pull-off force.
+            N, force, at least the negative pull-off force.
 
         Returns
         -------
@@ -73,11 +73,11 @@ class JKR(SphereTheory):
         Raises
         ------
         ValueError
-            If a force is below the pull-off force, where there is no contact.
+            If a tension is above the pull-off force, where there is no contact.
         """
         # the bracket is the square of sqrt(N + P) + sqrt(P), with P = 1.5 pi w R
         root = np.sqrt(self._above_pull_off(normal_force))
-        root += np.sqrt(-self.pull_off_force)
+        root += np.sqrt(self.pull_off_force)
         return self._hertz_radius(root**2)
 
     def contact_radius_from_penetration(self, penetration: ArrayLike) -> FloatArray:

@@ -71,7 +71,7 @@ class MaugisDugdale(SphereTheory):
 
     @property
     def pull_off_force(self) -> float:
-        """Smallest force of a contact, from -2 pi w R (DMT) to -(3/2) pi w R (JKR)."""
+        """Largest tension of a contact, from 2 pi w R (DMT) to (3/2) pi w R (JKR)."""
         return self._pull_off * self._unit_force
 
     def state(self, zone_ratio: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -143,7 +143,7 @@ class MaugisDugdale(SphereTheory):
         Parameters
         ----------
         normal_force : array_like
-            N, force, at least the pull-off force.
+            N, force, at least the negative pull-off force.
 
         Returns
         -------
@@ -153,14 +153,14 @@ class MaugisDugdale(SphereTheory):
         Raises
         ------
         ValueError
-            If a force is below the pull-off force, where there is no contact.
+            If a tension is above the pull-off force, where there is no contact.
         """
         excess = self._above_pull_off(normal_force) / self._unit_force
         last = self._last_stable_angle(1)
 
         def reduced_radius(excess: float) -> float:
             def difference(angle: float) -> float:
-                return float(self._reduced(angle)[1] - self._pull_off) - excess
+                return float(self._reduced(angle)[1] + self._pull_off) - excess
 
             if excess == 0:
                 return float(self._reduced(last)[0])
@@ -192,7 +192,7 @@ class MaugisDugdale(SphereTheory):
     @cached_property
     def _pull_off(self) -> float:
         """Pull-off force in units of pi w R."""
-        return float(self._reduced(self._last_stable_angle(1))[1])
+        return -float(self._reduced(self._last_stable_angle(1))[1])
 
     def _reduced(self, angle: ArrayLike) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return radius, force and penetration in the units of `state`.

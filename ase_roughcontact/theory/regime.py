@@ -53,7 +53,7 @@ class Regime:
     tabor_parameter, maugis_parameter : float
         Parameters of a smooth sphere with the effective work of adhesion.
     pull_off_force : float
-        Pull-off force of that sphere, negative.
+        Pull-off force of that sphere.
     effective_work_of_adhesion : float
         w minus the energy of flattening the roughness, energy per area.
     inverse_kappa : float

@@ -56,7 +56,7 @@ class SphereTheory(ABC):
     @property
     @abstractmethod
     def pull_off_force(self) -> float:
-        """Smallest force of a contact, zero without adhesion, otherwise negative."""
+        """Largest tension of a contact, zero without adhesion."""
 
     @abstractmethod
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
@@ -65,7 +65,7 @@ class SphereTheory(ABC):
         Parameters
         ----------
         normal_force : array_like
-            N, force, at least the pull-off force.
+            N, force, at least the negative pull-off force.
 
         Returns
         -------
@@ -75,8 +75,8 @@ class SphereTheory(ABC):
         Raises
         ------
         ValueError
-            If a force is not finite, or below the pull-off force, where there is no
-            contact.
+            If a force is not finite, or a tension above the pull-off force, where
+            there is no contact.
         """
 
     @abstractmethod
@@ -106,10 +106,10 @@ class SphereTheory(ABC):
         Returns
         -------
         ndarray
-            A = pi a^2, area; NaN below the pull-off force.
+            A = pi a^2, area; NaN for tensions above the pull-off force.
         """
         force = np.asarray(normal_force, dtype=float)
-        exists = force >= self.pull_off_force
+        exists = force >= -self.pull_off_force
         radius = self.contact_radius(np.where(exists, force, 0.0))
         return np.where(exists, np.pi * radius**2, np.nan)
 
@@ -119,7 +119,7 @@ class SphereTheory(ABC):
         Parameters
         ----------
         normal_force : float
-            N, force, at least the pull-off force.
+            N, force, at least the negative pull-off force.
 
         Returns
         -------
@@ -148,10 +148,10 @@ class SphereTheory(ABC):
 
     def _above_pull_off(self, normal_force: ArrayLike) -> FloatArray:
         """Return the force above pull-off; rounding at pull-off counts as zero."""
-        excess = finite_array("normal_force", normal_force) - self.pull_off_force
-        if not np.all(excess >= 1e-12 * self.pull_off_force):
+        excess = finite_array("normal_force", normal_force) + self.pull_off_force
+        if not np.all(excess >= -1e-12 * self.pull_off_force):
             raise ValueError(
-                "normal_force must not be below the pull-off force "
-                f"{self.pull_off_force}, got {normal_force!r}"
+                "normal_force must not be below the negative pull-off force "
+                f"{-self.pull_off_force}, got {normal_force!r}"
             )
         return np.maximum(excess, 0.0)

@@ -118,7 +118,7 @@ def theory(slope, reach):
         work = rough.effective_work_of_adhesion
         # the tension is that of the wall
         smooth = MaugisDugdale(RADIUS, 1.0, work, reach * work / WORK)
-    return -smooth.pull_off_force / (np.pi * WORK * RADIUS)
+    return smooth.pull_off_force / (np.pi * WORK * RADIUS)
 
 
 def read(table):

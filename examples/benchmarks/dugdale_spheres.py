@@ -51,7 +51,7 @@ def pull_off():
         radius, work, reach = case
         steps, theory = steps_of(*case, NEAR)
         jkr = JKR(radius, 1.0, work).pull_off_force
-        found = min(step.normal_force for step in steps)
+        found = -min(step.normal_force for step in steps)
         excess = 100.0 * (np.array([theory.pull_off_force, found]) / jkr - 1.0)
         zone = np.pi * reach**2 / (4.0 * work)
         print(*case, *np.round([theory.parameter, zone, *excess], 2), flush=True)

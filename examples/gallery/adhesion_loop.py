@@ -56,7 +56,7 @@ with style():
     for stiffness, loop in loops.items():
         theory = MaugisDugdale(RADIUS, 1.0, WORK, np.sqrt(12 * WORK / stiffness))
         parameter = theory.parameter
-        force, expected = loop.pull_off_force / unit, -theory.pull_off_force / unit
+        force, expected = loop.pull_off_force / unit, theory.pull_off_force / unit
         lost = loop.dissipated_energy / energy
         print(f"{parameter:16.3f}  {force:23.4f}  {expected:14.4f}  {lost:17.3f}")
         colour = f"C{STIFFNESSES.index(stiffness)}"

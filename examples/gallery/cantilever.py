@@ -63,7 +63,7 @@ print(f"heights under the load and on the spring differ by {difference:.0e} a0")
 # same range of the attraction.
 
 theory = MaugisDugdale(radius, 1.0, work, wall.attraction_range).pull_off_force
-error = float(min(forces) / theory - 1)
+error = float(-min(forces) / theory - 1)
 print(f"pull-off force {-min(forces):.3f} E* a0^2, relative error {100 * error:.1f} %")
 
 with style():

@@ -66,7 +66,7 @@ def loop(tmp_path_factory):
 def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):
     _, text = loop
     for words in (
-        "Pull-off force of the simulation: -",
+        "Pull-off force of the simulation: ",
         "With a cantilever of 60 N/m:",
         "snap-in: from ",
     ):

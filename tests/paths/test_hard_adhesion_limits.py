@@ -51,7 +51,7 @@ def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
 ):
     loop = loop_of(radius, DugdaleWall(work, reach), deepest, step)
     theory = MaugisDugdale(radius, 1.0, work, reach)
-    assert loop.pull_off_force == pytest.approx(-theory.pull_off_force, rel=0.01)
+    assert loop.pull_off_force == pytest.approx(theory.pull_off_force, rel=0.01)
     expected = np.pi * float(theory.contact_radius(0.0)) ** 2
     if theory.parameter > 0.3:  # else the contact has a few tens of atoms
         assert zero_load_area(loop.retraction) == pytest.approx(expected, rel=0.01)
@@ -73,7 +73,7 @@ def pull_off(radius, work, reach):
     offsets = np.array([1.0, 0.6, 0.4, 0.25, 0.15, 0.07, 0.0, -0.07])
     forces = forces_of(radius, DugdaleWall(work, reach), depth + unit * offsets)
     assert forces[-1] > forces[-2]  # beyond the largest tension
-    expected = theory.pull_off_force / (np.pi * work * radius)
+    expected = -theory.pull_off_force / (np.pi * work * radius)
     assert min(forces) == pytest.approx(expected, rel=0.005)
     return min(forces)
 

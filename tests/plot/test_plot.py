@@ -68,8 +68,8 @@ def everything(figure, sphere_contact, loop):
     plot.plot_curve(next(axes), load, load, 2 * load)
     plot.plot_contact(next(axes), snapshot(sphere_contact), 20.0)
     plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
-    plot.plot_loop(next(axes), loop, {"JKR": 1.0})
-    plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=-2.0)
+    plot.plot_loop(next(axes), loop, {"JKR": -1.0})
+    plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=2.0)
     plot.plot_convergence(next(axes), {"one": ([1, 2], [1.0, 0.1])})
 
 
@@ -103,8 +103,7 @@ def test_force_shows_tension_on_a_linear_axis_beside_the_laws(axes):
     force = np.array([0.0, -2.0, 3.0]) * NANONEWTON
     theory = {"JKR": ([0.0, 1.0], [-NANONEWTON, 500.0 * NANONEWTON])}
     assert (
-        plot.plot_force(axes, [-1.0, 0.0, 1.0], force, theory, -4.0 * NANONEWTON)
-        is axes
+        plot.plot_force(axes, [-1.0, 0.0, 1.0], force, theory, 4.0 * NANONEWTON) is axes
     )
     np.testing.assert_allclose(line(axes, "simulation")[1], [0.0, -2.0, 3.0])
     np.testing.assert_allclose(line(axes, "JKR")[1], [-1.0, 500.0])
@@ -234,8 +233,8 @@ def test_loop_shows_both_ways_jumps_and_theory(axes, loop):
     assert depth[[0, -1]] == pytest.approx(ends) and ends[0] == 0.5
     assert axes.get_xlabel() == "depth (Å)"
     assert -force.min() * NANONEWTON == pytest.approx(loop.pull_off_force)
-    assert line(axes, "JKR")[1][0] * NANONEWTON == pytest.approx(theory)
-    assert force.min() * NANONEWTON == pytest.approx(theory, rel=0.35)  # towards DMT
+    assert line(axes, "JKR")[1][0] * NANONEWTON == pytest.approx(-theory)
+    assert force.min() * NANONEWTON == pytest.approx(-theory, rel=0.35)  # towards DMT
     jumps = len(loop.approach_jumps) + len(loop.retraction_jumps)
     assert len(axes.texts) == jumps == 2
 

@@ -67,12 +67,12 @@ def test_areas_and_curves_agree_and_the_smallest_force_is_pull_off():
     reference = reference_for(adhesive(SMOOTH, 0.5))
     for sphere in (reference.smooth, *reference.limits):
         depth, force = sphere.curve(40.0)
-        assert force.min() == pytest.approx(sphere.pull_off_force, rel=1e-4)
+        assert force.min() == pytest.approx(-sphere.pull_off_force, rel=1e-4)
         stable = slice(int(force.argmin()) + 1, None)
         assert (np.diff(depth[stable]) > 0).all() and (np.diff(force[stable]) > 0).all()
         last = np.sqrt(sphere.contact_area(force[-1:]) / np.pi)
         assert last == pytest.approx([40.0], rel=0.02)
-        assert np.isnan(sphere.contact_area(1.01 * sphere.pull_off_force))
+        assert np.isnan(sphere.contact_area(-1.01 * sphere.pull_off_force))
 
 
 # Rough spheres
@@ -91,7 +91,7 @@ def test_theory_of_a_rough_adhesive_sphere(longest, work, explanation, remaining
     scene = adhesive(ROUGH.replace("16.0", str(longest)), work)
     reference = reference_for(scene)
     assert reference.explanation.startswith(explanation)
-    assert reference.smooth.pull_off_force < 0.0
+    assert reference.smooth.pull_off_force > 0.0
     assert reference.smooth.sphere == f"smooth sphere, w = {remaining:.3g} J/m²"
     assert reference.smooth.sphere in reference.explanation
     has_closed_form = explanation.startswith("Eq. (4)")

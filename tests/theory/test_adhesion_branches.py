@@ -19,13 +19,13 @@ def maugis(parameter):
 
 
 def test_jkr_radius_from_force_inverts_the_force():
-    forces = JKR.pull_off_force * np.array([1 - 1e-9, 0.9, 0.5, 1e-3, 1e-9])
+    forces = -JKR.pull_off_force * np.array([1 - 1e-9, 0.9, 0.5, 1e-3, 1e-9])
     radii = JKR.contact_radius(forces)
     assert_allclose(JKR.force(radii), forces, rtol=1e-7, atol=1e-13)
 
 
 def test_jkr_stiffness_is_positive():
-    a = JKR.contact_radius(0.6 * JKR.pull_off_force)
+    a = JKR.contact_radius(-0.6 * JKR.pull_off_force)
     step = 1e-6 * a
     assert JKR.force(a + step) > JKR.force(a - step)
 

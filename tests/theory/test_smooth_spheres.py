@@ -70,7 +70,7 @@ def test_jkr_contact_radius_makes_the_total_energy_stationary(a):
 
 
 def test_jkr_radius_from_force_inverts_force_from_radius_on_stable_branch():
-    forces = JKR.pull_off_force + np.geomspace(1e-6, 1e4, 30)
+    forces = np.geomspace(1e-6, 1e4, 30)
     radii = JKR.contact_radius(forces)
     assert_allclose(JKR.force(radii), forces, rtol=1e-10, atol=1e-10)
     assert np.all(np.diff(radii) > 0)
@@ -78,7 +78,7 @@ def test_jkr_radius_from_force_inverts_force_from_radius_on_stable_branch():
 
 def test_jkr_least_force_is_the_pull_off_force_at_the_documented_radius():
     least = minimize_scalar(JKR.force, bounds=(0.1, 5.0), options={"xatol": 1e-9})
-    assert_allclose(least.fun, JKR.pull_off_force, rtol=1e-12)
+    assert_allclose(least.fun, -JKR.pull_off_force, rtol=1e-12)
     assert_allclose(least.x**3, 9 * np.pi * W * R**2 / (8 * E), rtol=1e-6)
 
 
@@ -97,7 +97,7 @@ def test_jkr_area_at_zero_load_is_johnsons():
 def test_jkr_and_dmt_accept_their_own_pull_off_force_with_its_rounding(rounding):
     factor = 1 + rounding
     jkr, dmt = (
-        sphere.contact_radius(factor * sphere.pull_off_force) for sphere in (JKR, DMT)
+        sphere.contact_radius(-factor * sphere.pull_off_force) for sphere in (JKR, DMT)
     )
     assert_allclose(jkr**3, 9 * np.pi * W * R**2 / (8 * E))
     assert dmt == 0.0
@@ -111,7 +111,7 @@ def test_dmt_contact_is_hertz_with_the_pull_off_force_added():
 
 @pytest.mark.parametrize("sphere", [HERTZ, JKR, DMT])
 def test_force_below_pull_off_is_refused(sphere):
-    with pytest.raises(ValueError, match="not be below the pull-off force"):
+    with pytest.raises(ValueError, match="not be below the negative pull-off force"):
         sphere.contact_radius(-2.1 * np.pi * W * R)
 
 
@@ -143,7 +143,7 @@ def test_maugis_state_solves_the_contact_problem_with_a_cohesive_zone(stress, ra
 
 @pytest.mark.parametrize(
     ("parameter", "expected", "rtol"),
-    [(1e-4, -2.0, 1e-5), (1e3, -1.5, 1e-5)],
+    [(1e-4, 2.0, 1e-5), (1e3, 1.5, 1e-5)],
 )
 def test_maugis_pull_off_goes_from_dmt_to_jkr(parameter, expected, rtol):
     pull_off = maugis(parameter).pull_off_force
@@ -159,7 +159,7 @@ def test_maugis_load_stability_ends_where_the_force_is_least():
     limit = maugis(1.0).stability_limit("load")
     _, force, _ = maugis(1.0).state(limit * np.array([0.99, 1.0, 1.01]))
     assert np.argmin(force) == 1
-    assert_allclose(force[1], maugis(1.0).pull_off_force, rtol=1e-12)
+    assert_allclose(force[1], -maugis(1.0).pull_off_force, rtol=1e-12)
 
 
 def test_maugis_pull_off_is_stable_below_the_known_parameter():

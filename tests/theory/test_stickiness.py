@@ -34,7 +34,7 @@ def tension_left(parameter):
         return quad(lambda z: force(z - separation) * density(z), lowest, 8 * spread)[0]
 
     separations = np.linspace(-0.5, 3.5, 13) * spread
-    return min(map(total, separations)) / jkr.pull_off_force
+    return -min(map(total, separations)) / jkr.pull_off_force
 
 
 @pytest.mark.parametrize("parameter, left", [(1.0, 0.73), (3.0, 0.36), (10.0, 0.036)])
