@@ -34,9 +34,9 @@ from ase_roughcontact._util.threads import split
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 
-# Size of matrices up to which BLAS and LAPACK do not start threads, whose number would
-# change the rounding of the result.
-_SINGLE_THREAD = 96
+# Size of matrices up to which no version of OpenBLAS starts threads, whose number would
+# change the rounding of the result: products do above 64, decompositions from 64 on.
+_SINGLE_THREAD = 63
 # Largest number of steps; most contacts need four to seven.
 _STEPS = 12
 

@@ -14,7 +14,7 @@ BITS = """
 import numpy as np
 from ase_roughcontact.solvers.dense import solve_positive
 rng = np.random.default_rng(1)
-for size in (3, 97, 200, 300):
+for size in (3, 63, 64, 88, 90, 97, 180, 300):
     a = rng.standard_normal((size, size))
     matrix = np.einsum('ij,kj', a, a) / size + np.eye(size)
     solution = solve_positive(matrix, rng.random((size, 2)))
@@ -22,7 +22,7 @@ for size in (3, 97, 200, 300):
 """
 
 
-@pytest.mark.parametrize("size", [1, 2, 96, 97, 150, 301])
+@pytest.mark.parametrize("size", [1, 2, 63, 64, 97, 150, 301])
 def test_solution_of_a_positive_definite_system(rng, size):
     a = rng.standard_normal((size, size))
     matrix, right = a @ a.T + np.eye(size), rng.standard_normal((size, 2))
