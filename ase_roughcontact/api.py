@@ -30,9 +30,10 @@ from ase_roughcontact.optimize import (
     NewtonKrylov,
 )
 from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep, column
 from ase_roughcontact.paths.step import StepOptions, Stepper
-from ase_roughcontact.paths.validity import ValidityWarning
+from ase_roughcontact.paths.validity import Validity, ValidityWarning
 from ase_roughcontact.topography import (
     HeightMap,
     Heterogeneity,
@@ -58,6 +59,7 @@ __all__ = [
     "LennardJones93",
     "LoadStep",
     "NewtonKrylov",
+    "Output",
     "PlasticWall",
     "PowerLawWall",
     "Problem",
@@ -68,6 +70,7 @@ __all__ = [
     "State",
     "StepOptions",
     "Stepper",
+    "Validity",
     "ValidityWarning",
     "WindowOptions",
     "add_indenter",

@@ -11,9 +11,15 @@ from ase.cli.main import main as ase
 from ase.constraints import FixAtoms, Hookean
 from ase.io import Trajectory, read
 
-from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact import (
+    Output,
+    RoughContact,
+    RoughSphere,
+    load_path,
+    substrate,
+)
+from ase_roughcontact.atoms.trajectory import read_frames, read_steps
 from ase_roughcontact.cli import main
-from ase_roughcontact.paths.trajectory import read_frames, read_steps
 from ase_roughcontact.scene import Scene
 
 SCENE = Scene.parse("""
@@ -158,7 +164,7 @@ def test_frames_with_constraints_are_intact(tmp_path, constraint):
     atoms.set_constraint(kinds[constraint])
     atoms.calc = RoughContact(sphere, 1.0)
     control = {"fixed": "penetrations", "spring": "loads"}[constraint]
-    (step,) = load_path(atoms, **{control: [0.1]}, trajectory=movie)
+    (step,) = load_path(atoms, **{control: [0.1]}, output=Output(trajectory=movie))
     assert list(read_steps(movie)) == [step]
     assert [type(c) for f in read_frames(movie) for c in f.constraints] == [
         type(kinds[constraint])

@@ -485,6 +485,6 @@ def test_a_load_below_rounding_errors_is_not_converged(wall, load, carried):
     sphere = RoughSphere(100.0, rough())
     atoms = substrate("Cu", (24, 24), sphere, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(sphere, 1.0, WALLS[wall](1.0, 1.0))
-    (record,) = load_path(atoms, loads=[load], edge="ignore")
+    (record,) = load_path(atoms, loads=[load], window="unchecked")
     assert record.converged == carried
     assert ("below the rounding" in record.message) != carried

@@ -9,10 +9,10 @@ import pytest
 from ase.io import Trajectory, read
 from small_scene import SMALL
 
+from ase_roughcontact.atoms.trajectory import checksum
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_ensemble, read_places, run_ensemble
 from ase_roughcontact.ensemble.columns import step_columns
-from ase_roughcontact.paths.trajectory import checksum
 from ase_roughcontact.scene import Scene
 
 FILES = {"trajectory": "sweep.traj", "csv": "curve.csv"}

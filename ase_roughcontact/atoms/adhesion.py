@@ -7,12 +7,12 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact._util.files import PathName
 from ase_roughcontact.atoms.loading import AtomsPath
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.loading import PathFiles
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.validity import Validity
 
 
 def adhesion_loop(
@@ -22,10 +22,8 @@ def adhesion_loop(
     *,
     smallest_step: float | None = None,
     tolerance: float = 1e-3,
-    trajectory: PathName | None = None,
-    csv: PathName | None = None,
-    record: type[LoadStep] = LoadStep,
-    validity: str = "warn",
+    validity: str | Validity = "warn",
+    output: Output | None = None,
     callback: Callable[[LoadStep], Any] | None = None,
     **options: Any,
 ) -> AdhesionLoop:
@@ -67,17 +65,12 @@ def adhesion_loop(
     tolerance : float
         :math:`\epsilon`, dimensionless. The relative error of the pull-off force is at
         most about 1.5 times this.
-    trajectory : path, optional
-        ASE trajectory of snapshots, one per state.
-    csv : path, optional
-        CSV file of the results, one line per state.
-    record, validity
-        See `load_path`.
+    validity, output
+        See `load_path`. A loop is not resumed.
     callback : callable, optional
         Called with each state after it is written.
     **options
-        `optimizer`, `fmax`, `accuracy`, `max_steps`, `window`, `edge` and `hardness`;
-        see `load_path`.
+        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
 
     Returns
     -------
@@ -91,7 +84,7 @@ def adhesion_loop(
         range is infinite, the calculator has a load, or the indenter is not fixed.
     RuntimeError
         If the contact reaches the edge of a fixed window, or another run is writing
-        `trajectory`.
+        the trajectory.
     MemoryError
         If an automatic window does not fit into the available memory.
     OSError
@@ -119,7 +112,8 @@ def adhesion_loop(
     spacing of :math:`E^*/k`, 1 % with 1.25, 2 % with 1.4, 4 % with 1.7, 8 % with 2, and
     13 % with 2.5 times that; from 1.7 on the contact separates in several jumps.
     """
-    path = AtomsPath(atoms, "heights", record=record, **options)
+    validity = Validity(validity) if isinstance(validity, str) else validity
+    path = AtomsPath(atoms, "heights", hardness=validity.hardness, **options)
     load = atoms.calc.parameters["load"]
     if load:
         raise ValueError(
@@ -135,8 +129,8 @@ def adhesion_loop(
         step,
         smallest_step=smallest,
         tolerance=tolerance,
-        files=PathFiles(trajectory, csv, frames=path.frames),
-        validity=validity,
+        output=path.written(output),
+        validity=validity.action,
     ):
         path.show()
         states.append(state)

@@ -11,8 +11,7 @@ import numpy as np
 from ase import Atoms
 from ase.constraints import Hookean
 
-from ase_roughcontact._util.files import PathName
-from ase_roughcontact._util.validation import lookup, one_of
+from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
@@ -25,14 +24,11 @@ from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_for
-from ase_roughcontact.paths.loading import (
-    PathFiles,
-    follow_path,
-    targets_of,
-    warn_of_lost_slope,
-)
+from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import CONTROLS, StepOptions, Stepper
+from ase_roughcontact.paths.validity import Validity
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.regrid import GridChange
@@ -43,24 +39,15 @@ def load_path(
     penetrations: Sequence[float] | None = None,
     optimizer: Callable[..., Any] | None = None,
     fmax: float | None = None,
-    trajectory: PathName | None = None,
-    csv: PathName | None = None,
     *,
     heights: Sequence[float] | None = None,
     loads: Sequence[float] | None = None,
     accuracy: str | float = "normal",
     max_steps: int = 10_000,
     window: str | WindowOptions = "fixed",
-    edge: str = "raise",
-    keep: str = "all",
-    resume: bool = False,
-    record: type[LoadStep] = LoadStep,
-    hardness: float | None = None,
-    validity: str = "warn",
-    model: str | None = None,
-    refine: int | None = None,
-    coarsen: int | None = None,
-    spacing: str | None = None,
+    grid: str = "atoms",
+    validity: str | Validity = "warn",
+    output: Output | None = None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the atoms at one load after another.
 
@@ -78,11 +65,6 @@ def load_path(
         or `ActiveSet` for a hard wall.
     fmax : float, optional
         Tolerance of the force on every atom (eV/Å), instead of `accuracy`.
-    trajectory : path, optional
-        ASE trajectory of snapshots, one per step.
-    csv : path, optional
-        CSV file of the results, one line per step. When a path is resumed, lines of
-        steps before those in the trajectory are kept.
     accuracy : {"fast", "normal", "high"} or float
         Allowed relative error of force and area. For the model of atoms it sets a
         tolerance relative to the mean force on the atoms in contact, 1e-4 for each of
@@ -91,41 +73,25 @@ def load_path(
     max_steps : int
         Maximum number of steps for each run of the optimizer. A step takes several
         runs if its window is enlarged or its tolerance reduced.
-    window : {"fixed", "auto"} or WindowOptions
-        "fixed" keeps the window of the atoms. "auto", on a free half space, exchanges
-        it in place for a small one that contains all atoms that can touch at the step;
-        this needs a bounded indenter, such as `RoughSphere`. `WindowOptions` are
-        options of automatic windows.
-    edge : {"raise", "ignore"}
-        What to do if the wall acts on an atom at the edge of a fixed window of a free
-        half space, which is probably too small. It is not if the indenter ends there,
-        as a flat punch does.
-    keep : {"all", "last"}
-        Frames that the trajectory keeps. The last one is enough to resume.
-    resume : bool
-        Resume after the steps that `trajectory` already contains: they are yielded, but
-        not calculated, again. The path may have been extended at its end.
-    record : type
-        Class of the results: `LoadStep`, or a subclass with more columns.
-    hardness : float, optional
-        Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
-        for a solid that is elastic by intent, NaN if it is not known. By default that
-        of the element in `HARDNESS`, if the spacing is that of its crystal and the
-        solid is not a `Layer`, and else none.
-    validity : {"warn", "raise", "ignore"}
-        What to do if a step exceeds a limit of the model: a `ValidityWarning`, once for
-        each limit, an error after the step is written, or nothing. In any case the
-        column `validity` lists the limits.
-    model : {"atoms", "continuum"}, optional
-        The question: each grid point is an atom, or the grid is numerical. By default
-        the model of atoms, unless a grid is given.
-    refine, coarsen : int, optional
-        Grid for the continuum, in place of that chosen for the accuracy: exchange the
-        grid of the atoms first, in place, for one of the spacing divided by `refine` or
-        multiplied by `coarsen`. All else stays, but for the waves of the indenter that
-        a coarser grid can't resolve: they are left out, with a warning.
-    spacing : str, optional
-        The same as a text: ``"a0/2"`` or ``"2 a0"``.
+    window : {"fixed", "unchecked", "auto"} or WindowOptions
+        "fixed" keeps the window of the atoms; that the wall acts on an atom at the edge
+        of it in a free half space is an error, as the window is probably too small. It
+        is not if the indenter ends there, as a flat punch does: "unchecked". "auto", on
+        a free half space, exchanges the window in place for a small one that contains
+        all atoms that can touch at the step; this needs a bounded indenter, such as
+        `RoughSphere`. `WindowOptions` are options of automatic windows.
+    grid : str
+        "atoms": each grid point is an atom. Otherwise the grid is numerical, and the
+        continuum is asked for: on a spacing relative to that of the atoms, such as
+        ``"a0/2"`` or ``"2 a0"``, or with "continuum" on the one that the accuracy
+        needs. The grid of the atoms is exchanged first, in place. All else stays, but
+        for the waves of the indenter that a coarser grid can't resolve: they are left
+        out, with a warning.
+    validity : {"warn", "raise", "ignore"} or Validity
+        What to do if a step exceeds a limit of the model; `Validity` has the hardness
+        of the substrate, too.
+    output : Output, optional
+        Files (CSV, trajectory), resuming from them, and columns of your own.
 
     Yields
     ------
@@ -137,43 +103,41 @@ def load_path(
     ------
     ValueError
         If not exactly one path is given, it is empty or not finite, the indenter's
-        constraint does not fit it, a grid is given twice or its spacing is not relative
-        to a0, or the trajectory to resume from is damaged or of another path. With a
-        trajectory, if the indenter has no `todict`. With automatic windows, if the
+        constraint does not fit it, the grid is unknown, or the trajectory to resume
+        from is damaged or of another path. With a trajectory, if the indenter has no
+        `todict`. With automatic windows, if the
         indenter is not bounded, or its roughness not defined where atoms could touch.
     RuntimeError
-        If the contact reaches the edge of a fixed window, or another run is writing
-        `trajectory`. With ``validity="raise"``, if a step exceeds a limit of the model.
+        If the contact reaches the edge of a fixed window, or another run is writing the
+        trajectory. With ``validity="raise"``, if a step exceeds a limit of the model.
     MemoryError
         If an automatic window does not fit into the available memory.
     OSError
         If a file can't be written.
     """
-    files = PathFiles(trajectory, csv, keep, resume)
     control, targets = _single_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
-    if spacing is not None and GridChange.of(spacing=spacing) is None:
-        raise ValueError(f"spacing must be like 'a0/2' or '2 a0', got {spacing!r}")
-    given = GridChange.of(refine, coarsen, spacing)
-    one_of(("warn", "raise", "ignore"), validity=validity)
+    validity = Validity(validity) if isinstance(validity, str) else validity
     path = AtomsPath(
         atoms,
         control,
         optimizer,
-        grid=given,
-        continuum=_asks_for_continuum(model, given),
+        grid=grid,
+        hardness=validity.hardness,
         fmax=fmax,
         accuracy=accuracy,
         max_steps=max_steps,
         window=window,
-        edge=edge,
-        hardness=hardness,
-        record=record,
     )
-    warn_of_lost_slope(path.stepper, path.change, validity)
-    files = replace(files, frames=path.frames)
-    steps = follow_path(path.stepper, targets, files, validity, springs=path.springs)
+    warn_of_lost_slope(path.stepper, path.change, validity.action)
+    steps = follow_path(
+        path.stepper,
+        targets,
+        path.written(output),
+        validity.action,
+        springs=path.springs,
+    )
     return _shown(path, steps)
 
 
@@ -186,10 +150,9 @@ class AtomsPath:
         With a `RoughContact` calculator. They are moved.
     control : {"penetrations", "heights", "loads"}
     optimizer : callable, optional
-    grid : GridChange, optional
-    continuum : bool
-        Whether the continuum is asked for, and not the model of atoms.
+    grid : str
     hardness : float, optional
+        See `Validity`.
     **options
         Of `StepOptions`. For all of them see `load_path`.
 
@@ -209,25 +172,22 @@ class AtomsPath:
         control: str,
         optimizer: Callable[..., Any] | None = None,
         *,
-        grid: GridChange | None = None,
-        continuum: bool = False,
+        grid: str = "atoms",
         hardness: float | None = None,
         **options: Any,
     ) -> None:
         _check(atoms, control)
         lattice = SurfaceGrid.of(atoms)
         problem = problem_for(lattice, atoms.calc.parameters)
-        self.change = grid
-        if continuum and grid is None:
-            self.change = _grid(problem, lattice, options)
-        springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
-        self.springs = [_describe_spring(spring) for spring in springs]
         settings = StepOptions(
             # before the spacing is no more that of the crystal
             hardness=hardness_for(problem, atoms.symbols[0], hardness),
-            continuum=continuum,
+            continuum=grid != "atoms",
             **options,
         )
+        self.change = _grid_change(grid, problem, lattice, settings)
+        springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
+        self.springs = [_describe_spring(spring) for spring in springs]
         external = Indenter(atoms).springs_at if springs else None
         lost = 0.0
         if self.change:
@@ -249,6 +209,10 @@ class AtomsPath:
             replace(settings, relaxer=relaxer, lost_slope=lost),
             springs=external,
         )
+
+    def written(self, output: Output | None) -> Output:
+        """Return the output of the path, with frames of its atoms."""
+        return replace(output or Output(), frames=self.frames)
 
     def begin(self) -> None:
         """Start from the atoms as they are now."""
@@ -282,28 +246,26 @@ def _shown(
             path.show()
 
 
-def _asks_for_continuum(model: str | None, given: GridChange | None) -> bool:
-    if model is None:
-        return given is not None
-    continuum = lookup(model, {"atoms": False, "continuum": True}, "model")
-    if given and not continuum:
-        raise ValueError(
-            'another grid needs model = "continuum": that of the model of atoms is '
-            "their lattice"
-        )
-    return continuum
-
-
-def _grid(
-    problem: Problem, lattice: SurfaceGrid, options: dict[str, Any]
-) -> GridChange:
-    """Return the grid that the accuracy needs."""
+def _grid_change(
+    grid: str, problem: Problem, lattice: SurfaceGrid, options: StepOptions
+) -> GridChange | None:
+    """Return the grid of the continuum, None for the model of atoms."""
+    if grid == "atoms":
+        return None
+    if grid != "continuum":
+        change = GridChange.of(spacing=grid)
+        if change is None:
+            raise ValueError(
+                "grid must be 'atoms', 'continuum' or a spacing like 'a0/2' or '2 a0', "
+                f"got {grid!r}"
+            )
+        return change
     return grid_for(
-        accuracy_of(options.get("accuracy", "normal"), continuum=True).error,
+        accuracy_of(options.accuracy, continuum=True).error,
         problem.indenter,
         problem.wall,
         problem.spacing,
-        lattice.window if options.get("window") == "fixed" else None,
+        lattice.window if options.keeps_window else None,
     )
 
 

@@ -27,6 +27,7 @@ from ase_roughcontact.atoms.model import ContactModel, problem_for
 from ase_roughcontact.atoms.plastic_shape import kept_depth, set_kept_depth
 from ase_roughcontact.atoms.snapshot import kept_depth_of, pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import surface_atoms
+from ase_roughcontact.atoms.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.greens import Isotropic
@@ -146,6 +147,9 @@ class PathAtoms:
         return values.shape == (n, m) and np.allclose(
             values, state.displacement, rtol=0.0, atol=1e-9 * self.problem.spacing
         )
+
+    read = staticmethod(read_frames)
+    writer = staticmethod(trajectory_writer)
 
     def frame(self, stepper: Stepper, **info: Any) -> Atoms:
         """Return the frame of the last state of a path; see `snapshot`."""

@@ -17,9 +17,9 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
+from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import read_frames
 from ase_roughcontact.plot.files import save
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit

@@ -10,6 +10,7 @@ from pathlib import Path
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, write_map
+from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
     ERRORS,
@@ -21,7 +22,6 @@ from ase_roughcontact.cli.common import (
 from ase_roughcontact.cli.page import page
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.record import LoadStep, units_of
-from ase_roughcontact.paths.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for

@@ -11,15 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.instabilities import balanced, jumped, least_force
-from ase_roughcontact.paths.loading import Frames, PathFiles, frame_of
-from ase_roughcontact.paths.output import Write, open_output
+from ase_roughcontact.paths.output import Output, Write, open_output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
@@ -42,7 +40,7 @@ def follow_loop(
     *,
     smallest_step: float,
     tolerance: float = 1e-3,
-    files: PathFiles | None = None,
+    output: Output | None = None,
     validity: str = "warn",
 ) -> Generator[LoadStep, None, None]:
     """Approach and retract a contact; see `adhesion_loop` for the parameters.
@@ -53,7 +51,7 @@ def follow_loop(
         Its targets are heights.
     deepest, step, smallest_step, tolerance, validity
         See `adhesion_loop`.
-    files : PathFiles, optional
+    output : Output, optional
 
     Yields
     ------
@@ -65,12 +63,12 @@ def follow_loop(
         raise ValueError(
             f"smallest_step must not be larger than step {step}, got {smallest_step}"
         )
-    files, report = files or PathFiles(), ValidityReport(validity)
+    report = ValidityReport(validity)
     top, bottom = _end_heights(stepper, deepest)
-    output = open_output(files.trajectory, files.csv, stepper.options.record)
-    with output as (_, write):
+    output = output or Output()
+    with open_output(output, stepper) as (_, write):
         path = _AdaptivePath(
-            stepper, write, step, smallest_step, tolerance, report, files.frames
+            stepper, write, step, smallest_step, tolerance, report, output.record
         )
         yield from path.states(top + 0.5 * smallest_step, bottom)
 
@@ -102,7 +100,7 @@ class _AdaptivePath:
     smallest: float
     tolerance: float
     report: ValidityReport
-    frames: Frames | None
+    record: type[LoadStep]
 
     def __post_init__(self) -> None:
         problem = self.stepper.problem
@@ -113,7 +111,7 @@ class _AdaptivePath:
 
     def states(self, top: float, bottom: float) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""
-        yield self._accepted(self.stepper.step(0, top))
+        yield self._accepted(self.stepper.step(0, top, self.record))
         while self._last.height - bottom > _ROUNDING * self.smallest:
             yield self._moved_towards(max(self._last.height - self._size, bottom))
         self._least = min(self._last.normal_force, 0.0)
@@ -147,12 +145,12 @@ class _AdaptivePath:
         return height if force < known - self.tolerance * abs(force) else None
 
     def _relax(self, height: float) -> LoadStep:
-        return self.stepper.step(self._last.step + 1, height)
+        return self.stepper.step(self._last.step + 1, height, self.record)
 
     def _accepted(self, state: LoadStep) -> LoadStep:
         self._kept, self._last = self.stepper.state, state
         self._least = min(self._least, state.normal_force)
-        self.write(state, partial(frame_of, self.stepper, self.frames, state))
+        self.write(state)
         self.report(state.step, state.validity)
         return state
 

@@ -1,56 +1,114 @@
-"""Files of a path: a CSV file of results and a trajectory of frames."""
+"""Output of a path: its results, a CSV file of them and a trajectory of states."""
 
 from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
-from dataclasses import asdict
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from dataclasses import asdict, dataclass
 from itertools import chain, islice
 from pathlib import Path
-
-from ase import Atoms
+from typing import Any, Protocol
 
 from ase_roughcontact._util.files import PathName, locked, refuse_link, table_writer
+from ase_roughcontact._util.validation import one_of
+from ase_roughcontact.contact import State
 from ase_roughcontact.paths.record import LoadStep, columns_of
-from ase_roughcontact.paths.resume import FinishedSteps, PathDescription
-from ase_roughcontact.paths.trajectory import trajectory_writer
+from ase_roughcontact.paths.resume import FinishedSteps, Frame, PathDescription
+from ase_roughcontact.paths.step import Stepper
 
-# Writes the result of a step, and its frame, which is made only for a trajectory.
-Write = Callable[[LoadStep, Callable[[], Atoms]], None]
+# Writes the result of a step, and its frame with a description of the path.
+Write = Callable[..., None]
+
+
+class Frames(Protocol):
+    """Makes the frames of a trajectory, and reads states from them."""
+
+    def frame(self, stepper: Stepper, **info: Any) -> Frame:
+        """Return the frame of the last relaxed state."""
+        ...
+
+    def state(self, frame: Any) -> State:
+        """Return the state of a frame."""
+        ...
+
+    def read(self, file: PathName) -> Iterator[Frame]:
+        """Read one frame after another."""
+        ...
+
+    def writer(
+        self, file: PathName, keep: str, kept: int
+    ) -> AbstractContextManager[Callable[[Any], None]]:
+        """Open a file for frames, of which it keeps all or the last one."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """Results of a path, and the files to which they are written.
+
+    Attributes
+    ----------
+    csv : path, optional
+        CSV file of the results, one line per step, which is on disk before the next
+        step begins.
+    trajectory : path, optional
+        ASE trajectory of snapshots, one per step.
+    keep : {"all", "last"}
+        Frames that the trajectory keeps. The last one is enough to resume.
+    resume : bool
+        Resume after the steps that `trajectory` already contains: they are yielded, but
+        not calculated, again. The path may have been extended at its end. Lines of the
+        CSV file for steps before those in the trajectory are kept.
+    record : type
+        Class of the results: `LoadStep`, or a subclass with more columns.
+    frames : Frames, optional
+        What makes the frames of a trajectory; `load_path` sets it.
+
+    Raises
+    ------
+    ValueError
+        If `resume` is set without a trajectory, or `keep` is unknown.
+    TypeError
+        If `record` is not a dataclass of columns.
+    """
+
+    csv: PathName | None = None
+    trajectory: PathName | None = None
+    keep: str = "all"
+    resume: bool = False
+    record: type[LoadStep] = LoadStep
+    frames: Frames | None = None
+
+    def __post_init__(self) -> None:
+        """Check the options."""
+        if self.resume and self.trajectory is None:
+            raise ValueError("resume=True needs the trajectory to resume from")
+        one_of(("all", "last"), keep=self.keep)
+        columns_of(self.record)  # raises if it is not a class of results
 
 
 @contextmanager
 def open_output(
-    trajectory: PathName | None,
-    table: PathName | None,
-    record: type[LoadStep] = LoadStep,
-    *,
-    keep: str = "all",
-    path: PathDescription | None = None,
+    output: Output, stepper: Stepper, path: PathDescription | None = None
 ) -> Iterator[tuple[FinishedSteps, Write]]:
     """Open the files of a path.
 
     Parameters
     ----------
-    trajectory : path, optional
-        ASE trajectory of frames.
-    table : path, optional
-        CSV file. Its lines are on disk before the next step begins.
-    record : type
-        Class of the results.
-    keep : {"all", "last"}
-        Frames that the trajectory keeps.
+    output : Output
+    stepper : Stepper
+        Whose states are written.
     path : PathDescription, optional
-        Path to resume from the trajectory; None to start both files anew. The CSV file
-        keeps its lines for earlier steps.
+        Path to resume from the trajectory; None to start both files anew.
 
     Yields
     ------
     finished : FinishedSteps
         Steps from which the path is resumed.
     write : callable
-        Writes the result of a step, and its frame.
+        Called with the result of a step; writes it, and the frame of the last state
+        with `info` given by keyword.
 
     Raises
     ------
@@ -62,24 +120,28 @@ def open_output(
     OSError
         If a file can't be written, or is a symbolic link.
     """
-    finished, rows, frames = FinishedSteps(), None, None
+    finished, rows, add_frame = FinishedSteps(), None, None
+    frames, file, table = output.frames, output.trajectory, output.csv
     with ExitStack() as files:
-        if trajectory is not None:
-            refuse_link(trajectory)
-            files.enter_context(locked(trajectory))
+        if file is not None:
+            if frames is None:
+                raise ValueError("a trajectory needs frames: give Output(frames=...)")
+            refuse_link(file)
+            files.enter_context(locked(file))
             if path is not None:
-                finished = path.finished_steps(trajectory, keep, record)
+                read, keep = frames.read(file), output.keep
+                finished = path.finished_steps(read, file, keep, output.record)
             kept = len(finished.steps)
-            frames = files.enter_context(trajectory_writer(trajectory, keep, kept))
+            add_frame = files.enter_context(frames.writer(file, output.keep, kept))
         if table is not None:
             first = finished.steps[0].step if finished.steps else 0
             known = chain(_lines(table, first), map(asdict, finished.steps))
-            columns = list(columns_of(record))
+            columns = list(columns_of(output.record))
             rows = files.enter_context(table_writer(table, columns, known))
 
-        def write(step: LoadStep, make_frame: Callable[[], Atoms]) -> None:
-            if frames is not None:
-                frames(make_frame())
+        def write(step: LoadStep, **info: Any) -> None:
+            if frames is not None and add_frame is not None:
+                add_frame(frames.frame(stepper, load_step=asdict(step), **info))
             if rows is not None:
                 rows(asdict(step))
 

@@ -4,7 +4,7 @@ A column is one entry of `LoadStep`. The CSV file, the trajectory, JSON lines an
 of columns follow from it. A subclass adds columns: ::
 
     from dataclasses import dataclass
-    from ase_roughcontact import LoadStep, column, load_path
+    from ase_roughcontact import LoadStep, Output, column, load_path
 
     @dataclass(frozen=True)
     class MyStep(LoadStep):
@@ -12,7 +12,7 @@ of columns follow from it. A subclass adds columns: ::
             lambda s: float(s.state.gap.max()), "largest gap in the window", "Å"
         )
 
-    load_path(atoms, depths, record=MyStep, csv="curve.csv")
+    load_path(atoms, depths, output=Output(record=MyStep, csv="curve.csv"))
 """
 
 from __future__ import annotations

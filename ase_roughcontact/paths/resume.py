@@ -9,21 +9,26 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
-from ase import Atoms
 
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.identity import differences, digest
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import read_frames
 
 # Relative difference of targets that counts as rounding, as between the common part of
 # a path and of a longer one; near zero, relative to the neighbouring targets.
 _ROUNDING = 1e-12
+
+
+class Frame(Protocol):
+    """State of a path in a file, with all that was written with it."""
+
+    info: dict[str, Any]
 
 
 class OtherPathError(ValueError):
@@ -37,12 +42,12 @@ class FinishedSteps:
     Attributes
     ----------
     steps : list of LoadStep
-    frame : Atoms or None
+    frame : Frame or None
         Of the last step.
     """
 
     steps: list[LoadStep] = field(default_factory=list)
-    frame: Atoms | None = None
+    frame: Frame | None = None
 
 
 @dataclass(frozen=True)
@@ -71,13 +76,19 @@ class PathDescription:
         }
 
     def finished_steps(
-        self, file: PathName, keep: str, record: type[LoadStep]
+        self,
+        frames: Iterable[Frame],
+        file: PathName,
+        keep: str,
+        record: type[LoadStep],
     ) -> FinishedSteps:
         """Read the results of the steps in a trajectory, which must be of this path.
 
         Parameters
         ----------
+        frames : iterable of Frame
         file : path
+            From which they are read.
         keep : {"all", "last"}
             Frames that the trajectory keeps: with "last" it begins at any step.
         record : type
@@ -95,7 +106,7 @@ class PathDescription:
             If a frame is damaged.
         """
         steps, frame = list[LoadStep](), None
-        for frame in read_frames(file):
+        for frame in frames:
             expected = steps[-1].step + 1 if steps else None if keep == "last" else 0
             mismatch = self._mismatch(frame.info, expected)
             if mismatch:

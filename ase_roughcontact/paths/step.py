@@ -14,7 +14,7 @@ from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.extrapolation import Extrapolation
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.record import LoadStep, Step
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
 from ase_roughcontact.paths.resume import describe_system
 from ase_roughcontact.solvers.default import default_relaxer
@@ -62,12 +62,10 @@ class StepOptions:
     ----------
     relaxer : Relaxer, optional
         By default that of the recommended solver for the wall.
-    fmax, accuracy, max_steps, window, edge
+    fmax, accuracy, max_steps, window
         See `load_path`.
     hardness : float
         Hardness with which pressures are compared; infinity or NaN for none (pressure).
-    record : type
-        Class of the results.
     continuum : bool
         Whether the continuum is asked for, and not the model of atoms.
     lost_slope : float
@@ -84,22 +82,23 @@ class StepOptions:
     accuracy: str | float = "normal"
     max_steps: int = 10_000
     window: str | WindowOptions = "fixed"
-    edge: str = "raise"
     hardness: float = math.nan
-    record: type[LoadStep] = LoadStep
     continuum: bool = False
     lost_slope: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the options."""
-        one_of(("raise", "ignore"), edge=self.edge)
         if not isinstance(self.window, WindowOptions):
-            one_of(("fixed", "auto"), window=self.window)
+            one_of(("fixed", "unchecked", "auto"), window=self.window)
         if self.fmax is not None:
             positive(fmax=self.fmax)
         integer("max_steps", self.max_steps, 1)
         accuracy_of(self.accuracy, self.continuum)
-        columns_of(self.record)  # raises if it is not a class of results
+
+    @property
+    def keeps_window(self) -> bool:
+        """Whether the window is that of the first state."""
+        return self.window in ("fixed", "unchecked")
 
 
 class Stepper:
@@ -157,10 +156,11 @@ class Stepper:
         self.windows: AutoWindow | FixedWindow
         self.contact: Contact
         self._contact_window: Box | None = None
-        if options.window == "fixed" or problem.periodic:
+        if options.keeps_window or problem.periodic:
             self._set_contact(window, {})
+            checked = options.window != "unchecked"
             self.windows = FixedWindow(
-                problem, window, options.edge, self.contact.first_contact
+                problem, window, checked, self.contact.first_contact
             )
         else:
             automatic = options.window
@@ -172,7 +172,12 @@ class Stepper:
         self.state: State = start
         self.run: Run | None = None
 
-    def step(self, number: int, target: float) -> LoadStep:
+    def step(
+        self,
+        number: int,
+        target: float,
+        record: type[Step] = LoadStep,  # type: ignore[assignment]
+    ) -> Step:
         """Relax the contact at a target, in windows enlarged until they suffice.
 
         Parameters
@@ -181,18 +186,21 @@ class Stepper:
             Number of the step, for its result.
         target : float
             Penetration or height (length), or load (force).
+        record : type
+            Class of the result.
 
         Returns
         -------
         LoadStep
+            Of this class.
         """
         relaxed = self._relaxed(number, target)
-        record = self.options.record.of(relaxed)
+        result = record.of(relaxed)
         fields = relaxed.state
         if self.problem.wall.permanent and fields.plastic_atoms:
             history = {PLASTIC_DEPTH: fields.plastic_depth}
             self.state = replace(self.state, history=history)
-        return record
+        return result
 
     def restart_from(self, state: State, target: float | None = None) -> None:
         """Continue from a state, as if a step had ended there.

@@ -1,5 +1,7 @@
 """Warnings and errors about steps outside of the validity of the model."""
 
+from dataclasses import dataclass
+
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.paths.limits import failed_checks
@@ -7,6 +9,37 @@ from ase_roughcontact.paths.limits import failed_checks
 
 class ValidityWarning(UserWarning):
     """A result is outside of the validity of the model."""
+
+
+@dataclass(frozen=True)
+class Validity:
+    """What to do if a step exceeds a limit of the model.
+
+    In any case the column `validity` lists the limits.
+
+    Attributes
+    ----------
+    action : {"warn", "raise", "ignore"}
+        A `ValidityWarning`, once for each limit, an error after the step is written, or
+        nothing.
+    hardness : float, optional
+        Hardness of the substrate, with which pressures are compared (eV/Å^3): infinity
+        for a solid that is elastic by intent, NaN if it is not known. By default that
+        of the element in `HARDNESS`, if the spacing is that of its crystal and the
+        solid is not a `Layer`, and else none.
+
+    Raises
+    ------
+    ValueError
+        If the action is unknown.
+    """
+
+    action: str = "warn"
+    hardness: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the action."""
+        one_of(("warn", "raise", "ignore"), validity=self.action)
 
 
 class ValidityReport:
@@ -23,8 +56,7 @@ class ValidityReport:
     """
 
     def __init__(self, action: str) -> None:
-        one_of(("warn", "raise", "ignore"), validity=action)
-        self._action = action
+        self._action = Validity(action).action
         self._reported: set[str] = set()
 
     def __call__(self, number: int, validity: str) -> None:

@@ -22,7 +22,7 @@ from ase_roughcontact.paths.cantilever import (
 )
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, default_step, follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.loading import PathFiles
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
@@ -117,11 +117,11 @@ class Loop(PathKind):
         )
 
     def run(
-        self, bodies: Bodies, stepper: Stepper, files: PathFiles, validity: str = "warn"
+        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
         """Approach and retract; see `follow_loop`."""
         options = self.options(bodies)
-        return follow_loop(stepper, **options, files=files, validity=validity)
+        return follow_loop(stepper, **options, output=output, validity=validity)
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""

@@ -18,7 +18,8 @@ from ase_roughcontact._util.validation import (
     lookup,
 )
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.loading import PathFiles, follow_path, targets_of
+from ase_roughcontact.paths.loading import follow_path, targets_of
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.section import Quantities, Section, kind_of, lengths
@@ -161,11 +162,11 @@ class PathKind(Section):
         return ""
 
     def run(
-        self, bodies: Bodies, stepper: Stepper, files: PathFiles, validity: str = "warn"
+        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
         """Relax one state after another; see `follow_path`."""
         targets = targets_of(stepper.control, self.targets(bodies))
-        return follow_path(stepper, targets, files, validity, springs=[])
+        return follow_path(stepper, targets, output, validity, springs=[])
 
     def extremes(
         self, bodies: Bodies, states: Sequence[LoadStep]

@@ -27,7 +27,7 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.loading import PathFiles
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.scene.fit_parameters import (
     FREE,
@@ -233,7 +233,7 @@ class Residuals:
         stepper = trial.stepper(trial.frames())
         derivatives = ForceDerivatives(scene, self._free, self._with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
-        for state in path.run(trial, stepper, PathFiles(), "ignore"):
+        for state in path.run(trial, stepper, Output(), "ignore"):
             states.append(state)
             rows[state.step] = derivatives.of(stepper)[0]
         loop = path.result(trial, states)

@@ -24,12 +24,8 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
 from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
-from ase_roughcontact.paths.loading import (
-    PathFiles,
-    follow_path,
-    targets_of,
-    warn_of_lost_slope,
-)
+from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
+from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
@@ -298,17 +294,13 @@ class Scene(Bodies):
         """Return the atoms of the path, which are made when they are needed."""
         return ProblemAtoms(*self._on_grid, self.symbol, self.path.control != "load")
 
-    def stepper(
-        self, frames: ProblemAtoms, record: type[LoadStep] = LoadStep
-    ) -> Stepper:
+    def stepper(self, frames: ProblemAtoms) -> Stepper:
         """Return what relaxes the steps of the path.
 
         Parameters
         ----------
         frames : ProblemAtoms
             Atoms on which an optimizer of ASE works.
-        record : type
-            Class of the results.
 
         Returns
         -------
@@ -322,7 +314,6 @@ class Scene(Bodies):
             max_steps=self.max_steps,
             window=self.window,
             hardness=hardness_for(self.lattice[0], self.symbol, self.hardness),
-            record=record,
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
         )
@@ -418,20 +409,20 @@ class Scene(Bodies):
         validity, record
             See `load_path`.
         **files
-            Files of the path; see `PathFiles`.
+            Files of the path; see `Output`.
 
         Returns
         -------
         generator of LoadStep
         """
         frames = self.frames()
-        written = PathFiles(**files, frames=frames)
-        stepper = self.stepper(frames, record)
+        output = Output(**files, record=record, frames=frames)
+        stepper = self.stepper(frames)
         warn_of_lost_slope(stepper, self.grid_change, validity)
         if targets is None:
-            return self.path.run(self, stepper, written, validity)
+            return self.path.run(self, stepper, output, validity)
         targets = targets_of(self.control, targets)
-        return follow_path(stepper, targets, written, validity, springs=[])
+        return follow_path(stepper, targets, output, validity, springs=[])
 
     def run(
         self, folder: str | Path, validity: str = "warn", text: str | None = None

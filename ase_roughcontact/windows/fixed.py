@@ -19,17 +19,17 @@ class FixedWindow:
     ----------
     problem : Problem
     window : Box
-    edge : {"raise", "ignore"}
-        What to do if the wall acts on an atom at the edge of the window of a free half
+    checked : bool
+        Whether the wall may not act on an atom at the edge of the window of a free half
         space.
     first_contact : float
         Height at which the indenter begins to repel the flat substrate (length).
     """
 
     def __init__(
-        self, problem: Problem, window: Box, edge: str, first_contact: float
+        self, problem: Problem, window: Box, checked: bool, first_contact: float
     ) -> None:
-        self._problem, self._window, self._edge = problem, window, edge
+        self._problem, self._window, self._checked = problem, window, checked
         self.first_contact = first_contact
 
     def choose(self, state: State, support: Support) -> State:
@@ -43,7 +43,7 @@ class FixedWindow:
         self, state: State, fields: ContactState, contact: Contact, support: Support
     ) -> None:
         """Raise `RuntimeError` if the wall acts at the edge."""
-        if self._edge == "ignore" or self._problem.periodic:
+        if not self._checked or self._problem.periodic:
             return
         acts = fields.pressure != 0.0
         if at_edge(acts):
@@ -52,7 +52,7 @@ class FixedWindow:
                 "window='auto', scenes: shape = 'auto')"
             )
             if not isinstance(self._problem.indenter, RoughSphere):
-                advice += " (or edge='ignore' if the indenter ends there)"
+                advice += " (or window='unchecked' if the indenter ends there)"
             raise RuntimeError(
                 "the contact or its attraction has reached the edge of the window of "
                 f"{acts.shape} atoms: {advice}"

@@ -62,21 +62,16 @@ SETTINGS = {
     },
     "cell": {"2": {}, "3": {}, "4": {}, "exact": {}},
     "adhesive cell": {"2": {}, "3": {}, "4": {}, "6": {}, "exact": {}},
-    "grid": {
-        "a0": {"refine": 1},
-        "a0/2": {"refine": 2},
-        "a0/4": {"refine": 4},
-        "a0/8": {"refine": 8},
-    },
+    "grid": {grid: {"grid": grid} for grid in ("a0", "a0/2", "a0/4", "a0/8")},
     "levels": {
         **{name: {"accuracy": name} for name in ("fast", "normal", "high")},
-        "a0/4": {"refine": 4, "accuracy": 1e-6},
-        "a0/8": {"refine": 8, "accuracy": 1e-6},
+        "a0/4": {"grid": "a0/4", "accuracy": 1e-6},
+        "a0/8": {"grid": "a0/8", "accuracy": 1e-6},
     },
 }
 SETTINGS["adhesion"] = {
     **SETTINGS["levels"],
-    "a0/16": {"refine": 16, "accuracy": 1e-6},
+    "a0/16": {"grid": "a0/16", "accuracy": 1e-6},
 }
 # Grids from which limits are extrapolated, and all that others are compared with.
 GRIDS = ("a0/4", "a0/8", "a0/16")
@@ -117,7 +112,7 @@ def calculate(study, wall, radius, slope, hurst, seed, contact, setting):
     options = dict(SETTINGS[study][setting], window="fixed" if cell else "auto")
     column = "contact_area"
     if study in ("grid", "levels", "adhesion"):
-        options["model"] = "continuum"
+        options.setdefault("grid", "continuum")
         if setting not in REFERENCES or by_edge(study, wall):
             column = "continuum_area"
     side = int(2 * contact * cell) if cell else 8

@@ -37,7 +37,7 @@ def steps(shape, slope, hurst, seed, spacing):
     )
     atoms.calc = RoughContact(surface, 1.0, HardWall())
     window = "fixed" if flat else "auto"
-    grid = {"model": "continuum", "refine": 1, "accuracy": 1e-4}
+    grid = {"grid": "a0", "accuracy": 1e-4}
     return list(load_path(atoms, loads=loads, window=window, validity="ignore", **grid))
 
 

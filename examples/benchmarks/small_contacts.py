@@ -63,7 +63,7 @@ def step_time(wall, sphere, size, load):
     atoms = substrate("Cu", (size, size), sphere, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(sphere, 1.0, wall)
     times, start = [], time.process_time()
-    for _ in load_path(atoms, loads=load * 0.97 ** np.arange(20), edge="ignore"):
+    for _ in load_path(atoms, loads=load * 0.97 ** np.arange(20), window="unchecked"):
         times.append(time.process_time() - start)
         start = time.process_time()
     return 1e3 * np.median(times[1:])

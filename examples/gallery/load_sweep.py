@@ -12,9 +12,11 @@ from ase.io import read, write
 from ase.units import GPa, J, m
 
 from ase_roughcontact import (
+    Output,
     RoughContact,
     RoughSphere,
     SelfAffine,
+    Validity,
     load_path,
     substrate,
     theory,
@@ -38,8 +40,8 @@ atoms.calc = RoughContact(sphere, modulus)
 
 loads = RADIUS * np.geomspace(0.01, 1.0, 7) * nanonewton
 # copper would not bear these pressures: an infinite hardness makes it elastic by intent
-files = {"trajectory": "sweep-steps.traj"}
-path = load_path(atoms, loads=loads, window="auto", hardness=np.inf, **files)
+elastic, output = Validity(hardness=np.inf), Output(trajectory="sweep-steps.traj")
+path = load_path(atoms, loads=loads, window="auto", validity=elastic, output=output)
 area = np.array([step.contact_area for step in path])
 
 # %%

@@ -20,6 +20,7 @@ from ase_roughcontact import (
     HeightMap,
     LennardJones93,
     NewtonKrylov,
+    Output,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -297,5 +298,5 @@ def test_every_process_of_a_parallel_run_has_the_results(tmp_path, monkeypatch, 
     assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-6)
     movie = tmp_path / "sweep.traj"
     atoms = make_atoms((12, 12))
-    (step,) = load_path(atoms, heights=[0.6], trajectory=movie)
+    (step,) = load_path(atoms, heights=[0.6], output=Output(trajectory=movie))
     assert read(movie, parallel=False).info["load_step"]["energy"] == step.energy

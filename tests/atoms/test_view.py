@@ -10,6 +10,7 @@ from ase_roughcontact import (
     ExponentialWall,
     LennardJones93,
     NewtonKrylov,
+    Output,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -48,7 +49,7 @@ def automatic(tmp_path):
     atoms = substrate("Cu", (8, 8), LARGE, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(LARGE, MODULUS)
     movie = tmp_path / "sweep.traj"
-    list(load_path(atoms, loads=[0.01], window="auto", trajectory=movie))
+    list(load_path(atoms, loads=[0.01], window="auto", output=Output(trajectory=movie)))
     return read(movie, 0)
 
 

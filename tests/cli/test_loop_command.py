@@ -10,9 +10,9 @@ from small_scene import LOOP, SMALL
 
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.atoms.trajectory import count_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.cantilever import cantilever_curve
-from ase_roughcontact.paths.trajectory import count_steps
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.loop import write_curve
 

@@ -13,6 +13,7 @@ from ase_roughcontact import (
     Heterogeneity,
     LennardJones93,
     NewtonKrylov,
+    Output,
     PlasticWall,
     Problem,
     RoughContact,
@@ -38,7 +39,7 @@ WALLS = {
 WINDOW = Box((-16, -16), (32, 32))
 
 
-IGNORE = StepOptions(edge="ignore")
+IGNORE = StepOptions(window="unchecked")
 
 
 def problem(wall="hard", **options):
@@ -54,14 +55,12 @@ def atoms_of(wall, fixed, periodic=False):
 
 
 @pytest.mark.parametrize("wall", WALLS)
-@pytest.mark.parametrize("window", ["fixed", "auto"])
+@pytest.mark.parametrize("window", ["unchecked", "auto"])
 def test_arrays_and_atoms_give_the_same_bits(wall, window):
     loads = [0.5, 5.0, 20.0, 2.0]
-    options = StepOptions(window=window, edge="ignore")
+    options = StepOptions(window=window)
     stepper = Stepper(problem(wall), "loads", WINDOW, options)
-    path = load_path(
-        atoms_of(wall, fixed=False), loads=loads, window=window, edge="ignore"
-    )
+    path = load_path(atoms_of(wall, fixed=False), loads=loads, window=window)
     for number, step in enumerate(path):
         other = stepper.step(number, loads[number])
         for name in ("height", "normal_force", "contact_area", "energy", "pairs"):
@@ -155,7 +154,7 @@ def test_atoms_on_a_coarser_grid_are_those_of_the_state(shape):
     atoms = substrate("Cu", shape, sphere, spacing=1.0)
     atoms.calc = RoughContact(sphere, 1.0)
     path = load_path(
-        atoms, penetrations=[0.5, 1.6], window="auto", coarsen=2, validity="ignore"
+        atoms, penetrations=[0.5, 1.6], window="auto", grid="2 a0", validity="ignore"
     )
     for step in path:
         fresh = atoms.copy()
@@ -165,8 +164,8 @@ def test_atoms_on_a_coarser_grid_are_those_of_the_state(shape):
 
 def test_a_path_starts_from_the_atoms_as_they_are_when_it_is_iterated():
     atoms = atoms_of("repulsive", fixed=True)
-    down = load_path(atoms, penetrations=[0.5, 1.0], edge="ignore")
-    up = load_path(atoms, penetrations=[-0.5], edge="ignore")
+    down = load_path(atoms, penetrations=[0.5, 1.0], window="unchecked")
+    up = load_path(atoms, penetrations=[-0.5], window="unchecked")
     list(down)
     (last,) = up
     assert atoms.get_potential_energy() == pytest.approx(last.energy, abs=1e-9)
@@ -197,16 +196,16 @@ def test_after_an_error_atoms_are_in_the_last_relaxed_state(optimizer):
 
 def test_forces_of_the_wall_bound_the_tolerance_of_any_optimizer():
     atoms = atoms_of("repulsive", fixed=True)
-    (step,) = load_path(atoms, [1.0], FIRE, fmax=50.0, edge="ignore")
+    (step,) = load_path(atoms, [1.0], FIRE, fmax=50.0, window="unchecked")
     assert not step.converged
     assert "fmax" in step.message
 
 
 def test_a_finished_path_that_is_resumed_sets_the_load(tmp_path):
-    options = {"loads": [1.0, 2.0], "trajectory": tmp_path / "a.traj", "resume": True}
+    options = {"output": Output(trajectory=tmp_path / "a.traj", resume=True)}
     for _ in range(2):
         atoms = atoms_of("repulsive", fixed=False)
-        list(load_path(atoms, window="auto", **options))
+        list(load_path(atoms, loads=[1.0, 2.0], window="auto", **options))
         assert atoms.calc.parameters["load"] == 2.0
         assert atoms.calc.get_property("normal_force", atoms) == pytest.approx(2.0)
         assert abs(atoms.get_forces()[-1, 2]) < 1e-3
@@ -220,7 +219,7 @@ def test_own_ways_of_a_subclass_are_used():
             type(self).runs += 1
             super().__init__(atoms, **options)
 
-    list(load_path(atoms_of("repulsive", True), [0.5], Counting, edge="ignore"))
+    list(load_path(atoms_of("repulsive", True), [0.5], Counting, window="unchecked"))
     assert Counting.runs > 0
 
 
@@ -235,8 +234,8 @@ def test_springs_are_refused_before_the_first_step_where_a_solver_has_none():
 def test_a_frame_of_a_path_keeps_the_plastic_shape(tmp_path):
     movie, depths = tmp_path / "a.traj", [1.0, 1.5, 0.8, 1.2]
     atoms = atoms_of("plastic", fixed=True)
-    options = {"edge": "ignore", "validity": "ignore"}
-    whole = list(load_path(atoms, depths, trajectory=movie, **options))
+    options = {"window": "unchecked", "validity": "ignore"}
+    whole = list(load_path(atoms, depths, output=Output(trajectory=movie), **options))
     frame = read(movie, 1)
     frame.calc = RoughContact(SPHERE, 1.0, WALLS["plastic"])
     assert frame.calc.get_property("normal_force", frame) == pytest.approx(

@@ -8,6 +8,7 @@ import pytest
 from ase_roughcontact import (
     HardWall,
     Interaction,
+    Output,
     RoughContact,
     RoughSphere,
     load_path,
@@ -51,7 +52,9 @@ def relaxed(periodic, wall, trajectory=None, **solid):
         "Cu", (24, 20), SPHERE, spacing=1.0, periodic=periodic, fixed=False
     )
     atoms.calc = RoughContact(SPHERE, interaction=wall, **solid)
-    path = load_path(atoms, loads=[5.0, 20.0], fmax=1e-9, trajectory=trajectory)
+    path = load_path(
+        atoms, loads=[5.0, 20.0], fmax=1e-9, output=Output(trajectory=trajectory)
+    )
     return list(path), atoms.calc.state(atoms)
 
 
@@ -91,7 +94,14 @@ def test_a_path_on_another_solid_is_not_resumed(tmp_path):
     atoms = substrate("Cu", (24, 20), SPHERE, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(SPHERE, interaction=HardWall(), solid=Coated(1.0, 2.0))
     with pytest.raises(ValueError, match="stiffness"):
-        list(load_path(atoms, loads=[5.0], fmax=1e-9, trajectory=file, resume=True))
+        list(
+            load_path(
+                atoms,
+                loads=[5.0],
+                fmax=1e-9,
+                output=Output(trajectory=file, resume=True),
+            )
+        )
 
 
 def test_contact_modulus_and_solid_exclude_each_other():

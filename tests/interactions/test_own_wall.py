@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from ase.units import GPa
 from small_scene import SMALL
+from written_path import written_path
 
 from ase_roughcontact import (
     HardWall,
     Interaction,
     RoughContact,
     RoughSphere,
-    load_path,
     substrate,
 )
 from ase_roughcontact.cli import main
@@ -57,7 +57,7 @@ def path(wall, depths, **files):
     sphere = RoughSphere(radius=40.0)
     atoms = substrate("Cu", (24, 24), sphere, spacing=1.0)
     atoms.calc = RoughContact(sphere, 1.0, wall)
-    return list(load_path(atoms, depths, **files))
+    return list(written_path(atoms, depths, **files))
 
 
 def test_scene_file_makes_the_wall_from_its_parameters():

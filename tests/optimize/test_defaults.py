@@ -115,7 +115,9 @@ def test_the_default_optimizer_depends_on_the_wall(wall, solver, other):
     def iterations(optimizer):
         atoms = substrate("Cu", (24, 24), SPHERE, spacing=1.0)
         atoms.calc = RoughContact(SPHERE, 1.0, wall)
-        (record,) = load_path(atoms, heights=[0.3], optimizer=optimizer, edge="ignore")
+        (record,) = load_path(
+            atoms, heights=[0.3], optimizer=optimizer, window="unchecked"
+        )
         assert record.converged
         return record.iterations, record.pairs
 

@@ -86,7 +86,7 @@ def test_corrected_area_of_plastic_contact_is_at_least_load_over_hardness():
         assert corrected < step.normal_force / 0.02 == step.continuum_area
         assert step.continuum_area == pytest.approx(limit.continuum_area, rel=0.02)
         assert step.contact_area > 1.02 * limit.continuum_area
-    (light, *_) = steps_on_flat(PlasticWall(0.02), 1.0, loads[:1], model="continuum")
+    (light, *_) = steps_on_flat(PlasticWall(0.02), 1.0, loads[:1], grid="continuum")
     assert light.continuum_area == light.normal_force / 0.02
 
 
@@ -98,7 +98,7 @@ def test_area_under_a_wall_of_finite_stiffness_needs_no_correction():
 
 def test_area_by_the_edge_where_the_continuum_is_asked_for():
     """Exact within 1 % on the grid of a0, where that by the perimeter is within 4 %."""
-    options = {"model": "continuum", "refine": 1, "accuracy": 1e-6}
+    options = {"grid": "a0", "accuracy": 1e-6}
     areas = [
         [step.continuum_area for step in steps_on_flat("hard", spacing, **options)]
         for spacing in (1.0, 0.5, 0.25)
@@ -123,7 +123,7 @@ def test_area_by_the_edge_under_walls_with_attraction_or_hardness(wall):
             (step.continuum_area, step.area_error, step.height, step.height_error)
             for spacing in (1.0, 0.5, 0.125)
             for step in steps_on_flat(
-                wall, spacing, LOADS[1:2], model="continuum", refine=1, accuracy=1e-4
+                wall, spacing, LOADS[1:2], grid="a0", accuracy=1e-4
             )
         ]
     )
@@ -133,10 +133,10 @@ def test_area_by_the_edge_under_walls_with_attraction_or_hardness(wall):
 
 
 def test_estimate_of_the_error_is_that_of_the_edge():
-    (step, *_) = steps_on_flat("hard", 0.5, model="continuum", refine=1)
+    (step, *_) = steps_on_flat("hard", 0.5, grid="a0")
     at_edge = 0.006 * step.perimeter * 0.5 + 0.125
     assert at_edge < step.area_error < at_edge + 0.03 * step.continuum_area
-    (coarse, *_) = steps_on_flat("hard", 1.0, model="continuum", coarsen=2)
+    (coarse, *_) = steps_on_flat("hard", 1.0, grid="2 a0")
     assert coarse.area_error > 0.042 * coarse.perimeter * 2.0
     (of_atoms, *_) = steps_on_flat("hard", 0.5)
     assert of_atoms.area_error < 1e-3 * of_atoms.contact_area

@@ -87,7 +87,7 @@ def test_grid_height_on_an_incompressible_layer_on_a_rigid_base(layer):
     for spacing in (1.0, 0.5, 0.25):
         atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
         atoms.calc = RoughContact(sphere, interaction=HardWall(), solid=solid)
-        grid = {"model": "continuum", "refine": 1, "accuracy": 1e-5}
+        grid = {"grid": "a0", "accuracy": 1e-5}
         options = {"window": "auto", "validity": "ignore", **grid}
         (step,) = load_path(atoms, loads=[10.0], **options)
         found.append((step.height, step.height_error))
@@ -98,8 +98,8 @@ def test_grid_height_on_an_incompressible_layer_on_a_rigid_base(layer):
 
 @pytest.mark.parametrize("wall", WALLS)
 def test_grid_is_an_error_of_the_continuum_only(wall):
-    atoms, coarse = relaxed(wall), relaxed(wall, refine=1)
-    fine = relaxed(wall, refine=4)
+    atoms, coarse = relaxed(wall), relaxed(wall, grid="a0")
+    fine = relaxed(wall, grid="a0/4")
     assert coarse.height == pytest.approx(atoms.height, abs=1e-6)
     assert coarse.contact_area == atoms.contact_area
     assert atoms.height_error < 1e-3 * coarse.height_error
@@ -110,7 +110,7 @@ def test_grid_is_an_error_of_the_continuum_only(wall):
 
 
 def test_grid_height_counts_the_forces_of_attraction():
-    coarse, fine = (relaxed("adhesive", refine=n) for n in (1, 4))
+    coarse, fine = (relaxed("adhesive", grid=f"a0/{n}") for n in (1, 4))
     error = abs(coarse.height - fine.height)
     assert 0.5 * error < coarse.height_error < 3.0 * error
 
@@ -130,7 +130,7 @@ def test_end_of_the_attraction_between_points_is_an_error(radius, wall, load):
         sphere = RoughSphere(radius)
         atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
         atoms.calc = RoughContact(sphere, 1.0, wall)
-        grid = {"model": "continuum", "refine": refine, "validity": "ignore"}
+        grid = {"grid": f"a0/{refine}", "validity": "ignore"}
         (step,) = load_path(atoms, loads=[load], window="auto", **grid)
         return step
 
@@ -184,7 +184,7 @@ def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
     assert periodic.area_error > 0.5 * area
 
 
-def on_smooth_sphere(wall, loads, radius=RADIUS, cell=0, refine=None):
+def on_smooth_sphere(wall, loads, radius=RADIUS, cell=0, grid="atoms"):
     """Steps at the loads of contacts of given radii by Hertz."""
     sphere, side = RoughSphere(radius), cell or 8
     atoms = substrate(
@@ -194,7 +194,7 @@ def on_smooth_sphere(wall, loads, radius=RADIUS, cell=0, refine=None):
     loads = [Hertz(radius, 1.0).force(contact) for contact in loads]
     window = "fixed" if cell else "auto"
     return list(
-        load_path(atoms, loads=loads, refine=refine, window=window, validity="ignore")
+        load_path(atoms, loads=loads, grid=grid, window=window, validity="ignore")
     )
 
 
@@ -227,7 +227,7 @@ def test_error_of_the_area_is_at_most_the_cell():
 
 def test_soft_wall_on_a_coarse_grid_is_as_wrong_as_its_stiffness_says():
     wall, contacts = LennardJones93.repulsive(4.0, 1.0), np.arange(6.0, 13.0)
-    coarse, fine = (on_smooth_sphere(wall, contacts, refine=n) for n in (1, 4))
+    coarse, fine = (on_smooth_sphere(wall, contacts, grid=f"a0/{n}") for n in (1, 4))
     error, estimate = (
         sum(step.continuum_area for step in coarse)
         - sum(step.continuum_area for step in fine),
@@ -246,13 +246,13 @@ def test_cell_of_a_flat_surface_is_no_error():
 
 
 def test_waves_that_a_coarse_grid_loses_are_an_error_of_the_area():
-    fine, coarse = (relaxed("hard", coarsen=n) for n in (2, 4))
+    fine, coarse = (relaxed("hard", grid=f"{n} a0") for n in (2, 4))
     lost = 0.3 * coarse.contact_area
     assert coarse.area_error > fine.area_error + 0.8 * lost
 
 
 def test_errors_out_of_contact_are_zero():
-    step = relaxed("repulsive", fixed=True, heights=[20.0], refine=1)
+    step = relaxed("repulsive", fixed=True, heights=[20.0], grid="a0")
     assert (step.area_error, step.force_error, step.height_error) == (0.0, 0.0, 0.0)
     assert 0.0 < step.penetration_error < 0.05
 
@@ -260,11 +260,13 @@ def test_errors_out_of_contact_are_zero():
 @pytest.mark.parametrize("refine", [1, 2])
 def test_error_at_a_penetration_counts_the_lowest_point_of_the_grid(refine):
     at_depth, exact = (
-        relaxed("hard", fixed=True, penetrations=[1.0], refine=n) for n in (refine, 8)
+        relaxed("hard", fixed=True, penetrations=[1.0], grid=f"a0/{n}")
+        for n in (refine, 8)
     )
     error = abs(at_depth.normal_force - exact.normal_force)
     assert error < 2.0 * at_depth.force_error < 0.1 * exact.normal_force
-    at_height = relaxed("hard", fixed=True, heights=[at_depth.height], refine=refine)
+    grid = f"a0/{refine}"
+    at_height = relaxed("hard", fixed=True, heights=[at_depth.height], grid=grid)
     assert at_height.force_error < at_depth.force_error
 
 
@@ -303,7 +305,8 @@ def test_nine_of_ten_errors_of_the_grid_are_within_twice_the_estimate(control):
     errors = defaultdict(list)
     for wall, seed in product(WALLS, range(40, 66)):
         target = {"fixed": True, "heights": [-0.3]} if control == "heights" else {}
-        one, fine, finest = (relaxed(wall, seed, refine=n, **target) for n in (1, 4, 8))
+        grids = ("a0", "a0/4", "a0/8")
+        one, fine, finest = (relaxed(wall, seed, grid=g, **target) for g in grids)
         area = 2.0 * finest.contact_area - fine.contact_area
         errors["area"].append((abs(one.continuum_area - area), one.area_error))
         if control == "loads":
@@ -330,7 +333,7 @@ def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
         for spacing in (1.0, 0.5, 0.25):
             atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
             atoms.calc = RoughContact(sphere, interaction=HardWall(), solid=solid)
-            grid = {"model": "continuum", "refine": 1, "accuracy": 1e-5}
+            grid = {"grid": "a0", "accuracy": 1e-5}
             options = {"window": "auto", "validity": "ignore", **grid}
             (step,) = load_path(atoms, loads=[load], **options)
             found.append((step.height, step.height_error))
@@ -342,8 +345,8 @@ def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
 @pytest.mark.parametrize(
     "column, grid",
     [
-        ("contact_area", {"model": "atoms"}),
-        ("continuum_area", {"model": "continuum", "refine": 1}),
+        ("contact_area", {"grid": "atoms"}),
+        ("continuum_area", {"grid": "a0"}),
     ],
 )
 def test_error_and_mean_pressure_are_those_of_the_area_asked_for(column, grid):
@@ -359,7 +362,7 @@ def test_error_and_mean_pressure_are_those_of_the_area_asked_for(column, grid):
 def test_zero_of_the_penetration_is_an_error_of_the_continuum(refine):
     error = estimate = 0.0
     for seed in range(5, 11):
-        step, exact = (relaxed("hard", seed, refine=n) for n in (refine, 8))
+        step, exact = (relaxed("hard", seed, grid=f"a0/{n}") for n in (refine, 8))
         depth = exact.penetration - step.penetration
         assert abs(depth) < 2.0 * step.penetration_error
         error += depth - (step.height - exact.height)

@@ -80,7 +80,7 @@ def ratios(indenter, accuracy):
             atoms,
             **{control: [target]},
             window="auto",
-            model="continuum",
+            grid="continuum",
             accuracy=accuracy,
             validity="ignore",
         )

@@ -64,7 +64,7 @@ def last_step(indenter, wall, refine, **targets):
     shape = (SIDE, SIDE) if flat else (8, 8)
     atoms = substrate("Cu", shape, indenter, spacing=1.0, fixed=fixed, periodic=flat)
     atoms.calc = RoughContact(indenter, 1.0, wall)
-    grid = {"model": "continuum", "refine": refine, "accuracy": 1e-4}
+    grid = {"grid": f"a0/{refine}", "accuracy": 1e-4}
     window = "fixed" if flat else "auto"
     *_, step = load_path(atoms, **targets, **grid, window=window, validity="ignore")
     assert step.converged

@@ -35,7 +35,7 @@ def make_atoms(wall, fixed=False, height=0.0, load=0.0):
 def relaxed(wall, **path):
     return list(
         load_path(
-            make_atoms(wall, "loads" not in path), fmax=1e-6, edge="ignore", **path
+            make_atoms(wall, "loads" not in path), fmax=1e-6, window="unchecked", **path
         )
     )
 

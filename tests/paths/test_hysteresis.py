@@ -23,6 +23,7 @@ from scipy.optimize import brentq
 from ase_roughcontact import (
     HardWall,
     LennardJones93,
+    Output,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -30,13 +31,13 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
+from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 from ase_roughcontact.paths.instabilities import (
     AdhesionLoop,
     Jump,
     interpolated,
 )
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.trajectory import count_steps, read_steps
 from ase_roughcontact.theory import MaugisDugdale
 
 ROUGH = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=32.0, seed=3)
@@ -405,7 +406,7 @@ def test_zero_load_areas_of_both_branches_agree():
 def test_all_states_are_written(tmp_path):
     table, movie = tmp_path / "loop.csv", tmp_path / "loop.traj"
     atoms = sphere_above(20.0, 0.0, 8)
-    loop = adhesion_loop(atoms, 0.1, 0.1, csv=table, trajectory=movie)
+    loop = adhesion_loop(atoms, 0.1, 0.1, output=Output(csv=table, trajectory=movie))
     records = [*loop.approach, *loop.retraction[1:]]
     with open(table, newline="") as file:
         rows = list(csv.DictReader(file))
@@ -473,7 +474,10 @@ def test_state_whose_writing_is_interrupted_is_not_in_the_files(
     monkeypatch.setattr(ulm.Writer, part, torn)
     with pytest.raises(error):
         adhesion_loop(
-            sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie, csv=table
+            sphere_above(20.0, 0.0, 12),
+            0.5,
+            0.1,
+            output=Output(trajectory=movie, csv=table),
         )
     with open(table, newline="") as file:
         rows = [int(row["step"]) for row in csv.DictReader(file)]
@@ -482,7 +486,9 @@ def test_state_whose_writing_is_interrupted_is_not_in_the_files(
 
 def test_loop_with_a_damaged_last_frame_keeps_the_others(tmp_path):
     movie = tmp_path / "loop.traj"
-    loop = adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
+    loop = adhesion_loop(
+        sphere_above(20.0, 0.0, 12), 0.5, 0.1, output=Output(trajectory=movie)
+    )
     os.truncate(movie, movie.stat().st_size - 1)
     with pytest.warns(RuntimeWarning, match="last 1 of the"):
         steps = list(read_steps(movie))
@@ -491,10 +497,14 @@ def test_loop_with_a_damaged_last_frame_keeps_the_others(tmp_path):
 
 def test_loop_does_not_write_to_the_file_of_another_run(tmp_path):
     movie = tmp_path / "loop.traj"
-    path = load_path(sphere_above(20.0, 0.0, 12), [0.1, 0.2], trajectory=movie)
+    path = load_path(
+        sphere_above(20.0, 0.0, 12), [0.1, 0.2], output=Output(trajectory=movie)
+    )
     next(path)
     with pytest.raises(RuntimeError, match=r"another run is writing .*loop\.traj"):
-        adhesion_loop(sphere_above(20.0, 0.0, 12), 0.5, 0.1, trajectory=movie)
+        adhesion_loop(
+            sphere_above(20.0, 0.0, 12), 0.5, 0.1, output=Output(trajectory=movie)
+        )
     assert len(list(path)) == 1 and kept(movie) == [0, 1]
 
 

@@ -70,7 +70,7 @@ def test_planning_does_not_change_the_atoms():
 def test_fixed_window_is_planned_with_its_shape(periodic):
     atoms = make_atoms(shape=(20, 30), periodic=periodic)
     (step,) = plan_path(*problem_of(atoms), "penetrations", [0.3], "fixed").steps
-    record = next(load_path(atoms, [0.3], edge="ignore"))
+    record = next(load_path(atoms, [0.3], window="unchecked"))
     assert (step.window, step.grid) == (record.window, record.grid)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from ase.io import read, write
 from numpy.testing import assert_allclose, assert_array_equal
+from written_path import written_path
 
 from ase_roughcontact import (
     ActiveSet,
@@ -14,8 +15,8 @@ from ase_roughcontact import (
     RoughContact,
     RoughSphere,
     SelfAffine,
+    Validity,
     adhesion_loop,
-    load_path,
     restore,
     snapshot,
     substrate,
@@ -40,7 +41,9 @@ def atoms_of(wall, shape=(48, 48), *, fixed=True, sphere=SPHERE, load=0.0):
 
 def steps_of(wall, path=UP_AND_DOWN, control="penetrations", **options):
     atoms = atoms_of(wall, fixed=control != "loads")
-    return atoms, list(load_path(atoms, **{control: path}, accuracy="high", **options))
+    return atoms, list(
+        written_path(atoms, **{control: path}, accuracy="high", **options)
+    )
 
 
 def loaded_step(surface, n, hardness, load, periodic, **options):
@@ -50,7 +53,7 @@ def loaded_step(surface, n, hardness, load, periodic, **options):
     )
     atoms.calc = RoughContact(surface, 1.0, PlasticWall(hardness))
     options |= {"loads": [load * hardness * n * n], "validity": "ignore"}
-    (step,) = load_path(atoms, edge="ignore", **options)
+    (step,) = written_path(atoms, window="unchecked", **options)
     return step
 
 
@@ -106,7 +109,7 @@ def test_a_contact_that_flows_everywhere_has_a_force_but_no_height():
     wall, ball = PlasticWall(1e-4), RoughSphere(20.0)
     for control, target in (("penetrations", 0.3), ("loads", 37e-4)):
         atoms = atoms_of(wall, (12, 12), fixed=control != "loads", sphere=ball)
-        (step,) = load_path(atoms, **{control: [target]}, validity="ignore")
+        (step,) = written_path(atoms, **{control: [target]}, validity="ignore")
         assert step.plastic_atoms == step.repulsive_atoms == 37
         assert step.contact_stiffness == 0.0 and step.force_error < 1e-9
         assert step.height_error == (math.inf if control == "loads" else 0.0)
@@ -138,9 +141,11 @@ def test_reaction_follows_from_the_positions():
 
 
 def test_pressures_at_the_hardness_are_within_the_validity():
-    _, (step,) = steps_of(PlasticWall(HARDNESS), [1.0], hardness=0.01)
+    _, (step,) = steps_of(
+        PlasticWall(HARDNESS), [1.0], validity=Validity(hardness=0.01)
+    )
     assert not step.validity
-    _, (step,) = steps_of(HardWall(), [1.0], hardness=0.01, validity="ignore")
+    _, (step,) = steps_of(HardWall(), [1.0], validity=Validity("ignore", 0.01))
     assert "largest pressure/hardness" in step.validity
 
 
@@ -232,7 +237,7 @@ def test_small_windows_contain_the_dents():
     for window in ("fixed", "auto"):
         wall = PlasticWall(0.02, permanent=True)
         atoms = atoms_of(wall, (72, 72), sphere=sphere)
-        steps = load_path(atoms, path, window=window, validity="ignore")
+        steps = written_path(atoms, path, window=window, validity="ignore")
         forces.append([step.normal_force for step in steps])
     assert_allclose(*forces, rtol=1e-4)
 
@@ -241,7 +246,7 @@ def test_window_of_a_load_carries_it():
     """The plastic contact is larger than the elastic one that a window is made for."""
     sphere = RoughSphere(50.0)
     atoms = atoms_of(PlasticWall(1e-3), (8, 8), fixed=False, sphere=sphere)
-    (step,) = load_path(atoms, loads=[1.0], window="auto", validity="ignore")
+    (step,) = written_path(atoms, loads=[1.0], window="auto", validity="ignore")
     assert step.converged
     assert_allclose(step.contact_area, 1.0 / 1e-3, rtol=0.05)
 

@@ -9,19 +9,20 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 import pytest
 from ase.io import read
+from written_path import written_path
 
 from ase_roughcontact import (
     LoadStep,
+    Output,
     RoughContact,
     RoughSphere,
     adhesion_loop,
     column,
-    load_path,
     substrate,
 )
+from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.paths.record import columns_of, units_of
-from ase_roughcontact.paths.trajectory import read_steps
 
 UNITS = {
     "height": "Å",
@@ -103,7 +104,7 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     table, movie = tmp_path / "curve.csv", tmp_path / "sweep.traj"
     options = {"record": StepWithLargestGap, "csv": table, "trajectory": movie}
     atoms = make_atoms()
-    (step,) = load_path(atoms, [0.4], **options)
+    (step,) = written_path(atoms, [0.4], **options)
     assert step.largest_gap == atoms.calc.state(atoms).gap.max() > 0.0
     with open(table, newline="") as file:
         (row,) = csv.DictReader(file)
@@ -134,7 +135,7 @@ def test_own_columns_that_would_be_lost_are_refused():
         (NotAColumn, "must be a column"),
     ):
         with pytest.raises(TypeError, match=words):
-            load_path(make_atoms(), [0.4], record=record)
+            written_path(make_atoms(), [0.4], record=record)
 
 
 def test_a_column_of_what_a_step_does_not_have_is_named_with_where_it_is():
@@ -143,7 +144,7 @@ def test_a_column_of_what_a_step_does_not_have_is_named_with_where_it_is():
         my_area: float = column(lambda s: s.contact_area, "area", "Å^2")
 
     with pytest.raises(AttributeError, match=r"'my_area'.*step\.state"):
-        list(load_path(make_atoms(), [0.4], record=Area))
+        list(written_path(make_atoms(), [0.4], record=Area))
 
 
 def test_own_columns_use_the_errors_that_were_estimated_once():
@@ -157,15 +158,15 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
         )
         errors: int = column(lambda s: seen.append(s.errors) or 3, "number of errors")
 
-    (step,) = load_path(make_atoms(), [0.4], record=StepWithErrors)
+    (step,) = written_path(make_atoms(), [0.4], record=StepWithErrors)
     assert seen[0] is seen[1]
     assert step.relative_error == step.force_error / step.normal_force > 0.0
 
 
 def test_path_with_an_own_column_is_resumed(tmp_path):
     options = {"record": StepWithLargestGap, "trajectory": tmp_path / "sweep.traj"}
-    (first,) = load_path(make_atoms(), [0.4], **options)
-    steps = list(load_path(make_atoms(), [0.4, 0.5], resume=True, **options))
+    (first,) = written_path(make_atoms(), [0.4], **options)
+    steps = list(written_path(make_atoms(), [0.4, 0.5], resume=True, **options))
     assert steps[0] == first
     assert steps[1].largest_gap < first.largest_gap
 
@@ -174,9 +175,9 @@ def test_path_with_an_own_column_is_resumed(tmp_path):
 def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
     records, file = (LoadStep, StepWithLargestGap), tmp_path / "sweep.traj"
     files = {"trajectory": file, "csv": tmp_path / "curve.csv"}
-    (old,) = load_path(make_atoms(), [0.4], record=records[before], **files)
+    (old,) = written_path(make_atoms(), [0.4], record=records[before], **files)
     options = {"record": records[after], "resume": True}
-    first, second = load_path(make_atoms(), [0.4, 0.5], **options, **files)
+    first, second = written_path(make_atoms(), [0.4, 0.5], **options, **files)
     assert type(first) is type(second) is records[after]
     assert first.normal_force == old.normal_force < second.normal_force
     with open(tmp_path / "curve.csv", newline="") as table:
@@ -188,7 +189,9 @@ def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
 
 
 def test_loop_has_own_columns_too():
-    loop = adhesion_loop(make_atoms(), 0.1, 0.1, record=StepWithLargestGap)
+    loop = adhesion_loop(
+        make_atoms(), 0.1, 0.1, output=Output(record=StepWithLargestGap)
+    )
     assert loop.approach[-1].largest_gap < loop.approach[0].largest_gap
 
 
@@ -207,7 +210,7 @@ def test_documentation_of_the_class_describes_every_column():
 
 
 def test_values_have_the_type_of_their_column():
-    (step,) = load_path(make_atoms(), [0.4])
+    (step,) = written_path(make_atoms(), [0.4])
     types = {"int": int, "float": float, "bool": bool, "str": str}
     for each in fields(LoadStep):
         assert isinstance(getattr(step, each.name), types[each.type])

@@ -9,6 +9,7 @@ from ase.constraints import FixAtoms, Hookean
 from ase_roughcontact import (
     HeightMap,
     LennardJones93,
+    Output,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -94,14 +95,21 @@ SAME = {
 def begun(file, atoms, **path):
     """Calculate the first step of a path."""
     path = path or {"penetrations": [0.1, 0.2]}
-    steps = load_path(atoms, **path, edge="ignore", trajectory=file)
+    steps = load_path(atoms, **path, window="unchecked", output=Output(trajectory=file))
     next(steps)
     steps.close()
 
 
 def resumed(file, atoms, **path):
     path = path or {"penetrations": [0.1, 0.2]}
-    return list(load_path(atoms, **path, edge="ignore", trajectory=file, resume=True))
+    return list(
+        load_path(
+            atoms,
+            **path,
+            window="unchecked",
+            output=Output(trajectory=file, resume=True),
+        )
+    )
 
 
 @pytest.mark.parametrize("name", OTHERS)

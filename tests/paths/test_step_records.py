@@ -51,7 +51,7 @@ def tie(atoms, stiffness, end):
 
 def relaxed(atoms, optimizer=None, **options):
     """Return the result of the first step of a path."""
-    return next(load_path(atoms, optimizer=optimizer, edge="ignore", **options))
+    return next(load_path(atoms, optimizer=optimizer, window="unchecked", **options))
 
 
 def stopped_or_relaxed(atoms, stopped, **options):
@@ -217,6 +217,6 @@ def test_the_default_accuracy_is_normal():
 @pytest.mark.parametrize("wall", WALLS)
 def test_steps_are_numbered_from_zero(wall):
     atoms, depths = make_atoms(wall), [0.2, 0.6, 0.4]
-    records = list(load_path(atoms, depths, edge="ignore"))
+    records = list(load_path(atoms, depths, window="unchecked"))
     assert [record.step for record in records] == [0, 1, 2]
     assert [record.penetration for record in records] == pytest.approx(depths)

@@ -20,9 +20,11 @@ from ase_roughcontact import (
     Heterogeneity,
     Interaction,
     LennardJones93,
+    Output,
     RoughContact,
     RoughSphere,
     SelfAffine,
+    Validity,
     ValidityWarning,
     adhesion_loop,
     load_path,
@@ -106,7 +108,10 @@ PRESSURES = {"mean pressure/hardness", "largest pressure/hardness"}
 )
 def test_pressures_are_compared_with_the_hardness(hardness, names):
     # Hertz: a/R = sqrt(1/200), mean pressure 0.03 E*, largest 0.045 E*
-    assert names_after(atoms_on(wall=HardWall()), hardness=hardness) == names
+    assert (
+        names_after(atoms_on(wall=HardWall()), validity=Validity("ignore", hardness))
+        == names
+    )
 
 
 def test_hardness_of_a_crystal_is_that_of_the_table():
@@ -223,15 +228,17 @@ def test_pull_off_force_is_right_if_the_zone_at_the_tip_is_resolved(radius, erro
 # Reports
 
 
-def path(**options):
+def path(validity, **options):
     """Path with largest pressures of 0.032, 0.045 and 0.055 E*, means of two thirds."""
     atoms = atoms_on(wall=HardWall())
-    return load_path(atoms, [0.5, 1.0, 1.5], window="auto", **options)
+    return load_path(
+        atoms, [0.5, 1.0, 1.5], window="auto", validity=validity, **options
+    )
 
 
 def test_each_limit_is_warned_of_once():
     with pytest.warns(ValidityWarning) as caught:
-        steps = list(path(hardness=0.025))
+        steps = list(path(Validity(hardness=0.025)))
     assert [bool(step.validity) for step in steps] == [True] * 3
     texts = [str(each.message) for each in caught]
     assert len(texts) == 2  # the mean pressure exceeds the limit later
@@ -243,15 +250,15 @@ def test_each_limit_is_warned_of_once():
 def test_nothing_is_warned_of_within_the_limits_or_if_ignored():
     with warnings.catch_warnings():
         warnings.simplefilter("error", ValidityWarning)
-        list(path(hardness=1.0))
-        list(path(hardness=0.01, validity="ignore"))
+        list(path(Validity(hardness=1.0)))
+        list(path(Validity("ignore", 0.01)))
         with pytest.raises(ValidityWarning, match="plastically"):
-            list(path(hardness=0.01))
+            list(path(Validity(hardness=0.01)))
 
 
 def test_strict_paths_stop_after_the_step_is_written(tmp_path):
     table = tmp_path / "curve.csv"
-    strict = path(hardness=0.04, validity="raise", csv=table)
+    strict = path(Validity("raise", 0.04), output=Output(csv=table))
     assert next(strict).validity == ""
     with pytest.raises(RuntimeError, match=r"step 1 .* = 1\.\d+ > 1 \(the highest"):
         next(strict)
@@ -260,18 +267,19 @@ def test_strict_paths_stop_after_the_step_is_written(tmp_path):
 
 def test_restored_steps_are_reported(tmp_path):
     file = tmp_path / "path.traj"
-    list(path(hardness=0.01, validity="ignore", trajectory=file))
+    list(path(Validity("ignore", 0.01), output=Output(trajectory=file)))
     with pytest.raises(RuntimeError, match="step 0 is outside"):
-        next(path(hardness=0.01, validity="raise", trajectory=file, resume=True))
+        again = Output(trajectory=file, resume=True)
+        next(path(Validity("raise", 0.01), output=again))
 
 
 @pytest.mark.parametrize(
-    "options, message",
-    [({"validity": "maybe"}, "'ignore', got 'maybe'"), ({"hardness": -1.0}, "> 0")],
+    "arguments, message",
+    [(("maybe",), "'ignore', got 'maybe'"), (("warn", -1.0), "> 0")],
 )
-def test_unknown_actions_and_hardnesses_are_errors(options, message):
+def test_unknown_actions_and_hardnesses_are_errors(arguments, message):
     with pytest.raises(ValueError, match=message):
-        path(**options)
+        path(Validity(*arguments))
 
 
 def test_adhesion_loops_report_the_states_that_they_keep():
@@ -375,7 +383,7 @@ def test_a_jump_at_the_edges_of_a_periodic_cell_is_marked(
 
 def test_no_jump_is_marked_in_a_window_of_free_boundary():
     surface = SelfAffine(0.1, 0.8, 4.0, 8.0, domain=32.0)
-    names = names_after(atoms_on(surface), window="fixed", edge="ignore")
+    names = names_after(atoms_on(surface), window="unchecked")
     assert PERIOD not in names
 
 

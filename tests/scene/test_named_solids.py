@@ -7,7 +7,13 @@ import pytest
 from ase.units import GPa
 from small_scene import SMALL
 
-from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact import (
+    RoughContact,
+    RoughSphere,
+    Validity,
+    load_path,
+    substrate,
+)
 from ase_roughcontact.cli.report import table_header
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS
@@ -58,9 +64,11 @@ def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():
     atoms = substrate("Cu", (24, 24), sphere)
     atoms.calc = RoughContact(sphere, solid=Layer(0.5, thickness=20.0))
     for hardness in (None, np.nan):
-        steps = list(load_path(atoms, penetrations=[0.5], hardness=hardness))
+        steps = list(
+            load_path(atoms, penetrations=[0.5], validity=Validity(hardness=hardness))
+        )
         assert "hardness" not in steps[-1].validity
-    for step in load_path(atoms, penetrations=[0.5], hardness=1e-4, validity="ignore"):
+    for step in load_path(atoms, [0.5], validity=Validity("ignore", 1e-4)):
         assert "hardness" in step.validity
 
 

@@ -180,7 +180,7 @@ def test_a_saddle_has_no_stiffness():
     rough = SelfAffine(0.3, 0.8, 4.0, 8.0, domain=16.0, seed=34)
     atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True)
     atoms.calc = RoughContact(rough, 1.0, DugdaleWall(0.063, 0.203))
-    options = {"validity": "ignore", "edge": "ignore"}
+    options = {"validity": "ignore", "window": "unchecked"}
     (step,) = load_path(atoms, penetrations=[0.2], **options)
     contact, state = contact_of(atoms), atoms.calc.state(atoms)
     stiffness = contact.interaction.evaluate(state.gap)[2]

@@ -85,8 +85,7 @@ def westergaard(width, shift=0.0, side=64):
     (step,) = load_path(
         atoms,
         loads=[load],
-        model="continuum",
-        refine=1,
+        grid="a0",
         accuracy=1e-6,
         validity="ignore",
     )
@@ -139,7 +138,7 @@ def smooth_sphere(radius, wall, load, accuracy):
     sphere = RoughSphere(radius)
     atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(sphere, 1.0, wall)
-    grid = {"model": "continuum", "accuracy": accuracy}
+    grid = {"grid": "continuum", "accuracy": accuracy}
     (step,) = load_path(atoms, loads=[load], window="auto", validity="ignore", **grid)
     return step
 
@@ -159,8 +158,7 @@ def test_smooth_spheres_of_few_points(radius, error):
             atoms,
             loads=[law.force(contact)],
             window="auto",
-            model="continuum",
-            refine=1,
+            grid="a0",
             accuracy=1e-6,
         )
         difference = abs(step.continuum_area - np.pi * contact**2)
@@ -177,11 +175,9 @@ def continuum_steps(sphere, spacing, loads, window=None, **solid):
         load_path(
             atoms,
             loads=loads,
-            window="fixed" if window else "auto",
-            model="continuum",
-            refine=1,
+            window="unchecked" if window else "auto",
+            grid="a0",
             accuracy=1e-6,
-            edge="ignore",
             validity="ignore",
         )
     )

@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from written_path import written_path
 
-from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact import RoughContact, RoughSphere, substrate
 from ase_roughcontact.analysis import first_contact
 from ase_roughcontact.topography import BoundedSurface
 
@@ -38,7 +39,7 @@ def path(indenter, depths, shape=(24, 24), **options):
     """Press an indenter into atoms."""
     atoms = substrate("Cu", shape, indenter, spacing=A0)
     atoms.calc = RoughContact(indenter, 1.0)
-    return list(load_path(atoms, depths, **options))
+    return list(written_path(atoms, depths, **options))
 
 
 def test_window_follows_the_contact_and_gives_the_result_of_a_large_one():
@@ -103,7 +104,7 @@ def test_a_window_that_exceeds_the_memory_is_an_error_with_advice():
 
 
 def test_heights_alone_are_enough_in_a_fixed_window():
-    (record,) = path(Flute(), [0.1], edge="ignore")
+    (record,) = path(Flute(), [0.1], window="unchecked")
     assert record.converged
     assert record.normal_force > 0.0
 

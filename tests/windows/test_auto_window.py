@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from ase.constraints import FixCartesian, Hookean
 from ase.io import read
+from written_path import written_path
 
 from ase_roughcontact import (
     ActiveSet,
@@ -50,7 +51,7 @@ def make_atoms(sphere, wall, shape=(8, 8), **options):
 
 def run(atoms, wall, **options):
     options = {"fmax": 1e-11, "window": "auto", **options}
-    return list(load_path(atoms, optimizer=wall[1], **options))
+    return list(written_path(atoms, optimizer=wall[1], **options))
 
 
 def window_of(atoms):
@@ -82,7 +83,7 @@ def test_path_in_automatic_windows_equals_that_in_a_large_window(wall, seed):
     atoms = make_atoms(sphere, wall, fixed=False)
     full = make_atoms(sphere, wall, (63, 63), fixed=False)
     paths = (
-        load_path(which, loads=loads, optimizer=wall[1], fmax=1e-11, window=window)
+        written_path(which, loads=loads, optimizer=wall[1], fmax=1e-11, window=window)
         for which, window in ((atoms, "auto"), (full, "fixed"))
     )
     for one, other in zip(*paths, strict=True):
@@ -101,7 +102,7 @@ def test_window_for_the_expected_contact_is_enlarged_to_the_actual_one(wall, sca
     full = make_atoms(sphere, wall, (95, 95), fixed=False)
     small = WindowOptions(contact_window_size=0, contact_window_scale=scale)
     for window, which in ((small, atoms), ("fixed", full)):
-        list(load_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
+        list(written_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
     same_state(atoms, full)
 
 
@@ -163,7 +164,7 @@ def test_result_does_not_depend_on_a_window_that_contains_the_contact(wall, shap
     other = make_atoms(sphere, wall, (24, 24))
     exchange_window(other, Box((-shape[0] // 2, -shape[1] // 2), shape))
     assert window_of(other).contains(touching)
-    run(other, wall, heights=[height], window="fixed", edge="ignore")
+    run(other, wall, heights=[height], window="unchecked")
     same_state(other, atoms)
 
 
@@ -175,7 +176,7 @@ def test_contact_may_fill_the_window_to_its_edge(wall):
     run(atoms, wall, heights=[height])
     tight = make_atoms(sphere, wall, height=height)
     exchange_window(tight, touching)
-    run(tight, wall, heights=[height], window="fixed", edge="ignore")
+    run(tight, wall, heights=[height], window="unchecked")
     same_state(tight, atoms)
 
 
@@ -189,7 +190,7 @@ def test_ten_decades_of_load_in_one_path(wall):
     atoms = make_atoms(sphere, wall, fixed=False)
     sizes = []
     for record, load in zip(
-        load_path(atoms, loads=loads, optimizer=wall[1], fmax=1e-11, window="auto"),
+        written_path(atoms, loads=loads, optimizer=wall[1], fmax=1e-11, window="auto"),
         loads,
         strict=True,
     ):
@@ -215,7 +216,7 @@ def test_window_that_is_predicted_too_small_is_enlarged(wall):
 def test_window_shrinks_when_the_indenter_goes_up(wall):
     atoms = make_atoms(rough_sphere(), wall, fixed=False)
     sizes = []
-    for _ in load_path(
+    for _ in written_path(
         atoms, loads=[20.0, 1.0, 0.1], optimizer=wall[1], fmax=1e-11, window="auto"
     ):
         sizes.append(window_of(atoms).size)
@@ -346,11 +347,11 @@ def test_path_with_windows_of_different_sizes_is_resumed(tmp_path, done):
     options = {"loads": loads, "optimizer": NewtonKrylov, "fmax": 1e-11}
     options |= {"window": "auto", "trajectory": movie}
     atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
-    path = load_path(atoms, **options)
+    path = written_path(atoms, **options)
     before = [next(path) for _ in range(done)]
     path.close()
     again = make_atoms(rough_sphere(), SOFT, (12, 10), fixed=False)
-    records = list(load_path(again, **options, resume=True))
+    records = list(written_path(again, **options, resume=True))
     assert records[:done] == before
     whole = make_atoms(rough_sphere(), SOFT, fixed=False)
     run(whole, SOFT, loads=loads)
@@ -390,25 +391,25 @@ def test_window_does_not_depend_on_how_the_optimizer_is_given():
     steps = []
     for optimizer in (None, NewtonKrylov, lambda *a, **o: NewtonKrylov(*a, **o)):
         atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
-        (step,) = load_path(atoms, loads=[5.0], optimizer=optimizer, window="auto")
+        (step,) = written_path(atoms, loads=[5.0], optimizer=optimizer, window="auto")
         steps.append(replace(step, seconds=0.0))
     assert steps[0] == steps[1] == steps[2]
 
 
 def test_unknown_window_is_an_error():
     with pytest.raises(ValueError, match="window must be 'fixed' or 'auto'"):
-        load_path(make_atoms(RoughSphere(60.0), SOFT), [0.1], window="moving")
+        written_path(make_atoms(RoughSphere(60.0), SOFT), [0.1], window="moving")
 
 
 def test_large_load_on_an_adhesive_sphere_converges_quickly():
     sphere = RoughSphere(200.0)
     atoms = make_atoms(sphere, ADHESIVE, fixed=False)
-    path = load_path(atoms, loads=[20.0, 4000.0], window="auto")
+    path = written_path(atoms, loads=[20.0, 4000.0], window="auto")
     first, last = path
     assert last.penetration - first.penetration > 20.0
     assert last.converged and last.pairs < 150
     cold = make_atoms(sphere, ADHESIVE, fixed=False)
-    (alone,) = load_path(cold, loads=[4000.0], window="auto")
+    (alone,) = written_path(cold, loads=[4000.0], window="auto")
     assert last.energy == pytest.approx(alone.energy, rel=1e-8)
 
 
@@ -420,5 +421,5 @@ def test_a_load_far_too_large_for_a_rough_sphere_is_refused_at_once():
     atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, a0))
     start = time.perf_counter()
     with pytest.raises(ValueError, match="atoms can touch beyond"):
-        next(load_path(atoms, loads=[1e12], window="auto"))
+        next(written_path(atoms, loads=[1e12], window="auto"))
     assert time.perf_counter() - start < 5.0

@@ -53,16 +53,9 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
     np.testing.assert_allclose(fine[::step, ::step], coarse, atol=1e-12)
 
 
-def test_spacing_of_a_path_is_the_grid_of_that_ratio():
-    (a,), (b,) = (
-        load_path(make_atoms(), [0.1], window="auto", validity="ignore", **grid)
-        for grid in ({"spacing": "a0/2"}, {"refine": 2})
-    )
-    assert a.window == b.window and a.normal_force == b.normal_force > 0.0
+def test_grid_that_is_not_relative_to_the_atoms_is_an_error():
     with pytest.raises(ValueError, match=r"like 'a0/2' or '2 a0', got '0\.5 a0'"):
-        next(load_path(make_atoms(), [0.1], spacing="0.5 a0"))
-    with pytest.raises(ValueError, match="give refine, coarsen or spacing"):
-        next(load_path(make_atoms(), [0.1], spacing="a0/2", refine=2))
+        load_path(make_atoms(), [0.1], grid="0.5 a0")
 
 
 def test_smoother_indenter_of_a_coarse_grid_has_the_same_long_waves():
@@ -102,7 +95,9 @@ def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
     wall = LennardJones93.repulsive(1.0, 1.0)
     built.calc = RoughContact(SPHERE, 1.0, wall)
     (expected,) = load_path(built, heights=[1.0], fmax=1e-10)
-    (step,) = load_path(make_atoms(shape=(24, 32)), heights=[1.0], refine=2, fmax=1e-10)
+    (step,) = load_path(
+        make_atoms(shape=(24, 32)), heights=[1.0], grid="a0/2", fmax=1e-10
+    )
     assert not recwarn.list
     assert step.normal_force == pytest.approx(expected.normal_force, rel=1e-9)
     assert step.contact_area == expected.contact_area > 0.0
@@ -110,31 +105,30 @@ def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
 
 def test_loss_is_a_warning_of_a_path():
     with pytest.warns(UserWarning, match=r"4 times as coarse.*34 % of the rms slope"):
-        load_path(make_atoms(), heights=[1.0], coarsen=4)
+        load_path(make_atoms(), heights=[1.0], grid="4 a0")
 
 
 def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
     sphere = RoughSphere(20.0)
     atoms = substrate("Cu", (16, 16), sphere)
     atoms.calc = RoughContact(sphere, 1.0)
-    (step,) = load_path(atoms, [0.5], refine=2, validity="ignore")
+    (step,) = load_path(atoms, [0.5], grid="a0/2", validity="ignore")
     assert "hardness" in step.validity
 
 
 @pytest.mark.parametrize(
-    "surface, change, message",
+    "surface, grid, message",
     [
-        (SPHERE, {"refine": 0}, "refine must be an integer >= 1, got 0"),
-        (SPHERE, {"coarsen": 1.5}, "coarsen must be an integer"),
-        (SPHERE, {"refine": 2, "coarsen": 2}, "refine or coarsen, got 2 and 2"),
-        (SPHERE, {"coarsen": 5}, r"must divide the shape of the window.*\(12, 16\)"),
+        (SPHERE, "a0/0", "refine must be an integer >= 1, got 0"),
+        (SPHERE, "2 a0/2", "refine or coarsen, got 2 and 2"),
+        (SPHERE, "5 a0", r"must divide the shape of the window.*\(12, 16\)"),
         (
             RoughSphere(50.0, HeightMap(np.zeros((32, 32)), 1.0)),
-            {"coarsen": 2},
+            "2 a0",
             "needs a roughness with a method band_limited",
         ),
     ],
 )
-def test_impossible_grids_are_rejected(surface, change, message):
+def test_impossible_grids_are_rejected(surface, grid, message):
     with pytest.raises(ValueError, match=message):
-        load_path(make_atoms(surface), heights=[1.0], **change)
+        load_path(make_atoms(surface), heights=[1.0], grid=grid)
