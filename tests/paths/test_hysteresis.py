@@ -422,7 +422,7 @@ KILLED = """
 import os, signal, sys
 import ase.io.ulm as ulm
 from ase_roughcontact import LennardJones93, RoughContact, RoughSphere
-from ase_roughcontact import adhesion_loop, substrate
+from ase_roughcontact import Output, adhesion_loop, substrate
 
 file, part, last = sys.argv[1:]
 left, write = int(last), getattr(ulm.Writer, part)
@@ -438,7 +438,7 @@ setattr(ulm.Writer, part, counted)
 sphere = RoughSphere(20.0)
 atoms = substrate("Cu", (12, 12), sphere, spacing=1.0)
 atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
-adhesion_loop(atoms, 0.5, 0.1, trajectory=file)
+adhesion_loop(atoms, 0.5, 0.1, output=Output(trajectory=file))
 """
 
 

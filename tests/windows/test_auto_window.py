@@ -397,7 +397,7 @@ def test_window_does_not_depend_on_how_the_optimizer_is_given():
 
 
 def test_unknown_window_is_an_error():
-    with pytest.raises(ValueError, match="window must be 'fixed' or 'auto'"):
+    with pytest.raises(ValueError, match="'fixed', 'unchecked' or 'auto'"):
         written_path(make_atoms(RoughSphere(60.0), SOFT), [0.1], window="moving")
 
 

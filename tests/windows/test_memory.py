@@ -46,10 +46,8 @@ walls = {
 }
 atoms.calc = RoughContact(sphere, 1.0, walls[wall])
 load = 4.0 * (0.35 * size) ** 3 / (3.0 * 1000.0)
-window = "auto" if cell == "auto" else "fixed"
-(step,) = load_path(
-    atoms, loads=[load], window=window, accuracy=1e-2, edge="ignore"
-)
+window = "auto" if cell == "auto" else "unchecked"
+(step,) = load_path(atoms, loads=[load], window=window, accuracy=1e-2)
 with open("/proc/self/status") as file:  # not that of the parent, as rusage has it
     (peak,) = [1024 * int(line.split()[1]) for line in file if "VmHWM" in line]
 json.dump([step.memory, peak, step.converged], sys.stdout)
