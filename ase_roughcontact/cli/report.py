@@ -93,8 +93,9 @@ def table_row(
         It begins with the number of the step and, if it is known, of the last one.
     """
     scene, row = reference.scene, f"{step.step:4d}"
-    if not scene.path.adaptive:
-        row += f"/{len(scene.targets) - 1}"
+    count = scene.path.count(scene)
+    if count is not None:
+        row += f"/{count - 1}"
     row = f"{row:8}"
     for head, value_of, form in _columns(reference):
         value, width = value_of(step), len(head) + 3

@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
         if scene is full and prints_text(options):
             print("The run is as short as a preview: it is calculated itself.")
         options.out = options.out.with_name(f"{options.out.name}-preview")
-    if scene.path.adaptive:
+    if scene.path.count(scene) is None:
         options.again = "start anew"
     scene.check_path()  # before theory needs the statistics of the roughness
     reference = reference_for(scene)
@@ -97,9 +97,10 @@ def _relax(
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, _kept_text(options)
     scene, restored, costs = reference.scene, 0, dict[str, FloatArray]()
-    if not scene.path.adaptive:
+    count = scene.path.count(scene)
+    if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
-        restored = min(count_steps(folder / "sweep.traj"), len(scene.targets))
+        restored = min(count_steps(folder / "sweep.traj"), count)
         costs["path"] = expected_costs(scene)
     meter = ProgressMeter(costs)
     meter.add(["path"] * restored)

@@ -1,7 +1,6 @@
 """A whole calculation as one object, which can be written as a TOML file.
 
-The built-in scene file, `default_text`, explains every key. A scene is read from the
-top of this list downward:
+The built-in scene file, `default_text`, explains every key. From the file to results:
 
 ================================  ====================================================
 ``section``                       common to all sections: types, units, names of files
@@ -9,14 +8,14 @@ top of this list downward:
 ``random_fields``                 sections of roughness and local work of adhesion
 ``path_kinds``, ``loop``          kinds of path: section, targets, run, table, pictures
 ``file``                          all sections of a file: read, changed, compared
-``bodies``, ``solid``             solid, indenter and wall in units of ASE, with theory
+``build``                         from the sections to a `Problem` in units of ASE
+``solid``, ``sphere``             the elastic solid, and the radius of the sphere
+``bodies``                        what is built, and theory for it
 ``scene``                         `Scene`: problem, solver and steps; checks and runs
 ``plan``, ``results``             plans of paths, and folders of results
 ================================  ====================================================
 
-The classes of ``file``, ``bodies`` and ``scene`` are each a subclass of the one before.
-What they build from the sections is built once. ``reference``, ``preview``,
-``tradeoff`` and ``fit`` are functions of a scene.
+``reference``, ``preview``, ``tradeoff`` and ``fit`` are functions of a scene.
 """
 
 from ase_roughcontact.scene.config import (

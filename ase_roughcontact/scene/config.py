@@ -16,8 +16,6 @@ from ase_roughcontact.scene.section import Section, kind_of, plain_values
 SYMBOL = "Cu"
 # Radius of the sphere if none is given, in units of the spacing.
 DEFAULT_RADIUS = 1000.0
-# Keys of [substrate] of solids whose moduli are not that of a material.
-_WITHOUT_MODULUS = "anisotropic", "rigid_base", "calculator", "potential", "crystal"
 
 
 @dataclass(frozen=True)
@@ -59,11 +57,6 @@ class SubstrateConfig(Section):
         moduli = self.contact_modulus, self.elastic_constants
         default = SYMBOL if moduli == (None, None) else ""
         return self.material or self.symbol or default
-
-    @property
-    def other_solid(self) -> str:
-        """Key of a solid without a modulus of its own; empty if none is given."""
-        return next((key for key in _WITHOUT_MODULUS if getattr(self, key)), "")
 
     @property
     def of_atoms(self) -> bool:
@@ -110,7 +103,8 @@ class InteractionConfig(Section):
     def of(cls, entries: Mapping[str, Any]) -> InteractionConfig:
         """Return the section with the given entries; see `Section.of`."""
         kind_of(cls.title, entries, cls.kind, WALLS, "interaction")
-        return super().of(entries)
+        parameters = cls.checked(entries)
+        return cls(parameters.pop("kind", cls.kind), parameters)
 
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:
@@ -120,11 +114,6 @@ class InteractionConfig(Section):
     def entries(self) -> dict[str, Any]:
         """Return the values by key, of parameters only those that are given."""
         return {"kind": self.kind, **plain_values(dict(self.parameters))}
-
-    @classmethod
-    def _of(cls, entries: Mapping[str, Any]) -> InteractionConfig:
-        parameters = dict(entries)
-        return cls(parameters.pop("kind", cls.kind), parameters)
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from ase_roughcontact.scene.config import (
     TopographyConfig,
 )
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
+from ase_roughcontact.scene.section import Problems, Section
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
 
@@ -76,42 +77,41 @@ class SceneFile:
             document = load_toml(text)
         except ValueError as error:
             raise ValueError(f"{name} is not a TOML file: {error}") from error
-        sections: dict[str, Any] = {}
-        try:
-            for title, entries in document.items():
+        sections, problems = dict[str, Any](), Problems(name)
+        for title, entries in document.items():
+            with problems.of():
                 section = lookup(title, SECTIONS, "section")
                 if not isinstance(entries, dict):
                     raise ValueError(
                         f"[{title}] must be a section, got {shown(entries)}"
                     )
-                given, folder = section.of(entries), Path(name).parent
-                sections[title] = given.located(folder, copied)
-        except ValueError as error:
-            raise ValueError(f"{name}: {error}") from error
+                sections[title] = section.of(entries).located(Path(name).parent, copied)
+        problems.check()
         return cls(**sections)
+
+    @property
+    def sections(self) -> dict[str, Section]:
+        """Sections by title, without those that are missing."""
+        given = {title: getattr(self, title) for title in SECTIONS}
+        return {title: section for title, section in given.items() if section}
 
     @property
     def files(self) -> list[str]:
         """Other files that the scene needs."""
-        sections = (getattr(self, title) for title in SECTIONS)
-        return [file for section in sections if section for file in section.files]
+        return [file for each in self.sections.values() for file in each.files]
 
-    def entries(self) -> dict[str, dict[str, Any] | None]:
-        """Return the values by section and key; None for a section that is missing."""
-        sections = {title: getattr(self, title) for title in SECTIONS}
-        return {
-            title: section and section.entries() for title, section in sections.items()
-        }
+    def entries(self) -> dict[str, dict[str, Any]]:
+        """Return the values by section and key, None for keys that are not given."""
+        return {title: each.entries() for title, each in self.sections.items()}
 
     @property
     def toml(self) -> str:
         """The scene as the text of a file, without defaults that mean no value."""
         lines = []
         for title, entries in self.entries().items():
-            if entries is not None:
-                given = {k: v for k, v in entries.items() if v is not None}
-                values = (f"{key} = {_toml(value)}" for key, value in given.items())
-                lines += [f"[{title}]", *values, ""]
+            given = {k: v for k, v in entries.items() if v is not None}
+            values = (f"{key} = {_toml(value)}" for key, value in given.items())
+            lines += [f"[{title}]", *values, ""]
         return "\n".join(lines)
 
     def with_values(self: AnyFile, values: Mapping[str, Any]) -> AnyFile:
@@ -160,12 +160,13 @@ class SceneFile:
         """
         changes = []
         for title in SECTIONS:
-            was, now = (each.entries()[title] or {} for each in (old, self))
+            was, now = (each.entries().get(title, {}) for each in (old, self))
             first, second = (each._contents.get(title, {}) for each in (old, self))
             changes += [
                 f"[{title}] {key} was {_toml(was.get(key))}, is {_toml(now.get(key))}"
                 for key in {**was, **now}
-                if first.get(key) != second.get(key) or not (was and now)
+                if first.get(key) != second.get(key)
+                or (not (was and now) and was.get(key) != now.get(key))
             ]
         return changes
 
@@ -173,14 +174,13 @@ class SceneFile:
     def _contents(self) -> dict[str, dict[str, Any]]:
         """Values by section and key that are not the default, for comparison."""
         contents = {}
-        for title in SECTIONS:
-            if (section := getattr(self, title)) is not None:
-                default = canonical(section.defaults())
-                contents[title] = {
-                    key: value
-                    for key, value in canonical(section.contents()).items()
-                    if value != default.get(key)
-                }
+        for title, section in self.sections.items():
+            default = canonical(section.defaults())
+            contents[title] = {
+                key: value
+                for key, value in canonical(section.contents()).items()
+                if value != default.get(key)
+            }
         return contents
 
 

@@ -38,7 +38,6 @@ class Loop(PathKind):
     kind = "loop"
     control = "height"
     along = "penetration"
-    adaptive = True
     units = {"cantilever": "N/m"}
     columns = {
         "penetration": "depth",
@@ -71,6 +70,13 @@ class Loop(PathKind):
         raise ValueError(
             'kind = "loop" chooses its steps as it runs: run it, or give kind = "steps"'
         )
+
+    def count(self, bodies: Bodies) -> None:
+        """Return None: the number of states is not known before."""
+
+    def smallest_step(self, bodies: Bodies) -> float:
+        """Return the step (Å) below which a change of force is an instability."""
+        return self.options(bodies)["smallest_step"]
 
     def options(self, bodies: Bodies) -> dict[str, Any]:
         """Return the deepest penetration, the steps (Å) and the tolerance."""
@@ -125,7 +131,7 @@ class Loop(PathKind):
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""
-        return AdhesionLoop.of(states, self.options(bodies)["smallest_step"])
+        return AdhesionLoop.of(states, self.smallest_step(bodies))
 
     def extremes(
         self, bodies: Bodies, states: Sequence[LoadStep]

@@ -22,7 +22,13 @@ from ase_roughcontact.paths.loading import follow_path, targets_of
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.scene.section import Quantities, Section, kind_of, lengths
+from ase_roughcontact.scene.section import (
+    Problems,
+    Quantities,
+    Section,
+    kind_of,
+    lengths,
+)
 
 # Largest number of steps of a path, all of which are kept in memory.
 _MOST_STEPS = 1_000_000
@@ -59,9 +65,6 @@ class PathKind(Section):
     ----------
     kind : str
         Name in scene files.
-    adaptive : bool
-        Whether the targets are chosen as the path runs. Such a run is not resumed, but
-        started anew.
     columns : mapping of str to str
         Columns of the printed table, with their labels; by default load, area, their
         errors, and the area relative to theory.
@@ -71,7 +74,6 @@ class PathKind(Section):
 
     title = "path"
     kind: ClassVar[str] = "steps"
-    adaptive: ClassVar[bool] = False
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
 
@@ -93,13 +95,18 @@ class PathKind(Section):
         owners = {key: each for each in others for key in each.types().keys() - types}
         foreign = [key for key in given if key in owners]
         wrong = [key for key in foreign if given.pop(key) != getattr(owners[key], key)]
+        problems = Problems()
         if wrong:
             keys, other = ", ".join(wrong), owners[wrong[0]].kind
-            raise ValueError(
-                f'[{cls.title}] {keys} need kind = "{other}", got "{kind.kind}": omit '
-                f'{keys}, or give kind = "{other}"'
-            )
-        return super(PathKind, kind).of(given)
+            with problems.of(cls.title):
+                raise ValueError(
+                    f'{keys} need kind = "{other}", got "{kind.kind}": omit {keys}, or '
+                    f'give kind = "{other}"'
+                )
+        with problems.of(cls.title):
+            path = super(PathKind, kind).of(given)
+        problems.check()
+        return path
 
     @classmethod
     def defaults(cls) -> dict[str, Any]:
@@ -145,6 +152,23 @@ class PathKind(Section):
             If a key is missing or invalid.
         """
         raise NotImplementedError
+
+    def count(self, bodies: Bodies) -> int | None:
+        """Return the number of states; None if it is not known before they are.
+
+        A run of a path of unknown length is not resumed, but started anew.
+        """
+        return len(self.targets(bodies))
+
+    def smallest_step(self, bodies: Bodies) -> float:
+        """Return the step (Å) below which a change of force is an instability.
+
+        Raises
+        ------
+        ValueError
+            If the path is not a loop.
+        """
+        raise ValueError('the path is not a loop: give [path] kind = "loop"')
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of known targets whose steps are planned and previewed.

@@ -88,7 +88,7 @@ def reference_for(scene: Scene) -> Reference:
         plastic = _plastic(scene)
         if scene.rough is None:
             return Reference(scene, smooth, explanation=plastic)
-        if scene.rough_theory.single_asperity:
+        if scene.bodies.rough_theory.single_asperity:
             return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
         return Reference(scene, smooth, explanation=plastic, rough_above=0.0)
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
@@ -101,7 +101,7 @@ def _criteria(scene: Scene, rough: theory.Roughness) -> tuple[theory.Criterion, 
     wall = scene.wall
     adhesion = wall.work_of_adhesion, wall.attraction_range
     return theory.stickiness(
-        rough, scene.contact_modulus, *adhesion, scene.kappa_repulsive
+        rough, scene.contact_modulus, *adhesion, scene.bodies.kappa_repulsive
     )
 
 
@@ -142,12 +142,12 @@ def _rough(smooth: Reference) -> Reference:
     scene, rough = smooth.scene, smooth.scene.rough
     if rough is None:
         return smooth
-    system = scene.rough_theory
+    system = scene.bodies.rough_theory
     if system.single_asperity:
         return replace(smooth, explanation=_SINGLE.format(smooth.explanation))
-    inverse_kappa = f"1/kappa = {scene.inverse_kappa:.3g}"
+    inverse_kappa = f"1/kappa = {scene.bodies.inverse_kappa:.3g}"
     comparison = f"for comparison, {smooth.explanation}"
-    if scene.inverse_kappa > 0.0:
+    if scene.bodies.inverse_kappa > 0.0:
         accurate = system.crossover_load
         compliant = replace(system, asperity_factor=theory.ASPERITY_FACTOR_REPULSIVE)
         shown = min(compliant.asperity_load, accurate)

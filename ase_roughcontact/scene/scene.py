@@ -20,8 +20,11 @@ from ase_roughcontact._util.validation import grid_shape, integer, lookup, posit
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
@@ -31,10 +34,10 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
 from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.bodies import SceneBodies
+from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import SECTIONS
-from ase_roughcontact.scene.file import read_text
-from ase_roughcontact.scene.loop import Loop
+from ase_roughcontact.scene.file import SceneFile, read_text
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.plan import check_targets, plan_targets
 from ase_roughcontact.scene.results import (
@@ -46,10 +49,12 @@ from ase_roughcontact.scene.results import (
     write_inputs,
 )
 from ase_roughcontact.scene.scan_summary import scan_warnings
+from ase_roughcontact.scene.section import Problems
+from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
 from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
-from ase_roughcontact.windows.regrid import GridChange, on_grid
+from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
@@ -58,7 +63,7 @@ _FIRST_SIDE = 8
 
 
 @dataclass(frozen=True)
-class Scene(Bodies):
+class Scene(SceneFile):
     """Sphere, material, wall, path and solver.
 
     Parameters
@@ -135,12 +140,152 @@ class Scene(Bodies):
             values["substrate.spacing"] = None
         return self.with_values(values)
 
+    @cached_property
+    def bodies(self) -> SceneBodies:
+        """Solid, indenter and wall, and theory for them; see `build` for errors."""
+        return build(self)
+
+    @property
+    def spacing(self) -> float:
+        """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
+        return self.bodies.problem.spacing
+
+    @property
+    def solid(self) -> ElasticSolid:
+        """Elastic solid below the surface."""
+        return self.bodies.problem.solid
+
+    @property
+    def contact_modulus(self) -> float:
+        """Contact modulus E* of the solid's far field (eV/Å^3)."""
+        return self.solid.contact_modulus
+
+    @property
+    def hardness(self) -> float:
+        """Hardness of the surface (eV/Å^3); NaN if it is not known."""
+        return self.bodies.hardness
+
+    @property
+    def radius(self) -> float:
+        """Radius of the sphere (Å); of a whole tip that of curvature of the scan."""
+        return self.bodies.radius
+
+    @property
+    def rough(self) -> SelfAffine | HeightMap | None:
+        """Roughness of the sphere; None if it is smooth, and for a whole tip."""
+        return self.bodies.rough
+
+    @property
+    def surface(self) -> Any:
+        """Surface of the indenter, a `RoughSphere`."""
+        return self.bodies.problem.indenter
+
+    @property
+    def wall(self) -> Interaction:
+        """Interaction between the indenter and the atoms."""
+        return self.bodies.problem.wall
+
+    @property
+    def local_adhesion(self) -> Heterogeneity | None:
+        """Work of adhesion relative to that of the wall; None if it is uniform."""
+        return self.bodies.problem.heterogeneity
+
+    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Return the contact area of a smooth sphere without adhesion.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+        """
+        return self.bodies.hertz_area(normal_force)
+
+    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
+        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
+
+        Adhesion changes kappa. The area is NaN if `SceneBodies.inverse_kappa` is not
+        positive. With a hardness of the wall the contact fraction is
+        `plastic_contact_fraction`, and the area of a smooth sphere at least N/H.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+
+        References
+        ----------
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
+        """
+        return self.bodies.predicted_area(normal_force)
+
+    @property
+    def scan(self) -> HeightMap | None:
+        """Scan of one of the bodies; None if there is none."""
+        return None if self.topography is None else self.topography.surface
+
+    @property
+    def whole_tip(self) -> HeightMap | None:
+        """Scan that is the whole indenter, for which the radius is infinity."""
+        return self.scan if self.sphere.radius == math.inf else None
+
     @property
     def warnings(self) -> list[str]:
         """Warnings about the scan; empty if there are none, or no scan."""
-        if self.scan is None or self.topography is None:
+        if self.topography is None:
             return []
         return scan_warnings(self.topography, self.radius, self.whole_tip is not None)
+
+    @property
+    def area_column(self) -> str:
+        """Column of the contact area that answers the scene's question."""
+        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
+        return lookup(self.substrate.model, columns, "model")
+
+    @property
+    def is_continuum(self) -> bool:
+        """Whether the scene asks for the continuum, and not for the model of atoms."""
+        return self.area_column == "continuum_area"
+
+    @property
+    def given_grid(self) -> GridChange | None:
+        """The grid that the scene gives; None if it is chosen for the accuracy."""
+        given = self.substrate
+        change = GridChange.of(given.refine, given.coarsen, given.spacing)
+        if change and not self.is_continuum:
+            raise ValueError(
+                'refine, coarsen and a spacing of a0/2 need model = "continuum": the '
+                "grid of the model of atoms is their lattice"
+            )
+        return change
+
+    @cached_property
+    def grid_change(self) -> GridChange:
+        """The grid relative to that of the atoms, given or chosen for the accuracy."""
+        given = self.given_grid
+        if given is not None or not self.is_continuum:
+            return given or GridChange()
+        indenter = self.surface, self.wall, self.spacing
+        return grid_for(self.accuracy.error, *indenter, self.shape)
+
+    @cached_property
+    def lost_slope(self) -> float:
+        """Part of the rms slope that a coarse grid can't resolve, and that is lost."""
+        return lost_slope(self.surface, self.sampled_surface)
+
+    @cached_property
+    def sampled_surface(self) -> Any:
+        """Surface of the indenter without waves that a coarse grid can't resolve."""
+        return self.grid_change.surface(self.surface, self.spacing)
 
     def check(self, name: str = "scene") -> None:
         """Raise an error if a value is out of range or inconsistent with others.
@@ -153,46 +298,32 @@ class Scene(Bodies):
         Raises
         ------
         ValueError
-            With file, section and key.
+            With file, section and key of all that is wrong, as far as it does not
+            depend on each other.
         MemoryError
             If the roughness needs more memory than is free.
         """
-        parts = {
-            "substrate": "area_column given_grid spacing contact_modulus "
-            "given_hardness shape",
-            "roughness": "self_affine",
-            "topography": "scan",
-            "sphere": "radius surface",
-            "solver": "fmax accuracy optimizer max_steps",
-            "interaction": "wall hardness",
-            "heterogeneity": "local_adhesion",
-            "path": "planned cantilever",
-        }
-        names = {Path(file).name for file in self.files}
+        names, problems = {Path(file).name for file in self.files}, Problems(name)
         if len(names) < len(set(self.files)):
             raise ValueError(
                 f"{name}: the files of a scene must have different names, as they are "
                 f"copied to the folder of its results, got {', '.join(self.files)}"
             )
-        for title, properties in parts.items():
-            problems = dict.fromkeys(
-                filter(None, map(self._problem, properties.split()))
-            )
-            if problems:
-                raise ValueError(f"{name}: [{title}] {'; '.join(problems)}")
+        with problems.of():
+            _ = self.bodies
+        with problems.of("substrate"):
+            _ = self.area_column, self.given_grid, self.shape
+        problems.check()
+        with problems.of("solver"):
+            _ = self.accuracy, self.fmax, self.max_steps, self.optimizer
+        with problems.of("path"):
+            _ = self.planned, self.cantilever
+        problems.check()
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
             check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
-
-    def _problem(self, name: str) -> str:
-        """Return why a property can't be calculated, else nothing."""
-        try:
-            getattr(self, name)
-        except ValueError as error:
-            return str(error)
-        return ""
 
     @property
     def control(self) -> str:
@@ -264,25 +395,13 @@ class Scene(Bodies):
 
     @cached_property
     def _on_grid(self) -> tuple[Problem, Box]:
-        return on_grid(*self.lattice, self.grid_change)
-
-    @cached_property
-    def lattice(self) -> tuple[Problem, Box]:
-        """The problem and its first window on the lattice of the atoms."""
         change = self.grid_change
         if self.shape:
             check_memory(change.shape(self.shape))
         first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
         n, m = self.shape or (first, first)
-        problem = Problem(
-            indenter=self.surface,
-            solid=self.solid,
-            wall=self.wall,
-            spacing=self.spacing,
-            periodic=self.substrate.periodic,
-            heterogeneity=self.local_adhesion,
-        )
-        return problem, Box((-(n // 2), -(m // 2)), (n, m))
+        window = Box((-(n // 2), -(m // 2)), (n, m))
+        return on_grid(self.bodies.problem, window, change)
 
     def atoms(self) -> Atoms:
         """Return the substrate and the indenter above it, with a calculator."""
@@ -292,7 +411,9 @@ class Scene(Bodies):
 
     def frames(self) -> ProblemAtoms:
         """Return the atoms of the path, which are made when they are needed."""
-        return ProblemAtoms(*self._on_grid, self.symbol, self.path.control != "load")
+        return ProblemAtoms(
+            *self._on_grid, self.bodies.symbol, self.path.control != "load"
+        )
 
     def stepper(self, frames: ProblemAtoms) -> Stepper:
         """Return what relaxes the steps of the path.
@@ -306,18 +427,18 @@ class Scene(Bodies):
         -------
         Stepper
         """
-        (problem, window), control = self._on_grid, self.control
+        bodies = self.bodies
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
             max_steps=self.max_steps,
             window=self.window,
-            hardness=hardness_for(self.lattice[0], self.symbol, self.hardness),
+            hardness=hardness_for(bodies.problem, bodies.symbol, bodies.hardness),
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
         )
-        return Stepper(problem, control, window, options)
+        return Stepper(self.problem, self.control, self.start, options)
 
     @cached_property
     def first_contact(self) -> float:
@@ -388,9 +509,8 @@ class Scene(Bodies):
         ValueError
             If the path is not a loop.
         """
-        if not isinstance(self.path, Loop):
-            raise ValueError('the path is not a loop: give [path] kind = "loop"')
-        return self.path.result(self, tuple(self.relax(validity=validity)))
+        smallest = self.path.smallest_step(self)
+        return AdhesionLoop.of(tuple(self.relax(validity=validity)), smallest)
 
     def relax(
         self,
@@ -455,7 +575,7 @@ class Scene(Bodies):
         self.check_path()
         report = ValidityReport(validity)
         folder = results_folder(folder)
-        resume = not self.path.adaptive
+        resume = self.path.count(self) is not None
         check_folder(self, folder, ["places.csv"] if resume else RESULTS)
         file = folder / "scene.toml"
         files: dict[str, Any] = {

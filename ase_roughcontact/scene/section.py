@@ -5,7 +5,9 @@ Quantities are numbers, or strings with a unit: ``"30 nm"``, ``"2.5 Å"``, ``"50
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from types import UnionType
@@ -52,15 +54,12 @@ class Section:
 
     def __post_init__(self) -> None:
         """Convert quantities with a unit to numbers."""
+        problems = Problems()
         for key, unit in self.units.items():
-            units = units_like(unit)
-            try:
-                value = _number(
-                    key, getattr(self, key), units, UNITS[unit], example=unit
-                )
-            except ValueError as error:
-                raise ValueError(f"[{self.title}] {error}") from error
-            object.__setattr__(self, key, value)
+            with problems.of(self.title):
+                value = _converted(key, getattr(self, key), units_like(unit), unit)
+                object.__setattr__(self, key, value)
+        problems.check()
 
     @classmethod
     def of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
@@ -78,26 +77,19 @@ class Section:
         Raises
         ------
         ValueError
-            If a key is unknown, or a value is of the wrong type.
+            If keys are unknown, or values are of the wrong type: with all of them.
         """
-        types = cls.types()
+        return cls(**cls.checked(entries))
+
+    @classmethod
+    def checked(cls, entries: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the entries with tuples in place of lists; see `of` for errors."""
+        types, problems = cls.types(), Problems()
         for name, value in entries.items():
-            if name not in types:
-                problem = unknown(name, list(types), "key")
-                raise ValueError(f"[{cls.title}] {problem}")
-            if not any(_is_of_type(value, each) for each in types[name]):
-                expected = " or ".join(filter(None, map(_TYPES.get, types[name])))
-                raise ValueError(
-                    f"[{cls.title}] {name} must be {expected}, got {shown(value)}"
-                )
-            if isinstance(value, str) and len(value) > _LONGEST_WORD:
-                raise ValueError(
-                    f"[{cls.title}] {name} must be a word of at most {_LONGEST_WORD} "
-                    f"characters, got {len(value)}: {shown(value)}"
-                )
-        return cls._of(
-            {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}
-        )
+            with problems.of(cls.title):
+                _check(name, value, types)
+        problems.check()
+        return {k: tuple(v) if isinstance(v, list) else v for k, v in entries.items()}
 
     @classmethod
     def types(cls) -> dict[str, tuple[type, ...]]:
@@ -157,11 +149,10 @@ class Section:
         ValueError
             If a string is not a number and a unit, or a unit is unknown.
         """
-        scale = lookup(default or target, units, "unit") / units[target]
         given = {key: getattr(self, key) for key in keys}
         return replace(
             self,
-            **{k: _number(k, v, units, units[target], scale) for k, v in given.items()},
+            **{k: _converted(k, v, units, target, default) for k, v in given.items()},
         )
 
     @property
@@ -175,9 +166,40 @@ class Section:
         files = {key: find_file(name, folder, copied) for key, name in names.items()}
         return replace(self, **files)
 
-    @classmethod
-    def _of(cls: type[AnySection], entries: Mapping[str, Any]) -> AnySection:
-        return cls(**entries)
+
+class Problems:
+    """Errors in the sections of a scene, which are raised together.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file.
+    """
+
+    def __init__(self, name: str = "") -> None:
+        self._name = f"{name}: " if name else ""
+        self._found: defaultdict[str, dict[str, None]] = defaultdict(dict)
+
+    @contextmanager
+    def of(self, title: str = "") -> Iterator[None]:
+        """Keep a `ValueError` in the context as one of a section.
+
+        Without a title the error names the section itself.
+        """
+        try:
+            yield
+        except ValueError as error:
+            prefix = f"[{title}] "
+            self._found[title][str(error).removeprefix(prefix)] = None
+
+    def check(self) -> None:
+        """Raise a `ValueError` with all that was found, if there is anything."""
+        texts = [
+            (f"[{title}] " if title else "") + "; ".join(errors)
+            for title, errors in self._found.items()
+        ]
+        if texts:
+            raise ValueError(self._name + "; ".join(texts))
 
 
 def kind_of(
@@ -209,22 +231,6 @@ def lengths(a0: float) -> dict[str, float]:
     return {"a0": a0, **LENGTHS}
 
 
-def _number(
-    key: str,
-    value: Any,
-    units: Mapping[str, float],
-    unit: float,
-    scale: float = 1.0,
-    example: str = "",
-) -> Any:
-    """Return a quantity or a tuple of them in a unit; `scale` is that of numbers."""
-    if isinstance(value, str):
-        return quantity(key, value, units, example) / unit
-    if isinstance(value, tuple):
-        return tuple(_number(key, each, units, unit, scale, example) for each in value)
-    return value if scale == 1.0 or value is None else value * scale
-
-
 def find_file(name: str, folder: Path, copied: bool = False) -> str:
     """Return the whole path of a file that a scene names.
 
@@ -252,10 +258,41 @@ def find_file(name: str, folder: Path, copied: bool = False) -> str:
     return str(found.resolve())
 
 
+def _converted(
+    key: str,
+    value: Any,
+    units: Mapping[str, float],
+    target: str,
+    default: str | None = None,
+) -> Any:
+    """Return a quantity or a tuple of them in a unit; `default` is that of numbers."""
+    if isinstance(value, tuple):
+        return tuple(_converted(key, each, units, target, default) for each in value)
+    if isinstance(value, str):
+        example = target if target in UNITS else ""
+        return quantity(key, value, units, example) / units[target]
+    scale = lookup(default or target, units, "unit") / units[target]
+    return value if scale == 1.0 or value is None else value * scale
+
+
 def _members(hint: Any) -> tuple[type, ...]:
     """Return the types of a union; generic types without their parameters."""
     members = get_args(hint) if get_origin(hint) is UnionType else (hint,)
     return tuple(get_origin(member) or member for member in members)
+
+
+def _check(name: str, value: Any, types: Mapping[str, tuple[type, ...]]) -> None:
+    """Raise an error if a key is unknown, or its value not of one of its types."""
+    if name not in types:
+        raise ValueError(unknown(name, list(types), "key"))
+    if not any(_is_of_type(value, each) for each in types[name]):
+        expected = " or ".join(filter(None, map(_TYPES.get, types[name])))
+        raise ValueError(f"{name} must be {expected}, got {shown(value)}")
+    if isinstance(value, str) and len(value) > _LONGEST_WORD:
+        raise ValueError(
+            f"{name} must be a word of at most {_LONGEST_WORD} characters, got "
+            f"{len(value)}: {shown(value)}"
+        )
 
 
 def _is_of_type(value: Any, kind: type) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,9 +15,11 @@ from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity import Crystal, Cubic, ElasticSolid, Isotropic, Layer
 from ase_roughcontact.elasticity.material import (
+    check_element,
     contact_modulus,
     crystal_constants,
     crystal_modulus,
+    fcc_spacing,
 )
 from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
@@ -28,19 +31,15 @@ _LARGEST_MODULUS = 1e4
 _EAM_SLABS: dict[str, Any] = {"layers": 19, "size": 11, "displacement": 0.0}
 # Metals with parameters of EMT, which are for some gases, too.
 _EMT_METALS = "Al", "Cu", "Ag", "Au", "Ni", "Pd", "Pt"
-# Keys that make a solid other than the isotropic half space, the first of which differ
-# by their surface.
-_OF_SURFACES = "calculator", "potential", "crystal", "anisotropic"
-_SOLIDS = (*_OF_SURFACES, "layer_thickness")
 # The surface if none is named, and the crystal direction of the rows of atoms along x.
 _SURFACE = "fcc100"
 _AXES = {"fcc100": "110", "bcc100": "100", "diamond100": "110"}
 # Formats of potentials by the ends of the names of their files.
 _FORMATS = {".alloy": "eam/alloy", ".fs": "eam/fs", ".eam": "eam"}
-# Keys of a layer and its base, which have no meaning without its thickness, and those
-# of an elastic base.
-_OF_LAYERS = "layer_modulus", "layer_poisson", "poisson", "rigid_base", "sliding"
+# Keys of an elastic base, which a rigid one does not have.
 _OF_BASES = "poisson", "contact_modulus", "elastic_constants"
+# Keys of solids that do not have the modulus of a material.
+_WITHOUT_MODULUS = "anisotropic", "rigid_base", "calculator", "potential", "crystal"
 
 
 def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
@@ -61,42 +60,19 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
         If a value is out of range, keys of several solids are given, or a calculator
         is not suitable.
     """
-    given = [key for key in _SOLIDS if getattr(substrate, key)]
-    if len(given) > 1:
-        raise ValueError(f"give one of {' and '.join(given)}: they are several solids")
-    kind = given[0] if given else ""
-    if substrate.surface and kind not in _OF_SURFACES:
-        raise ValueError(
-            f"surface needs one of {', '.join(_OF_SURFACES)}: other solids are "
-            "isotropic"
-        )
-    if kind != "layer_thickness":
-        for key in _OF_LAYERS:
-            if getattr(substrate, key) != getattr(type(substrate), key):  # the default
-                raise ValueError(f"{key} needs layer_thickness: it is that of a layer")
-    if substrate.of_atoms:
-        return _crystal(substrate)
-    if kind == "layer_thickness":
-        return _layer(substrate)
-    if kind == "anisotropic":
-        if substrate.contact_modulus is not None:
-            raise ValueError(
-                "an anisotropic solid has several moduli: give elastic_constants "
-                "instead of contact_modulus"
-            )
-        constants = substrate.elastic_constants
-        if constants is None:
-            constants = crystal_constants(substrate.symbol)
-        if len(constants) != 3:
-            raise ValueError(
-                "an anisotropic solid needs the elastic_constants C11, C12 and C44, "
-                f"got {len(constants)} numbers"
-            )
-        _in_gpa("C11", constants[0])
-        c11, c12, c44 = (float(c) * UNITS["GPa"] for c in constants)
-        axis = lookup(substrate.surface or _SURFACE, _AXES, "surface")
-        return Cubic(c11, c12, c44, axis)
-    return Isotropic(UNITS["GPa"] * _modulus(substrate))
+    solids = [key for key in _SOLIDS if getattr(substrate, key)]
+    if len(solids) > 1:
+        raise ValueError(f"give one of {' and '.join(solids)}: they are several solids")
+    defaults = SubstrateConfig()
+    without = [
+        f"{key} needs {'one of ' * (len(needed) > 1)}{', '.join(needed)}"
+        for key, needed in _NEEDED.items()
+        if getattr(substrate, key) != getattr(defaults, key)
+        and not set(needed) & set(solids)
+    ]
+    if without:
+        raise ValueError("; ".join(without))
+    return _SOLIDS[solids[0]](substrate) if solids else _isotropic(substrate)
 
 
 def named(substrate: SubstrateConfig) -> SubstrateConfig:
@@ -110,29 +86,58 @@ def named(substrate: SubstrateConfig) -> SubstrateConfig:
     -------
     SubstrateConfig
         Without the grid of a continuum in place of the spacing.
+
+    Raises
+    ------
+    ValueError
+        If the symbol or the material is unknown, or both are given.
     """
     given, name = substrate, substrate.material
     if GridChange.of(spacing=given.spacing) is not None:
         given = replace(given, spacing=None)
     if not name:
+        check_element(given.symbol or SYMBOL)
         return replace(given, symbol=given.symbol or SYMBOL)
     if given.symbol:
         raise ValueError(
             f"give symbol or material, not both, got {given.symbol!r} and {name!r}"
         )
     known = material(name)
-    changes: dict[str, Any] = {"symbol": known.symbol}
-    if given.spacing is None:
-        changes["spacing"] = known.spacing
-    if given.contact_modulus is None and given.elastic_constants is None:
-        if given.other_solid:
-            raise ValueError(
-                f"material = {name!r} gives the modulus of an isotropic half "
-                f"space, which {given.other_solid} does not have: give symbol "
-                "instead of material"
-            )
-        changes["contact_modulus"] = known.contact_modulus
-    return replace(given, **changes)
+    spacing = known.spacing if given.spacing is None else given.spacing
+    given = replace(given, symbol=known.symbol, spacing=spacing)
+    if given.contact_modulus is not None or given.elastic_constants is not None:
+        return given
+    other = next((key for key in _WITHOUT_MODULUS if getattr(given, key)), "")
+    if other:
+        raise ValueError(
+            f"material = {name!r} gives the modulus of an isotropic half space, which "
+            f"{other} does not have: give symbol instead of material"
+        )
+    return replace(given, contact_modulus=known.contact_modulus)
+
+
+def spacing_of(substrate: SubstrateConfig) -> float | None:
+    """Return the atomic spacing a0 (Å); None for a crystal, which has its own.
+
+    Parameters
+    ----------
+    substrate : SubstrateConfig
+        See `named`.
+
+    Returns
+    -------
+    float or None
+
+    Raises
+    ------
+    ValueError
+        If it is not positive, or neither given nor known.
+    """
+    spacing = substrate.plain(["spacing"], LENGTHS, "Å").spacing
+    if spacing is not None:
+        positive(spacing=spacing)
+        return spacing
+    return None if substrate.of_atoms else _known(substrate, fcc_spacing)
 
 
 def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
@@ -172,6 +177,10 @@ def _printed_modulus(modulus: float) -> str:
     return f"E* = {modulus / UNITS['GPa']:.4g} GPa"
 
 
+def _isotropic(substrate: SubstrateConfig) -> Isotropic:
+    return Isotropic(UNITS["GPa"] * _modulus(substrate))
+
+
 def _modulus(substrate: SubstrateConfig) -> float:
     """Return the contact modulus of an isotropic half space (GPa)."""
     modulus, constants = substrate.contact_modulus, substrate.elastic_constants
@@ -182,13 +191,18 @@ def _modulus(substrate: SubstrateConfig) -> float:
         return _in_gpa(name, contact_modulus(constants))
     if modulus is not None:
         return _in_gpa("contact_modulus", modulus)
+    advice = "; give contact_modulus or elastic_constants"
+    return _known(substrate, crystal_modulus, advice)
+
+
+def _known(
+    substrate: SubstrateConfig, value_of: Callable[[str], float], advice: str = ""
+) -> float:
+    """Return a value that is known for the symbol of some solids."""
     try:
-        return crystal_modulus(substrate.symbol)
+        return value_of(substrate.symbol)
     except ValueError as error:
-        raise ValueError(
-            f"symbol = {substrate.symbol!r}: {error}; give contact_modulus or "
-            "elastic_constants"
-        ) from error
+        raise ValueError(f"symbol = {substrate.symbol!r}: {error}{advice}") from error
 
 
 def _in_gpa(name: str, modulus: float) -> float:
@@ -199,6 +213,25 @@ def _in_gpa(name: str, modulus: float) -> float:
             f"{name} is in GPa, at most {_LARGEST_MODULUS:g}, got {modulus:g}"
         )
     return modulus
+
+
+def _cubic(substrate: SubstrateConfig) -> Cubic:
+    if substrate.contact_modulus is not None:
+        raise ValueError(
+            "an anisotropic solid has several moduli: give elastic_constants instead "
+            "of contact_modulus"
+        )
+    constants = substrate.elastic_constants
+    if constants is None:
+        constants = crystal_constants(substrate.symbol)
+    if len(constants) != 3:
+        raise ValueError(
+            "an anisotropic solid needs the elastic_constants C11, C12 and C44, got "
+            f"{len(constants)} numbers"
+        )
+    _in_gpa("C11", constants[0])
+    c11, c12, c44 = (float(c) * UNITS["GPa"] for c in constants)
+    return Cubic(c11, c12, c44, lookup(substrate.surface or _SURFACE, _AXES, "surface"))
 
 
 def _layer(substrate: SubstrateConfig) -> Layer:
@@ -284,3 +317,19 @@ def _calculated_crystal(
             "of other potentials are written with Python, and given by crystal"
         ) from error
     return Crystal.from_calculator(calculator, symbol, surface, **_EAM_SLABS)
+
+
+# Solids other than the isotropic half space, by the key of [substrate] that asks for
+# them, and keys that only some of them have.
+_SOLIDS: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
+    **dict.fromkeys(("calculator", "potential", "crystal"), _crystal),
+    "anisotropic": _cubic,
+    "layer_thickness": _layer,
+}
+_NEEDED: dict[str, tuple[str, ...]] = {
+    "surface": ("calculator", "potential", "crystal", "anisotropic"),
+    **dict.fromkeys(
+        ("layer_modulus", "layer_poisson", "poisson", "rigid_base", "sliding"),
+        ("layer_thickness",),
+    ),
+}

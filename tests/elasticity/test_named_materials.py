@@ -85,7 +85,7 @@ def test_a_scene_takes_modulus_spacing_and_symbol_of_a_material():
     assert mica.spacing == MATERIALS["mica"].spacing
     assert mica.atoms().symbols[0] == "O"
     gold = scene('material = "Au"')
-    assert (gold.symbol, gold.spacing) == ("Au", scene('symbol = "Au"').spacing)
+    assert (gold.bodies.symbol, gold.spacing) == ("Au", scene('symbol = "Au"').spacing)
 
 
 @pytest.mark.parametrize("name", ["SiO2", "Si3N4", "DLC", "diamond", "mica", "PDMS"])

@@ -96,7 +96,7 @@ def test_theory_of_a_rough_adhesive_sphere(longest, work, explanation, remaining
     assert reference.smooth.sphere in reference.explanation
     has_closed_form = explanation.startswith("Eq. (4)")
     assert (reference.rough_above is not None) == has_closed_form
-    assert (scene.inverse_kappa > 0.0) == has_closed_form
+    assert (scene.bodies.inverse_kappa > 0.0) == has_closed_form
 
 
 def test_flats_adhere_by_one_formula_in_theory_and_criteria():
@@ -105,7 +105,7 @@ def test_flats_adhere_by_one_formula_in_theory_and_criteria():
     def found(work):
         scene = adhesive(ROUGH, work)
         *_, criterion = reference_for(scene).criteria
-        assert criterion.sticky == (scene.inverse_kappa <= 0.0)
+        assert criterion.sticky == (scene.bodies.inverse_kappa <= 0.0)
         return criterion.sticky
 
     low, high = 0.01, 1.0

@@ -14,7 +14,7 @@ from ase_roughcontact.interactions import (
     wall_parameters,
 )
 from ase_roughcontact.paths.accuracy import OF_ATOMS
-from ase_roughcontact.scene import NANONEWTON, Scene, Steps, bodies, default_text
+from ase_roughcontact.scene import NANONEWTON, Scene, Steps, build, default_text
 from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
 from ase_roughcontact.topography import RoughSphere, SelfAffine
 
@@ -452,9 +452,9 @@ def test_all_that_is_not_known_of_a_substrate_is_reported_at_once():
 def test_the_parts_of_a_scene_are_built_once(monkeypatch):
     built = []
     for part in ("solid_of", "make_wall", "random_field"):
-        build = getattr(bodies, part)
+        original = getattr(build, part)
         monkeypatch.setattr(
-            bodies, part, lambda *args, p=part, b=build: built.append(p) or b(*args)
+            build, part, lambda *args, p=part, b=original: built.append(p) or b(*args)
         )
     scene = Scene.parse(SMALL)
     scene.check()

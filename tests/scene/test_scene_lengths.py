@@ -25,7 +25,7 @@ def test_a_radius_may_have_a_unit():
 
 
 def test_wavelengths_may_have_a_unit():
-    plain = scene(SMALL).self_affine
+    plain = scene(SMALL).rough
     a0 = scene(SMALL).spacing
     value = SMALL.replace("short_wavelength = 4.0", f'short_wavelength = "{4 * a0} Å"')
     table = SMALL.replace(
@@ -33,7 +33,7 @@ def test_wavelengths_may_have_a_unit():
         f'unit = "nm"\nshort_wavelength = {0.4 * a0}\nlong_wavelength = {1.6 * a0}',
     )
     for text in (value, table):
-        rough = scene(text).self_affine
+        rough = scene(text).rough
         assert rough.short_wavelength == pytest.approx(plain.short_wavelength)
         assert rough.long_wavelength == pytest.approx(plain.long_wavelength)
 

@@ -67,7 +67,9 @@ def test_theory_for_a_scan_is_that_of_its_statistics(folder):
     rough = scene.rough
     statistics = rough.statistics()
     assert rough.rms_slope == statistics.rms_slope
-    pressure = statistics.rms_slope * scene.contact_modulus / scene.kappa_repulsive
+    pressure = (
+        statistics.rms_slope * scene.contact_modulus / scene.bodies.kappa_repulsive
+    )
     light = 1e-4
     assert scene.predicted_area(light) == pytest.approx(light / pressure, rel=0.02)
     assert reference_for(scene).rough_above == 0.0

@@ -155,7 +155,7 @@ def test_a_plan_tells_that_uniform_compression_is_left_out():
         ("anisotropic = true\nelastic_constants = [168e9, 121e9, 75e9]", "is in GPa"),
         ("elastic_constants = [168e9, 121e9, 75e9]", "elastic_constants is in GPa"),
         ('calculator = "emt"', "contact_modulus follows from the forces"),
-        ('surface = "bcc100"', "surface needs one of calculator, .*are isotropic"),
+        ('surface = "bcc100"', "surface needs one of calculator, potential, crystal, "),
         (f'{LAYER}\nsurface = "fcc100"', "surface needs one of calculator"),
     ],
 )
