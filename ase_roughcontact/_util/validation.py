@@ -21,6 +21,8 @@ Point: TypeAlias = tuple[float, float]
 # Largest number of grid points along x or y: more do not fit into any memory.
 _MAX_POINTS = 10**9
 _NUMBERS = (int, float, np.integer, np.floating)
+# Similarity from which a known name is suggested for an unknown one.
+_SIMILAR = 0.4
 # Shortens values in messages.
 _shortened = reprlib.Repr()
 _shortened.maxstring = _shortened.maxother = _shortened.maxlong = 100
@@ -202,8 +204,8 @@ def surface(**values: Any) -> None:
 
 def unknown(name: str, known: Sequence[str], what: str) -> str:
     """Return the error message for an unknown name, with the most similar known one."""
-    similar = get_close_matches(name[:100], known, n=1, cutoff=0.0)
-    hint = f"; did you mean {similar[0]!r}?" if similar else ""
+    similar = get_close_matches(name[:100], known, n=1, cutoff=_SIMILAR)
+    hint = f"; did you mean {similar[0]!r}?" if similar else "."
     known_names = ", ".join(known) or "none"
     return f"unknown {what} {shown(name)}{hint} Known: {known_names}"
 

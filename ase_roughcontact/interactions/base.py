@@ -257,12 +257,14 @@ def make_wall(
         If the kind is unknown, or a parameter is unknown, missing or out of range.
     """
     wall = lookup(kind, WALLS, "kind of interaction")
-    for name, given in parameters.items():
-        if name not in wall.parameters:
-            raise ValueError(
-                f"kind = {kind!r} has no {name}, got {given!r}; its parameters: "
-                f"{', '.join(wall.parameters) or 'none'}"
-            )
+    foreign = [
+        f"kind = {kind!r} has no {name}, got {given!r}"
+        for name, given in parameters.items()
+        if name not in wall.parameters
+    ]
+    if foreign:
+        known = ", ".join(wall.parameters) or "none"
+        raise ValueError(f"{'; '.join(foreign)}; its parameters: {known}")
     values = {}
     for name, parameter in wall.parameters.items():
         value = parameters.get(name, parameter.default)

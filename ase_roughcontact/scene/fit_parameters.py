@@ -51,11 +51,11 @@ def value_of(scene: Scene, name: str) -> float:
             "radius can't be fitted: the scan is the whole tip (radius = inf)"
         )
     values = {
-        "work_of_adhesion": lambda: scene.wall.work_of_adhesion / UNITS["J/m²"],
-        "contact_modulus": lambda: scene.contact_modulus / UNITS["GPa"],
-        "radius": lambda: scene.radius / UNITS["nm"],
+        "work_of_adhesion": scene.wall.work_of_adhesion,
+        "contact_modulus": scene.contact_modulus,
+        "radius": scene.radius,
     }
-    return float(values[name]())
+    return values[name] / UNITS[FREE[name][1]]
 
 
 def changed(scene: Scene, values: Mapping[str, float]) -> Scene:
@@ -71,9 +71,8 @@ def changed(scene: Scene, values: Mapping[str, float]) -> Scene:
     -------
     Scene
     """
-    units = {name: FREE[name][1].replace("²", "^2") for name in values}
     return scene.with_values(
-        {FREE[name][0]: f"{value:.17g} {units[name]}" for name, value in values.items()}
+        {FREE[name][0]: f"{v:.17g} {FREE[name][1]}" for name, v in values.items()}
     )
 
 

@@ -26,7 +26,7 @@ from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
-from ase_roughcontact.scene.section import Quantities, lengths
+from ase_roughcontact.scene.section import lengths
 
 _NN, _NM, _N_PER_M = UNITS["nN"], UNITS["nm"], UNITS["N/m"]
 
@@ -105,7 +105,7 @@ class Loop(PathKind):
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the deepest penetration."""
         deepest = self.options(bodies)["deepest"]
-        return Steps("penetration", values=Quantities([deepest]))
+        return Steps("penetration", values=(deepest,))
 
     def describe(self, bodies: Bodies) -> str:
         """Return what is planned, and what a cantilever must hold."""

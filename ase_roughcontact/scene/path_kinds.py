@@ -24,7 +24,6 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.section import (
     Problems,
-    Quantities,
     Section,
     kind_of,
     lengths,
@@ -226,7 +225,7 @@ class Steps(PathKind):
     last: float | str | None = None
     steps: int | None = None
     scale: str = "geometric"
-    values: Quantities | None = None
+    values: tuple | None = None
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the targets of the steps; see `PathKind.targets`."""

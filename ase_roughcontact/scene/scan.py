@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from ase_roughcontact._util.units import LENGTHS
-from ase_roughcontact.scene.section import Quantities, Section
+from ase_roughcontact.scene.section import Section
 from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.topography.scan import ROLES, in_angstrom
 
@@ -22,9 +22,9 @@ class TopographyConfig(Section):
     file: str = ""
     role: str = ""
     unit: str | None = None
-    spacing: float | str | Quantities | None = None
+    spacing: float | str | tuple | None = None
     detrend: str = "plane"
-    center: str | Quantities = "middle"
+    center: str | tuple = "middle"
     margin: float | str = 0.0
     periodic: bool | None = None
     channel: int | str | None = None

@@ -25,10 +25,6 @@ from ase_roughcontact._util.validation import lookup, shown, unknown
 AnySection = TypeVar("AnySection", bound="Section")
 
 
-class Quantities(tuple):
-    """Type of a key whose value is a list of quantities: numbers, or with a unit."""
-
-
 # Largest number of characters of a string in a scene file: names, also of files.
 _LONGEST_WORD = 1000
 
@@ -96,11 +92,7 @@ class Section:
         """Return the types that each key accepts."""
         hints = get_type_hints(cls)
         types = {each.name: _members(hints[each.name]) for each in fields(cls)}
-        with_units = {
-            key: (*(Quantities if each is tuple else each for each in types[key]), str)
-            for key in cls.units
-        }
-        return types | with_units
+        return types | {key: (*types[key], str) for key in cls.units}
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, None for keys that are not given."""
@@ -161,9 +153,28 @@ class Section:
         return [file for key in self.file_keys if (file := getattr(self, key))]
 
     def located(self: AnySection, folder: Path, copied: bool = False) -> AnySection:
-        """Return the section with the whole paths of its files; see `find_file`."""
-        names = {key: getattr(self, key) for key in self.file_keys}
-        files = {key: find_file(name, folder, copied) for key, name in names.items()}
+        """Return the section with the whole paths of its files.
+
+        Parameters
+        ----------
+        folder : Path
+            Folder of the scene file. A file is sought at its path relative to this
+            folder, and then in the folder itself, where a run has copied it.
+        copied : bool
+            Whether it is sought in the reverse order: the folder has results, and the
+            file at the path may have changed since.
+
+        Returns
+        -------
+        Section
+        """
+        files = {}
+        for key in self.file_keys:
+            if name := getattr(self, key):
+                places = [folder / name, folder / Path(name).name]
+                places = places[::-1] if copied else places
+                found = next((place for place in places if place.is_file()), places[0])
+                files[key] = str(found.resolve())
         return replace(self, **files)
 
 
@@ -231,33 +242,6 @@ def lengths(a0: float) -> dict[str, float]:
     return {"a0": a0, **LENGTHS}
 
 
-def find_file(name: str, folder: Path, copied: bool = False) -> str:
-    """Return the whole path of a file that a scene names.
-
-    Parameters
-    ----------
-    name : str
-        May be empty, for none.
-    folder : Path
-        Folder of the scene file. The file is sought at its path relative to this
-        folder, and then in the folder itself, where a run has copied it.
-    copied : bool
-        Whether it is sought in the reverse order: the folder has results, and the file
-        at the path may have changed since.
-
-    Returns
-    -------
-    str
-    """
-    if not name:
-        return name
-    places = [folder / name, folder / Path(name).name]
-    if copied:
-        places.reverse()
-    found = next((place for place in places if place.is_file()), places[0])
-    return str(found.resolve())
-
-
 def _converted(
     key: str,
     value: Any,
@@ -296,9 +280,10 @@ def _check(name: str, value: Any, types: Mapping[str, tuple[type, ...]]) -> None
 
 
 def _is_of_type(value: Any, kind: type) -> bool:
-    if kind in (tuple, Quantities):
+    if kind is tuple:  # of quantities
         return isinstance(value, (list, tuple)) and all(
-            _is_of_type(each, float) or (kind is Quantities and _has_unit(each))
+            _is_of_type(each, float)
+            or (isinstance(each, str) and QUANTITY.fullmatch(each))
             for each in value
         )
     if kind in (int, float):
@@ -306,13 +291,8 @@ def _is_of_type(value: Any, kind: type) -> bool:
     return isinstance(value, kind)
 
 
-def _has_unit(value: Any) -> bool:
-    return isinstance(value, str) and bool(QUANTITY.fullmatch(value))
-
-
 # Descriptions of the types of values.
 _TYPES: dict[type, str] = {
-    Quantities: "a list of numbers",
     tuple: "a list of numbers",
     bool: "true or false",
     float: "a number",
