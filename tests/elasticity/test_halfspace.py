@@ -54,25 +54,25 @@ def test_kernel_far_away_is_that_of_a_point_force_and_its_next_term():
     "points",
     [
         [(i, j) for i in range(20) for j in range(i + 1)],
-        [(i, i - k) for i in range(20, 70) for k in (0, 1)],
+        [(i, i - k) for i in range(150, 170) for k in (0, 1)],
         [(d, 0) for d in (25, 33, 100, 999, 4096, 8192, 20_000)],
         [(0, d) for d in (25, 33, 100, 999, 4096, 8192, 20_000)],
         [(d, d) for d in (25, 33, 100, 999, 4096, 8192, 20_000)],
         [(20_000, 1), (7, 19_999), (1234, 15_000), (15, 16), (15, 20_000)],
     ],
     ids=[
-        "near and at the switch",
-        "beyond the switch",
+        "near",
+        "at the switch to the series",
         "along x",
         "along y",
         "diagonal",
         "oblique",
     ],
 )
-def test_kernel_has_twelve_digits(points):
+def test_kernel_has_thirteen_digits(points):
     i, j = np.array(points).T
     exact = [love_exactly(*point) for point in points]
-    assert_allclose(love_kernel(i, j, 1.0, 1.0), exact, rtol=1e-12)
+    assert_allclose(love_kernel(i, j, 1.0, 1.0), exact, rtol=1e-13)
 
 
 def test_kernel_is_even_symmetric_and_falls_with_distance():
