@@ -9,14 +9,16 @@ writes them::
     # Height: 2.00 µm
     # Value units: nm
 
-Cells that are empty or one of `MISSING` are missing points. Numbers have a decimal
-comma if columns are separated otherwise.
+Cells that are empty or one of `MISSING` are missing points. Numbers may have a decimal
+comma unless commas separate the columns.
 """
 
 from __future__ import annotations
 
+import math
 import re
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,29 +27,16 @@ from ase_roughcontact._util.validation import FloatArray, shown
 
 #: Words of missing points, in small letters.
 MISSING = frozenset({"", "nan", "bad", "-", "--", "---", "n/a", "na", "null", "none"})
+# Separators of columns in the order in which they are tried; None: blanks.
+_SEPARATORS = (",", ";", "\t", None)
 # Distance of a point from the regular grid, in steps of the grid, that is rounding.
 _ROUNDING = 0.05
-_COMMA = re.compile(r"[-+]?\d+(?:,\d+)?(?:[eE][-+]?\d+)?")
-_NUMBER = r"([-+]?[\d.,]+(?:[eE][-+]?\d+)?)"
-_SIZE = rf"(?:scan\s+|physical\s+)?{{}}\s*[:=]\s*{_NUMBER}\s*([^\s\d]+)"
-_WIDTH, _HEIGHT = (
-    re.compile(_SIZE.format(name), re.IGNORECASE)
-    for name in (r"(?:width|x[- ]?size|size[ _]x)", r"(?:height|y[- ]?size|size[ _]y)")
+_SIZE = (
+    r"(?:scan\s+|physical\s+)?{}\s*[:=]\s*([-+]?[\d.,]+(?:[eE][-+]?\d+)?)\s*([^\s\d]+)"
 )
-_UNIT = re.compile(
-    r"(?:value|height|z)?[- ]?units?\s*[:=]\s*([^\s\d]+)\s*$", re.IGNORECASE
-)
-# Separators of columns and signs of decimals, in the order in which they are tried;
-# None: blanks.
-_FORMATS = (
-    (",", "."),
-    (";", "."),
-    ("\t", "."),
-    (None, "."),
-    (";", ","),
-    ("\t", ","),
-    (None, ","),
-)
+_WIDTH = _SIZE.format(r"(?:width|x[- ]?size|size[ _]x)")
+_HEIGHT = _SIZE.format(r"(?:height|y[- ]?size|size[ _]y)")
+_UNIT = r"(?:value|height|z)?[- ]?units?\s*[:=]\s*([^\s\d]+)\s*$"
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,133 +61,98 @@ class RawScan:
 
 
 def scan_from_text(text: str) -> RawScan:
-    """Return the scan of a text; see `scan_text`.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    RawScan
+    """Return the scan of a text.
 
     Raises
     ------
     ValueError
         If there are no numbers, or rows differ in their number of columns.
     """
-    header, rows = _split(text)
-    if not rows:
-        raise ValueError("the file contains no rows of numbers")
-    widths = sorted({len(row) for row in rows})
-    if len(widths) > 1:
-        raise ValueError(f"rows have different numbers of columns: {widths}")
-    unit = _header_unit(header)
-    if widths == [3] and len(rows) > 3:
-        return _from_points(np.array(rows), unit)
-    heights = np.array(rows).T
-    n, m = heights.shape
-    width, height = (_header_size(header, pattern) for pattern in (_WIDTH, _HEIGHT))
-    if width is None or height is None or unit is None:
-        return RawScan(heights, unit=unit)
-    step = width / n / LENGTHS[unit], height / m / LENGTHS[unit]
-    return RawScan(heights, step, unit)
-
-
-def _split(text: str) -> tuple[list[str], list[list[float]]]:
-    """Return the lines of the header and the rows of numbers."""
     lines = text.lstrip("\ufeff").splitlines()
-    # the format with the most rows; of equal ones the first
-    tables = [_Table.of(lines, *each) for each in _FORMATS]
-    table = max(tables, key=lambda each: len(each.rows))
-    if table.problem:
-        raise ValueError(table.problem)
-    return table.header, _filled(table.rows)
+    # the separator with the most lines of numbers; of equal ones the first
+    parsed = max(
+        ([_cells(line, separator) for line in lines] for separator in _SEPARATORS),
+        key=lambda table: sum(map(bool, table)),
+    )
+    header = [line for line, row in zip(lines, parsed, strict=True) if not row]
+    units = [unit for (unit,) in _found(_UNIT, header) if unit in LENGTHS]
+    heights = _columns(lines, parsed)
+    if len(heights) == 3 < heights.shape[1]:
+        return _from_points(heights, *units[:1])
+    width, height = (_length(pattern, header) for pattern in (_WIDTH, _HEIGHT))
+    if not units:
+        return RawScan(heights)
+    if width is None or height is None:
+        return RawScan(heights, unit=units[0])
+    x, y = np.divide([width, height], heights.shape) / LENGTHS[units[0]]
+    return RawScan(heights, (float(x), float(y)), units[0])
 
 
-@dataclass(frozen=True)
-class _Table:
-    """Header and rows of a text in one of the formats, up to a line that is none."""
+def _cells(line: str, separator: str | None) -> list[float] | None:
+    """Return the numbers of a line, NaN for missing ones; None if it has other words.
 
-    header: list[str]
-    rows: list[list[float | None]]
-    problem: str = ""
-
-    @classmethod
-    def of(cls, lines: list[str], separator: str | None, decimal: str) -> _Table:
-        table = cls([], [])
-        for number, line in enumerate(lines, 1):
-            content, _, comment = line.partition("#")
-            table.header.append(comment)
-            row = _row(content, separator, decimal) if content.strip() else None
-            if row and (table.rows or any(cell is not None for cell in row)):
-                table.rows.append(row)
-            elif table.rows and content.strip():
-                problem = (
-                    f"line {number} is not one of numbers, as those before it: "
-                    f"{shown(content.strip())}"
-                )
-                return replace(table, problem=problem)
-            else:
-                table.header.append(content)
-        return table
-
-
-def _row(line: str, separator: str | None, decimal: str) -> list[float | None] | None:
-    """Return the cells of a line, None for missing ones; None if it has others."""
-    cells: list[float | None] = []
-    for cell in line.strip("\r\n ").split(separator):
+    The list is empty for a line that is blank but for a comment.
+    """
+    content = line.partition("#")[0].strip("\r\n ")
+    cells = []
+    for cell in content.split(separator) if content.strip() else ():
         word = cell.strip()
-        if word.lower() in MISSING:
-            cells.append(None)
-            continue
-        if decimal == ",":
-            if not _COMMA.fullmatch(word):
-                return None
+        if separator != ",":
             word = word.replace(",", ".")
         try:
-            cells.append(float(word))
+            cells.append(math.nan if word.lower() in MISSING else float(word))
         except ValueError:
             return None
     return cells
 
 
-def _filled(rows: list[list[float | None]]) -> list[list[float]]:
-    """Return rows with NaN for missing cells, without an empty column at the end."""
-    if rows and all(row[-1] is None for row in rows):
-        rows = [row[:-1] for row in rows]
-    return [[np.nan if cell is None else cell for cell in row] for row in rows]
+def _columns(lines: list[str], parsed: list[list[float] | None]) -> FloatArray:
+    """Return the columns of the table of numbers that begins with the first number."""
+    starts = (k for k, row in enumerate(parsed) if row and not np.isnan(row).all())
+    start = next(starts, len(lines))
+    for number, line in enumerate(lines[start:], start):
+        if parsed[number] is None:
+            raise ValueError(
+                f"line {number + 1} is not one of numbers, as those before it: "
+                f"{shown(line.strip())}"
+            )
+    rows = [row for row in parsed[start:] if row]
+    if not rows:
+        raise ValueError("the file contains no rows of numbers")
+    widths = sorted({len(row) for row in rows})
+    if len(widths) > 1:
+        raise ValueError(f"rows have different numbers of columns: {widths}")
+    columns = np.array(rows).T
+    # rows may end with a separator
+    return columns[:-1] if np.isnan(columns[-1]).all() else columns
 
 
-def _header_size(header: list[str], pattern: re.Pattern) -> float | None:
-    """Return a size of the header in Å."""
+def _found(pattern: str, header: list[str]) -> Iterator[tuple[str, ...]]:
+    """Return the groups of a pattern in the lines of the header that have it."""
     for line in header:
-        found = pattern.search(line)
-        if found and found[2].rstrip(",;)") in LENGTHS:
-            value = float(found[1].replace(",", "."))
-            return value * LENGTHS[found[2].rstrip(",;)")]
+        if found := re.search(pattern, line, re.IGNORECASE):
+            yield found.groups()
+
+
+def _length(pattern: str, header: list[str]) -> float | None:
+    """Return the first length of the header that follows a pattern (Å)."""
+    for value, unit in _found(pattern, header):
+        if unit.rstrip(",;)") in LENGTHS:
+            return float(value.replace(",", ".")) * LENGTHS[unit.rstrip(",;)")]
     return None
 
 
-def _header_unit(header: list[str]) -> str | None:
-    for line in header:
-        found = _UNIT.search(line)
-        if found and found[1] in LENGTHS:
-            return found[1]
-    return None
-
-
-def _from_points(points: FloatArray, unit: str | None) -> RawScan:
+def _from_points(columns: FloatArray, unit: str | None = None) -> RawScan:
     """Return the grid of a list of points x, y, z; points may be missing."""
-    places, counts, spacing = [], [], []
-    for axis, name in enumerate("xy"):
-        values = np.unique(points[:, axis])
-        step = np.diff(values).max(initial=0.0)
-        if step == 0.0:
+    places, spacing = [], []
+    for values, name in zip(columns, "xy", strict=False):
+        distinct = np.unique(values)
+        steps = np.diff(distinct)
+        if not steps.size:
             raise ValueError(f"all points have the same {name}: {values[0]:g}")
-        distinct = values[np.append(True, np.diff(values) > 0.5 * step)]
-        step = (distinct[-1] - distinct[0]) / max(len(distinct) - 1, 1)
-        place = (points[:, axis] - distinct[0]) / step
+        distinct = distinct[np.append(True, steps > 0.5 * steps.max())]
+        step = (distinct[-1] - distinct[0]) / (len(distinct) - 1)
+        place = (values - distinct[0]) / step
         if abs(place - np.rint(place)).max() > _ROUNDING:
             raise ValueError(
                 f"the points (x, y, z) are not on a regular grid along {name}: "
@@ -206,8 +160,7 @@ def _from_points(points: FloatArray, unit: str | None) -> RawScan:
                 "give the array"
             )
         places.append(np.rint(place).astype(int))
-        counts.append(len(distinct))
         spacing.append(float(step))
-    heights = np.full(counts, np.nan)
-    heights[tuple(places)] = points[:, 2]
+    heights = np.full([place.max() + 1 for place in places], np.nan)
+    heights[tuple(places)] = columns[2]
     return RawScan(heights, (spacing[0], spacing[1]), unit)
