@@ -1,8 +1,10 @@
 """First contact of a rough sphere: where it is, and how sharp the asperity is.
 
 The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
-h'' = ``<(lap h)^2>^(1/2)``. All functions broadcast over arrays and accept any
-consistent system of units.
+h'' = ``<(lap h)^2>^(1/2)``. All functions broadcast over arrays, accept any consistent
+system of units, and raise `ValueError` for an argument that is not finite or out of
+range. Equations are those of L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601
+(2016).
 """
 
 import numpy as np
@@ -20,7 +22,7 @@ ASPERITY_FACTOR_REPULSIVE = 3.0
 def first_contact_radius(radius: ArrayLike, roughness: Roughness) -> FloatArray:
     """Return the radius around the axis within which the first contact is expected.
 
-    This is the equation as printed, a'/lambda_s =
+    This is eq. (3) as printed, a'/lambda_s =
     {2 R h'/lambda_s [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
 
     Parameters
@@ -33,22 +35,13 @@ def first_contact_radius(radius: ArrayLike, roughness: Roughness) -> FloatArray:
     Returns
     -------
     ndarray
-        a', length; shape of `radius`.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range.
+        a', length.
 
     Notes
     -----
     The condition a'^2 = 2 R h_rms(a'), with the rms height of the waves up to a', gives
     a further factor 1/(2 pi) in the brace, which makes a' smaller by
     (2 pi)^(1/(2-H)), 4.6 for H = 0.8: `first_contact_radius_from_height`.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (3).
     """
     slope, hurst, short = numbers_of(roughness)
     radius = positive_array("radius", radius)
@@ -61,29 +54,18 @@ def first_contact_radius_from_height(
 ) -> FloatArray:
     """Return the radius at which the sphere has risen by the rms height.
 
-    The solution of a'^2 = 2 R h_rms(a') is a'/lambda_s =
+    The solution of a'^2 = 2 R h_rms(a'), from which eq. (3) follows, is a'/lambda_s =
     {R h'/(pi lambda_s) [(1-H)/H]^(1/2)}^(1/(2-H)), for a' < lambda_L.
 
     Parameters
     ----------
-    radius : array_like
-        R of the sphere, length.
-    roughness : Roughness
-        Roughness of the sphere, such as `ase_roughcontact.SelfAffine`.
+    radius, roughness
+        See `first_contact_radius`.
 
     Returns
     -------
     ndarray
-        a', length; shape of `radius`.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), before eq. (3).
+        a', length.
     """
     printed = first_contact_radius(radius, roughness)
     return printed / (2 * np.pi) ** (1 / (2 - roughness.hurst))
@@ -92,7 +74,7 @@ def first_contact_radius_from_height(
 def asperity_radius(roughness: Roughness) -> float:
     """Return the radius of the first asperity in contact.
 
-    This is the equation as printed, rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
+    This is eq. (6), right, as printed: rho = lambda_s/(2 pi h') [2(2-H)/(1-H)]^(1/2).
 
     Parameters
     ----------
@@ -104,19 +86,10 @@ def asperity_radius(roughness: Roughness) -> float:
     float
         rho, length.
 
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range.
-
     Notes
     -----
     The paper equates it with 2/h'', which is larger by sqrt(2) for lambda_L >>
     lambda_s: `asperity_radius_from_curvature`.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), right.
     """
     slope, hurst, short = numbers_of(roughness)
     return float(short / (2 * np.pi * slope) * np.sqrt(2 * (2 - hurst) / (1 - hurst)))
@@ -124,6 +97,8 @@ def asperity_radius(roughness: Roughness) -> float:
 
 def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:
     """Return the radius of the first asperity from the rms curvature, rho = 2/h''.
+
+    This is eq. (6), left.
 
     Parameters
     ----------
@@ -133,16 +108,7 @@ def asperity_radius_from_curvature(rms_curvature: ArrayLike) -> FloatArray:
     Returns
     -------
     ndarray
-        rho, length; shape of the argument.
-
-    Raises
-    ------
-    ValueError
-        If the argument is not finite and positive.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eq. (6), left.
+        rho, length.
     """
     return 2 / positive_array("rms_curvature", rms_curvature)
 
@@ -160,16 +126,7 @@ def low_load_plateau(asperity_radius: ArrayLike, radius: ArrayLike) -> FloatArra
     Returns
     -------
     ndarray
-        A/A_Hertz, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
-
-    References
-    ----------
-    L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), with eq. (6).
+        A/A_Hertz, dimensionless.
     """
     rho = positive_array("asperity_radius", asperity_radius)
     return np.cbrt(rho / positive_array("radius", radius)) ** 2

@@ -53,16 +53,11 @@ class Hertz(SphereTheory):
         -------
         ndarray
             a, length.
-
-        Raises
-        ------
-        ValueError
-            If a penetration is not finite or negative.
         """
         return np.sqrt(self.radius * nonnegative_array("penetration", penetration))
 
     def force(self, contact_radius: ArrayLike) -> FloatArray:
-        """Return the force for a given contact radius, N = 4 E* a^3/3R + N_pull-off.
+        """Return the force for a given contact radius, N = 4 E* a^3/3R - N_pull-off.
 
         Parameters
         ----------
@@ -73,11 +68,6 @@ class Hertz(SphereTheory):
         -------
         ndarray
             N, force.
-
-        Raises
-        ------
-        ValueError
-            If a radius is not finite or negative.
         """
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
@@ -95,11 +85,6 @@ class Hertz(SphereTheory):
         -------
         ndarray
             delta, length.
-
-        Raises
-        ------
-        ValueError
-            If a radius is not finite or negative.
         """
         return nonnegative_array("contact_radius", contact_radius) ** 2 / self.radius
 
@@ -117,11 +102,6 @@ class Hertz(SphereTheory):
         -------
         ndarray
             p, force per area, zero beyond a.
-
-        Raises
-        ------
-        ValueError
-            If an argument is not finite or negative.
         """
         distance = nonnegative_array("distance", distance)
         radius = nonnegative_array("contact_radius", contact_radius)
@@ -129,7 +109,7 @@ class Hertz(SphereTheory):
         return 2 * self.contact_modulus / (np.pi * self.radius) * chord
 
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
-        """Return penetrations and forces."""
+        """Return penetrations and forces; see `SphereTheory.curve`."""
         a = np.linspace(0.0, largest, CURVE_POINTS)
         return self.penetration(a), self.force(a)
 

@@ -56,24 +56,9 @@ class JKR(SphereTheory):
         return float(-0.75 * np.cbrt(length**2 * self.radius))
 
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
-        """Return the radius of the stable contact for a given force.
+        """Return the radius of the stable contact; see `SphereTheory.contact_radius`.
 
         a^3 = (3R/4E*) [N + 3 pi w R + sqrt(6 pi w R N + (3 pi w R)^2)].
-
-        Parameters
-        ----------
-        normal_force : array_like
-            N, force, at least the negative pull-off force.
-
-        Returns
-        -------
-        ndarray
-            a, length.
-
-        Raises
-        ------
-        ValueError
-            If a tension is above the pull-off force, where there is no contact.
         """
         # the bracket is the square of sqrt(N + P) + sqrt(P), with P = 1.5 pi w R
         root = np.sqrt(self._above_pull_off(normal_force))
@@ -92,11 +77,6 @@ class JKR(SphereTheory):
         -------
         ndarray
             a, length.
-
-        Raises
-        ------
-        ValueError
-            If there is no contact at a penetration.
 
         Notes
         -----
@@ -132,11 +112,6 @@ class JKR(SphereTheory):
         -------
         ndarray
             N, force.
-
-        Raises
-        ------
-        ValueError
-            If a radius is not finite or negative.
         """
         cube = nonnegative_array("contact_radius", contact_radius) ** 3
         repulsive = 4 * self.contact_modulus * cube / (3 * self.radius)
@@ -158,18 +133,13 @@ class JKR(SphereTheory):
         -------
         ndarray
             delta, length.
-
-        Raises
-        ------
-        ValueError
-            If a radius is not finite or negative.
         """
         a = nonnegative_array("contact_radius", contact_radius)
         square = 2 * np.pi * self.work_of_adhesion * a / self.contact_modulus
         return a**2 / self.radius - np.sqrt(square)
 
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
-        """Return penetrations and forces."""
+        """Return penetrations and forces; see `SphereTheory.curve`."""
         depth = self.pull_off_penetration
         smallest = float(self.contact_radius_from_penetration(depth))
         a = np.linspace(smallest, max(largest, smallest), CURVE_POINTS)

@@ -95,11 +95,6 @@ class MaugisDugdale(SphereTheory):
         -------
         contact_radius, normal_force, penetration : ndarray
             a, N and delta: length, force and length.
-
-        Raises
-        ------
-        ValueError
-            If m <= 1.
         """
         ratio = np.asarray(zone_ratio, dtype=float)
         if not np.all(ratio > 1):
@@ -124,11 +119,6 @@ class MaugisDugdale(SphereTheory):
             m, dimensionless; infinity if the contact shrinks to a point without an
             instability.
 
-        Raises
-        ------
-        ValueError
-            If `control` is unknown.
-
         References
         ----------
         K. L. Johnson, J. A. Greenwood, J. Colloid Interface Sci. 192, 326 (1997).
@@ -138,22 +128,9 @@ class MaugisDugdale(SphereTheory):
         return float("inf") if angle == np.pi / 2 else float(1 / np.cos(angle))
 
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
-        """Return the radius of the stable contact, from N(m) inverted numerically.
+        """Return the radius of the stable contact; see `SphereTheory.contact_radius`.
 
-        Parameters
-        ----------
-        normal_force : array_like
-            N, force, at least the negative pull-off force.
-
-        Returns
-        -------
-        ndarray
-            a, which does not include the zone of tension, length.
-
-        Raises
-        ------
-        ValueError
-            If a tension is above the pull-off force, where there is no contact.
+        Without the zone of tension; N(m) of `state` is inverted numerically.
         """
         excess = self._above_pull_off(normal_force) / self._unit_force
         last = self._last_stable_angle(1)
@@ -174,7 +151,7 @@ class MaugisDugdale(SphereTheory):
         return radii.reshape(np.shape(excess)) * self._unit_radius
 
     def curve(self, largest: float) -> tuple[FloatArray, FloatArray]:
-        """Return penetrations and forces."""
+        """Return penetrations and forces; see `SphereTheory.curve`."""
         end = min(self.stability_limit("displacement") - 1.0, _LARGEST)
         ratio = 1.0 + np.geomspace(end, _SMALLEST, 4 * CURVE_POINTS)
         a, force, depth = self.state(ratio)

@@ -1,7 +1,8 @@
 """Plastic contact: pressures limited by the hardness H of the solid.
 
-In fully plastic contact the area is A = N/H. All functions broadcast over arrays and
-accept any consistent system of units.
+In fully plastic contact the area is A = N/H. All functions broadcast over arrays,
+accept any consistent system of units, and raise `ValueError` for an argument that is
+not finite or of the wrong sign.
 """
 
 from __future__ import annotations
@@ -34,12 +35,7 @@ def plastic_area(normal_force: ArrayLike, hardness: ArrayLike) -> FloatArray:
     Returns
     -------
     ndarray
-        A, area; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
+        A, area.
 
     References
     ----------
@@ -68,12 +64,7 @@ def yield_load(
     Returns
     -------
     ndarray
-        N, force; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
+        N, force.
 
     References
     ----------
@@ -100,12 +91,7 @@ def plastic_crossover_load(
     Returns
     -------
     ndarray
-        N, force; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
+        N, force.
     """
     return 27.0 / 8.0 * yield_load(radius, contact_modulus, hardness)
 
@@ -140,13 +126,8 @@ def plastic_contact_fraction(
     Returns
     -------
     contact, plastic : ndarray
-        Dimensionless; shape as the arguments broadcast. Both are p/H beyond H, where
-        the plastic contact is larger than the nominal area.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
+        Dimensionless. Both are p/H beyond H, where the plastic contact is larger than
+        the nominal area.
 
     References
     ----------

@@ -118,23 +118,10 @@ def regime(
     ----------
     normal_force : float
         N, force; negative only for a smooth sphere with adhesion.
-    radius : float
-        R of the sphere, length.
-    contact_modulus : float
-        E*, force per area.
-    roughness : Roughness, optional
-        Roughness of the sphere, such as `ase_roughcontact.SelfAffine`; by default the
-        sphere is smooth.
-    work_of_adhesion : float
-        w, energy per area.
-    attraction_range : float, optional
-        D, range of the attraction, length; required with adhesion.
-    kappa_repulsive : float
-        kappa without the attraction: `KAPPA_HARD`, `KAPPA_REPULSIVE` or
-        `compliant_kappa`.
-    asperity_factor : float
-        Factor by which the compliance of the wall increases rho: 1 for the hard wall,
-        `ASPERITY_FACTOR_REPULSIVE` for the repulsive 9-3 wall.
+    radius, contact_modulus, roughness, work_of_adhesion, attraction_range
+        See `RoughSphereTheory`; without a roughness the sphere is smooth.
+    kappa_repulsive, asperity_factor : float
+        See `RoughSphereTheory`.
 
     Returns
     -------

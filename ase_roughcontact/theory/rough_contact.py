@@ -1,7 +1,8 @@
 """Contact area of a rough sphere, and the load at which it becomes Hertzian.
 
 The rms slope is h' = ``<|grad h|^2>^(1/2)``, the contact modulus E* = E/(1 - nu^2). All
-functions broadcast over arrays and accept any consistent system of units.
+functions broadcast over arrays, accept any consistent system of units, and raise
+`ValueError` for an argument that is not finite or of the wrong sign.
 """
 
 from collections.abc import Callable
@@ -55,12 +56,7 @@ def predicted_area(
     Returns
     -------
     ndarray
-        A, area; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
+        A, area.
 
     Notes
     -----
@@ -110,12 +106,7 @@ def crossover_load(
     Returns
     -------
     ndarray
-        N_c, force; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
+        N_c, force.
 
     References
     ----------

@@ -1,8 +1,9 @@
 """Contact of nominally flat rough surfaces: kappa, contact fraction, adhesion.
 
 The mean pressure in the contacts is p_rough = h' E*/kappa, with the rms slope
-h' = ``<|grad h|^2>^(1/2)`` and E* = E/(1 - nu^2). All functions broadcast over arrays
-and accept any consistent system of units.
+h' = ``<|grad h|^2>^(1/2)`` and E* = E/(1 - nu^2). All functions broadcast over arrays,
+accept any consistent system of units, and raise `ValueError` for an argument that is
+not finite or out of range.
 """
 
 import numpy as np
@@ -50,12 +51,7 @@ def mean_contact_pressure(
     Returns
     -------
     ndarray
-        p_rough, force per area; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
+        p_rough, force per area.
 
     References
     ----------
@@ -79,12 +75,7 @@ def contact_fraction(pressure: ArrayLike, rough_pressure: ArrayLike) -> FloatArr
     Returns
     -------
     ndarray
-        f between 0 and 1; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or of the wrong sign.
+        f between 0 and 1.
 
     References
     ----------
@@ -121,13 +112,7 @@ def compliant_kappa(
     Returns
     -------
     ndarray
-        kappa >= kappa_hard, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range, lambda_L <= lambda_s, or
-        lambda_max < lambda_L.
+        kappa >= kappa_hard, dimensionless.
 
     Notes
     -----
@@ -182,7 +167,7 @@ def inverse_kappa_attractive(
     contact_modulus : array_like
         E*, force per area.
     attraction_range : array_like
-        D, range of the attraction, length.
+        D, length.
     rms_slope : array_like
         h', dimensionless.
     rms_curvature : array_like
@@ -191,12 +176,7 @@ def inverse_kappa_attractive(
     Returns
     -------
     ndarray
-        1/kappa_att, dimensionless; shape as the arguments broadcast.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite and positive.
+        1/kappa_att, dimensionless.
 
     References
     ----------
@@ -233,12 +213,6 @@ def flattening_energy(contact_modulus: float, roughness: Roughness) -> float:
     -------
     float
         Energy per area.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range, lambda_L < lambda_s, or
-        lambda_max < lambda_L.
 
     References
     ----------

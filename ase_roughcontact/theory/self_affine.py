@@ -3,7 +3,13 @@
 The spectrum is C(q) ~ q^(-2-2H) between the wavelengths lambda_s and lambda_L, and
 constant from lambda_L to the longest wavelength lambda_max, if there is such a
 roll-off. The rms slope is h' = ``<|grad h|^2>^(1/2)``, the rms curvature
-h'' = ``<(lap h)^2>^(1/2)``.
+h'' = ``<(lap h)^2>^(1/2)``. All functions raise `ValueError` for a parameter of the
+roughness that is missing, not finite or out of range, or wavelengths that are not in
+increasing order.
+
+References
+----------
+T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001 (2017).
 """
 
 from __future__ import annotations
@@ -40,21 +46,7 @@ class Roughness(Protocol):
 
 
 def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
-    """Return rms slope, Hurst exponent and shortest wavelength, or raise an error.
-
-    Parameters
-    ----------
-    roughness : Roughness
-
-    Returns
-    -------
-    rms_slope, hurst, short_wavelength : float
-
-    Raises
-    ------
-    ValueError
-        If one of them is missing, not finite or out of range.
-    """
+    """Return rms slope, Hurst exponent and shortest wavelength, after checks."""
     try:
         slope, hurst = roughness.rms_slope, roughness.hurst
         short = roughness.short_wavelength
@@ -70,34 +62,13 @@ def numbers_of(roughness: Roughness) -> tuple[float, float, float]:
 
 
 def band_of(roughness: Roughness) -> tuple[float, float, float | None]:
-    """Return the wavelengths between which a surface is rough.
-
-    Parameters
-    ----------
-    roughness : Roughness
-
-    Returns
-    -------
-    short_wavelength, long_wavelength, longest_wavelength : float or None
-        As `spectral_moment` expects them.
-    """
+    """Return lambda_s, lambda_L and lambda_max, which may be None."""
     longest = getattr(roughness, "longest_wavelength", None)
     return roughness.short_wavelength, roughness.long_wavelength, longest
 
 
 def check_hurst(hurst: float) -> None:
-    """Raise an error for a Hurst exponent that is not between 0 and 1.
-
-    Parameters
-    ----------
-    hurst : float
-        H.
-
-    Raises
-    ------
-    ValueError
-        If H is not a number, or not inside of the open interval from 0 to 1.
-    """
+    """Raise an error for a Hurst exponent that is not between 0 and 1."""
     finite(hurst=hurst)
     if not 0 < hurst < 1:
         raise ValueError(f"hurst must lie between 0 and 1, got {hurst!r}")
@@ -108,25 +79,9 @@ def wavelength_ratios(
     long_wavelength: float,
     longest_wavelength: float | None,
 ) -> tuple[float, float]:
-    """Return lambda_s/lambda_L and lambda_L/lambda_max, or raise an error.
+    """Return lambda_s/lambda_L and lambda_L/lambda_max, one without a roll-off.
 
-    Parameters
-    ----------
-    short_wavelength, long_wavelength : float
-        Ends lambda_s and lambda_L of the self-affine range, lengths; lambda_L may be
-        infinite.
-    longest_wavelength : float or None
-        lambda_max of the roll-off, length; None without a roll-off.
-
-    Returns
-    -------
-    rho, r : float
-        Dimensionless; r = 1 without a roll-off.
-
-    Raises
-    ------
-    ValueError
-        If a wavelength is not positive, or smaller than the one before.
+    lambda_L may be infinite, lambda_max None.
     """
     positive(short_wavelength=short_wavelength)
     if not long_wavelength > short_wavelength:
@@ -176,18 +131,7 @@ def spectral_moment(
     Returns
     -------
     float
-        M_m, dimensionless.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not finite or out of range, lambda_L <= lambda_s, or
-        lambda_max < lambda_L.
-
-    References
-    ----------
-    T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
-    (2017).
+        M_m.
     """
     rho, r = wavelength_ratios(short_wavelength, long_wavelength, longest_wavelength)
     check_hurst(hurst)
@@ -200,22 +144,7 @@ def spectral_moment(
 def moment_ratio(power: float, other: float, roughness: Roughness) -> float:
     """Return the ratio of two moments of the spectrum, M_m/M_n of `spectral_moment`.
 
-    Parameters
-    ----------
-    power, other : float
-        m and n.
-    roughness : Roughness
-        One wavelength, lambda_L = lambda_s, is allowed: the ratio is one then.
-
-    Returns
-    -------
-    float
-        Dimensionless.
-
-    Raises
-    ------
-    ValueError
-        If a parameter of the roughness is not finite or out of range.
+    One wavelength, lambda_L = lambda_s, is allowed: the ratio is one then.
     """
     _, hurst, short = numbers_of(roughness)
     positive(long_wavelength=roughness.long_wavelength)
@@ -239,16 +168,6 @@ def slope_to_curvature_ratio(roughness: Roughness) -> float:
     -------
     float
         h'/h'', length.
-
-    Raises
-    ------
-    ValueError
-        If a parameter of the roughness is not finite or out of range.
-
-    References
-    ----------
-    T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
-    (2017): ratio of the integrals of q^3 C(q) and q^5 C(q).
     """
     _, _, short = numbers_of(roughness)
     return short / (2 * math.pi) * math.sqrt(moment_ratio(2, 4, roughness))
@@ -257,19 +176,7 @@ def slope_to_curvature_ratio(roughness: Roughness) -> float:
 def rms_height(roughness: Roughness) -> float:
     r"""Return the rms height, :math:`h' (\lambda_s/2\pi) (M_0/M_2)^{1/2}`.
 
-    Parameters
-    ----------
-    roughness : Roughness
-
-    Returns
-    -------
-    float
-        Length, averaged over the realisations.
-
-    Raises
-    ------
-    ValueError
-        If a parameter of the roughness is not finite or out of range.
+    It is averaged over the realisations (length).
     """
     length = roughness.short_wavelength / (2 * math.pi)
     return roughness.rms_slope * length * math.sqrt(moment_ratio(0, 2, roughness))

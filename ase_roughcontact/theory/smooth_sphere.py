@@ -22,7 +22,8 @@ class SphereTheory(ABC):
     """Theory of a smooth rigid sphere on an elastic half space.
 
     Any consistent system of units will do; `label` alone assumes that of ASE. Methods
-    accept numbers and arrays, of which they return the shape.
+    accept numbers and arrays, of which they return the shape, and raise `ValueError`
+    for an argument that is not finite, of the wrong sign, or without a contact.
 
     Attributes
     ----------
@@ -36,11 +37,6 @@ class SphereTheory(ABC):
         Name of the theory.
     symbol : str
         Subscript of quantities that follow from it, as in A_Hertz.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not finite and positive.
     """
 
     radius: float
@@ -71,12 +67,6 @@ class SphereTheory(ABC):
         -------
         ndarray
             a, length.
-
-        Raises
-        ------
-        ValueError
-            If a force is not finite, or a tension above the pull-off force, where
-            there is no contact.
         """
 
     @abstractmethod
