@@ -1,11 +1,10 @@
-"""A circulant model of the half space: cheap, and nearly right.
+"""A circulant approximation of the half space: cheap, and nearly right.
 
 The Green's function is wrapped around a box of atoms at the shortest distance, so that
 convolutions with it need no padding, and single precision is enough. For a free half
-space the spectrum of the model is wrong by up to 30 % in the few longest waves and
-right in all others; for a periodic one it is exact. A correction of the pressure that
-solves a contact problem of the model removes about nine tenths of an error, on any
-grid.
+space the spectrum is inaccurate, by up to 30 %, for the few longest waves and right for
+all others; for a periodic one it is exact. A correction of the pressure that solves a
+contact problem of the model removes about nine tenths of an error, on any grid.
 """
 
 from __future__ import annotations
@@ -113,18 +112,7 @@ class CirculantModel:
     def compliance(
         self, pressure: np.ndarray, out: np.ndarray | None = None
     ) -> np.ndarray:
-        """Return ``C p``, the opening of the gap under a pressure.
-
-        Parameters
-        ----------
-        pressure : ndarray, shape of the box
-        out : ndarray, shape of the box, optional
-            Array for the result.
-
-        Returns
-        -------
-        ndarray, shape of the box
-        """
+        """Return ``C p``, the opening of the gap under a pressure."""
         return self._transform.filter(pressure, self._compliance, out)
 
     def stiffness(
@@ -132,16 +120,7 @@ class CirculantModel:
     ) -> np.ndarray:
         """Return a pressure that opens the gap by about `opening`.
 
-        Parameters
-        ----------
-        opening : ndarray, shape of the box
-        out : ndarray, shape of the box, optional
-            Array for the result.
-
-        Returns
-        -------
-        ndarray, shape of the box
-            Linear, symmetric and positive definite in `opening`.
+        It is linear, symmetric and positive definite in `opening`.
         """
         return self._inverse_transform.filter(opening, self._stiffness, out)
 
@@ -150,16 +129,9 @@ class CirculantModel:
     ) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
         """Return the operator ``(s + (1 - s) C)^-1`` for a uniform softness ``s``.
 
-        Parameters
-        ----------
-        softness : float
-            Between zero, for a hard wall, and one: compliance of the wall as a part of
-            that of wall and atom in series.
-
-        Returns
-        -------
-        callable
-            Function of a pressure and of an array for the result.
+        The softness is the compliance of the wall as a part of that of wall and atom in
+        series: zero for a hard wall, at most one. The operator is a function of a
+        pressure and of an array for the result.
         """
         multiplier = self._stiffness
         if softness > 0.0:
@@ -181,19 +153,6 @@ def covering_model(
     """Return a model of a box, the last one of the half space if it is the same.
 
     It is kept as ``halfspace.model``: steps of a path often need the same one.
-
-    Parameters
-    ----------
-    halfspace : HalfSpace
-        The elastic solid.
-    box : Box
-        Atoms of the window.
-    exact : bool
-        See `CirculantModel`.
-
-    Returns
-    -------
-    CirculantModel
     """
     exact = exact or _always_exact(halfspace)
     model: CirculantModel | None = halfspace.model

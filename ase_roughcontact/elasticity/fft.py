@@ -174,14 +174,13 @@ class RealFFT2:
         return self._inverse_rows(self.spectrum)
 
     def multiplier(self, values: np.ndarray, factor: float = 1.0) -> np.ndarray:
-        """Prepare a real, even spectrum for `filter`, normalisation included.
+        """Prepare a real, even spectrum for `filter`, times a factor and normalised.
 
         Parameters
         ----------
         values : ndarray, shape (N, M//2 + 1), real
             Even in both directions, so that only the first ``N//2 + 1`` rows are read.
         factor : float
-            Of all values.
 
         Returns
         -------
@@ -216,12 +215,6 @@ class RealFFT2:
         Returns
         -------
         ndarray, shape (n, m)
-
-        Raises
-        ------
-        ValueError
-            If `values` or `out` do not have the shape of the window, or `out` does not
-            have the type of the transform.
         """
         if out is not None and (out.shape, out.dtype) != (self.window, self.dtype):
             raise ValueError(

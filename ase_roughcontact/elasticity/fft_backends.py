@@ -54,12 +54,7 @@ class BlockTransform(ABC):
     ) -> None:
         """Multiply the spectrum of the values on a window, in buffers for all of it.
 
-        Parameters
-        ----------
-        values : ndarray, shape (rows, m)
-        multiplier : ndarray, shape (N, M//2 + 1)
-        out : ndarray, shape (rows, m)
-            Array for the result, which may be `values`.
+        The array for the result may be the values.
         """
         rows, columns = self.rows, self.columns
         (n, m), everything = values.shape, slice(None)
@@ -139,13 +134,7 @@ class PyfftwTransform(BlockTransform):
 
 
 class DuccTransform(BlockTransform):
-    """Transforms by ducc0, which needs no plans.
-
-    Raises
-    ------
-    ImportError
-        If ducc0 is not installed.
-    """
+    """Transforms by ducc0, which needs no plans."""
 
     def _plan(self) -> None:
         if ducc0 is None:

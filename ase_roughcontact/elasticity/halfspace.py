@@ -119,7 +119,7 @@ class HalfSpace(ABC):
         Parameters
         ----------
         grid : (int, int)
-            Shape ``(N, M)``, that of the padded grid or any other.
+            Shape ``(N, M)`` of the padded grid or any other.
 
         Returns
         -------
@@ -159,9 +159,9 @@ class HalfSpace(ABC):
 
     @cached_property
     def self_compliance(self) -> float:
-        """Depth of a cell under unit pressure on it alone (length/pressure).
+        """Self-compliance: depth of a cell under unit pressure on it alone.
 
-        It is that of a free half space, also for a periodic cell.
+        It is that of a free half space, also for a periodic cell (length/pressure).
         """
         kept = _by_value(self.solid)
         calculate = _kept_self_compliance if kept else type(self.solid).self_compliance
@@ -233,15 +233,7 @@ class HalfSpace(ABC):
     def padded_displacement(self, pressure: np.ndarray) -> np.ndarray:
         """Return the displacement of all degrees of freedom due to a pressure.
 
-        Parameters
-        ----------
-        pressure : ndarray, shape (n, m)
-            Pressure on the window (pressure).
-
-        Returns
-        -------
-        ndarray, shape `dof_shape`
-            Displacement for which the padding carries no force (length).
+        The padding carries no force. Shapes are (n, m) and `dof_shape`.
         """
         return self.grid_displacement(pressure)
 

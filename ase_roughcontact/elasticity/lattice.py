@@ -61,11 +61,7 @@ class Box:
     def bounding(cls, mask: np.ndarray, start: tuple[int, int] = (0, 0)) -> Box | None:
         """Return the bounding box of the true entries of a mask; None without any.
 
-        Parameters
-        ----------
-        mask : ndarray of bool, shape (n, m)
-        start : (int, int)
-            Lattice index of the first entry of the mask.
+        `start` is the lattice index of its first entry.
         """
         rows, columns = (np.any(mask, axis=axis).nonzero()[0] for axis in (1, 0))
         if not rows.size:
@@ -103,32 +99,12 @@ def lattice_index(position: float, spacing: float) -> int:
 
     Half-way between two points it is the upper one, so that positions a whole number of
     spacings apart have indices this number apart.
-
-    Parameters
-    ----------
-    position, spacing : float
-        Lengths.
-
-    Returns
-    -------
-    int
     """
     return math.floor(position / spacing + 0.5 + _ROUNDING)
 
 
 def lattice_offset(position: float, spacing: float) -> float:
-    """Return a position relative to the lattice point next to it.
-
-    Parameters
-    ----------
-    position, spacing : float
-        Lengths.
-
-    Returns
-    -------
-    float
-        Zero where it would be a rounding error.
-    """
+    """Return a position relative to the next lattice point; no rounding errors."""
     offset = position - spacing * lattice_index(position, spacing)
     return 0.0 if abs(offset) < _ROUNDING * spacing else offset
 
@@ -136,14 +112,7 @@ def lattice_offset(position: float, spacing: float) -> float:
 def carried(values: np.ndarray, old: Box, new: Box) -> np.ndarray:
     """Return values on a new window, taken from an old one, and zero outside of it.
 
-    Parameters
-    ----------
-    values : ndarray, shape of the old window and more
-    old, new : Box
-
-    Returns
-    -------
-    ndarray, shape of the new window and more
+    Values of any dtype with the shape of the old window, or with further axes.
     """
     result = np.zeros((*new.shape, *values.shape[2:]), values.dtype)
     common = old.intersection(new)

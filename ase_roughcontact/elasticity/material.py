@@ -87,17 +87,7 @@ def contact_modulus(elastic_constants: object) -> float:
 
 
 def crystal_constants(symbol: str) -> tuple[float, float, float]:
-    """Return C11, C12 and C44 of a crystal in the table `CRYSTALS`.
-
-    Parameters
-    ----------
-    symbol : str
-        Chemical symbol.
-
-    Returns
-    -------
-    tuple of float
-        In GPa.
+    """Return C11, C12 and C44 of a crystal in the table `CRYSTALS` (GPa).
 
     Raises
     ------
@@ -119,17 +109,12 @@ def crystal_modulus(symbol: str) -> float:
     Parameters
     ----------
     symbol : str
-        Chemical symbol of a crystal in the table `CRYSTALS`.
+        Chemical symbol of a crystal in the table `CRYSTALS`, or a `ValueError`.
 
     Returns
     -------
     float
         E* (GPa).
-
-    Raises
-    ------
-    ValueError
-        If the crystal is not in the table.
     """
     return contact_modulus(crystal_constants(symbol))
 
@@ -155,7 +140,7 @@ def _sums(matrix: np.ndarray) -> tuple[float, float, float]:
 def fcc_spacing(symbol: str) -> float:
     """Return the spacing of atoms in a (100) surface, a/sqrt(2).
 
-    That of fcc crystals and, without its reconstruction, of those of diamond structure.
+    That of fcc crystals and, without its reconstruction, of diamond structures.
 
     Parameters
     ----------

@@ -72,17 +72,7 @@ def _from_hamaker(constant: float) -> float:
 
 
 def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float:
-    """Return the contact modulus of a transversely isotropic solid along its axis.
-
-    Parameters
-    ----------
-    c11, c33, c13, c44 : float
-        Elastic constants, with the axis along 3 (pressure).
-
-    Returns
-    -------
-    float
-        Of an axisymmetric indenter (pressure).
+    """Return the contact modulus of a transversely isotropic solid along its axis, 3.
 
     References
     ----------
@@ -118,16 +108,7 @@ _KNOWN = _CRYSTALS | MATERIALS
 
 
 def material(name: str) -> Material:
-    """Return a material by name.
-
-    Parameters
-    ----------
-    name : str
-        One of `MATERIALS`, or a chemical symbol in `CRYSTALS`.
-
-    Returns
-    -------
-    Material
+    """Return a material by name, one of `MATERIALS` or a symbol in `CRYSTALS`.
 
     Raises
     ------

@@ -61,16 +61,6 @@ class ReducedHalfSpace(FreeHalfSpace):
         window in a fixed padding. They take 27 to 44 FFT pairs in windows of 16 x 16
         to 200 x 200.
 
-        Parameters
-        ----------
-        displacement : ndarray, shape (n, m)
-            Displacement of the window (length).
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            Positive in compression (pressure).
-
         Raises
         ------
         ValueError

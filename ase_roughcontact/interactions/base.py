@@ -110,21 +110,8 @@ class Interaction(ABC):
     ) -> Interaction:
         """Make the wall for a substrate, as scene files do.
 
-        By default moduli and spacing do not matter: the class is called with the
-        parameters alone.
-
-        Parameters
-        ----------
-        contact_modulus : float
-            E* of the substrate (pressure).
-        spacing : float
-            Atomic spacing a0 (length).
-        **parameters : float
-            Those of the class attribute `parameters`, in ASE's units.
-
-        Returns
-        -------
-        Interaction
+        By default modulus and spacing do not matter: the class is called with the
+        values of its `parameters`, in ASE's units, alone.
         """
         return cls(**parameters)
 
@@ -176,11 +163,8 @@ class Interaction(ABC):
     def todict(self) -> dict:
         """Return kind and parameters as plain numbers and strings.
 
-        Returns
-        -------
-        dict
-            Kind, or the name of a class without one, and the attributes of the object.
-            Override it if these are not numbers or strings.
+        By default the kind, or the name of a class without one, and the attributes of
+        the object. Override it if these are not numbers or strings.
         """
         return {"kind": vars(type(self)).get("kind", type(self).__name__), **vars(self)}
 

@@ -10,7 +10,7 @@ _ATTRIBUTES = "cutoff", "contact_distance", "work_of_adhesion", "attraction_rang
 # Gaps that are compared, from so many spacings below the contact distance to so many
 # above it, and the difference of gaps in spacings.
 _GAPS, _BELOW, _ABOVE, _STEP = 200, 1.1, 3.0, 1e-6
-# Relative errors from which on pressure and stiffness are wrong, the larger rounding
+# Relative errors above which pressure and stiffness are wrong, the larger rounding
 # errors of differences, and the number of gaps at which kinks and jumps may be.
 _PRESSURE, _STIFFNESS, _ROUNDING, _KINKS = 1e-3, 1e-2, 100.0, 3
 
@@ -19,13 +19,7 @@ def check_wall(wall: Interaction, spacing: float) -> None:
     """Raise `ValueError` if a wall from outside the package contradicts itself.
 
     Pressure and stiffness are compared with differences of energy and pressure at some
-    gaps within the range of the wall.
-
-    Parameters
-    ----------
-    wall : Interaction
-    spacing : float
-        Distance of neighbouring atoms (length).
+    gaps within its range.
     """
     name = type(wall).__name__
     if type(wall).__module__.startswith("ase_roughcontact."):

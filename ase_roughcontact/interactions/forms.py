@@ -1,21 +1,15 @@
-"""Parts of the 9-3 wall; the three rows are energy, pressure and stiffness."""
+"""Parts of the 9-3 wall as functions of gaps, shape (k,).
+
+They return energy, pressure and stiffness as the rows of an array, shape (3, k).
+"""
 
 import numpy as np
 
 
 def nine_three(gap: np.ndarray, distance: float, depth: float) -> np.ndarray:
-    """Return the 9-3 form, with the zero of energy at its minimum.
+    """Return the 9-3 form with distance and depth of its minimum, whose energy is zero.
 
-    Parameters
-    ----------
-    gap : ndarray, shape (k,)
-        Positive (length).
-    distance, depth : float
-        Of the minimum (length, energy per area).
-
-    Returns
-    -------
-    ndarray, shape (3, k)
+    Gaps are positive.
     """
     inverse = distance / gap
     cube = inverse * inverse * inverse
@@ -33,20 +27,13 @@ def nine_three(gap: np.ndarray, distance: float, depth: float) -> np.ndarray:
 def nine_three_inverse(
     pressure: np.ndarray, distance: float, depth: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    r"""Return the gaps at which the 9-3 form has given pressures.
+    """Return the gaps at which the 9-3 form has given pressures, p >= 0.
 
     With :math:`r_0` and :math:`w_0`, distance and depth of the minimum, and
     :math:`y = (r_0/g)^2`, four steps of Newton's method solve
     :math:`y^5 - y^2 = 2 r_0 p / 9 w_0`. The relative error is below 1e-10 up to a
     pressure of :math:`27 w_0/r_0`, the stiffness at the minimum times its distance, and
     below 2e-4 up to 160 times this pressure.
-
-    Parameters
-    ----------
-    pressure : ndarray, shape (k,)
-        Not negative (pressure).
-    distance, depth : float
-        Of the minimum (length, energy per area).
 
     Returns
     -------
@@ -72,21 +59,8 @@ def smooth_tail(
 ) -> np.ndarray:
     """Return the tail with the cubic pressure ``-k x (1 - x/D)^2``, zero beyond D.
 
-    Parameters
-    ----------
-    x : ndarray, shape (n,)
-        Gap beyond the minimum, not negative (length).
-    length : float
-        D (length).
-    stiffness : float
-        k at the minimum (pressure per length).
-    work : float
-        ``k D^2/12``, the depth of the minimum (energy per area), passed so that the
-        energy at x = 0 is exact.
-
-    Returns
-    -------
-    ndarray, shape (3, n)
+    x is the gap beyond the minimum, D the length and k the stiffness. The depth of the
+    minimum, ``k D^2/12``, is passed as the work so that the energy at x = 0 is exact.
     """
     rows = np.zeros((3, x.size))
     if length == 0.0:  # so short that it is lost to rounding
@@ -102,18 +76,7 @@ def smooth_tail(
 def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:
     """Return a form times the factor ``1 - 10 t^3 + 15 t^4 - 6 t^5``, t = x/width.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (3, k)
-        The form.
-    x : ndarray, shape (k,)
-        Gap beyond the onset of the factor, not negative (length).
-    width : float
-        Distance over which the factor falls from one to zero (length).
-
-    Returns
-    -------
-    ndarray, shape (3, k)
+    x is the gap beyond the onset of the factor, which falls from one to zero.
     """
     t = np.minimum(x / width, 1.0)
     factor = 1.0 - t**3 * (10.0 - 15.0 * t + 6.0 * t**2)
@@ -129,16 +92,7 @@ def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:
 def taylor(rows: np.ndarray, overlap: np.ndarray) -> np.ndarray:
     """Return the second-order Taylor polynomial of a form about a gap.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (3, k)
-        The form at the gap.
-    overlap : ndarray, shape (k,)
-        Distance by which the gaps are smaller, positive (length).
-
-    Returns
-    -------
-    ndarray, shape (3, k)
+    The overlap is the distance by which the gaps are smaller.
     """
     energy, pressure, stiffness = rows
     rise = stiffness * overlap

@@ -83,16 +83,8 @@ class PlasticWall(HardWall):
     def evaluate(self, gap: np.ndarray) -> Profile:
         """Return the work of the plastic flow, the hardness and zero at overlaps.
 
-        Parameters
-        ----------
-        gap : ndarray, any shape
-            Local gaps (length).
-
-        Returns
-        -------
-        energy, pressure, stiffness : ndarray, shape of `gap`
-            Zero at positive gaps. At a gap of zero the pressure is the reaction of the
-            wall, and not defined by the gap.
+        All are zero at positive gaps. At a gap of zero the pressure is the reaction of
+        the wall, and not defined by the gap.
         """
         if self.hardness == math.inf:
             return super().evaluate(gap)

@@ -75,6 +75,12 @@ class LennardJones93(Interaction):
     core : float
         Gap below which the potential is extrapolated (length).
 
+    Raises
+    ------
+    ValueError
+        If a parameter is not a finite positive number, or the gaps are not in the
+        order core, distance, onset, cutoff.
+
     References
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016); the short tail:
@@ -113,11 +119,6 @@ class LennardJones93(Interaction):
         Returns
         -------
         RepulsiveLennardJones93
-
-        Raises
-        ------
-        ValueError
-            If a parameter is not a finite positive number, or the core is too large.
         """
         positive(contact_modulus=contact_modulus, spacing=spacing)
         return RepulsiveLennardJones93(
@@ -139,23 +140,14 @@ class LennardJones93(Interaction):
 
         Parameters
         ----------
-        contact_modulus : float
-            E* of the substrate (pressure).
-        spacing : float
-            Atomic spacing a0 (length), the distance of the minimum.
+        contact_modulus, spacing, stiffness, core : float
+            As for `repulsive`.
         work_of_adhesion : float
             w (energy per area); zero gives the repulsive wall.
-        stiffness, core : float, optional
-            As for `repulsive`.
 
         Returns
         -------
         LennardJones93
-
-        Raises
-        ------
-        ValueError
-            If a parameter is not a finite positive number, or the core is too large.
         """
         nonnegative(work_of_adhesion=work_of_adhesion)
         wall = LennardJones93.repulsive(
@@ -197,12 +189,6 @@ class LennardJones93(Interaction):
         Returns
         -------
         FullLennardJones93
-
-        Raises
-        ------
-        ValueError
-            If a parameter is not a finite positive number, or the gaps are not in the
-            order core, distance, onset, cutoff.
 
         Notes
         -----

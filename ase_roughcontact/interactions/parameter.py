@@ -56,10 +56,6 @@ class Parameter:
         spacing : float
             Atomic spacing a0 (Å).
 
-        Returns
-        -------
-        float
-
         Raises
         ------
         ValueError

@@ -29,19 +29,10 @@ _POINTS, _WEIGHTS = leggauss(40)
 def angular_series(
     function: Callable[[np.ndarray], np.ndarray], harmonics: int = _HARMONICS
 ) -> np.ndarray:
-    """Return the coefficients of a function of the angle.
+    """Return the coefficients ``c_k`` of a function ``sum c_k cos(4 k phi)``.
 
-    Parameters
-    ----------
-    function : callable
-        Takes angles between 0 and pi/4, shape (n,), and returns values, shape (n,).
-    harmonics : int
-        Largest number of coefficients.
-
-    Returns
-    -------
-    ndarray, shape (number of harmonics,)
-        ``c_k`` of ``sum c_k cos(4 k phi)``; the first one is the mean.
+    The function takes angles between 0 and pi/4, shape (n,). The first coefficient is
+    its mean; small ones at the end are left out.
     """
     values = function(np.arccos(chebpts1(_HARMONICS)) / 4)
     coefficients = chebfit(chebpts1(_HARMONICS), values, _HARMONICS - 1)
@@ -65,7 +56,7 @@ def cos2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def angular_cell_kernel(
     i: np.ndarray, j: np.ndarray, coefficients: np.ndarray
 ) -> np.ndarray:
-    r"""Integrate ``f(phi)/r`` over unit cells.
+    r"""Integrate ``f(phi)/r``, f by its `angular_series`, over unit cells at (i, j).
 
     Up to 32 cells from the origin, the divergence theorem turns the integral into one
     along the edges of the cell, as :math:`\nabla \cdot (\mathbf r f/r) = f/r`; farther
@@ -76,17 +67,6 @@ def angular_cell_kernel(
               + \frac{\partial_x^2 \partial_y^2}{1440}\right] \frac{f}{r} .
 
     The relative error is below 1e-10 for the first harmonic and 1e-9 for the second.
-
-    Parameters
-    ----------
-    i, j : ndarray of int
-        Centres of the cells, broadcast together.
-    coefficients : ndarray
-        ``c_k`` of ``f(phi)``, see `angular_series`.
-
-    Returns
-    -------
-    ndarray, shape of the broadcast
     """
     x, y = np.broadcast_arrays(abs(np.asarray(i, float)), abs(np.asarray(j, float)))
     kernel = np.asarray(_cell_series(x, y, coefficients))

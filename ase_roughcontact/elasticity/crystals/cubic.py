@@ -83,19 +83,8 @@ def continuum_kernel(
 ) -> np.ndarray:
     """Return the depth of an anisotropic continuum under unit pressure on one cell.
 
-    Parameters
-    ----------
-    i, j : ndarray of int
-        Lattice vectors from the loaded cell, broadcast together.
-    spacing : float
-        Side of a cell (length).
-    compliances : ndarray
-        Angular series of ``1/E*``, see `angular_series` (1/pressure).
-
-    Returns
-    -------
-    ndarray, shape of the broadcast
-        Positive (length/pressure).
+    See `ElasticSolid.cell_compliance`; the compliances are the `angular_series` of
+    ``1/E*`` (1/pressure).
     """
     harmonics = np.concatenate([[0.0], compliances[1:]])
     anisotropic = spacing / np.pi * angular_cell_kernel(i, j, harmonics)

@@ -203,19 +203,8 @@ def couplings(
 ) -> tuple[np.ndarray, ...]:
     """Return the couplings of some layers of a slab to all layers.
 
-    Parameters
-    ----------
-    calculator, slab, size, displacement
-        See `force_constants`.
-    sources : sequence of int
-        Layers whose atoms are displaced.
-
-    Returns
-    -------
-    source, target : ndarray of int, shape (n,)
-    offset : ndarray, shape (n, 2)
-    matrix : ndarray, shape (n, 3, 3)
-        As in `ForceConstants`.
+    See `force_constants`. They are source, target, offset and matrix as in
+    `ForceConstants`.
     """
     atoms = slab.repeat((size, size, 1))
     atoms.calc = calculator

@@ -77,8 +77,7 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
         Coefficients, see `interpolation_table`, of the function if it is unchanged when
         x and y are exchanged, or of its two parts.
     qx, qy : ndarray
-        Components in units of 1/a0, between -pi and pi, broadcast together; not both
-        zero.
+        In units of 1/a0, between -pi and pi, broadcast together; not both zero.
 
     Returns
     -------
@@ -125,19 +124,9 @@ def _along(coefficients: np.ndarray, power: int) -> Callable[[np.ndarray], np.nd
 def distant_kernel(
     i: np.ndarray, j: np.ndarray, series: list[np.ndarray]
 ) -> np.ndarray:
-    """Return the Green's function at lattice vectors far from the origin.
+    """Return the Green's function far from the origin, in units of a0.
 
-    Parameters
-    ----------
-    i, j : ndarray of int
-        Lattice vectors, broadcast together.
-    series : list of ndarray
-        Coefficients, see `long_wave_series`.
-
-    Returns
-    -------
-    ndarray, shape of the broadcast
-        In units of a0.
+    Lattice vectors (i, j) are broadcast together; see `long_wave_series`.
     """
     inverse = 1.0 / np.sqrt(np.maximum(np.square(i, dtype=float) + np.square(j), 1.0))
     t = cos2(i, j)
@@ -153,21 +142,9 @@ def distant_kernel(
 
 
 def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.ndarray:
-    """Return the Green's function at lattice vectors near the origin.
+    """Return the Green's function near the origin, shape (size, size), in units of a0.
 
-    Parameters
-    ----------
-    size : int
-        Number of lattice vectors along x and along y, at most 512.
-    table : ndarray
-        Coefficients, see `interpolation_table`.
-    series : list of ndarray
-        Coefficients, see `long_wave_series`.
-
-    Returns
-    -------
-    ndarray, shape (size, size)
-        In units of a0.
+    The size is at most 512; see `interpolation_table` and `long_wave_series`.
     """
     q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
     qx, qy = np.meshgrid(q, q, indexing="ij")

@@ -187,18 +187,10 @@ def _with_sum_rule(couplings: list[tuple], layers: int) -> tuple[np.ndarray, ...
 def dynamical_matrices(
     q: np.ndarray, couplings: tuple[np.ndarray, ...]
 ) -> dict[tuple[int, int], np.ndarray]:
-    """Return the dynamical matrices, shape (n, 3, 3), by pairs of layers.
+    """Return the dynamical matrices at wave vectors, shape (n, 2), by pairs of layers.
 
-    Parameters
-    ----------
-    q : ndarray, shape (n, 2)
-        Wave vectors (1/length).
-    couplings : tuple of ndarray
-        Source, target, offset and matrix as in `ForceConstants`.
-
-    Returns
-    -------
-    dict of ndarray
+    Each has the shape (n, 3, 3). The couplings are source, target, offset and matrix as
+    in `ForceConstants`.
     """
     source, target, offset, matrix = couplings
     matrices = {}
