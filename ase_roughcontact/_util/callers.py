@@ -10,13 +10,7 @@ _SKIPPED = "ase_roughcontact.", "ase."
 
 
 def warn(message: str, category: type[Warning] = UserWarning) -> None:
-    """Issue a warning at the line of the code that uses the package.
-
-    Parameters
-    ----------
-    message : str
-    category : type of Warning
-    """
+    """Issue a warning at the line of the code that uses the package."""
     frame, level = sys._getframe(1), 2
     while frame.f_back and frame.f_globals["__name__"].startswith(_SKIPPED):
         frame, level = frame.f_back, level + 1

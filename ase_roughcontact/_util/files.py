@@ -30,20 +30,13 @@ _held: set[IO[bytes]] = set()
 def locked(file: PathName) -> Iterator[None]:
     """Keep other processes from writing a file, as long as this one lives.
 
-    Parameters
-    ----------
-    file : path
-        The lock is on a file beside it, ``file.lock``, removed in the end.
+    The lock is on a file beside it, ``file.lock``, removed in the end. A file system
+    without locks is reported by a `RuntimeWarning`.
 
     Raises
     ------
     RuntimeError
         If another process is writing the file.
-
-    Warns
-    -----
-    RuntimeWarning
-        If the file system has no locks.
     """
     with ExitStack() as stack:
         try:
@@ -67,15 +60,8 @@ def locked(file: PathName) -> Iterator[None]:
 def lock(name: PathName) -> Iterator[bool]:
     """Lock a file until the end of the context, or of this process however it ends.
 
-    Parameters
-    ----------
-    name : path
-        Created, and removed in the end.
-
-    Yields
-    ------
-    bool
-        Whether neither another process nor another thread had locked it.
+    The file is created, and removed in the end. Yields whether neither another process
+    nor another thread had locked it.
 
     Raises
     ------
@@ -113,17 +99,9 @@ os.register_at_fork(after_in_child=_close_inherited)
 
 @contextmanager
 def replaced(file: PathName) -> Iterator[str]:
-    """Write a new file beside another, which it replaces when it is complete.
+    """Write a new file, whose name is yielded, that replaces another when complete.
 
-    Parameters
-    ----------
-    file : path
-        A symbolic link is replaced, not followed.
-
-    Yields
-    ------
-    str
-        Name of the new file.
+    A symbolic link is replaced, not followed.
     """
     new = f"{os.fspath(file)}.new"
     Path(new).unlink(missing_ok=True)
@@ -153,21 +131,10 @@ def named_in_errors(file: PathName) -> Iterator[None]:
 def table_writer(
     file: PathName, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
-    """Replace a CSV file by a new one, to which further rows are written.
+    """Replace a CSV file by a new one, and yield a function that writes a further row.
 
-    Parameters
-    ----------
-    file : path
-        A symbolic link is refused.
-    columns : sequence of str
-    rows : iterable of mapping
-        First rows, with values by column. They may be read from the old file; missing
-        values are empty, others are left out.
-
-    Yields
-    ------
-    callable
-        Writes a row at once.
+    The first rows may be read from the old file; missing values are empty, others are
+    left out. A symbolic link is refused.
     """
     refuse_link(file)
     with closed_at_end(file) as stack:
@@ -199,13 +166,7 @@ def closed_at_end(file: PathName) -> Iterator[ExitStack]:
 
 
 def open_file(file: PathName, mode: str, **options: Any) -> IO[Any]:
-    """Open a file for writing, as `open` does, but not what a symbolic link points to.
-
-    Raises
-    ------
-    OSError
-        If the file is a symbolic link.
-    """
+    """Open a file for writing, but raise `OSError` for a symbolic link."""
     refuse_link(file)
     return open(file, mode, **options)
 

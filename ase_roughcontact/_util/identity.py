@@ -18,18 +18,7 @@ import numpy as np
 
 
 def identity(values: Mapping[str, Any]) -> str:
-    """Return a hash of all that a calculation depends on.
-
-    Parameters
-    ----------
-    values : mapping
-        See `canonical`.
-
-    Returns
-    -------
-    str
-        64 hexadecimal digits.
-    """
+    """Return a hash, 64 hexadecimal digits, of all that a calculation depends on."""
     text = json.dumps(canonical(values), sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
@@ -37,15 +26,8 @@ def identity(values: Mapping[str, Any]) -> str:
 def canonical(value: Any) -> Any:
     """Return JSON types that are equal if, and only if, two values are the same.
 
-    Parameters
-    ----------
-    value : any
-        Text, numbers, truth values, None, arrays, paths of files, and dicts or
-        sequences of these. The contents stand for a file, if it exists.
-
-    Returns
-    -------
-    any
+    Values are text, numbers, truth values, None, arrays, paths of files, and dicts or
+    sequences of these. The contents stand for a file, if it exists.
 
     Raises
     ------
@@ -78,15 +60,7 @@ def digest(contents: bytes) -> str:
 def differences(old: Any, new: Any, name: str = "") -> list[str]:
     """Return one line for each value that differs between two nested dicts.
 
-    Parameters
-    ----------
-    old, new : dict
-    name : str
-        Of the dicts themselves, for the dotted names of what is in them.
-
-    Returns
-    -------
-    list of str
+    The name of the dicts is part of the dotted names of what is in them.
     """
     if not (isinstance(old, dict) and isinstance(new, dict)):
         same = canonical(old) == canonical(new)

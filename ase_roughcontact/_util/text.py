@@ -3,24 +3,15 @@
 from datetime import timedelta
 
 _YEAR = 365.25 * 86400.0
-# Times above which their days are of no interest (s).
+# Time above which years are printed (s).
 _LONG = 100.0 * _YEAR
 
 
 def cell(value: str | float, width: int, form: str = "") -> str:
     """Return an entry of a table, right-aligned, with a blank before it at least.
 
-    Parameters
-    ----------
-    value : str or float
-    width : int
-        Width of the column; longer entries extend beyond it.
-    form : str
-        Format of a number, ``".2f"``; in its place ``".2g"`` if that is too wide.
-
-    Returns
-    -------
-    str
+    Entries longer than the width extend beyond it. The form is the format of a number,
+    ``".2f"``; in its place ``".2g"`` if that is too wide.
     """
     text = format(value, form)
     if len(text) >= width and form.endswith("f"):
@@ -29,17 +20,7 @@ def cell(value: str | float, width: int, form: str = "") -> str:
 
 
 def duration(seconds: float) -> str:
-    """Return a time as hours, minutes and seconds, or as years if it is very long.
-
-    Parameters
-    ----------
-    seconds : float
-        Not negative; infinity is allowed.
-
-    Returns
-    -------
-    str
-    """
+    """Return a time (s) as hours, minutes and seconds, or as years if very long."""
     if seconds > _LONG:
         return f"{seconds / _YEAR:.2g} years"
     return str(timedelta(seconds=round(seconds)))

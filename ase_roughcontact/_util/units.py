@@ -70,7 +70,7 @@ QUANTITY = re.compile(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([^\s\d.]\S*)\s*")
 def quantity(
     name: str, text: str, units: Mapping[str, float], example: str = ""
 ) -> float:
-    """Return the value of a number with a unit.
+    """Return the value, in ASE's units, of a number with a unit.
 
     Parameters
     ----------
@@ -82,11 +82,6 @@ def quantity(
         Values of the units, such as `LENGTHS`.
     example : str
         Unit that an error gives as an example; by default a usual one.
-
-    Returns
-    -------
-    float
-        In ASE's units.
 
     Raises
     ------
@@ -105,18 +100,7 @@ def quantity(
 
 
 def units_like(unit: str) -> Mapping[str, float]:
-    """Return the units of the same dimension, one of the tables above.
-
-    Parameters
-    ----------
-    unit : str
-        One of `UNITS`.
-
-    Returns
-    -------
-    mapping
-        Empty for a number without unit.
-    """
+    """Return the units of the same dimension as one of `UNITS`; none for ""."""
     tables = LENGTHS, FORCES, PRESSURES, WORKS
     return next((table for table in tables if unit in table), {})
 

@@ -105,19 +105,9 @@ class Coupling:
         self.matrices[0, 0] = relative @ self.matrices[0, 0].real @ relative
 
     def evaluate(self, displacement: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return energy and forces.
+        """Return energy (eV) and forces (eV/Å) for a displacement from rest (Å).
 
-        Parameters
-        ----------
-        displacement : ndarray, shape (k, n, m, 3)
-            Displacement of the coupled atoms from rest, the lowest layer last (Å).
-
-        Returns
-        -------
-        energy : float
-            In eV.
-        forces : ndarray, shape (k, n, m, 3)
-            In eV/Å.
+        Displacement and forces have the shape (k, n, m, 3), the lowest layer last.
         """
         elastic = apply(self.matrices, displacement)
         rest = self.forces[:, None, None]
@@ -166,18 +156,7 @@ def on_cells(
 
 
 def apply(matrices: np.ndarray, field: np.ndarray) -> np.ndarray:
-    """Return the product of matrices and a field on the atoms of the cells.
-
-    Parameters
-    ----------
-    matrices : ndarray, shape (n, m // 2 + 1, 3 k, 3 k)
-        See `on_cells`.
-    field : ndarray, shape (k, n, m, 3)
-
-    Returns
-    -------
-    ndarray, shape (k, n, m, 3)
-    """
+    """Return the product of matrices of `on_cells` and a field, shape (k, n, m, 3)."""
     k, n, m, _ = field.shape
     waves = rfft2(field, axes=(1, 2)).transpose(1, 2, 0, 3)
     columns = waves.reshape(n, m // 2 + 1, 3 * k, 1)

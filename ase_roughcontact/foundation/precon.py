@@ -30,7 +30,7 @@ class FoundationPrecon(Precon):
     Raises
     ------
     ValueError
-        If the layers of the slab were not complete, or the foundation is none.
+        If the layers of the slab were not complete, or there is no foundation.
 
     Examples
     --------

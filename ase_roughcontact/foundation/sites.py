@@ -96,15 +96,8 @@ class Sites:
     def displacement(self, positions: np.ndarray) -> np.ndarray:
         """Return the displacement of the atoms from rest, up to a uniform one.
 
-        Parameters
-        ----------
-        positions : ndarray, shape (atoms, 3)
-            Of all atoms (Å).
-
-        Returns
-        -------
-        ndarray, shape (k, n, m, 3)
-            In Å. Atoms may have been moved by vectors of the cell.
+        Positions are those of all atoms, which may have been moved by vectors of the
+        cell. The result has the shape (k, n, m, 3) (Å).
 
         Raises
         ------

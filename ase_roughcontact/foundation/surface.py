@@ -22,7 +22,7 @@ from ase_roughcontact.elasticity.crystals.lattice_greens import LatticeGreensFun
 
 _VACUUM = 10.0  # on both sides of a slab (Å)
 _SAME = 1e-6  # largest distance of two equal places (Å)
-# Errors from which on a calculator is another one than that of the surface: of the
+# Errors above which a calculator is another one than that of the surface: of the
 # stiffness of a surface atom, and of positions at rest, in spacings.
 _STIFFNESS = 1e-2
 _STRAIN = 1e-3
@@ -77,39 +77,20 @@ class CrystalSurface(Stored):
     ) -> CrystalSurface:
         """Return the surface of a crystal as an ASE calculator describes it.
 
-        A slab is relaxed, and its force constants are calculated down to its middle:
-        about ``3 layers`` calculations of forces for ``size^2 layers`` atoms, repeated
-        with four layers less. Energies of some 200 strained bulk cells check them.
+        See `Crystal.from_calculator`, whose parameters, cost and errors are the same.
 
         Parameters
         ----------
         calculator : Calculator
-            Gives energies of bulk crystals and forces of slabs.
         bulk : Atoms or str
-            Chemical symbol, or a crystal of one element, whose volume is the first
-            guess of the lattice constant.
         surface : {"fcc100", "fcc111", "bcc100", "diamond100"}
             Crystal structure and surface.
-        size : int
-            Surface cells along each side of the slab, odd.
-        displacement : float
-            Displacement for the force constants (Å); 0 to use the Hessian of the
-            calculator, which must have the method `get_hessian` of matscipy.
-        tolerance : float
-            Largest relative error of the force constants and of the modulus of waves.
-        **slab
-            ``lattice_constant`` and ``layers``, as in `Crystal.from_calculator`.
+        size, displacement, tolerance, **slab
+            Numbers of the slab and its force constants.
 
         Returns
         -------
         CrystalSurface
-
-        Raises
-        ------
-        ValueError
-            If the calculator gives no forces for a slab or returns others when asked
-            again, its forces have a resultant or reach beyond the slab, or the slab is
-            another crystal than the bulk or too thin.
         """
         slab |= {"size": size, "displacement": displacement, "tolerance": tolerance}
         found = CalculatedSurface.of(calculator, bulk, surface, **slab)
@@ -129,14 +110,8 @@ class CrystalSurface(Stored):
     def column(self, layers: int) -> Atoms:
         """Return one surface cell of the upper layers.
 
-        Parameters
-        ----------
-        layers : int
-
-        Returns
-        -------
-        Atoms
-            Ordered from the surface down, the surface at z = 0, periodic along it.
+        It is ordered from the surface down, the surface at z = 0, and periodic along
+        it.
         """
         integer("layers", layers, 1)
         build = SURFACES[self.surface]
@@ -174,11 +149,8 @@ class CrystalSurface(Stored):
     def check_calculator(self, calculator: Any) -> None:
         """Raise `ValueError` if the surface was calculated with another calculator.
 
-        Parameters
-        ----------
-        calculator : Calculator
-            Must give no forces on the upper layers of a slab, and the force constants
-            of a surface atom.
+        It must give no forces on the upper layers of a slab, and the force constants of
+        a surface atom.
         """
         slab = self.column(self.bulk_depth)
         cells = slab.repeat((self.size, self.size, 1))
@@ -208,20 +180,8 @@ class CrystalSurface(Stored):
     ) -> tuple[np.ndarray, ...]:
         """Return couplings within the lowest layers of a slab cut off from the rest.
 
-        Parameters
-        ----------
-        calculator : Calculator
-        layers : int
-            Number of layers of the slab.
-        lowest : int
-            Number of layers, the lowest of these.
-
-        Returns
-        -------
-        source, target : ndarray of int
-            Layers, 0 being the first of the lowest ones.
-        offset, matrix : ndarray
-            As in `ForceConstants`.
+        They are source, target, offset and matrix as in `ForceConstants`, layer 0 being
+        the first of the lowest ones.
         """
         first = layers - lowest
         slab = self.column(layers)

@@ -41,12 +41,9 @@ class Surface(Protocol):
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters of the surface, for files.
 
-        Returns
-        -------
-        dict
-            Strings and numbers, the same for the same surface: a trajectory stores
-            them, and a path is resumed only with the same surface. By default the name
-            of the class and the attributes of the object.
+        They are strings and numbers, the same for the same surface: a trajectory stores
+        them, and a path is resumed only with the same surface. By default the name of
+        the class and the attributes of the object.
         """
         return {"name": type(self).__name__, **vars(self)}
 

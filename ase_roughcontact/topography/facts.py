@@ -58,18 +58,10 @@ class IndenterFacts:
         return getattr(self.roughness, "side", 0.0)
 
     def part_of_period(self, sides: np.ndarray) -> float:
-        """Return the smaller ratio of a side of a cell and the period.
+        """Return the smaller ratio of a side of a cell, shape (2,), and the period.
 
-        Parameters
-        ----------
-        sides : ndarray, shape (2,)
-            Of the cell along x and y (length).
-
-        Returns
-        -------
-        float
-            One, but for rounding, if the indenter continues across the edges of a
-            periodic cell, as no cell is larger than a period; NaN without a period.
+        It is one, but for rounding, if the indenter continues across the edges of a
+        periodic cell, as no cell is larger than a period; NaN without a period.
         """
         known = np.isfinite(self.periods)
         ratios = np.where(known, np.divide(sides, self.periods), np.nan)
@@ -98,15 +90,8 @@ def sampled_heights(
 def surface_id(surface: Surface | None) -> str | None:
     """Return a name that is the same for the same surface only.
 
-    Parameters
-    ----------
-    surface : Surface, optional
-
-    Returns
-    -------
-    str or None
-        Name of the class and a digest of ``surface.todict()``; None if the surface does
-        not have this method, or returns something that JSON cannot represent.
+    It is the name of the class and a digest of ``surface.todict()``; None if the
+    surface does not have this method, or returns something that JSON cannot represent.
     """
     try:
         text = json.dumps(surface.todict(), default=_plain)  # type: ignore[union-attr]

@@ -244,18 +244,9 @@ class HeightMap:
     def lowest(self, spacing: float, origin: Point = (0.0, 0.0)) -> float:
         """Return a lower bound of the heights on a grid.
 
-        Parameters
-        ----------
-        spacing : float
-            Distance between grid points (length).
-        origin : tuple of float
-            Position (x, y) of one of them relative to `center` (length).
-
-        Returns
-        -------
-        float
-            Lowest height of the map if all grid points are points of the map, else
-            lowest B-spline coefficient, which is a lower bound of the spline (length).
+        It is the lowest height of the map if all grid points are points of the map,
+        else the lowest B-spline coefficient, a lower bound of the spline (length).
+        `origin` is the position of a grid point relative to `center`.
         """
         offset = np.add(origin, self.center)
         steps = np.array([[spacing, spacing], offset]) / self.spacing
@@ -296,35 +287,16 @@ class HeightMap:
         return spline_coefficients(self._values, self.periodic)
 
     def centered(self, center: Point) -> HeightMap:
-        """Return the same map with another place on the axis of the indenter.
-
-        Parameters
-        ----------
-        center : (float, float)
-            See `HeightMap`.
-
-        Returns
-        -------
-        HeightMap
-        """
+        """Return the same map with another place on the axis; see `HeightMap`."""
         return HeightMap(self._values, self.spacing, self.periodic, center)
 
     def places(
         self, n: int, m: int, margin: float = 0.0
     ) -> tuple[FloatArray, FloatArray]:
-        """Return a grid of places on the map, for `centered`.
+        """Return a grid of n x m places on the map, for `centered`.
 
-        Parameters
-        ----------
-        n, m : int
-            Number of places along x and y.
-        margin : float
-            Distance of the outer places from the edges of the map (length).
-
-        Returns
-        -------
-        x, y : ndarray, shapes (n,) and (m,)
-            Positions, counted from element (0, 0).
+        Positions x and y, shapes (n,) and (m,), are counted from element (0, 0), and
+        those of the outer places are a margin from the edges of the map (length).
 
         Raises
         ------
@@ -347,27 +319,11 @@ class HeightMap:
         return float(self._values.mean())
 
     def statistics(self) -> Statistics:
-        """Return the rms height, slope and curvature of the map.
-
-        Returns
-        -------
-        Statistics
-            See `spectrum.statistics`.
-        """
+        """Return the rms height, slope and curvature; see `spectrum.statistics`."""
         return statistics(self._values, self.spacing, self.periodic)
 
     def power_spectrum(self, bins: int | None = None) -> tuple[FloatArray, FloatArray]:
-        """Return the radially averaged power spectrum; see `spectrum.power_spectrum`.
-
-        Parameters
-        ----------
-        bins : int, optional
-            Number of rings.
-
-        Returns
-        -------
-        q, C : ndarray, shape (k,)
-        """
+        """Return q and C(q), radially averaged; see `spectrum.power_spectrum`."""
         return power_spectrum(self._values, self.spacing, bins, self.periodic)
 
     @cached_property
@@ -397,12 +353,7 @@ class HeightMap:
         return self.self_affine.long_wavelength
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, with a digest instead of the heights.
-
-        Returns
-        -------
-        dict
-        """
+        """Return the name and the parameters, with a digest instead of the heights."""
         return {
             "name": "HeightMap",
             "shape": self._values.shape,

@@ -83,21 +83,9 @@ class Heterogeneity:
     def factors(
         self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
-        """Sample the relative work of adhesion on a grid.
+        """Sample the relative work of adhesion, ``w(x, y)/w >= 0``, on a grid.
 
-        Parameters
-        ----------
-        shape : tuple of int
-            Grid points (n, m) along x and y.
-        spacing : float
-            Distance between grid points (length).
-        origin : tuple of float
-            Position (x, y) of grid point (0, 0) relative to the axis (length).
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            ``w(x, y)/w``, at least zero.
+        See `Surface.heights` for the grid.
 
         Raises
         ------
@@ -125,13 +113,7 @@ class Heterogeneity:
         return np.maximum(1.0 + values, 0.0)
 
     def todict(self) -> dict[str, Any]:
-        """Return the parameters of pattern and field, for files.
-
-        Returns
-        -------
-        dict
-            A function is known by its name only.
-        """
+        """Return the parameters of pattern and field; of a function the name only."""
         pattern = self.pattern
         if self._is_surface:
             return {"pattern": pattern.todict(), "rms": self.rms}

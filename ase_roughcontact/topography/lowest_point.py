@@ -20,23 +20,12 @@ _FRAME = 3
 
 
 def lowest_point_error(heights: np.ndarray, periodic: bool = False) -> float:
-    """Return by about how much the lowest point is below those of the grid.
+    """Return by about how much the lowest point is below those of the grid (length).
 
     It is the sum over the two lines of the grid through the lowest point of the depth
     of the parabola, at most that of straight extrapolations, or half the depth of
-    parabolic ones, if that is more.
-
-    Parameters
-    ----------
-    heights : ndarray, shape (n, m)
-        Of an indenter (length).
-    periodic : bool
-        Whether opposite edges are neighbours; otherwise the surface continues flat.
-
-    Returns
-    -------
-    float
-        Length.
+    parabolic ones, if that is more. Unless opposite edges are neighbours (periodic),
+    the surface continues flat.
     """
     i, j = divmod(int(heights.argmin()), heights.shape[1])
     lines = ((heights[:, j], i), (heights[i], j))
@@ -61,11 +50,7 @@ def _depth(heights: np.ndarray, centre: int, periodic: bool) -> float:
 def _lower_bound(points: np.ndarray, order: int) -> float:
     """Return the lowest height between the middle two of six points.
 
-    Parameters
-    ----------
-    points : ndarray, shape (6,)
-    order : {1, 2}
-        Of the polynomials that extrapolate from both sides.
+    Polynomials of an order, 1 or 2, extrapolate from both sides.
     """
     left, right = _extrapolated(points[:3], order), _extrapolated(points[:2:-1], order)
     return float(np.maximum(left, right[::-1]).min())

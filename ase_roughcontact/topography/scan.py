@@ -74,15 +74,7 @@ class Scan:
     ) -> tuple[Scan, float]:
         """Return a scan in Å, and the unit of given lengths in Å.
 
-        Parameters
-        ----------
-        topography, spacing, unit, periodic, channel
-            See `HeightMap.from_topography`.
-
-        Returns
-        -------
-        scan : Scan
-        unit : float
+        See `HeightMap.from_topography` for the parameters.
         """
         is_file = isinstance(topography, (str, os.PathLike))
         raw = read_scan(topography, channel) if is_file else scan_of(topography)
@@ -109,7 +101,7 @@ class Scan:
         """Return the scan with missing points interpolated.
 
         The heights there solve Laplace's equation, with the known heights around them
-        as boundary values: nothing sticks out that was not measured.
+        as boundary values, which leaves no artificial peaks.
 
         Raises
         ------
@@ -126,15 +118,7 @@ class Scan:
     def levelled(self, detrend: str) -> Scan:
         """Return the scan without tilt, curvature or offsets of its lines.
 
-        Parameters
-        ----------
-        detrend : {"mean", "plane", "curvature", "lines", "none"}
-            See `HeightMap.from_topography`. Missing points are not taken into account.
-
-        Raises
-        ------
-        ValueError
-            If the name is unknown.
+        See `HeightMap.from_topography`. Missing points are not taken into account.
         """
         trends = {"mean": _polynomial(0), "plane": _polynomial(1)}
         trends |= {"curvature": _polynomial(2), "lines": _lines, "none": np.zeros_like}
@@ -142,12 +126,7 @@ class Scan:
         return replace(self, heights=self.heights - trend(self.heights))
 
     def highest(self, margin: float = 0.0) -> Point:
-        """Return the position (x, y) of the highest point (Å).
-
-        Parameters
-        ----------
-        margin : float
-            Distance from the edges within which points are not considered (Å).
+        """Return the position (x, y) of the highest point inside a margin (Å).
 
         Raises
         ------
@@ -172,19 +151,8 @@ class Scan:
     ) -> tuple[FloatArray, Point | None]:
         """Return the heights of the indenter's lower side, and a place on it.
 
-        Parameters
-        ----------
-        role : {"indenter", "substrate"}
-            Which body was scanned.
-        place : (float, float) or None
-            Position on the scan (Å), if any.
-
-        Returns
-        -------
-        heights : ndarray, shape (n, m)
-            Positive upward, away from the substrate (Å).
-        place : (float, float) or None
-            The same place on them.
+        Heights are positive upward, away from the substrate. The place, if any, is
+        given on the scan and returned on the lower side (Å).
 
         Raises
         ------
@@ -216,18 +184,7 @@ def position(center: Any, unit: float) -> Point:
 def in_angstrom(name: str, value: Any, unit: float) -> Any:
     """Return a length, or a tuple of them, in Å.
 
-    Parameters
-    ----------
-    name : str
-        Name of the quantity, for errors.
-    value : float, str or tuple of these
-        Strings have a unit.
-    unit : float
-        Unit of numbers (Å).
-
-    Returns
-    -------
-    float or tuple of float
+    Strings have a unit, numbers the given one (Å). The name is for errors.
 
     Raises
     ------

@@ -26,10 +26,6 @@ def read_scan(file: str | Path, channel: int | str | None = None) -> RawScan:
     channel : int or str, optional
         Number or name of the channel of a file with several; by default the height.
 
-    Returns
-    -------
-    RawScan
-
     Raises
     ------
     ValueError
@@ -52,14 +48,7 @@ def read_scan(file: str | Path, channel: int | str | None = None) -> RawScan:
 def scan_of(topography: Any) -> RawScan:
     """Return the scan of an array or of a topography of SurfaceTopography.
 
-    Parameters
-    ----------
-    topography : array_like or SurfaceTopography object
-        Masked and NaN points are missing.
-
-    Returns
-    -------
-    RawScan
+    Masked and NaN points are missing.
 
     Raises
     ------

@@ -8,7 +8,7 @@ curvature h''. With the moments :math:`M_m` of the spectrum, see
 .. math:: \frac{M_0 M_4}{M_2^2} = \frac{h^2 h''^2}{h'^4}, \qquad
           \lambda_s = 2\pi \frac{h'}{h''} \left(\frac{M_4}{M_2}\right)^{1/2}.
 
-The spectrum is fitted inside this range, so that both are determined in turns.
+The spectrum is fitted inside this range: both are determined alternately.
 """
 
 from __future__ import annotations
@@ -64,17 +64,8 @@ class SelfAffineFit(Statistics):
     ) -> SelfAffineFit:
         """Return the parameters for statistics and a power spectrum.
 
-        Parameters
-        ----------
-        statistics : Statistics
-        wave_number, density : ndarray, shape (k,)
-            Power spectrum.
-        longest : float
-            Size of the map (length).
-
-        Returns
-        -------
-        SelfAffineFit
+        Wave numbers and densities have the shape (k,); `longest` is the size of the
+        map.
 
         Raises
         ------

@@ -141,19 +141,9 @@ class SelfAffine:
         return True
 
     def lowest(self, spacing: float, origin: Point = (0.0, 0.0)) -> float:
-        """Return the lowest height on a grid that covers one period.
+        """Return the lowest height on a grid that covers one period (length).
 
-        Parameters
-        ----------
-        spacing : float
-            Distance between grid points (length).
-        origin : tuple of float
-            Position (x, y) of one of them (length).
-
-        Returns
-        -------
-        float
-            Height (length).
+        `origin` is the position of one of its points.
         """
         points = self._points_per_side(spacing)
         return _lowest(self, points, *_index(spacing, origin)[1])
@@ -161,22 +151,10 @@ class SelfAffine:
     def heights(
         self, shape: Shape, spacing: float, origin: Point = (0.0, 0.0)
     ) -> FloatArray:
-        """Sample the surface on a grid.
+        """Sample the surface on a grid; see `Surface.heights`.
 
-        Parameters
-        ----------
-        shape : tuple of int
-            Grid points (n, m), at most one period along x and y.
-        spacing : float
-            Distance between grid points (length): the period divided by a whole number,
-            at most half of the shortest wavelength.
-        origin : tuple of float
-            Position (x, y) of grid point (0, 0) (length).
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            Heights (length).
+        The grid has at most one period along x and y. Its spacing is the period divided
+        by a whole number, at most half of the shortest wavelength.
 
         Raises
         ------
@@ -201,16 +179,7 @@ class SelfAffine:
     def band_limited(self, shortest: float) -> SelfAffine:
         """Return the surface without its waves shorter than a wavelength.
 
-        Parameters
-        ----------
-        shortest : float
-            Shortest wavelength of the result (length).
-
-        Returns
-        -------
-        SelfAffine
-            Of the same longer waves, and therefore of a smaller rms slope; this surface
-            if it has no shorter waves.
+        It has the same longer waves, and therefore a smaller rms slope.
 
         Raises
         ------
@@ -240,25 +209,14 @@ class SelfAffine:
         )
 
     def statistics(self) -> Statistics:
-        """Return the rms height, slope and curvature of this realisation.
-
-        Returns
-        -------
-        Statistics
-            Exact averages over one period.
-        """
+        """Return the exact rms height, slope and curvature of this realisation."""
         kx, ky, coefficient = _modes(self)
         square = (2 * np.pi / self.side) ** 2 * (kx**2 + ky**2)
         # a wave of the half plane also represents the one with -k
         return Statistics.of_waves(square, 2 * np.abs(coefficient) ** 2)
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, including the default of `domain`.
-
-        Returns
-        -------
-        dict
-        """
+        """Return the name and the parameters, including the default of `domain`."""
         return {"name": "SelfAffine", **asdict(self), "domain": self.side}
 
     def _points_per_side(self, spacing: float) -> int:

@@ -44,16 +44,8 @@ class Statistics:
     def of_waves(cls, square: NDArray[Any], power: NDArray[Any]) -> Statistics:
         """Return the exact statistics of a sum of plane waves.
 
-        Parameters
-        ----------
-        square : ndarray
-            Square wave number of each wave (inverse area).
-        power : ndarray, shape of `square`
-            Mean square height of each wave (area).
-
-        Returns
-        -------
-        Statistics
+        `square` are their square wave numbers (inverse area), `power` their mean square
+        heights (area).
         """
         sums = ((square**m * power).sum() for m in range(3))
         return cls(*(math.sqrt(total) for total in sums))
@@ -179,22 +171,7 @@ def power_spectrum(
 
 
 def axis_spacings(spacing: Any) -> tuple[float, float]:
-    """Return the distances between points along x and y, after checks.
-
-    Parameters
-    ----------
-    spacing : float or (float, float)
-        One for both directions, or one each.
-
-    Returns
-    -------
-    (float, float)
-
-    Raises
-    ------
-    ValueError
-        If they are not one or two finite numbers above zero.
-    """
+    """Return the distances between points along x and y, of which one may be given."""
     x, y = spacing if np.ndim(spacing) == 1 and len(spacing) == 2 else (spacing,) * 2
     positive(spacing=x)
     positive(spacing=y)

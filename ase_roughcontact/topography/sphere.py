@@ -146,15 +146,6 @@ class RoughSphere:
     def band_limited(self, shortest: float) -> RoughSphere:
         """Return the sphere without roughness shorter than a wavelength.
 
-        Parameters
-        ----------
-        shortest : float
-            Shortest wavelength of the roughness (length).
-
-        Returns
-        -------
-        RoughSphere
-
         Raises
         ------
         ValueError
@@ -171,12 +162,7 @@ class RoughSphere:
         return replace(self, roughness=rough.band_limited(shortest))
 
     def todict(self) -> dict[str, Any]:
-        """Return the name and the parameters, including those of the roughness.
-
-        Returns
-        -------
-        dict
-        """
+        """Return the name and the parameters, including those of the roughness."""
         rough: Any = self.roughness
         return {
             "name": "RoughSphere",

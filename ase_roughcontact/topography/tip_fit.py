@@ -44,18 +44,9 @@ class TipFit:
     def of(cls, heights: FloatArray, spacing: Point) -> TipFit:
         """Fit a paraboloid with the same curvature along x and y.
 
-        Parameters
-        ----------
-        heights : ndarray, shape (n, m)
-            Lower side of an indenter (length).
-        spacing : (float, float)
-            Distance between points along x and y (length).
-
-        Returns
-        -------
-        TipFit
-            Of a disc around the lowest point, as large as the map allows, and at most
-            half as wide as the radius of curvature in it.
+        It is fitted in a disc around the lowest point of the heights, shape (n, m), as
+        large as the map allows, and at most half as wide as the radius of curvature in
+        it.
         """
         i, j = np.unravel_index(np.argmin(heights), heights.shape)
         x = spacing[0] * (np.arange(heights.shape[0], dtype=float) - i)

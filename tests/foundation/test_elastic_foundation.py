@@ -1,4 +1,4 @@
-"""Energy, forces and Hessian of atoms on an elastic half crystal."""
+"""Energy, forces and Hessian of atoms on a semi-infinite crystal."""
 
 import numpy as np
 import pytest

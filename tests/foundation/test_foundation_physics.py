@@ -1,4 +1,4 @@
-"""Physics of atoms on an elastic half crystal, with EMT copper where it takes time."""
+"""Physics of atoms on a semi-infinite crystal, with EMT copper where it takes time."""
 
 import numpy as np
 import pytest
@@ -182,7 +182,7 @@ def test_a_hard_indenter_deforms_the_top_layers_plastically(surface):
     size, layers = (12, 12), 8
     atoms, foundation = crystal_slab("Cu", size, layers, pair_potential(), surface)
     spacing, rest = surface.constants.spacing, atoms.positions.copy()
-    # beside the symmetric place, where no direction of glide is preferred
+    # beside the symmetric place, where no direction of slip is preferred
     position = 6 * spacing + np.array([0.4, 0.25])
     indenter = add_indenter(atoms, RoughSphere(6.0), position=position)
     height, forces = atoms.positions[-1, 2], []

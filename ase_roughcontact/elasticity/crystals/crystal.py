@@ -130,7 +130,7 @@ class Crystal(Stored, ElasticSolid):
             Largest relative error of the force constants and of E*.
         **slab
             ``lattice_constant``, in place of that at which the crystal has no stress
-            (Å); along z, the crystal is relaxed all the same, and a stress along x and
+            (Å); along z, the crystal is relaxed nevertheless, and a stress along x and
             y above 1e-3 of the contact modulus is reported by a warning. ``layers``
             of the slab, odd and at least 9 (15). ``size``, the number of surface cells
             along each of its sides, odd (9). ``displacement`` for the force constants
