@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class PlasticWall(HardWall):
         "permanent": Parameter(default=False),
     }
 
-    hardness: float
+    hardness: float = field()  # no default: that of the base class is elastic
     permanent: bool = False
 
     def __post_init__(self) -> None:

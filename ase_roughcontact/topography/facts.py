@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import Point, Shape, check_heights
 from ase_roughcontact.topography.base import Surface
 
@@ -99,8 +100,7 @@ def surface_id(surface: Surface | None) -> str | None:
         return None
     # 10 and 10.0 are the same radius
     numbers = json.dumps(json.loads(text, parse_int=float), sort_keys=True)
-    digest = hashlib.sha256(numbers.encode()).hexdigest()[:16]
-    return f"{type(surface).__name__}-{digest}"
+    return f"{type(surface).__name__}-{digest(numbers.encode())}"
 
 
 def _plain(value: Any) -> Any:

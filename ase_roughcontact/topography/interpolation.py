@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
 
 from ase_roughcontact._util.validation import FloatArray
 
@@ -17,12 +17,8 @@ ROUNDING = 1e-9
 def spline_coefficients(values: FloatArray, periodic: bool) -> FloatArray:
     """Return the coefficients of the B-splines of a map, shape of the map or more."""
     for axis in (0, 1):
-        _check_points(values.shape[axis])
-        if periodic:
-            values = np.concatenate([values, values.take([0], axis)], axis)
-        ends = "periodic" if periodic else "not-a-knot"
-        points = np.arange(values.shape[axis])
-        values = make_interp_spline(points, values, 3, axis=axis, bc_type=ends).c
+        # a spline keeps them with its axis in front
+        values = np.moveaxis(_spline(values, axis, periodic).c, 0, axis)
     return values
 
 
@@ -34,16 +30,20 @@ def interpolated(
     whole = np.rint(indices)
     if np.abs(indices - whole).max() <= ROUNDING:
         return values.take(whole.astype(int) % n, axis)
-    _check_points(n)
+    inside = indices % n if periodic else indices.clip(0, n - 1)
+    return _spline(values, axis, periodic)(inside)
+
+
+def _spline(values: FloatArray, axis: int, periodic: bool) -> BSpline:
+    """Return the cubic spline along an axis, as a function of the index."""
+    if values.shape[axis] < 4:
+        raise ValueError(
+            "interpolation needs a map of at least 4 x 4 points, got "
+            f"{values.shape[axis]} along a side"
+        )
     if periodic:
         values = np.concatenate([values, values.take([0], axis)], axis)
-        spline = CubicSpline(np.arange(n + 1), values, axis, bc_type="periodic")
-        return spline(indices % n)
-    return CubicSpline(np.arange(n), values, axis)(indices.clip(0, n - 1))
-
-
-def _check_points(n: int) -> None:
-    if n < 4:
-        raise ValueError(
-            f"interpolation needs a map of at least 4 x 4 points, got {n} along a side"
-        )
+    ends = "periodic" if periodic else "not-a-knot"
+    return make_interp_spline(
+        np.arange(values.shape[axis]), values, 3, axis=axis, bc_type=ends
+    )

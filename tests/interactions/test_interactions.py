@@ -287,70 +287,39 @@ def test_wall_survives_json_and_pickle(wall):
 # Errors
 
 
-@pytest.mark.parametrize("bad", [0.0, -1.0, math.nan, math.inf, "1", None])
-@pytest.mark.parametrize(
-    "name, make",
-    [
-        ("contact_modulus", lambda bad: LennardJones93.repulsive(bad, A0)),
-        ("spacing", lambda bad: LennardJones93.adhesive(E, bad, W)),
-        ("distance", lambda bad: LennardJones93.full(distance=bad, work_of_adhesion=W)),
-        (
-            "work_of_adhesion",
-            lambda bad: LennardJones93.full(distance=A0, work_of_adhesion=bad),
-        ),
-    ],
-)
-def test_parameters_that_are_no_positive_numbers_are_named_with_their_value(
-    name, make, bad
-):
-    with pytest.raises(ValueError, match=f"{name} must be a finite number > 0, got"):
-        make(bad)
+REPULSIVE_KEYS = {"contact_modulus": E, "spacing": A0}
+ADHESIVE_KEYS = REPULSIVE_KEYS | {"work_of_adhesion": W}
+FULL_KEYS = {"distance": A0, "work_of_adhesion": W}
 
 
 @pytest.mark.parametrize(
-    "message, make",
+    "make, keys, change, message",
     [
-        ("work_of_adhesion .* >= 0", lambda: LennardJones93.adhesive(E, A0, -W)),
-        ("stiffness", lambda: LennardJones93.adhesive(E, A0, W, stiffness=-1.0)),
-        ("stiffness", lambda: LennardJones93.repulsive(E, A0, stiffness=0.0)),
-        (
-            "cutoff",
-            lambda: LennardJones93.full(
-                distance=A0, work_of_adhesion=W, cutoff=math.inf
-            ),
-        ),
-        (
-            "onset and cutoff",
-            lambda: LennardJones93.full(
-                distance=A0, work_of_adhesion=W, cutoff=0.5 * A0
-            ),
-        ),
-        (
-            "onset and cutoff",
-            lambda: LennardJones93.full(
-                distance=A0, work_of_adhesion=W, onset=0.5 * A0
-            ),
-        ),
-        (
-            "onset and cutoff",
-            lambda: LennardJones93.full(distance=A0, work_of_adhesion=W, onset=11 * A0),
-        ),
-        (
-            "onset must be",
-            lambda: LennardJones93.full(
-                distance=A0, work_of_adhesion=W, onset=math.nan
-            ),
-        ),
-        (
-            "core must be smaller",
-            lambda: LennardJones93.full(distance=A0, work_of_adhesion=W, core=A0),
-        ),
-        ("core .* > 0", lambda: LennardJones93.repulsive(E, A0, core=0.0)),
+        (make, keys, {name: bad}, f"{name} must be a finite number > 0, got")
+        for bad in (0.0, -1.0, math.inf, None)
+        for make, keys, name in (
+            (LennardJones93.repulsive, REPULSIVE_KEYS, "contact_modulus"),
+            (LennardJones93.adhesive, ADHESIVE_KEYS, "spacing"),
+            (LennardJones93.full, FULL_KEYS, "distance"),
+            (LennardJones93.full, FULL_KEYS, "work_of_adhesion"),
+        )
+    ]
+    + [
+        (LennardJones93.repulsive, REPULSIVE_KEYS, {"stiffness": 0.0}, "stiffness"),
+        (LennardJones93.repulsive, REPULSIVE_KEYS, {"core": 0.0}, "core .* > 0"),
+        (LennardJones93.adhesive, ADHESIVE_KEYS, {"work_of_adhesion": -W}, ">= 0"),
+        (LennardJones93.adhesive, ADHESIVE_KEYS, {"stiffness": -1.0}, "stiffness"),
+        (LennardJones93.full, FULL_KEYS, {"cutoff": math.inf}, "cutoff"),
+        (LennardJones93.full, FULL_KEYS, {"cutoff": 0.5 * A0}, "onset and cutoff"),
+        (LennardJones93.full, FULL_KEYS, {"onset": 0.5 * A0}, "onset and cutoff"),
+        (LennardJones93.full, FULL_KEYS, {"onset": 11 * A0}, "onset and cutoff"),
+        (LennardJones93.full, FULL_KEYS, {"onset": math.nan}, "onset must be"),
+        (LennardJones93.full, FULL_KEYS, {"core": A0}, "core must be smaller"),
     ],
 )
-def test_gaps_out_of_order_are_refused(message, make):
+def test_impossible_walls_are_refused_by_parameter(make, keys, change, message):
     with pytest.raises(ValueError, match=message):
-        make()
+        make(**keys | change)
 
 
 def test_the_full_wall_has_no_order_of_arguments_to_mistake():

@@ -80,28 +80,22 @@ def test_the_center_of_a_map_is_on_the_axis():
         surface.heights((1, 6), 0.5, (0.0, -1.0))
 
 
-def test_a_center_beyond_the_map_is_refused():
-    with pytest.raises(ValueError, match=r"which spans x = 0 to 8, got 8.5"):
-        HeightMap(BUMPS, 1.0, center=(8.5, 0.0))
-
-
-def test_a_window_beyond_the_map_is_refused_with_the_numbers():
-    with pytest.raises(ValueError, match="x = 0 to 5, but the map only -4 to 4"):
-        HeightMap(BUMPS, 1.0).heights((6, 2), 1.0)
-
-
-def test_a_window_larger_than_a_periodic_map_is_refused():
-    with pytest.raises(ValueError, match="10 along x exceeds the period 9 of the map"):
-        HeightMap(BUMPS, 1.0, periodic=True).heights((10, 2), 1.0)
-
-
-def test_a_map_too_small_to_interpolate_is_refused():
-    surface = HeightMap(np.zeros((3, 8)), 1.0)
-    for method in (lambda: surface.heights((2, 2), 0.3), lambda: surface.lowest(0.3)):
-        with pytest.raises(
-            ValueError, match="at least 4 x 4 points, got 3 along a side"
-        ):
-            method()
+@pytest.mark.parametrize(
+    ("options", "shape", "spacing", "message"),
+    [
+        ({"center": (8.5, 0.0)}, (1, 1), 1.0, "which spans x = 0 to 8, got 8.5"),
+        ({}, (6, 2), 1.0, "x = 0 to 5, but the map only -4 to 4"),
+        ({"periodic": True}, (10, 2), 1.0, "10 along x exceeds the period 9"),
+        ({"heights": BUMPS[:3]}, (2, 2), 0.3, "at least 4 x 4 points, got 3 along"),
+    ],
+)
+def test_windows_that_do_not_fit_are_refused_with_the_numbers(
+    options, shape, spacing, message
+):
+    with pytest.raises(ValueError, match=message):
+        HeightMap(**{"heights": BUMPS, "spacing": 1.0} | options).heights(
+            shape, spacing
+        )
 
 
 @pytest.mark.parametrize("repeats", [False, True], ids=["once", "periodic"])

@@ -74,10 +74,23 @@ def test_a_substrate_and_an_indenter_of_the_same_scan_are_mirror_images():
     np.testing.assert_array_equal(raw(one), raw(other)[::-1])
 
 
-@pytest.mark.parametrize("role", ["tip", None, "Substrate"])
-def test_an_unknown_role_is_refused(role):
-    with pytest.raises(ValueError, match=r"unknown role .* Known: indenter, substrate"):
-        untouched(SCAN, role)
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"role": "Substrate"}, r"unknown role .* Known: indenter, substrate"),
+        ({"role": None}, "unknown role"),
+        ({"center": "lowest"}, "unknown center"),
+        ({"center": 3.0}, "center must be"),
+        ({"center": (1.0, np.nan)}, "center must be"),
+        ({"unit": "inch"}, "unknown unit of length 'inch'"),
+        ({"detrend": "tilt"}, "unknown way to detrend 'tilt'"),
+        ({"spacing": None}, r"distance between the points .* not known"),
+        ({"scan": np.full((4, 4), np.nan)}, "all points of the scan are missing"),
+    ],
+)
+def test_wrong_arguments_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        untouched(**{"scan": SCAN} | options)
 
 
 def test_the_role_must_be_given():
@@ -114,12 +127,6 @@ def test_the_margin_is_a_length_along_both_axes():
     assert kept.center == (11.0, 24.0)
 
 
-@pytest.mark.parametrize("center", ["lowest", 3.0, (1.0, np.nan)])
-def test_a_center_that_is_no_place_is_refused(center):
-    with pytest.raises(ValueError, match="center"):
-        untouched(SCAN, center=center)
-
-
 @pytest.mark.parametrize(
     ("unit", "angstrom"), [("nm", 10.0), ("µm", 1e4), ("m", 1e10), ("Å", 1.0)]
 )
@@ -130,11 +137,6 @@ def test_units_are_converted_to_angstrom(unit, angstrom):
     lowest = surface.lowest(angstrom, (0.0, 0.0))
     assert surface.statistics().rms_height == pytest.approx(ROUGH.std() * angstrom)
     assert lowest <= -ROUGH.max() * angstrom
-
-
-def test_an_unknown_unit_is_refused():
-    with pytest.raises(ValueError, match="unknown unit of length 'inch'"):
-        untouched(ROUGH, unit="inch")
 
 
 def test_masked_points_and_nans_are_interpolated_harmonically():
@@ -159,11 +161,6 @@ def test_missing_points_of_a_periodic_scan_are_filled_across_its_edge():
     scan[3] = 5.0
     assert raw(untouched(scan, periodic=True))[0, 0] == pytest.approx(-2.0)
     assert periodic == pytest.approx(-1.0)
-
-
-def test_a_scan_without_any_point_is_refused():
-    with pytest.raises(ValueError, match="all points of the scan are missing"):
-        untouched(np.full((4, 4), np.nan))
 
 
 def test_tilt_is_subtracted_by_default():
@@ -203,11 +200,6 @@ def test_detrending_subtracts_what_its_name_says(detrend, added):
     np.testing.assert_allclose(kept(ROUGH + added), kept(ROUGH), rtol=0, atol=1e-11)
 
 
-def test_an_unknown_way_to_detrend_is_refused():
-    with pytest.raises(ValueError, match="unknown way to detrend 'tilt'"):
-        untouched(ROUGH, detrend="tilt")
-
-
 def test_a_topography_object_has_its_own_sizes_unit_period_and_mask(topography):
     mask = np.zeros(ROUGH.shape, bool)
     mask[3, 3] = True
@@ -235,11 +227,6 @@ def test_given_lengths_may_be_in_another_unit_than_the_scan(topography):
     )
     expected = untouched(ROUGH, spacing=(2.0, 3.0), unit="nm", center=(4.0, 6.0))
     assert got.todict() == expected.todict() | {"center": pytest.approx((40.0, 60.0))}
-
-
-def test_an_array_needs_a_spacing():
-    with pytest.raises(ValueError, match=r"distance between the points .* not known"):
-        HeightMap.from_topography(ROUGH, "substrate")
 
 
 def test_a_line_scan_is_refused(topography):
@@ -321,8 +308,6 @@ def test_text_without_header_needs_unit_and_spacing(tmp_path):
     file.write_text("# nothing about lengths\n" + matrix(ROUGH))
     with pytest.raises(ValueError, match=r"the unit of .*scan.txt.* is not known"):
         HeightMap.from_topography(file, "substrate")
-    with pytest.raises(ValueError, match="distance between the points"):
-        HeightMap.from_topography(file, "substrate", unit="nm")
     got = untouched(file, spacing=(2.0, 3.0), unit="nm")
     assert got == untouched(ROUGH, spacing=(2.0, 3.0), unit="nm")
 
@@ -403,10 +388,8 @@ def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, period
     fit = untouched(scan, periodic=periodic).self_affine
     assert fit.hurst == pytest.approx(hurst, abs=0.08)
     if periodic:
-        exact = rough.statistics()
-        assert fit.rms_height == pytest.approx(exact.rms_height, rel=1e-9)
-        assert fit.rms_slope == pytest.approx(exact.rms_slope, rel=1e-9)
-        assert fit.rms_curvature == pytest.approx(exact.rms_curvature, rel=1e-9)
+        exact = vars(rough.statistics())
+        assert {name: vars(fit)[name] for name in exact} == pytest.approx(exact)
         assert fit.short_wavelength == pytest.approx(4.0, rel=0.01)
         assert fit.long_wavelength == pytest.approx(128.0, rel=0.07)
 

@@ -140,9 +140,7 @@ def test_statistics_of_a_realisation_are_those_of_its_heights():
     surface = replace(SURFACE, random_amplitudes=True)
     expected = statistics(surface.heights((128, 128), 1.0), 1.0)
     got = surface.statistics()
-    assert got.rms_height == pytest.approx(expected.rms_height, rel=1e-12)
-    assert got.rms_slope == pytest.approx(expected.rms_slope, rel=1e-12)
-    assert got.rms_curvature == pytest.approx(expected.rms_curvature, rel=1e-12)
+    assert vars(got) == pytest.approx(vars(expected), rel=1e-12)
 
 
 # Sampling on grids
@@ -235,8 +233,6 @@ def test_todict_contains_the_domain_and_rebuilds_the_surface():
     ("change", "message"),
     [
         ({"rms_slope": 0.0}, "rms_slope must be a finite number > 0"),
-        ({"rms_slope": math.nan}, "rms_slope must be a finite number > 0"),
-        ({"rms_slope": "0.1"}, "rms_slope must be a finite number > 0"),
         ({"hurst": 1.0}, "between 0 and 1, got 1.0"),
         ({"short_wavelength": -4.0}, "short_wavelength must be a finite number > 0"),
         ({"short_wavelength": 33.0}, "long_wavelength must be at least"),
@@ -254,26 +250,27 @@ def test_wrong_parameters_of_a_self_affine_surface_are_refused(change, message):
         replace(SURFACE, **change)
 
 
-def test_a_window_larger_than_the_domain_is_refused():
-    with pytest.raises(ValueError, match="choose a domain of at least 129 spacings"):
-        SURFACE.heights((4, 129), 1.0)
+@pytest.mark.parametrize(
+    ("change", "shape", "spacing", "message"),
+    [
+        ({}, (4, 129), 1.0, "choose a domain of at least 129 spacings"),
+        ({}, (4, 4), 1.1, r"choose domain=128\.7"),
+        ({}, (4, 4), 2.1, r"half of short_wavelength = 4, got 2\.1"),
+        (
+            {"short_wavelength": 7.9, "long_wavelength": 7.9, "domain": 32.0},
+            (4, 4),
+            1.0,
+            "choose a larger domain",
+        ),
+    ],
+)
+def test_grids_that_do_not_fit_are_refused(change, shape, spacing, message):
+    with pytest.raises(ValueError, match=message):
+        replace(SURFACE, **change).heights(shape, spacing)
 
 
-def test_a_spacing_that_does_not_divide_the_domain_is_refused_with_a_remedy():
-    with pytest.raises(ValueError, match=r"choose domain=128\.7"):
-        SURFACE.heights((4, 4), 1.1)
+def test_the_domain_that_an_error_advises_fits_the_grid():
     assert replace(SURFACE, domain=128.7).heights((4, 4), 1.1).shape == (4, 4)
-
-
-def test_a_grid_too_coarse_for_the_short_waves_is_refused():
-    with pytest.raises(ValueError, match=r"half of short_wavelength = 4, got 2\.1"):
-        SURFACE.heights((4, 4), 2.1)
-
-
-def test_a_band_without_waves_is_refused():
-    surface = SelfAffine(0.1, 0.8, 7.9, 7.9, domain=32.0)
-    with pytest.raises(ValueError, match="choose a larger domain"):
-        surface.heights((4, 4), 1.0)
 
 
 def test_lowest_height_is_that_of_a_grid_over_the_domain():

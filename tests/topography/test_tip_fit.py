@@ -45,6 +45,16 @@ def test_no_point_beyond_the_reach_is_below_the_level(level):
     assert farthest <= reach < farthest + 10.0
 
 
+def test_the_reach_of_a_map_of_unequal_sides_and_spacings():
+    x, y = np.arange(30.0)[:, None], 0.5 * np.arange(50.0)
+    heights = ((x - 5.0) ** 2 + 4.0 * (y - 20.0) ** 2) / 40.0
+    surface = HeightMap(heights, (1.0, 0.5), center=(12.0, 8.0))
+    x, y = np.arange(-12.0, 17.0, 0.25), np.arange(-8.0, 16.5, 0.25)
+    low = surface.heights((len(x), len(y)), 0.25, (x[0], y[0])) < 0.8
+    farthest = np.hypot(x[:, None], y)[low].max()
+    assert farthest <= surface.reach(0.8, 0.25) < farthest + 6.0
+
+
 def test_the_reach_has_the_places_between_points():
     heights = np.zeros((40, 40))
     heights[25, 20] = -1.0
