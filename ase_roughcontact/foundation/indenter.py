@@ -15,7 +15,8 @@ from ase_roughcontact._util.validation import finite, positive, surface
 from ase_roughcontact.foundation.calculator import ElasticFoundation
 from ase_roughcontact.interactions import Interaction, LennardJones93
 from ase_roughcontact.interactions.consistency import check_wall
-from ase_roughcontact.topography import BoundedSurface, Surface
+from ase_roughcontact.topography import Surface
+from ase_roughcontact.topography.facts import IndenterFacts
 
 # Samples of the shape per spacing, between which it is interpolated.
 _SAMPLES = 4
@@ -156,12 +157,13 @@ class RigidIndenter(Calculator):
     def _interpolate(self, cell: np.ndarray) -> None:
         """Sample the shape over a cell around the axis."""
         half = abs(cell).sum(axis=0) / 2
-        known = np.minimum(half, getattr(self.indenter, "extent", math.inf))
+        facts = IndenterFacts(self.indenter)
+        periodic = facts.radius == math.inf and np.allclose(facts.periods, 2 * half)
+        known = half
+        if not periodic:
+            known = np.minimum(half, getattr(self.indenter, "extent", math.inf))
         n, m = np.floor(known / self._step * (1 + _ROUNDING)).astype(int).tolist()
-        flat = getattr(self.indenter, "repeats", False) and not isinstance(
-            self.indenter, BoundedSurface
-        )
-        if flat and np.allclose(known, half) and np.allclose(half, self._sides(n, m)):
+        if periodic and np.allclose(half, self._sides(n, m)):
             # one period, of which the samples beyond the cell are a part
             heights = self._samples(-n, -m, (2 * n, 2 * m))
             self._heights = np.pad(heights, ((1, 2), (1, 2)), mode="wrap")

@@ -26,7 +26,7 @@ from ase_roughcontact.topography.spectrum import Statistics
 
 IntArray: TypeAlias = NDArray[np.int64]
 
-# Relative tolerance with which wavelengths are compared.
+# Relative tolerance of wavelengths, and part of a spacing that is rounding.
 _ROUNDING = 1e-9
 
 
@@ -239,10 +239,11 @@ class SelfAffine:
 
 def _index(spacing: float, origin: Point) -> tuple[list[int], list[float]]:
     """Return the whole and the fractional part of the indices of the origin."""
-    indices = [round(position / spacing, 12) for position in origin]
-    whole = [math.floor(index) for index in indices]
-    fraction = [round(x - i, 12) for x, i in zip(indices, whole, strict=True)]
-    return whole, fraction
+    indices = [position / spacing for position in origin]
+    whole = [math.floor(index + _ROUNDING) for index in indices]
+    rest = [round(x - i, 12) for x, i in zip(indices, whole, strict=True)]
+    # rounding errors would be other surfaces, each of which is synthesised
+    return whole, [x if x > _ROUNDING else 0.0 for x in rest]
 
 
 @lru_cache(maxsize=2)

@@ -13,6 +13,7 @@ from ase_roughcontact import (
     ElasticFoundation,
     FoundationPrecon,
     HardWall,
+    HeightMap,
     LennardJones93,
     NewtonKrylov,
     RoughContact,
@@ -194,9 +195,28 @@ def test_an_indenter_at_the_border_of_the_cell(surface):
 
 
 def test_a_roughness_with_the_period_of_the_cell_has_no_border(surface):
-    atoms, side = slab(surface), 6 * surface.constants.spacing
+    side = 6 * surface.constants.spacing
     rough = SelfAffine(0.02, 0.8, side / 2, side, seed=1, domain=side)
-    indenter = add_indenter(atoms, rough)
+    heights = rough.heights((24, 24), side / 24, (-side / 2, -side / 2))
+    energies = []
+    for shape in (
+        rough,
+        RoughSphere(np.inf, rough),
+        HeightMap(heights, side / 24, periodic=True),
+    ):
+        atoms = slab(surface)
+        indenter = add_indenter(atoms, shape)
+        atoms.positions[-1, 2] -= 0.6
+        energies.append(atoms.get_potential_energy())
+        assert indenter.results["contact"].sum() == 36
+    assert energies == pytest.approx(3 * energies[:1])
+
+
+def test_a_map_with_the_periods_of_a_rectangular_cell_has_no_border(surface):
+    atoms, spacing = slab(surface, (6, 4)), surface.constants.spacing
+    x, y = np.arange(24) / 24, np.arange(16) / 16
+    waves = 0.1 * np.cos(2 * np.pi * x)[:, None] * np.cos(2 * np.pi * y)
+    indenter = add_indenter(atoms, HeightMap(waves, spacing / 4, periodic=True))
     atoms.positions[-1, 2] -= 0.6
     assert np.isfinite(atoms.get_potential_energy())
-    assert indenter.results["contact"].sum() == 36
+    assert indenter.results["contact"].sum() == 24

@@ -176,11 +176,13 @@ def test_windows_wrap_around_the_domain():
     np.testing.assert_array_equal(window, np.roll(whole, (5, 5), (0, 1))[:10, :10])
 
 
-def test_rounding_in_the_origin_does_not_matter():
+@pytest.mark.parametrize("index", [-41, 87 + 128 * 100, -41 - 128 * 1000])
+def test_rounding_in_the_origin_does_not_matter(index):
     a0 = 3.6 / math.sqrt(2)
     surface = SelfAffine(0.1, 0.8, 4 * a0, 32 * a0)
+    origin = index * a0 + 0.3 * a0 - 0.1 * a0 - 0.2 * a0
     np.testing.assert_array_equal(
-        surface.heights((4, 4), a0, (-41 * a0, 0.3 * a0 - 0.1 * a0 - 0.2 * a0)),
+        surface.heights((4, 4), a0, (origin, 0.3 * a0 - 0.1 * a0 - 0.2 * a0)),
         surface.heights((4, 4), a0, (87 * a0, 0.0)),
     )
 
