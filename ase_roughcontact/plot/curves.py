@@ -249,7 +249,8 @@ def plot_cantilever(axes: Any, curve: CantileverCurve) -> Any:
             )
     stiffness = curve.stiffness / NN * NM  # nN/nm
     deflection = axes.secondary_yaxis(
-        "right", (lambda force: force / stiffness, lambda bend: bend * stiffness)
+        "right",
+        functions=(lambda force: force / stiffness, lambda bend: bend * stiffness),
     )
     deflection.set_ylabel("deflection (nm)")
     axes.set_xlabel("distance of the base $D$ (nm)")
