@@ -89,7 +89,7 @@ class ContactModel:
         old, new = self.contact.plastic_depth, kept_depth(atoms, self.grid)
         if new is old or (old is not None and new is not None and (new == old).all()):
             return
-        self.contact = self.contact.indented(new)
+        self.contact = self.contact.changed(self.contact.halfspace, new)
 
     def state(self, atoms: Atoms) -> ContactState:
         """Return energy, forces and fields of the atoms."""

@@ -36,12 +36,17 @@ class Contact:
         default it is one everywhere.
     plastic_depth : ndarray, shape (n, m), optional
         Depth by which the surface has flowed in earlier steps (length).
+    creep_pressure, creep_depth : ndarray, shape (n, m), optional
+        Pressure that a viscoelastic surface remembers, relative to its instantaneous
+        response, and the depth that this causes (pressure, length).
 
     Attributes
     ----------
+    indenter_heights : ndarray, shape (n, m)
+        The given heights.
     heights : ndarray, shape (n, m)
-        Lower surface of the indenter above the undeformed surface: with the plastic
-        depth.
+        Lower surface of the indenter above the surface that the wall does not press:
+        with plastic depth and creep.
 
     Raises
     ------
@@ -57,12 +62,18 @@ class Contact:
         interaction: Interaction,
         adhesion: np.ndarray | None = None,
         plastic_depth: np.ndarray | None = None,
+        creep_pressure: np.ndarray | None = None,
+        creep_depth: np.ndarray | None = None,
     ) -> None:
         self.halfspace = halfspace
-        self.heights = self._checked("heights", heights)
+        self.indenter_heights = self._checked("heights", heights)
+        self.heights = self.indenter_heights
         if plastic_depth is not None:
             self.heights = self.heights + self._checked("plastic_depth", plastic_depth)
+        if creep_depth is not None:
+            self.heights = self.heights + self._checked("creep_depth", creep_depth)
         self.interaction, self.plastic_depth = interaction, plastic_depth
+        self.creep_pressure, self.creep_depth = creep_pressure, creep_depth
         self.adhesion = None
         if adhesion is not None:
             self.adhesion = self._checked("adhesion", adhesion)
@@ -74,10 +85,7 @@ class Contact:
     @property
     def first_contact(self) -> float:
         """Height of the indenter at which the wall begins to repel a flat surface."""
-        heights = self.heights
-        if self.plastic_depth is not None:
-            heights = heights - self.plastic_depth
-        return float(self.interaction.contact_distance - heights.min())
+        return float(self.interaction.contact_distance - self.indenter_heights.min())
 
     @property
     def plastic_work(self) -> float:
@@ -87,13 +95,22 @@ class Contact:
         depth = float(self.plastic_depth.sum())
         return self.interaction.hardness * self.halfspace.cell_area * depth
 
-    def indented(self, plastic_depth: np.ndarray | None) -> Contact:
-        """Return the contact whose surface has another plastic depth."""
-        heights = self.heights
-        if self.plastic_depth is not None:
-            heights = heights - self.plastic_depth
+    def changed(
+        self,
+        halfspace: HalfSpace,
+        plastic_depth: np.ndarray | None,
+        creep_pressure: np.ndarray | None = None,
+        creep_depth: np.ndarray | None = None,
+    ) -> Contact:
+        """Return the contact of the same window with another past."""
         return Contact(
-            self.halfspace, heights, self.interaction, self.adhesion, plastic_depth
+            halfspace,
+            self.indenter_heights,
+            self.interaction,
+            self.adhesion,
+            plastic_depth,
+            creep_pressure,
+            creep_depth,
         )
 
     def gap(self, displacement: np.ndarray, height: float) -> np.ndarray:

@@ -35,7 +35,10 @@ class State:
     displacement : ndarray, shape (n, m), optional
         Displacement that the pressure causes, if it is known (length).
     history : mapping of str to ndarray of shape (n, m)
-        What the surface keeps of earlier steps.
+        What the surface keeps of earlier steps: a plastic depth (length), or the
+        pressures of a viscoelastic past; see `contact.creep`.
+    depths : mapping of str to ndarray of shape (n, m)
+        Depths that pressures of the history cause, as far as they are known (length).
     """
 
     window: Box
@@ -43,6 +46,7 @@ class State:
     pressure: np.ndarray
     displacement: np.ndarray | None = None
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
+    depths: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def flat(cls, window: Box, height: float) -> State:

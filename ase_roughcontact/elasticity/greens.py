@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.validation import positive
+from ase_roughcontact.elasticity.creep import Creep
 
 # Relative difference of directions up to which a response is taken to be even.
 _EVEN = 1e-6
@@ -50,9 +51,12 @@ class ElasticSolid(ABC):
         depth is not finite. Periodic half spaces leave it out: their heights are
         measured from the mean plane of the surface, which a mean pressure p lowers by
         ``uniform_compliance p`` (length/pressure).
+    creep : Creep or None
+        Creep compliance of a viscoelastic solid, whose states depend on time.
     """
 
     contact_modulus: float
+    creep: Creep | None = None
     bulges: bool = False
     uniform_compliance: float = 0.0
 

@@ -30,6 +30,7 @@ from ase_roughcontact._util.threads import available_threads, split, thread_map
 from ase_roughcontact._util.validation import grid_shape, positive
 from ase_roughcontact.elasticity.fft import RealFFT2, fast_length
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.viscoelastic import Scaled, Softened
 
 # Smallest number of grid points for which several threads are worth their start.
 _LEAST_SHARED = 256 * 256
@@ -96,6 +97,15 @@ class HalfSpace(ABC):
         """Return a half space of the same kind and solid on another grid."""
         return type(self)(shape, spacing, self.solid, **self.fft)
 
+    def softened(self, factor: float) -> HalfSpace:
+        """Return the half space of a softer solid, which shares the transform."""
+        solid = self.solid.solid if isinstance(self.solid, Scaled) else self.solid
+        other = type(self)(
+            self.shape, self.spacing, Softened(solid, factor), **self.fft
+        )
+        other.window_transform = self.window_transform
+        return other
+
     def in_single_precision(self) -> HalfSpace:
         """Return the same half space with transforms in single precision."""
         options = {**self.fft, "dtype": np.float32}
@@ -126,9 +136,13 @@ class HalfSpace(ABC):
         ndarray, shape (N//2 + 1, M//2 + 1)
             Real (length/pressure). The other rows follow from its evenness.
         """
-        kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(self.solid)
+        solid, factor = self.solid, 1.0
+        if isinstance(solid, Softened):
+            solid, factor = solid.solid, solid.factor
+        kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(solid)
         make = _kept_spectrum if kept else _new_spectrum
-        return make(type(self), self.solid, self.spacing, grid)
+        spectrum = make(type(self), solid, self.spacing, grid)
+        return spectrum if factor == 1.0 else factor * spectrum
 
     @staticmethod
     @abstractmethod

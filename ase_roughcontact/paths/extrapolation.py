@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ase_roughcontact.contact import Contact, ContactState
-from ase_roughcontact.elasticity.halfspace import HalfSpace
+from ase_roughcontact.contact import State
+from ase_roughcontact.elasticity.lattice import Box
 
 # Largest distance of a target from the last one, in units of the last step.
 _FARTHEST = 2.0
 
 
 class _Point(NamedTuple):
-    halfspace: HalfSpace
+    window: Box
     target: float
     pressure: np.ndarray
     height: float
@@ -23,48 +23,48 @@ class _Point(NamedTuple):
 class Extrapolation:
     """Linear extrapolation of pressure and height from the last two steps.
 
-    Walls with attraction are left out: their state depends on the start.
+    Parameters
+    ----------
+    smallest : float
+        Smallest pressure: zero, or minus infinity for a wall with attraction.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, smallest: float = 0.0) -> None:
+        self._smallest = smallest
         self._points: list[_Point] = []
 
-    def add(
-        self, contact: Contact, target: float, state: ContactState, height: float
-    ) -> None:
+    def add(self, target: float, state: State, pressure: np.ndarray) -> None:
         """Keep a relaxed state.
 
         Parameters
         ----------
-        contact : Contact
         target : float
-            Load or height that was prescribed.
-        state : ContactState
-        height : float
-            Of the indenter.
+            Load or height that was prescribed, or the time.
+        state : State
+        pressure : ndarray, shape (n, m)
+            Of the wall.
         """
-        if not contact.interaction.attractive:
-            point = _Point(contact.halfspace, target, state.pressure, height)
-            self._points = [*self._points[-1:], point]
+        point = _Point(state.window, target, pressure, state.height)
+        self._points = [*self._points[-1:], point]
 
-    def start(self, contact: Contact, target: float) -> tuple[np.ndarray, float] | None:
+    def start(self, window: Box, target: float) -> tuple[np.ndarray, float] | None:
         """Return pressure and height from which to start.
 
         Parameters
         ----------
-        contact : Contact
+        window : Box
         target : float
 
         Returns
         -------
         pressure : ndarray, shape (n, m)
-            Not negative.
+            Not below the smallest one.
         height : float
-            None, in place of both, without two states of this half space, or if the
+            None, in place of both, without two states of this window, or if the
             target is farther from the last one than twice the last step.
         """
-        if any(point.halfspace is not contact.halfspace for point in self._points):
-            self._points = []  # the window was exchanged
+        if any(point.window != window for point in self._points):
+            self._points = []
         if len(self._points) < 2:
             return None
         first, last = self._points
@@ -73,7 +73,7 @@ class Extrapolation:
             return None
         part = (target - last.target) / step
         pressure = last.pressure + part * (last.pressure - first.pressure)
-        np.maximum(pressure, 0.0, out=pressure)
+        np.maximum(pressure, self._smallest, out=pressure)
         if not pressure.any():
             return None
         return pressure, last.height + part * (last.height - first.height)

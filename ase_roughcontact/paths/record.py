@@ -306,6 +306,13 @@ class LoadStep:
         return cls(**values | {"step": columns["step"]})
 
 
+@dataclass(frozen=True)
+class TimeStep(LoadStep):
+    """Result of one time step; its attributes are the output columns."""
+
+    time: float = column(lambda s: s.time, "time since the beginning", "s", "time")
+
+
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:
     """Return the columns of a class of results by name, in the order of output.
 

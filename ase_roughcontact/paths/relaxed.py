@@ -53,6 +53,8 @@ class RelaxedStep(RelaxedContact):
     statistics : SolverStatistics
     seconds : float
         Wall-clock time of the relaxation.
+    time : float
+        Of the step, NaN unless the solid creeps.
     hardness : float
         Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
     """
@@ -61,6 +63,7 @@ class RelaxedStep(RelaxedContact):
     first_contact: float
     statistics: SolverStatistics
     seconds: float
+    time: float = np.nan
     hardness: float = np.nan
 
     @cached_property

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, Protocol
 
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, Problem, State
+from ase_roughcontact.contact.creep import (
+    after_step,
+    before_step,
+    past_of,
+    with_depths,
+)
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.elasticity.creep import CreepStep
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
 from ase_roughcontact.paths.extrapolation import Extrapolation
@@ -36,6 +43,8 @@ _UNCARRIED_PART = 0.1
 # A step has not converged if a force, or the force that would close a gap, is above the
 # first times the tolerance plus the second, for rounding, times all forces of the wall.
 _EXCESS, _ROUNDING = 2.0, 1e-13
+# Number of time steps of other lengths whose half spaces are kept.
+_KEPT_HALFSPACES = 4
 
 
 class Relaxer(Protocol):
@@ -147,7 +156,7 @@ class Stepper:
         self._accuracy = accuracy_of(options.accuracy, options.continuum)
         self._relaxer = options.relaxer or default_relaxer(problem.wall)
         self._springs = springs
-        self._extrapolation = Extrapolation()
+        self._extrapolation = self._new_extrapolation()
         self._tolerance = ForceTolerance(
             self._accuracy.tolerance,
             problem.solid.contact_modulus * problem.spacing**2,
@@ -156,8 +165,12 @@ class Stepper:
         self.windows: AutoWindow | FixedWindow
         self.contact: Contact
         self._contact_window: Box | None = None
+        self._creep_step: CreepStep | None = None
+        self._at_rest()
+        # quasi-static states under attraction depend on where they start
+        self._continuous = self._creep_step is not None or not problem.wall.attractive
         if options.keeps_window or problem.periodic:
-            self._set_contact(window, {})
+            self._set_contact(State.flat(window, 0.0))
             checked = options.window != "unchecked"
             self.windows = FixedWindow(
                 problem, window, checked, self.contact.first_contact
@@ -177,6 +190,9 @@ class Stepper:
         number: int,
         target: float,
         record: type[Step] = LoadStep,  # type: ignore[assignment]
+        *,
+        moment: float = math.nan,
+        elapsed: float = 0.0,
     ) -> Step:
         """Relax the contact at a target, in windows enlarged until they suffice.
 
@@ -188,17 +204,35 @@ class Stepper:
             Penetration or height (length), or load (force).
         record : type
             Class of the result.
+        moment, elapsed : float
+            Time of the step, and since the last one, if the solid creeps (time).
 
         Returns
         -------
         LoadStep
             Of this class.
+
+        Raises
+        ------
+        ValueError
+            If the solid creeps and no time is given, or the other way round.
         """
-        relaxed = self._relaxed(number, target)
+        creep = self.problem.solid.creep
+        if (creep is None) != math.isnan(moment):
+            raise ValueError(
+                "a viscoelastic solid needs a path in time: use time_path, or one of "
+                "its limits, solid.solid and solid.relaxed"
+                if creep
+                else f"only a viscoelastic solid needs a time, got {moment}"
+            )
+        if creep:
+            self._creep_step = creep.over(elapsed)
+            self.state = before_step(self.state, self._creep_step)
+        relaxed = self._relaxed(number, target, moment)
         result = record.of(relaxed)
         fields = relaxed.state
         if self.problem.wall.permanent and fields.plastic_atoms:
-            history = {PLASTIC_DEPTH: fields.plastic_depth}
+            history = {**self.state.history, PLASTIC_DEPTH: fields.plastic_depth}
             self.state = replace(self.state, history=history)
         return result
 
@@ -211,9 +245,9 @@ class Stepper:
         target : float, optional
             Of this step.
         """
-        self._extrapolation = Extrapolation()
-        self.state = state
-        self._set_contact(state.window, state.history)
+        self._extrapolation = self._new_extrapolation()
+        self._at_rest()
+        self.state = state = self._set_contact(state)
         fields = fields_of(self.contact, state, relaxed=True)
         support = Support(self.control != "loads", 0.0, self._springs)
         if target is not None:
@@ -250,30 +284,51 @@ class Stepper:
             self.problem, **more, lattice=lattice, **tolerance, **question
         )
 
-    def _set_contact(self, window: Box, history: Mapping[str, Any]) -> None:
-        """Make the contact on a window, unless it is that of the last relaxation."""
-        depth = history.get(PLASTIC_DEPTH)
-        if self._contact_window != window:
-            self.contact = self.problem.contact(window, depth)
-            self._contact_window = window
-        elif self.contact.plastic_depth is not depth:
-            self.contact = self.contact.indented(depth)
+    def _new_extrapolation(self) -> Extrapolation:
+        return Extrapolation(-math.inf if self.problem.wall.attractive else 0.0)
 
-    def _relaxed(self, number: int, target: float) -> RelaxedStep:
+    def _at_rest(self) -> None:
+        """Take the contact as between time steps, with the instantaneous solid."""
+        if self.problem.solid.creep is not None:
+            self._creep_step = self.problem.solid.creep.over(0.0)
+
+    def _set_contact(self, state: State) -> State:
+        """Make the contact on the window of a state, with its history.
+
+        Returns the state with the depths that its history causes.
+        """
+        depth = state.plastic_depth
+        if self._contact_window != state.window:
+            self.contact = self.problem.contact(state.window, depth)
+            self._contact_window = state.window
+            self._instantaneous = self.contact.halfspace
+            self._softened = lru_cache(_KEPT_HALFSPACES)(self._instantaneous.softened)
+        if self._creep_step is None:
+            if self.contact.plastic_depth is not depth:
+                self.contact = self.contact.changed(self.contact.halfspace, depth)
+            return state
+        state = with_depths(state, self._instantaneous)
+        halfspace = self._softened(self._creep_step.compliance)
+        self.contact = self.contact.changed(halfspace, depth, *past_of(state))
+        return state
+
+    def _relaxed(self, number: int, target: float, moment: float) -> RelaxedStep:
         begun = time.perf_counter()
         statistics = SolverStatistics()
         state, support = self._at(target)
         state = self.windows.choose(state, support)
-        self._set_contact(state.window, state.history)
-        start = None
+        state = self._set_contact(state)
+        start, along = None, target if math.isnan(moment) else moment
         if target or support.fixed:  # without a load nothing holds a sphere
-            start = self._extrapolation.start(self.contact, target)
+            start = self._extrapolation.start(state.window, along)
         run = self._relax(state, support, statistics, start)
         while wider := self.windows.enlarged(
             run.state, run.fields, self.contact, support
         ):
-            self._set_contact(wider.window, wider.history)
+            wider = self._set_contact(wider)
             run = self._relax(wider, support, statistics)
+        if self._creep_step is not None:
+            run = self._ended(run, self._creep_step)
         self.state, self.run = run.state, run
         self._check_load(target, run, statistics)
         relaxed = RelaxedStep(
@@ -284,15 +339,29 @@ class Stepper:
             first_contact=self.windows.first_contact,
             statistics=statistics,
             seconds=time.perf_counter() - begun,
+            time=moment,
             hardness=self.options.hardness,
             control=self.control,
             continuum=self.options.continuum,
             lost_slope=self.options.lost_slope,
         )
         _check_residuals(relaxed)
-        if statistics.converged:
-            self._extrapolation.add(self.contact, target, run.fields, run.state.height)
+        if statistics.converged and self._continuous:
+            self._extrapolation.add(along, run.state, run.fields.pressure)
         return relaxed
+
+    def _ended(self, run: Run, step: CreepStep) -> Run:
+        """Return the outcome of a time step with the history at its end."""
+        state = after_step(run.state, step)
+        self._at_rest()
+        state = self._set_contact(state)
+        fields = fields_of(self.contact, state, relaxed=True)
+        return replace(
+            run,
+            state=state,
+            fields=fields,
+            energy=fields.energy + run.support.external(state.height)[0],
+        )
 
     def _at(self, target: float) -> tuple[State, Support]:
         """Return the last state at a target, and what holds the indenter there."""

@@ -75,7 +75,7 @@ class AutoWindow:
         self._options = options or WindowOptions()
         indenter: Any = problem.indenter
         solid, spacing = problem.solid, problem.spacing
-        self._wall = problem.wall
+        self._wall, self._modulus = problem.wall, solid.contact_modulus
         self.footprint = Footprint(indenter, spacing, problem.offset)
         self.first_contact = self._wall.contact_distance - self.footprint.lowest
         # whether the surface rises above its plane somewhere
@@ -287,14 +287,21 @@ class AutoWindow:
     def _highest(self, state: State, contact: Contact) -> float:
         """Return the largest displacement, also in a bulge around the window."""
         if not contact.halfspace.solid.bulges and state.displacement is not None:
-            return float(state.displacement.max())
+            displacement = state.displacement
+            if contact.creep_depth is not None:
+                displacement = displacement - contact.creep_depth
+            return float(displacement.max())
         (n, m), (i, j) = state.window.shape, state.window.start
         wide = Box((i - n // 2, j - m // 2), (2 * n, 2 * m))
         return float(self._displacement_on(state, contact, wide).max())
 
     def _displacement_on(self, state: State, contact: Contact, wide: Box) -> np.ndarray:
         """Return an upper bound to the displacement of the atoms of a wider window."""
-        pressure = carried(state.pressure, state.window, wide)
+        pressure = state.pressure
+        if contact.creep_pressure is not None:
+            softer = contact.halfspace.contact_modulus / self._modulus
+            pressure = pressure + softer * contact.creep_pressure
+        pressure = carried(pressure, state.window, wide)
         wider = contact.halfspace.resized(wide.shape, self.footprint.spacing)
         displacement = wider.in_single_precision().displacement(pressure)
         displacement += _ROUNDING * max_abs(displacement)

@@ -1,0 +1,167 @@
+r"""The past of a viscoelastic contact, as pressures that its surface remembers.
+
+A creep compliance of several terms (see `elasticity.creep`) displaces the surface by
+
+.. math:: u = -G * \left(p + \sum_k q_k\right), \qquad \theta_k \dot q_k = J_k p - q_k .
+
+Over a time step with a pressure that is linear in time,
+:math:`q_k' = e_k q_k + c_k p + d_k p'`. The first two terms are known before the step:
+they are kept in `State.history`, and their depths :math:`G * q_k` in `State.depths`,
+which the step lowers the surface by. The last one makes the solid softer by
+:math:`1 + \sum_k d_k`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from ase_roughcontact.contact.state import State
+from ase_roughcontact.elasticity.creep import Creep, CreepStep
+from ase_roughcontact.elasticity.halfspace import HalfSpace
+
+#: Beginning of the keys in `State.history` of the pressures ``q_k``.
+CREEP_PRESSURE = "creep_pressure_"
+
+
+def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the pressures of the terms that a history has, by key."""
+    return {k: q for k, q in history.items() if k.startswith(CREEP_PRESSURE)}
+
+
+def before_step(state: State, step: CreepStep) -> State:
+    r"""Return a state as a time step finds it, with :math:`e_k q_k + c_k p`.
+
+    Parameters
+    ----------
+    state : State
+        At the end of the last step.
+    step : CreepStep
+
+    Returns
+    -------
+    State
+        Its displacement is the one that its pressure causes over the step.
+    """
+    aged = _changed(state, step.decay, step.old)
+    if state.displacement is None:
+        return aged
+    return replace(aged, displacement=step.compliance * state.displacement)
+
+
+def after_step(state: State, step: CreepStep) -> State:
+    r"""Return a relaxed state with the history at its time, :math:`q_k'`.
+
+    Its displacement is that of the instantaneous solid.
+    """
+    if state.displacement is not None:
+        state = replace(state, displacement=state.displacement / step.compliance)
+    return _changed(state, np.ones_like(step.new), step.new)
+
+
+def with_depths(state: State, halfspace: HalfSpace) -> State:
+    """Return a state whose depths are known: one FFT pair for each that is not.
+
+    Parameters
+    ----------
+    state : State
+    halfspace : HalfSpace
+        Of the instantaneous solid, on the window of the state.
+
+    Returns
+    -------
+    State
+    """
+    depths = dict(state.depths)
+    for key, pressure in creep_pressures(state.history).items():
+        if key not in depths:
+            depths[key] = -np.asarray(halfspace.displacement(pressure), dtype=float)
+    return replace(state, depths=depths)
+
+
+def past_of(state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sums of the pressures and of their depths, which must be known."""
+    keys, none = creep_pressures(state.history), np.zeros(state.window.shape)
+    pressure = sum((state.history[key] for key in keys), none)
+    return pressure, sum((state.depths[key] for key in keys), none)
+
+
+def stored_energy(state: State, creep: Creep) -> float:
+    r"""Return the elastic energy of a state per area of a cell.
+
+    .. math:: \tfrac{1}{2} \sum_i \left[p\, G * p
+              + \sum_k q_k\, G * q_k / J_k\right]
+
+    Parameters
+    ----------
+    state : State
+        At the end of a step, with displacement and depths.
+    creep : Creep
+
+    Returns
+    -------
+    float
+        Energy per area.
+    """
+    energy = np.sum(state.pressure * _depth(state))
+    for k, compliance in enumerate(creep.compliances):
+        key = _key(k)
+        energy += np.sum(state.history[key] * state.depths[key]) / compliance
+    return 0.5 * float(energy)
+
+
+def dissipation_rate(state: State, creep: Creep) -> float:
+    r"""Return the power that a state dissipates per area of a cell.
+
+    .. math:: \sum_i \left[\sum_k
+              \frac{J_k p - q_k}{J_k \theta_k}\, G * (J_k p - q_k)
+              + \phi\, p\, G * p\right]
+
+    Parameters
+    ----------
+    state, creep
+        See `stored_energy`.
+
+    Returns
+    -------
+    float
+        Energy per area and time.
+    """
+    pressure, depth = state.pressure, _depth(state)
+    rate = creep.flow * np.sum(pressure * depth)
+    terms = zip(creep.compliances, creep.times, strict=True)
+    for k, (compliance, time) in enumerate(terms):
+        flowing = compliance * pressure - state.history[_key(k)]
+        sinking = compliance * depth - state.depths[_key(k)]
+        rate += np.sum(flowing * sinking) / (compliance * time)
+    return float(rate)
+
+
+def _key(term: int) -> str:
+    return f"{CREEP_PRESSURE}{term + 1}"
+
+
+def _changed(state: State, decay: np.ndarray, weights: np.ndarray) -> State:
+    """Return a state with the history ``decay_k q_k + weight_k p``, and its depths.
+
+    Its displacement is that of the instantaneous solid.
+    """
+    depth = None if state.displacement is None else _depth(state)
+    history, depths = dict(state.history), {}
+    for k, (kept, weight) in enumerate(zip(decay, weights, strict=True)):
+        key = _key(k)
+        new, old = weight * state.pressure, state.history.get(key)
+        history[key] = new if old is None else kept * old + new
+        if depth is not None and (old is None or key in state.depths):
+            depths[key] = kept * state.depths.get(key, 0.0) + weight * depth
+    return replace(state, history=history, depths=depths)
+
+
+def _depth(state: State) -> np.ndarray:
+    """Return the depth ``G * p`` on the window, if the displacement is known."""
+    if state.displacement is None:
+        raise ValueError("the displacement of the state is not known")
+    n, m = state.window.shape
+    return -state.displacement[:n, :m]

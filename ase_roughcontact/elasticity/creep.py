@@ -1,0 +1,273 @@
+r"""Linear viscoelasticity: creep and relaxation as series of exponentials.
+
+Relative to the instantaneous response, a solid creeps under a constant pressure and
+relaxes at a constant displacement as
+
+.. math:: J(t) = 1 + \sum_k J_k \left(1 - e^{-t/\theta_k}\right) + \phi t, \qquad
+          E(t) = 1 - \sum_k g_k \left(1 - e^{-t/\tau_k}\right) .
+
+Either determines the other, as their Laplace transforms satisfy
+:math:`s^2 \hat J \hat E = 1`. Times are in seconds, or in any unit that a path in time
+shares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ase_roughcontact._util.validation import finite_array, positive
+
+# Rates below this part of the largest one are those of a flow.
+_NO_RATE = 1e-12
+# Rounding that the sum of relative moduli may exceed one by.
+_ROUNDING = 1e-12
+
+
+class CreepStep(NamedTuple):
+    """Coefficients of one time step; see `Creep.over`.
+
+    Attributes
+    ----------
+    decay, old, new : ndarray, shape (terms,)
+    """
+
+    decay: np.ndarray
+    old: np.ndarray
+    new: np.ndarray
+
+    @property
+    def compliance(self) -> float:
+        """Displacement by a pressure that grows linearly, relative to J(0)."""
+        return 1.0 + float(self.new.sum())
+
+
+@dataclass(frozen=True)
+class Creep:
+    r"""Creep compliance relative to the instantaneous one, a Prony series.
+
+    .. math:: J(t) = 1 + \sum_k J_k \left(1 - e^{-t/\theta_k}\right) + \phi t
+
+    Parameters
+    ----------
+    compliances : sequence of float
+        ``J_k``, positive.
+    times : sequence of float
+        Retardation times ``theta_k``, positive (time).
+    flow : float
+        Rate ``phi`` of a steady flow (1/time); 0 for a solid.
+
+    Raises
+    ------
+    ValueError
+        If the sequences differ in length, a value is not positive, or the flow is
+        negative.
+
+    References
+    ----------
+    N. W. Tschoegl, The Phenomenological Theory of Linear Viscoelastic Behavior (1989),
+    Sec. 3.5.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import Creep
+    >>> rubber = Creep.standard_solid(relaxed=0.2, time=1.0)
+    >>> rubber.times, round(float(rubber.compliance(1e6)), 6)
+    ((5.0,), 5.0)
+    """
+
+    compliances: Sequence[float]
+    times: Sequence[float]
+    flow: float = 0.0
+
+    def __post_init__(self) -> None:
+        values, times = _terms(compliances=self.compliances, times=self.times)
+        if not 0.0 <= self.flow < np.inf:
+            raise ValueError(f"flow must be finite and at least 0, got {self.flow}")
+        object.__setattr__(self, "compliances", values)
+        object.__setattr__(self, "times", times)
+
+    @classmethod
+    def of_relaxation(cls, moduli: Sequence[float], times: Sequence[float]) -> Creep:
+        r"""Return the creep of a solid given by its relaxation.
+
+        .. math:: E(t) = 1 - \sum_k g_k \left(1 - e^{-t/\tau_k}\right)
+
+        Parameters
+        ----------
+        moduli : sequence of float
+            ``g_k``, relative to the instantaneous modulus; their sum is at most one,
+            which is a fluid.
+        times : sequence of float
+            Relaxation times ``tau_k`` (time).
+
+        Returns
+        -------
+        Creep
+            With as many terms, converted exactly: the retardation times are the
+            inverse eigenvalues of
+            :math:`\delta_{jk}/\tau_k - \sqrt{g_j g_k/(\tau_j \tau_k)}`.
+
+        Raises
+        ------
+        ValueError
+            If the series is not valid.
+        """
+        moduli, times = _terms(moduli=moduli, times=times)
+        if sum(moduli) > 1.0 + _ROUNDING:
+            raise ValueError(
+                "moduli are relative to the instantaneous modulus, so that their sum "
+                f"is at most 1, got {sum(moduli):g}"
+            )
+        rates, weights = _inverted(np.array(moduli) / times, np.array(times), -1.0)
+        flows = rates <= _NO_RATE * max(1.0 / np.array(times), default=0.0)
+        kept = ~flows
+        return cls(
+            tuple((weights[kept] / rates[kept]).tolist()),
+            tuple((1.0 / rates[kept]).tolist()),
+            float(weights[flows].sum()),
+        )
+
+    @classmethod
+    def standard_solid(cls, relaxed: float, time: float) -> Creep:
+        """Return the creep of a standard linear solid.
+
+        Parameters
+        ----------
+        relaxed : float
+            Relaxed over instantaneous modulus, between 0 and 1.
+        time : float
+            Relaxation time (time).
+
+        Returns
+        -------
+        Creep
+        """
+        if not 0.0 < relaxed < 1.0:
+            raise ValueError(f"relaxed must be between 0 and 1, got {relaxed}")
+        return cls.of_relaxation([1.0 - relaxed], [time])
+
+    @property
+    def relaxed(self) -> float:
+        """Relaxed over instantaneous modulus; zero for a fluid."""
+        return 0.0 if self.flow else 1.0 / (1.0 + sum(self.compliances))
+
+    @property
+    def terms(self) -> int:
+        """Number of fields that the surface has to remember, with that of the flow."""
+        return len(self.compliances) + bool(self.flow)
+
+    def compliance(self, time: np.ndarray | float) -> np.ndarray:
+        """Return J(t) relative to J(0), of the shape of the times."""
+        time = np.asarray(time, dtype=float)
+        parts = -np.expm1(-time[..., None] / np.array(self.times))
+        return 1.0 + parts @ np.array(self.compliances) + self.flow * time
+
+    def relaxation_series(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the relative moduli and times of the relaxation, converted exactly."""
+        weights = np.array(self.compliances) / self.times
+        rates, times = 1.0 / np.array(self.times), np.array(self.times)
+        if self.flow:
+            weights, rates = np.append(weights, self.flow), np.append(rates, 0.0)
+            times = np.append(times, np.inf)
+        rates, weights = _inverted(weights, times, 1.0)
+        return weights / rates, 1.0 / rates
+
+    def relaxation(self, time: np.ndarray | float) -> np.ndarray:
+        """Return E(t) relative to E(0), of the shape of the times."""
+        moduli, times = self.relaxation_series()
+        time = np.asarray(time, dtype=float)
+        return 1.0 + np.expm1(-time[..., None] / times) @ moduli
+
+    def modulus(self, frequency: np.ndarray | float) -> np.ndarray:
+        r"""Return the complex modulus, relative to the instantaneous one.
+
+        Parameters
+        ----------
+        frequency : ndarray or float
+            Angular frequency :math:`\omega` (1/time).
+
+        Returns
+        -------
+        ndarray of complex, shape of the frequencies
+            Storage modulus plus i times loss modulus,
+            :math:`1/[1 + \sum_k J_k/(1 + i \omega \theta_k) + \phi/(i \omega)]`.
+        """
+        rate = 1j * np.asarray(frequency, dtype=float)
+        terms = 1.0 / (1.0 + rate[..., None] * np.array(self.times))
+        compliance = 1.0 + terms @ np.array(self.compliances)
+        if self.flow:
+            compliance = compliance + self.flow / rate
+        return 1.0 / compliance
+
+    def over(self, elapsed: float) -> CreepStep:
+        r"""Return the coefficients of a step over which the pressure is linear in time.
+
+        The pressure ``q_k`` of each term follows from
+        :math:`\theta_k \dot q_k = J_k p - q_k`, exactly, as
+
+        .. math:: q_k' = e_k q_k + c_k p + d_k p' .
+
+        Parameters
+        ----------
+        elapsed : float
+            Duration of the step; zero for a sudden change (time).
+
+        Returns
+        -------
+        CreepStep
+            ``e_k``, ``c_k`` and ``d_k``; the flow, if any, is the last term.
+        """
+        if not 0.0 <= elapsed < np.inf:
+            raise ValueError(f"elapsed must be finite and at least 0, got {elapsed}")
+        x, values = elapsed / np.array(self.times), np.array(self.compliances)
+        mean = np.divide(-np.expm1(-x), x, out=np.ones_like(x), where=x > 0.0)
+        decay = np.exp(-x)
+        old, new = values * (mean - decay), values * (1.0 - mean)
+        if self.flow:
+            half = 0.5 * self.flow * elapsed
+            decay, old = np.append(decay, 1.0), np.append(old, half)
+            new = np.append(new, half)
+        return CreepStep(decay, old, new)
+
+    def todict(self) -> dict[str, Any]:
+        """Return the parameters, which identify the series in files."""
+        return {
+            "compliances": list(self.compliances),
+            "times": list(self.times),
+            "flow": self.flow,
+        }
+
+
+def _terms(**series: Sequence[float]) -> list[tuple[float, ...]]:
+    """Return the values of a series as tuples, checked."""
+    values = [finite_array(name, each) for name, each in series.items()]
+    first, second = series
+    if values[0].ndim != 1 or values[0].shape != values[1].shape or not values[0].size:
+        raise ValueError(
+            f"{first} and {second} must be sequences of the same length, got "
+            f"{series[first]} and {series[second]}"
+        )
+    for name, each in zip(series, values, strict=True):
+        positive(**{name: float(each.min())})
+    return [tuple(each.tolist()) for each in values]
+
+
+def _inverted(
+    weights: np.ndarray, times: np.ndarray, sign: float
+) -> tuple[np.ndarray, np.ndarray]:
+    r"""Return rates and weights of the inverse of a sum of poles.
+
+    .. math:: \left[1 \pm \sum_k \frac{w_k}{s + 1/t_k}\right]^{-1}
+              = 1 \mp \sum_j \frac{w_j'}{s + r_j},
+
+    with the eigenvalues :math:`r_j` of :math:`\mathrm{diag}(1/t_k) \pm v v^T`,
+    :math:`v_k = \sqrt{w_k}`, and its eigenvectors :math:`x_j`,
+    :math:`w_j' = (v \cdot x_j)^2`.
+    """
+    v = np.sqrt(weights)
+    rates, vectors = np.linalg.eigh(np.diag(1.0 / times) + sign * np.outer(v, v))
+    return rates, (v @ vectors) ** 2

@@ -1,0 +1,131 @@
+r"""Solids that creep: any elastic solid times a creep function.
+
+With a Poisson's ratio that does not change in time, the displacement is
+
+.. math:: u(t) = -G * \int J(t - t')\, \dot p(t')\, dt'
+
+with the Green's function :math:`G` of the instantaneous solid. Over a time step in which
+the pressure is linear in time, :math:`u' = -G * (J_s p' + m)`: the past is a pressure
+:math:`m`, and the step is a contact with a solid softer by :math:`J_s`; see
+`contact.creep`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.validation import positive
+from ase_roughcontact.elasticity.creep import Creep
+from ase_roughcontact.elasticity.greens import ElasticSolid
+
+
+class Scaled(ElasticSolid):
+    """Solid whose compliance is that of another one times a factor."""
+
+    solid: ElasticSolid
+    factor: float
+
+    @property
+    def contact_modulus(self) -> float:  # type: ignore[override]
+        """Modulus of the far field (pressure)."""
+        return self.solid.contact_modulus / self.factor
+
+    @property
+    def bulges(self) -> bool:  # type: ignore[override]
+        """Whether a pressure lifts the surface somewhere."""
+        return self.solid.bulges
+
+    @property
+    def uniform_compliance(self) -> float:  # type: ignore[override]
+        """Depth per uniform pressure; see `ElasticSolid`."""
+        return self.factor * self.solid.uniform_compliance
+
+    def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the compliance of plane waves; see `ElasticSolid`."""
+        return self.factor * self.solid.wave_compliance(qx, qy)
+
+    def cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the compliance of a cell; see `ElasticSolid`."""
+        return self.factor * self.solid.cell_compliance(i, j, spacing)
+
+    def check(self, spacing: float) -> None:
+        """Raise an error if the solid can't be that of a grid; see `ElasticSolid`."""
+        self.solid.check(spacing)
+
+
+@dataclass(frozen=True)
+class Softened(Scaled):
+    """Solid whose compliance is that of another one times a factor.
+
+    Parameters
+    ----------
+    solid : ElasticSolid
+    factor : float
+
+    Raises
+    ------
+    ValueError
+        If the factor is not positive.
+    """
+
+    solid: ElasticSolid
+    factor: float
+
+    def __post_init__(self) -> None:
+        positive(factor=self.factor)
+
+
+@dataclass(frozen=True)
+class Viscoelastic(Scaled):
+    r"""Linear viscoelastic solid.
+
+    .. math:: u(t) = -G * \int J(t - t')\, \dot p(t')\, dt'
+
+    Its instantaneous response is that of `solid`. States depend on time, so that it
+    needs a path in time, `time_path`.
+
+    Parameters
+    ----------
+    solid : ElasticSolid
+        Instantaneous response; for rubber `Isotropic` with the glassy modulus.
+    creep : Creep
+        Creep compliance relative to it.
+
+    Examples
+    --------
+    >>> from ase.units import GPa
+    >>> from ase_roughcontact import Creep, Isotropic, Viscoelastic
+    >>> creep = Creep.standard_solid(relaxed=0.1, time=0.5)
+    >>> solid = Viscoelastic(Isotropic(2.0 * GPa), creep)
+    >>> round(solid.relaxed.contact_modulus / GPa, 3)
+    0.2
+    """
+
+    solid: ElasticSolid
+    creep: Creep
+
+    factor = 1.0
+
+    @property
+    def relaxed(self) -> ElasticSolid:
+        """Solid to which it relaxes; raises `ValueError` for a fluid."""
+        if not self.creep.relaxed:
+            raise ValueError("a fluid relaxes to no solid: its creep has a flow")
+        return Softened(self.solid, 1.0 / self.creep.relaxed)
+
+    def during(self, elapsed: float) -> ElasticSolid:
+        """Return the elastic solid of a time step; see `Creep.over`."""
+        return Softened(self.solid, self.creep.over(elapsed).compliance)
+
+    def todict(self) -> dict[str, Any]:
+        """Return the name and the parameters, which identify the solid in files."""
+        return {
+            "name": type(self).__name__,
+            "solid": self.solid.todict(),
+            "creep": self.creep.todict(),
+        }

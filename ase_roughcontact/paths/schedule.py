@@ -1,0 +1,163 @@
+"""Loads, heights or penetrations as functions of time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from ase_roughcontact._util.validation import finite, positive
+
+
+class Part(NamedTuple):
+    """Part of a schedule: linear in time, plus an oscillation.
+
+    Attributes
+    ----------
+    duration : float
+        Zero for a sudden change (time).
+    end : float
+        Target at its end, without the oscillation.
+    amplitude, frequency : float
+        Of the oscillation; cycles per time.
+    """
+
+    duration: float
+    end: float
+    amplitude: float = 0.0
+    frequency: float = 0.0
+
+    def target(self, start: float, part: float) -> float:
+        """Return the target after a part of the duration, from a target at its start."""
+        if part == 1.0 and not self.amplitude:
+            return self.end
+        phase = 2.0 * math.pi * self.frequency * self.duration * part
+        return start + part * (self.end - start) + self.amplitude * math.sin(phase)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Targets of a path as a function of time, part by part.
+
+    Each method returns a longer schedule.
+
+    Parameters
+    ----------
+    first : float
+        Target at time zero: penetration or height (length), or load (force).
+    parts : sequence of Part
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, or a duration, rate or frequency is not positive.
+
+    Examples
+    --------
+    Approach to 20 Å at 5 Å/s, a dwell of 10 s, and retraction:
+
+    >>> from ase_roughcontact import Schedule
+    >>> path = Schedule(0.0).ramp(20.0, rate=5.0).hold(10.0).ramp(0.0, rate=5.0)
+    >>> path.duration
+    18.0
+    >>> path.at(5.0)
+    20.0
+    """
+
+    first: float
+    parts: Sequence[Part] = ()
+
+    def __post_init__(self) -> None:
+        finite(first=self.first)
+        parts = tuple(Part(*part) for part in self.parts)
+        for part in parts:
+            finite(duration=part.duration, end=part.end, amplitude=part.amplitude)
+            if part.duration < 0.0:
+                raise ValueError(f"duration must be at least 0, got {part.duration}")
+        object.__setattr__(self, "parts", parts)
+
+    @classmethod
+    def through(cls, times: Sequence[float], targets: Sequence[float]) -> Schedule:
+        """Return the schedule that is linear between given times.
+
+        Parameters
+        ----------
+        times : sequence of float
+            Not decreasing, from zero; two equal ones are a sudden change (time).
+        targets : sequence of float
+
+        Raises
+        ------
+        ValueError
+            If the sequences differ in length, or the times decrease.
+        """
+        times, targets = list(times), list(targets)
+        if len(times) != len(targets) or not times or times[0] != 0.0:
+            raise ValueError(
+                "times must begin at 0 and be as many as the targets, got "
+                f"{len(times)} times and {len(targets)} targets"
+            )
+        durations = [b - a for a, b in zip(times, times[1:], strict=False)]
+        parts = [Part(*each) for each in zip(durations, targets[1:], strict=True)]
+        return cls(targets[0], parts)
+
+    @property
+    def last(self) -> float:
+        """Target at the end, without an oscillation."""
+        return self.parts[-1].end if self.parts else self.first
+
+    @property
+    def duration(self) -> float:
+        """Time from the beginning to the end."""
+        return float(sum(part.duration for part in self.parts))
+
+    def ramp(
+        self, target: float, *, rate: float | None = None, time: float | None = None
+    ) -> Schedule:
+        """Return a schedule that goes on to a target, at a rate or within a time."""
+        if (rate is None) == (time is None):
+            raise ValueError("give either the rate of a ramp, or its time")
+        if time is None:
+            positive(rate=rate)
+            time = abs(target - self.last) / float(rate or 1.0)
+        return self._with(Part(time, target))
+
+    def hold(self, time: float) -> Schedule:
+        """Return a schedule that goes on at its last target for a time."""
+        positive(time=time)
+        return self._with(Part(time, self.last))
+
+    def step(self, target: float) -> Schedule:
+        """Return a schedule that changes its target at once."""
+        return self._with(Part(0.0, target))
+
+    def oscillate(
+        self, amplitude: float, frequency: float, cycles: float = 3
+    ) -> Schedule:
+        """Return a schedule with ``amplitude sin(2 pi frequency t)`` about its target."""
+        positive(amplitude=amplitude, frequency=frequency, cycles=cycles)
+        return self._with(Part(cycles / frequency, self.last, amplitude, frequency))
+
+    def at(self, time: float) -> float:
+        """Return the target at a time; after a sudden change at that time."""
+        target = self.first
+        for begin, start, part in self.timed_parts():
+            if time < begin + part.duration:
+                return part.target(start, (time - begin) / part.duration)
+            target = part.end
+        return target
+
+    def timed_parts(self) -> Iterator[tuple[float, float, Part]]:
+        """Yield begin, target at the begin, and each part."""
+        begin, start = 0.0, self.first
+        for part in self.parts:
+            yield begin, start, part
+            begin, start = begin + part.duration, part.end
+
+    def todict(self) -> dict[str, Any]:
+        """Return the numbers that identify the schedule in files."""
+        return {**asdict(self), "parts": [list(part) for part in self.parts]}
+
+    def _with(self, part: Part) -> Schedule:
+        return Schedule(self.first, (*self.parts, part))
