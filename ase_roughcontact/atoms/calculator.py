@@ -13,10 +13,10 @@ from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import unknown
 from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.history import same_history
 from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
 from ase_roughcontact.atoms.model import ContactModel
 from ase_roughcontact.atoms.parameters import checked
-from ase_roughcontact.atoms.plastic_shape import same_depth
 from ase_roughcontact.contact import Contact, ContactState
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.topography import Surface
@@ -274,8 +274,8 @@ class RoughContact(Calculator):
         if self.atoms is not None:
             if self._fixed != indenter_fixed(atoms):
                 return ["constraints"]
-            if not same_depth(self.atoms, atoms):
-                return ["plastic_depth"]
+            if not same_history(self.atoms, atoms):
+                return ["history"]
             old, new = (
                 (a.positions, a.cell.array, a.pbc, a.numbers)
                 for a in (self.atoms, atoms)
@@ -288,7 +288,7 @@ class RoughContact(Calculator):
         """Return the model of the atoms, built anew where their lattice has changed."""
         if self._cached_model is None or not self._cached_model.fits(atoms):
             self._cached_model = ContactModel.of(atoms, self.parameters)
-        self._cached_model.adopt_depth(atoms)
+        self._cached_model.adopt_history(atoms)
         check_surface(atoms, self._cached_model.surface_id)
         return self._cached_model
 

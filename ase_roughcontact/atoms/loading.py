@@ -15,10 +15,10 @@ from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.atoms.indenter import indenter_fixed
 from ase_roughcontact.atoms.model import problem_for
 from ase_roughcontact.atoms.path_atoms import PathAtoms, relaxer_of
-from ase_roughcontact.atoms.plastic_shape import kept_depth
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.paths.accuracy import accuracy_of
@@ -191,10 +191,10 @@ class AtomsPath:
         external = Indenter(atoms).springs_at if springs else None
         lost = 0.0
         if self.change:
-            if kept_depth(atoms, lattice) is not None:
+            if history_of(atoms, lattice):
                 raise ValueError(
-                    "the surface has kept a plastic shape, which another grid would "
-                    "lose: start from new atoms"
+                    "the surface has kept a plastic shape or creep, which another grid "
+                    "would lose: start from new atoms"
                 )
             lost = regrid(atoms, self.change)
         self.frames = PathAtoms(atoms)

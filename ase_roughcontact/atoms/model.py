@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,9 @@ from ase.data import atomic_numbers
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
-from ase_roughcontact.atoms.plastic_shape import kept_depth
-from ase_roughcontact.contact import Contact, ContactState, Problem
+from ase_roughcontact.atoms.history import history_of
+from ase_roughcontact.contact import Contact, ContactState, Problem, State
+from ase_roughcontact.contact.creep import past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
@@ -45,6 +46,8 @@ class ContactModel:
         A displacement, a height of the indenter and the pressure on the window that
         causes the displacement. A hard wall exerts this pressure if the indenter is at
         the height; None if a solver has not found it.
+    history : mapping of str to ndarray of shape (n, m)
+        What the surface has kept of earlier steps.
     """
 
     lattice: tuple[np.ndarray, ...]
@@ -53,6 +56,7 @@ class ContactModel:
     contact: Contact
     surface_id: str | None
     known: tuple[np.ndarray, float | None, np.ndarray] | None = None
+    history: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @classmethod
     def of(cls, atoms: Atoms, parameters: Mapping[str, Any]) -> ContactModel:
@@ -74,22 +78,30 @@ class ContactModel:
         problem: Problem,
         contact: Contact,
         known: tuple[np.ndarray, float | None, np.ndarray],
+        history: Mapping[str, np.ndarray],
     ) -> ContactModel:
         """Return the model of atoms whose contact exists already."""
         lattice = tuple(part.copy() for part in lattice_of(atoms))
         identity = surface_id(problem.indenter)
-        return cls(lattice, grid, problem, contact, identity, known)
+        return cls(lattice, grid, problem, contact, identity, known, history)
 
     def fits(self, atoms: Atoms) -> bool:
         """Return whether the lattice of the atoms is still the same."""
         return all(map(array_equal, lattice_of(atoms), self.lattice))
 
-    def adopt_depth(self, atoms: Atoms) -> None:
-        """Give the contact the plastic depth of the atoms."""
-        old, new = self.contact.plastic_depth, kept_depth(atoms, self.grid)
-        if new is old or (old is not None and new is not None and (new == old).all()):
+    def adopt_history(self, atoms: Atoms) -> None:
+        """Give the contact what the atoms have kept of earlier steps."""
+        old, new = self.history, history_of(atoms, self.grid)
+        if old.keys() == new.keys() and all(array_equal(old[k], new[k]) for k in old):
             return
-        self.contact = self.contact.changed(self.contact.halfspace, new)
+        window = self.problem.window(self.grid.window, self.grid.origin)
+        flat = State(window, 0.0, np.zeros(window.shape), None, new)
+        state = with_depths(flat, self.contact.halfspace)
+        creep = past_of(state) if state.depths else (None, None)
+        self.contact = self.contact.changed(
+            self.contact.halfspace, state.plastic_depth, *creep
+        )
+        self.history = new
 
     def state(self, atoms: Atoms) -> ContactState:
         """Return energy, forces and fields of the atoms."""

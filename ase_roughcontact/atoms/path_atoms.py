@@ -22,14 +22,13 @@ from ase_roughcontact.atoms.calculator import (
 )
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
+from ase_roughcontact.atoms.history import history_of, set_history
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.model import ContactModel, problem_for
-from ase_roughcontact.atoms.plastic_shape import kept_depth, set_kept_depth
-from ase_roughcontact.atoms.snapshot import kept_depth_of, pressure_of, snapshot
+from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.atoms.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.contact import Contact, Problem, State
-from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
@@ -85,13 +84,12 @@ class PathAtoms:
         """Return the state of the atoms."""
         model = model_of(self.atoms)
         grid, (n, m) = model.grid, model.grid.window
-        depth = kept_depth(self.atoms, grid)
         self._shown = State(
             self.problem.window(grid.window, grid.origin),
             float(self.atoms.positions[-1, 2]),
             model.elastic_pressure(self.atoms),
             displacement(self.atoms, grid)[:n, :m].copy(),
-            {} if depth is None else {PLASTIC_DEPTH: depth},
+            history_of(self.atoms, grid),
         )
         return self._shown
 
@@ -116,7 +114,7 @@ class PathAtoms:
         atoms.positions[-1, 2] = state.height
         grid = SurfaceGrid.of(atoms) if shown is None else model_of(atoms).grid
         if shown is None or shown.history is not state.history:
-            set_kept_depth(atoms, grid, state.plastic_depth)
+            set_history(atoms, grid, state.history)
         if grid.shape == grid.window:
             self._adopt_model(grid, contact, state, shown)
         elif shown is None or shown.pressure is not state.pressure:
@@ -161,13 +159,12 @@ class PathAtoms:
         grid = SurfaceGrid.of(frame)
         n, m = grid.window
         forces = frame.get_forces(apply_constraint=False)[:-1, 2].reshape(n, m)
-        depth = kept_depth_of(frame)
         return State(
             self.problem.window(grid.window, grid.origin),
             float(frame.positions[-1, 2]),
             pressure_of(frame) + forces / self.problem.spacing**2,
             displacement(frame, grid).copy(),
-            {} if depth is None else {PLASTIC_DEPTH: depth},
+            history_of(frame, grid),
         )
 
     def _adopt_model(
@@ -181,7 +178,9 @@ class PathAtoms:
         known = values, state.height, state.pressure
         if shown is None or shown.pressure is not state.pressure:
             set_displacement(self.atoms, values)
-        model = ContactModel.adopted(self.atoms, grid, self.problem, contact, known)
+        model = ContactModel.adopted(
+            self.atoms, grid, self.problem, contact, known, state.history
+        )
         adopt_model(self.atoms, model)
 
 

@@ -17,7 +17,7 @@ from ase.calculators.singlepoint import SinglePointCalculator
 from ase.constraints import FixAtoms
 from ase.units import GPa
 
-from ase_roughcontact.atoms.calculator import grid_of
+from ase_roughcontact.atoms.calculator import contact_of, grid_of
 from ase_roughcontact.atoms.fields import as_text, field_of, info_of
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
@@ -25,9 +25,10 @@ from ase_roughcontact.atoms.grid import (
     set_displacement,
     surface_above,
 )
+from ase_roughcontact.atoms.history import INDENTED, history_of, set_history
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
-from ase_roughcontact.atoms.plastic_shape import INDENTED, set_kept_depth
 from ase_roughcontact.atoms.substrate import surface_atoms
+from ase_roughcontact.contact.creep import creep_pressures
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.topography import Surface
@@ -37,6 +38,8 @@ TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC = 0, 1, 2, 4
 
 # Key of the mask of the atoms that touch a hard wall with attraction.
 _TOUCHING = "touching"
+#: Key in the `info` of a snapshot of the depth by which its surface has crept.
+CREEP_DEPTH = "creep_depth"
 
 
 def snapshot(atoms: Atoms, **info: Any) -> Atoms:
@@ -83,6 +86,12 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     if state.hardness < math.inf:
         info["plastic_depth"] = as_text(state.plastic_depth)
         info[INDENTED] = state.kept_depth is not None
+    for key, values in creep_pressures(history_of(atoms, grid)).items():
+        del frame.arrays[key]
+        info[key] = as_text(values)
+    depth = contact_of(atoms).creep_depth
+    if depth is not None:
+        info[CREEP_DEPTH] = as_text(depth)
     frame.info.update(
         normal_force=state.normal_force,
         contact_area=state.contact_area,
@@ -154,16 +163,23 @@ def plastic_depth_of(frame: Atoms) -> np.ndarray:
     return field_of(frame, "plastic_depth")
 
 
-def kept_depth_of(frame: Atoms) -> np.ndarray | None:
-    """Return the plastic depth of a snapshot if its surface has kept it, else None."""
-    return plastic_depth_of(frame) if info_of(frame).get(INDENTED) else None
+def creep_depth_of(frame: Atoms) -> np.ndarray:
+    """Return the depth by which a viscoelastic surface has crept, shape (n, m) (Å).
+
+    It is what the pressures of the past would leave if the present one were taken away
+    at once, and not part of the positions of a frame; zero for elastic solids.
+    """
+    if CREEP_DEPTH not in info_of(frame):
+        return np.zeros(SurfaceGrid.of(frame).window)
+    return field_of(frame, CREEP_DEPTH)
 
 
 def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
     """Return the gap between the surface of a snapshot and its indenter, flat (Å)."""
     gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
-    depth = kept_depth_of(frame)
-    return gap if depth is None else gap + depth.ravel()
+    if info_of(frame).get(INDENTED):
+        gap += plastic_depth_of(frame).ravel()
+    return gap + creep_depth_of(frame).ravel()
 
 
 def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
@@ -205,7 +221,7 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     atoms.cell, atoms.pbc = frame.cell, frame.pbc
     if INDENTER_KEY in frame.info:
         atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]
-    set_kept_depth(atoms, SurfaceGrid.of(atoms), kept_depth_of(frame))
+    set_history(atoms, SurfaceGrid.of(atoms), history_of(frame, grid))
     if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     return atoms

@@ -17,7 +17,6 @@ from ase.units import GPa
 from ase_roughcontact._util.validation import FloatArray, integer
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
-from ase_roughcontact.atoms.plastic_shape import DEPTH_KEY
 from ase_roughcontact.atoms.snapshot import (
     contact_of_frame,
     gap_of,
@@ -25,6 +24,7 @@ from ase_roughcontact.atoms.snapshot import (
     pressure_of,
     snapshot,
 )
+from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.topography import Surface
 
 #: Tag of the atoms that show the indenter.
@@ -192,7 +192,7 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     columns.set_array("contact", np.append(contact_of_frame(frame), False).astype(int))
     depth = plastic_depth_of(frame)
     if depth.any():
-        columns.set_array(DEPTH_KEY, np.append(depth, 0.0))
+        columns.set_array(PLASTIC_DEPTH, np.append(depth, 0.0))
     if indenter is not None:
         gap = gap_of(frame, SurfaceGrid.of(frame), indenter)
         columns.set_array("gap", np.append(gap, 0.0))

@@ -88,11 +88,12 @@ def past_of(state: State) -> tuple[np.ndarray, np.ndarray]:
     return pressure, sum((state.depths[key] for key in keys), none)
 
 
-def stored_energy(state: State, creep: Creep) -> float:
-    r"""Return the elastic energy of a state per area of a cell.
+def creep_energy(state: State, creep: Creep) -> float:
+    r"""Return the energy that the pressures of the past store, per area of a cell.
 
-    .. math:: \tfrac{1}{2} \sum_i \left[p\, G * p
-              + \sum_k q_k\, G * q_k / J_k\right]
+    .. math:: \tfrac{1}{2} \sum_i \sum_k q_k\, G * q_k / J_k,
+
+    in addition to that of the instantaneous solid under the present pressure.
 
     Parameters
     ----------
@@ -105,11 +106,11 @@ def stored_energy(state: State, creep: Creep) -> float:
     float
         Energy per area.
     """
-    energy = np.sum(state.pressure * _depth(state))
+    energy = 0.0
     for k, compliance in enumerate(creep.compliances):
         key = _key(k)
-        energy += np.sum(state.history[key] * state.depths[key]) / compliance
-    return 0.5 * float(energy)
+        energy += float(np.sum(state.history[key] * state.depths[key])) / compliance
+    return 0.5 * energy
 
 
 def dissipation_rate(state: State, creep: Creep) -> float:
@@ -122,7 +123,7 @@ def dissipation_rate(state: State, creep: Creep) -> float:
     Parameters
     ----------
     state, creep
-        See `stored_energy`.
+        See `creep_energy`.
 
     Returns
     -------

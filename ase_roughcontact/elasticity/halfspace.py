@@ -137,8 +137,8 @@ class HalfSpace(ABC):
             Real (length/pressure). The other rows follow from its evenness.
         """
         solid, factor = self.solid, 1.0
-        if isinstance(solid, Softened):
-            solid, factor = solid.solid, solid.factor
+        if isinstance(self.solid, Scaled):
+            solid, factor = self.solid.solid, self.solid.factor
         kept = math.prod(grid) <= _LARGEST_KEPT and _by_value(solid)
         make = _kept_spectrum if kept else _new_spectrum
         spectrum = make(type(self), solid, self.spacing, grid)

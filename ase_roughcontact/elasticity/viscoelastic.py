@@ -4,9 +4,9 @@ With a Poisson's ratio that does not change in time, the displacement is
 
 .. math:: u(t) = -G * \int J(t - t')\, \dot p(t')\, dt'
 
-with the Green's function :math:`G` of the instantaneous solid. Over a time step in which
-the pressure is linear in time, :math:`u' = -G * (J_s p' + m)`: the past is a pressure
-:math:`m`, and the step is a contact with a solid softer by :math:`J_s`; see
+with the Green's function :math:`G` of the instantaneous solid. Over a time step in
+which the pressure is linear in time, :math:`u' = -G * (J_s p' + m)`: the past is a
+pressure :math:`m`, and the step is a contact with a solid softer by :math:`J_s`; see
 `contact.creep`.
 """
 

@@ -22,6 +22,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, TypeVar, get_type_hints
 
+from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.theory.counted_area import continuum_area
@@ -95,6 +96,18 @@ def _mean_pressure(step: RelaxedStep) -> float:
 def _memory(step: RelaxedStep) -> float:
     points = step.problem.facts.points(step.problem.spacing)
     return memory_of(step.halfspace.shape, points=points)
+
+
+def _energy_with_creep(step: RelaxedStep) -> float:
+    creep = step.problem.solid.creep
+    of_past = creep_energy(step.run.state, creep) if creep else 0.0
+    return step.run.energy + step.state.cell_area * of_past
+
+
+def _dissipation(step: RelaxedStep) -> float:
+    creep = step.problem.solid.creep
+    power = dissipation_rate(step.run.state, creep) if creep else 0.0
+    return step.state.cell_area * power
 
 
 Step = TypeVar("Step", bound="LoadStep")
@@ -311,6 +324,10 @@ class TimeStep(LoadStep):
     """Result of one time step; its attributes are the output columns."""
 
     time: float = column(lambda s: s.time, "time since the beginning", "s", "time")
+    energy: float = column(
+        _energy_with_creep, "energy of solid, wall and load that is stored", "eV"
+    )
+    dissipation: float = column(_dissipation, "power that the solid dissipates", "eV/s")
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:

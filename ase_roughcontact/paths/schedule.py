@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from ase_roughcontact._util.validation import finite, positive
@@ -29,7 +30,7 @@ class Part(NamedTuple):
     frequency: float = 0.0
 
     def target(self, start: float, part: float) -> float:
-        """Return the target after a part of the duration, from a target at its start."""
+        """Return the target after a part of the duration, given that at its start."""
         if part == 1.0 and not self.amplitude:
             return self.end
         phase = 2.0 * math.pi * self.frequency * self.duration * part
@@ -98,7 +99,7 @@ class Schedule:
                 "times must begin at 0 and be as many as the targets, got "
                 f"{len(times)} times and {len(targets)} targets"
             )
-        durations = [b - a for a, b in zip(times, times[1:], strict=False)]
+        durations = [b - a for a, b in pairwise(times)]
         parts = [Part(*each) for each in zip(durations, targets[1:], strict=True)]
         return cls(targets[0], parts)
 
@@ -135,7 +136,7 @@ class Schedule:
     def oscillate(
         self, amplitude: float, frequency: float, cycles: float = 3
     ) -> Schedule:
-        """Return a schedule with ``amplitude sin(2 pi frequency t)`` about its target."""
+        """Return a schedule that goes on with ``amplitude sin(2 pi frequency t)``."""
         positive(amplitude=amplitude, frequency=frequency, cycles=cycles)
         return self._with(Part(cycles / frequency, self.last, amplitude, frequency))
 

@@ -24,7 +24,7 @@ import numpy as np
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.elasticity.lattice import carried
+from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.paths.output import Output, open_output
 from ase_roughcontact.paths.record import LoadStep, TimeStep
 from ase_roughcontact.paths.schedule import Part, Schedule
@@ -81,7 +81,8 @@ class _TimeSteps:
 
     def __post_init__(self) -> None:
         self._number, self._largest = 0, 0.0
-        self._rate: np.ndarray | None = None  # of the pressure, in the last step
+        # of the pressure in the last step, with its window
+        self._rate: tuple[np.ndarray, Box] | None = None
         self._elapsed, self._may_grow = 0.0, False
 
     def states(self, schedule: Schedule) -> Generator[LoadStep, None, None]:
@@ -125,7 +126,8 @@ class _TimeSteps:
         scale = max(self._largest, float(abs(new.pressure).sum()))
         if self._rate is None or not scale:
             return 0.0
-        change = abs(self._rate_since(before, elapsed) - self._last_rate()).sum()
+        last = carried(*self._rate, new.window)
+        change = abs(self._rate_since(before, elapsed) - last).sum()
         curvature = 2.0 * float(change) / (elapsed + self._elapsed)
         x = elapsed / np.array(self.creep.times)
         weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
@@ -136,12 +138,9 @@ class _TimeSteps:
         new = self.stepper.state
         return (new.pressure - before.on(new.window).pressure) / elapsed
 
-    def _last_rate(self) -> np.ndarray:
-        return carried(self._rate, self._rate_window, self.stepper.state.window)
-
     def _keep_rate(self, before: State, elapsed: float) -> None:
-        self._rate = self._rate_since(before, elapsed)
-        self._rate_window, self._elapsed = self.stepper.state.window, elapsed
+        self._rate = self._rate_since(before, elapsed), self.stepper.state.window
+        self._elapsed = elapsed
 
     def _step(self, target: float, time: float, elapsed: float) -> LoadStep:
         return self.stepper.step(

@@ -24,7 +24,7 @@ from ase_roughcontact import (
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.map_files import fields_of
 from ase_roughcontact.atoms.calculator import grid_of
-from ase_roughcontact.atoms.plastic_shape import set_kept_depth
+from ase_roughcontact.atoms.history import set_history
 from ase_roughcontact.atoms.snapshot import plastic_depth_of
 from ase_roughcontact.atoms.view import with_columns
 
@@ -201,7 +201,7 @@ def test_flow_does_not_change_energy_and_forces():
     atoms, _ = steps_of(PlasticWall(HARDNESS), [1.0])
     energy, forces = atoms.get_potential_energy(), atoms.get_forces()
     depth = atoms.calc.state(atoms).plastic_depth
-    set_kept_depth(atoms, grid_of(atoms), depth)
+    set_history(atoms, grid_of(atoms), {"plastic_depth": depth})
     state = atoms.calc.state(atoms)
     assert_allclose(atoms.get_potential_energy(), energy, rtol=1e-12)
     assert_allclose(atoms.get_forces(), forces, atol=1e-12)

@@ -1,0 +1,79 @@
+"""What the surface keeps of earlier steps, as arrays of the atoms: see `State.history`.
+
+The frame of a path has the same fields as text in its `info`, under the same names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.kernels import array_equal
+from ase_roughcontact.atoms.fields import field_of, info_of
+from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.contact.creep import CREEP_PRESSURE
+from ase_roughcontact.contact.state import PLASTIC_DEPTH
+
+#: Key in the `info` of a frame of whether its surface has kept the plastic depth.
+INDENTED = "indented"
+
+
+def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
+    """Return what a surface has kept of earlier steps.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        Surface and indenter, or the frame of a path.
+    grid : SurfaceGrid
+        Of the atoms.
+
+    Returns
+    -------
+    dict of ndarray, shape (n, m)
+        On the window; empty for a new surface.
+    """
+    n, m = grid.window
+    history = {
+        key: values[:-1].reshape(grid.shape)[:n, :m].copy()
+        for key, values in atoms.arrays.items()
+        if _is_kept(key)
+    }
+    info = info_of(atoms)
+    for key in info.keys() - history.keys():
+        if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _is_pressure(key):
+            history[key] = field_of(atoms, key)
+    return history
+
+
+def set_history(
+    atoms: Atoms, grid: SurfaceGrid, history: Mapping[str, np.ndarray]
+) -> None:
+    """Set what a surface has kept, in place of what it had."""
+    for key in [INDENTED, *filter(_is_pressure, atoms.info)]:
+        atoms.info.pop(key, None)
+    for key in list(filter(_is_kept, atoms.arrays)):
+        del atoms.arrays[key]
+    n, m = grid.window
+    for key, values in history.items():
+        on_grid = np.zeros(grid.shape)
+        on_grid[:n, :m] = values
+        atoms.arrays[key] = np.append(on_grid, 0.0)
+
+
+def same_history(a: Atoms, b: Atoms) -> bool:
+    """Return whether two surfaces have kept the same arrays."""
+    first, second = ({k for k in each.arrays if _is_kept(k)} for each in (a, b))
+    return first == second and all(
+        array_equal(a.arrays[key], b.arrays[key]) for key in first
+    )
+
+
+def _is_pressure(key: str) -> bool:
+    return key.startswith(CREEP_PRESSURE)
+
+
+def _is_kept(key: str) -> bool:
+    return key == PLASTIC_DEPTH or _is_pressure(key)

@@ -1,0 +1,99 @@
+"""Creep and relaxation series of viscoelastic solids."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad, solve_ivp
+
+from ase_roughcontact.elasticity.creep import Creep
+
+MODULI, TIMES = [0.3, 0.2, 0.4], [0.1, 1.0, 30.0]
+
+
+@pytest.fixture(params=["solid", "fluid"])
+def relaxation(request):
+    """Relative moduli and relaxation times."""
+    return (MODULI, TIMES) if request.param == "solid" else ([0.3, 0.7], [0.1, 1.0])
+
+
+def test_creep_of_a_relaxation_has_its_complex_modulus(relaxation):
+    frequency = np.logspace(-3, 3, 7)
+    expected = 1.0 - sum(
+        g / (1.0 + 1j * frequency * t) for g, t in zip(*relaxation, strict=True)
+    )
+    assert Creep.of_relaxation(*relaxation).modulus(frequency) == pytest.approx(
+        expected, rel=1e-12
+    )
+
+
+def test_creep_is_converted_back_to_its_relaxation(relaxation):
+    creep, time = Creep.of_relaxation(*relaxation), np.array([0.0, 0.01, 0.5, 20.0])
+    expected = 1.0 + sum(
+        g * np.expm1(-time / t) for g, t in zip(*relaxation, strict=True)
+    )
+    assert creep.relaxation(time) == pytest.approx(expected, abs=1e-12)
+
+
+def test_convolution_of_creep_and_relaxation_is_the_time(relaxation):
+    creep = Creep.of_relaxation(*relaxation)
+    integral, _ = quad(
+        lambda t: creep.compliance(t) * creep.relaxation(2.0 - t), 0.0, 2.0
+    )
+    assert integral == pytest.approx(2.0, rel=1e-9)
+
+
+def test_standard_solid_creeps_slower_than_it_relaxes():
+    creep = Creep.standard_solid(relaxed=0.2, time=3.0)
+    assert creep.times == pytest.approx((15.0,))
+    assert creep.relaxed == pytest.approx(0.2)
+    assert creep.compliance(1e9) == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize("elapsed", [1e-9, 0.3, 1e6])
+def test_a_step_solves_the_equations_of_the_terms(relaxation, elapsed):
+    creep = Creep.of_relaxation(*relaxation)
+    before, after, start = 2.0, 5.0, 0.7
+
+    def rate(t, q):
+        pressure = before + (after - before) * t / elapsed
+        slow = (np.array(creep.compliances) * pressure - q[: len(creep.times)]) / (
+            np.array(creep.times)
+        )
+        return np.append(slow, creep.flow * pressure)[: creep.terms]
+
+    solved = solve_ivp(
+        rate,
+        (0.0, elapsed),
+        np.full(creep.terms, start),
+        method="Radau",
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    step = creep.over(elapsed)
+    found = step.decay * start + step.old * before + step.new * after
+    assert found == pytest.approx(solved.y[:, -1], rel=1e-7)
+
+
+def test_a_sudden_step_is_instantaneous():
+    step = Creep.standard_solid(0.2, 1.0).over(0.0)
+    assert step.compliance == 1.0
+    assert (step.decay, step.old) == (1.0, 0.0)
+
+
+def test_a_long_step_is_relaxed():
+    assert Creep.standard_solid(0.2, 1.0).over(1e12).compliance == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Creep([1.0], [1.0, 2.0]), "same length"),
+        (lambda: Creep([1.0], [-1.0]), "times must be .*> 0"),
+        (lambda: Creep([1.0], [1.0], flow=-1.0), "flow"),
+        (lambda: Creep.of_relaxation([0.7, 0.7], [1.0, 2.0]), "at most 1, got 1.4"),
+        (lambda: Creep.standard_solid(1.5, 1.0), "between 0 and 1, got 1.5"),
+        (lambda: Creep([1.0], [1.0]).over(-1.0), "elapsed"),
+    ],
+)
+def test_errors_say_what_is_wrong(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
