@@ -5,7 +5,9 @@ from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.loading import load_path
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
+from ase_roughcontact.atoms.time_path import time_path
 from ase_roughcontact.contact import Problem, State
+from ase_roughcontact.elasticity import Creep, Viscoelastic
 from ase_roughcontact.foundation import (
     CrystalSurface,
     ElasticFoundation,
@@ -31,7 +33,8 @@ from ase_roughcontact.optimize import (
 )
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.record import LoadStep, column
+from ase_roughcontact.paths.record import LoadStep, TimeStep, column
+from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.paths.validity import Validity, ValidityWarning
 from ase_roughcontact.topography import (
@@ -45,6 +48,7 @@ from ase_roughcontact.windows.options import WindowOptions
 __all__ = [
     "ActiveSet",
     "AdhesionLoop",
+    "Creep",
     "CrystalSurface",
     "DugdaleWall",
     "ElasticFoundation",
@@ -66,12 +70,15 @@ __all__ = [
     "RigidIndenter",
     "RoughContact",
     "RoughSphere",
+    "Schedule",
     "SelfAffine",
     "State",
     "StepOptions",
     "Stepper",
+    "TimeStep",
     "Validity",
     "ValidityWarning",
+    "Viscoelastic",
     "WindowOptions",
     "add_indenter",
     "adhesion_loop",
@@ -83,4 +90,5 @@ __all__ = [
     "restore",
     "snapshot",
     "substrate",
+    "time_path",
 ]

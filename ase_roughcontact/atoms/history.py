@@ -13,7 +13,7 @@ from ase import Atoms
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.contact.creep import CREEP_PRESSURE
+from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
@@ -43,7 +43,7 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
     }
     info = info_of(atoms)
     for key in info.keys() - history.keys():
-        if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _is_pressure(key):
+        if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _creeps(key):
             history[key] = field_of(atoms, key)
     return history
 
@@ -52,7 +52,7 @@ def set_history(
     atoms: Atoms, grid: SurfaceGrid, history: Mapping[str, np.ndarray]
 ) -> None:
     """Set what a surface has kept, in place of what it had."""
-    for key in [INDENTED, *filter(_is_pressure, atoms.info)]:
+    for key in [INDENTED, *filter(_creeps, atoms.info)]:
         atoms.info.pop(key, None)
     for key in list(filter(_is_kept, atoms.arrays)):
         del atoms.arrays[key]
@@ -71,9 +71,9 @@ def same_history(a: Atoms, b: Atoms) -> bool:
     )
 
 
-def _is_pressure(key: str) -> bool:
-    return key.startswith(CREEP_PRESSURE)
+def _creeps(key: str) -> bool:
+    return key.startswith(CREEP_PRESSURE) or key == PRESSURE_RATE
 
 
 def _is_kept(key: str) -> bool:
-    return key == PLASTIC_DEPTH or _is_pressure(key)
+    return key == PLASTIC_DEPTH or _creeps(key)

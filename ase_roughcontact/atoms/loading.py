@@ -115,9 +115,10 @@ def load_path(
     OSError
         If a file can't be written.
     """
-    control, targets = _single_path(
+    control, path_of_control = single_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
+    targets = targets_of(control, path_of_control)
     validity = Validity(validity) if isinstance(validity, str) else validity
     path = AtomsPath(
         atoms,
@@ -138,7 +139,7 @@ def load_path(
         validity.action,
         springs=path.springs,
     )
-    return _shown(path, steps)
+    return with_atoms(path, steps)
 
 
 class AtomsPath:
@@ -198,7 +199,7 @@ class AtomsPath:
                 )
             lost = regrid(atoms, self.change)
         self.frames = PathAtoms(atoms)
-        pulled = bool(springs) and control == "loads"
+        pulled = (bool(springs) and control == "loads") or control == "bases"
         relaxer = relaxer_of(optimizer, problem.wall, self.frames, pulled)
         if isinstance(relaxer, SolverRelaxer):
             Indenter(atoms)  # raises for constraints that only optimizers of ASE honour
@@ -223,7 +224,7 @@ class AtomsPath:
         self.frames.show(self.stepper)
 
 
-def _shown(
+def with_atoms(
     path: AtomsPath, steps: Generator[LoadStep, None, None]
 ) -> Generator[LoadStep, None, None]:
     """Yield the steps of a path, each with the atoms in its state.
@@ -281,12 +282,13 @@ def _check(atoms: Atoms, control: str) -> None:
     if not isinstance(atoms.calc, RoughContact):
         raise ValueError(f"a path needs a RoughContact calculator, got {atoms.calc}")
     fixed = indenter_fixed(atoms)
-    if fixed and control == "loads":
+    free = control in ("loads", "bases")
+    if fixed and free:
         raise ValueError(
-            "loads need an indenter that is free to move, but it is fixed: build the "
-            "atoms with substrate(..., fixed=False)"
+            f"{control} need an indenter that is free to move, but it is fixed: build "
+            "the atoms with substrate(..., fixed=False)"
         )
-    if not fixed and control != "loads":
+    if not fixed and not free:
         raise ValueError(
             f"{control} need a fixed indenter, but it is free: constrain it with "
             "ase.constraints.FixAtoms, or build the atoms with "
@@ -294,12 +296,12 @@ def _check(atoms: Atoms, control: str) -> None:
         )
 
 
-def _single_path(**paths: Sequence[float] | None) -> tuple[str, np.ndarray]:
-    """Return control and targets of the only path that is not None."""
+def single_path(**paths: Any) -> tuple[str, Any]:
+    """Return name and value of the only path that is not None."""
     given = {name: path for name, path in paths.items() if path is not None}
     if len(given) != 1:
         raise ValueError(
             f"give exactly one of {', '.join(paths)}; got {', '.join(given) or 'none'}"
         )
     ((control, path),) = given.items()
-    return control, targets_of(control, path)
+    return control, path

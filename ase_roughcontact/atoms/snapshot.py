@@ -28,7 +28,7 @@ from ase_roughcontact.atoms.grid import (
 from ase_roughcontact.atoms.history import INDENTED, history_of, set_history
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.contact.creep import creep_pressures
+from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.topography import Surface
@@ -86,9 +86,10 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     if state.hardness < math.inf:
         info["plastic_depth"] = as_text(state.plastic_depth)
         info[INDENTED] = state.kept_depth is not None
-    for key, values in creep_pressures(history_of(atoms, grid)).items():
-        del frame.arrays[key]
-        info[key] = as_text(values)
+    for key, values in history_of(atoms, grid).items():
+        if key != PLASTIC_DEPTH:
+            del frame.arrays[key]
+            info[key] = as_text(values)
     depth = contact_of(atoms).creep_depth
     if depth is not None:
         info[CREEP_DEPTH] = as_text(depth)

@@ -24,6 +24,8 @@ from ase_roughcontact.elasticity.halfspace import HalfSpace
 
 #: Beginning of the keys in `State.history` of the pressures ``q_k``.
 CREEP_PRESSURE = "creep_pressure_"
+#: Key in `State.history` of the rate of the pressure in the last time step.
+PRESSURE_RATE = "pressure_rate"
 
 
 def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -1,5 +1,6 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.crystals.cubic import Cubic, surface_modulus
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic, love_kernel
@@ -15,9 +16,11 @@ from ase_roughcontact.elasticity.material import (
     crystal_modulus,
 )
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
+from ase_roughcontact.elasticity.viscoelastic import Viscoelastic
 
 __all__ = [
     "CRYSTALS",
+    "Creep",
     "Crystal",
     "Cubic",
     "ElasticSolid",
@@ -27,6 +30,7 @@ __all__ = [
     "Layer",
     "PeriodicHalfSpace",
     "ReducedHalfSpace",
+    "Viscoelastic",
     "contact_modulus",
     "crystal_modulus",
     "love_kernel",

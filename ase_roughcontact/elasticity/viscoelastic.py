@@ -19,7 +19,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.elasticity.greens import ElasticSolid
+from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 
 
 class Scaled(ElasticSolid):
@@ -91,25 +91,30 @@ class Viscoelastic(Scaled):
 
     Parameters
     ----------
-    solid : ElasticSolid
-        Instantaneous response; for rubber `Isotropic` with the glassy modulus.
+    solid : ElasticSolid or float
+        Instantaneous response; a number is the contact modulus of an isotropic solid,
+        for rubber that of the glassy state (pressure).
     creep : Creep
         Creep compliance relative to it.
 
     Examples
     --------
     >>> from ase.units import GPa
-    >>> from ase_roughcontact import Creep, Isotropic, Viscoelastic
+    >>> from ase_roughcontact import Creep, Viscoelastic
     >>> creep = Creep.standard_solid(relaxed=0.1, time=0.5)
-    >>> solid = Viscoelastic(Isotropic(2.0 * GPa), creep)
+    >>> solid = Viscoelastic(2.0 * GPa, creep)
     >>> round(solid.relaxed.contact_modulus / GPa, 3)
     0.2
     """
 
-    solid: ElasticSolid
+    solid: Any
     creep: Creep
 
     factor = 1.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.solid, ElasticSolid):
+            object.__setattr__(self, "solid", Isotropic(self.solid))
 
     @property
     def relaxed(self) -> ElasticSolid:

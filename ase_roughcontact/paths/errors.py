@@ -158,7 +158,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     area = _cell_area(step) + _area_change(step, relaxation) + _undecided_area(step)
     if step.continuum:
         area += continuum_area_error(step) + _area_change(step, _attraction_force(step))
-    if step.control == "loads":
+    if not step.run.support.fixed:
         height = shift + (relaxation + unbalanced) * softness
         area = _within_cell(step, area)
         return Errors(area, unbalanced, height, height + lowest)

@@ -127,6 +127,10 @@ class PathDescription:
             return [f"it has step {number} in place of step {expected}"]
         if path["control"] != self.control:
             return [f"its path is one of {path['control']}, this one of {self.control}"]
+        return self._differences(path, number)
+
+    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
+        """Return in what the description of a step differs."""
         if number >= len(self.targets):
             count = len(self.targets)
             return [f"its path has {number + 1} steps or more, this one {count}"]

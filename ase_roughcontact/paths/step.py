@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, Protocol
+
+import numpy as np
 
 from ase_roughcontact._util.validation import integer, one_of, positive
 from ase_roughcontact.contact import Contact, Problem, State
@@ -37,7 +39,10 @@ from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.fixed import FixedWindow
 from ase_roughcontact.windows.options import WindowOptions
 
-CONTROLS = ("penetrations", "heights", "loads")
+#: What a path prescribes: that of the indenter, or of the base of its cantilever.
+CONTROLS = ("penetrations", "heights", "loads", "bases")
+# Those under which the indenter is free to move.
+_FREE = ("loads", "bases")
 # A load counts as not carried if rounding leaves more than this part of it.
 _UNCARRIED_PART = 0.1
 # A step has not converged if a force, or the force that would close a gap, is above the
@@ -79,6 +84,9 @@ class StepOptions:
         Whether the continuum is asked for, and not the model of atoms.
     lost_slope : float
         Part of the rms slope that the grid can't resolve, and that is lost.
+    cantilever : float
+        Stiffness of the spring between the indenter and a base whose height is given
+        (force/length).
 
     Raises
     ------
@@ -94,6 +102,7 @@ class StepOptions:
     hardness: float = math.nan
     continuum: bool = False
     lost_slope: float = 0.0
+    cantilever: float = 0.0
 
     def __post_init__(self) -> None:
         """Check the options."""
@@ -116,8 +125,8 @@ class Stepper:
     Parameters
     ----------
     problem : Problem
-    control : {"penetrations", "heights", "loads"}
-        Meaning of the targets; see `load_path`.
+    control : {"penetrations", "heights", "loads", "bases"}
+        Meaning of the targets; see `load_path` and `time_path`.
     start : State or Box
         First state, or a window of flat atoms.
     options : StepOptions, optional
@@ -185,6 +194,22 @@ class Stepper:
         self.state: State = start
         self.run: Run | None = None
 
+    def remember(self, key: str, values: np.ndarray | None) -> None:
+        """Set what the surface keeps under a key of `State.history`; None removes it.
+
+        Raises
+        ------
+        RuntimeError
+            If there was no step yet.
+        """
+        if self.run is None:
+            raise RuntimeError("there is nothing to remember before the first step")
+        history = {k: v for k, v in self.state.history.items() if k != key}
+        if values is not None:
+            history[key] = values
+        self.state = replace(self.state, history=history)
+        self.run = replace(self.run, state=self.state)
+
     def step(
         self,
         number: int,
@@ -232,8 +257,7 @@ class Stepper:
         result = record.of(relaxed)
         fields = relaxed.state
         if self.problem.wall.permanent and fields.plastic_atoms:
-            history = {**self.state.history, PLASTIC_DEPTH: fields.plastic_depth}
-            self.state = replace(self.state, history=history)
+            self.remember(PLASTIC_DEPTH, fields.plastic_depth)
         return result
 
     def restart_from(self, state: State, target: float | None = None) -> None:
@@ -249,7 +273,7 @@ class Stepper:
         self._at_rest()
         self.state = state = self._set_contact(state)
         fields = fields_of(self.contact, state, relaxed=True)
-        support = Support(self.control != "loads", 0.0, self._springs)
+        support = Support(self.control not in _FREE, 0.0, self._springs)
         if target is not None:
             support = self._at(target)[1]
         self.run = Run.of(state, fields, support)
@@ -370,6 +394,9 @@ class Stepper:
             # out of contact nothing but the load acts, and some optimizers divide by 0
             height = min(self.state.height, first_contact)
             return self.state.at(height), Support(False, float(target), self._springs)
+        if self.control == "bases":
+            spring = partial(_spring, self.options.cantilever, target)
+            return self.state, Support(False, 0.0, spring)
         height = target if self.control == "heights" else first_contact - target
         return self.state.at(float(height)), Support(True, 0.0, self._springs)
 
@@ -406,6 +433,12 @@ class Stepper:
                 f"a load of {load:.3g} is below the rounding of forces: "
                 f"{run.unbalanced:.3g} of it is not carried"
             )
+
+
+def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]:
+    """Return the energy of a spring to a base, and its upward force."""
+    extension = base - height
+    return 0.5 * stiffness * extension**2, stiffness * extension
 
 
 def _check_residuals(relaxed: RelaxedStep) -> None:

@@ -10,34 +10,93 @@ leaves in the pressures :math:`q_k` that the surface remembers (see `contact.cre
 with the second derivative from the rates of this step and of the last one: it includes
 atoms that open or close between them. A step of a larger error is repeated at half the
 duration. Durations are those of a part of the schedule divided by powers of two, so
-that few elastic solids are met.
+that half spaces of few compliances are needed.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Generator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
+from ase_roughcontact.contact.creep import PRESSURE_RATE
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.paths.output import Output, open_output
 from ase_roughcontact.paths.record import LoadStep, TimeStep
+from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 
 # Powers of two by which the duration of a part is divided: at least, at its beginning,
-# and at most. An oscillation has that many steps in a cycle.
+# and at most. An oscillation has at least that many steps in a cycle.
 _LEAST, _FIRST, _MOST = 3, 10, 40
 _STEPS_PER_CYCLE = 32
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
 _GROWTH = 0.1
+
+
+@dataclass
+class _Position:
+    """Where the last time step of a path has ended.
+
+    Attributes
+    ----------
+    part : int
+        Part of the schedule.
+    level, done : int
+        Steps of the part that are done, in units of ``2**-level`` of its duration.
+    may_grow : bool
+        Whether the error of the last step allows a longer one.
+    elapsed : float
+        Duration of the last step (time).
+    largest : float
+        Largest sum of the pressures so far.
+    """
+
+    part: int = -1
+    level: int = _FIRST
+    done: int = 0
+    may_grow: bool = False
+    elapsed: float = 0.0
+    largest: float = 0.0
+
+
+@dataclass(frozen=True)
+class _Description(PathDescription):
+    """Description of a path in time; see `PathDescription`."""
+
+    schedule: Schedule
+    tolerance: float
+
+    def of_position(self, position: _Position) -> dict[str, Any]:
+        """Return the description that a frame carries."""
+        return {
+            "system": self.system,
+            "control": self.control,
+            "schedule": self.schedule.todict(),
+            "tolerance": self.tolerance,
+            "position": asdict(position),
+        }
+
+    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
+        if "schedule" not in path:
+            return ["its path is not one in time"]
+        old, done = path["schedule"], path["position"]["part"] + 1
+        new = self.schedule.todict()
+        # the path may have been extended at its end
+        old, new = ({**s, "parts": list(s["parts"])[:done]} for s in (old, new))
+        return differences(
+            {"tolerance": path["tolerance"], "schedule": old, **path["system"]},
+            {"tolerance": self.tolerance, "schedule": new, **self.system},
+        )
 
 
 def follow_schedule(
@@ -47,25 +106,64 @@ def follow_schedule(
     *,
     tolerance: float = 1e-3,
     validity: str = "warn",
+    **description: Any,
 ) -> Generator[LoadStep, None, None]:
-    """Follow a schedule from a surface at rest; see `time_path` for the parameters.
+    """Follow a schedule in time steps; see `time_path` for the parameters.
 
-    Yields
-    ------
-    LoadStep
-        After it is written: the first state, and those at the end of each time step.
+    Parameters
+    ----------
+    stepper : Stepper
+    schedule : Schedule
+    output : Output, optional
+        Its `record` must be a subclass of `TimeStep`.
+    tolerance, validity
+        See `time_path`.
+    **description
+        What a state depends on beside the problem.
+
+    Returns
+    -------
+    generator of LoadStep
+        The first state, and those at the end of each time step, after they are written.
     """
     positive(tolerance=tolerance)
-    output, report = output or Output(record=TimeStep), ValidityReport(validity)
+    output = output or Output(record=TimeStep)
+    if output.record is LoadStep:
+        output = replace(output, record=TimeStep)
+    if not issubclass(output.record, TimeStep):
+        raise TypeError(
+            f"results of a path in time have a time: derive {output.record.__name__} "
+            "from TimeStep"
+        )
     creep = stepper.problem.solid.creep
     if creep is None:
         raise ValueError(
             f"a path in time needs a Viscoelastic solid, got {stepper.problem.solid!r}"
         )
+    system = {}
+    if output.trajectory is not None:
+        system = stepper.describe_system(**description)
+    none = np.zeros(0)
+    path = _Description(system, stepper.control, none, schedule, tolerance)
     steps = _TimeSteps(stepper, creep, tolerance, output.record)
-    with open_output(output, stepper) as (_, write):
-        for step in steps.states(schedule):
-            write(step)
+    return _written(steps, path, output, ValidityReport(validity))
+
+
+def _written(
+    steps: _TimeSteps, path: _Description, output: Output, report: ValidityReport
+) -> Generator[LoadStep, None, None]:
+    """Yield the steps of a path, and write those that are not done yet."""
+    resumed = path if output.resume else None
+    with open_output(output, steps.stepper, resumed) as (finished, write):
+        for step in finished.steps:
+            report(step.step, step.validity)
+            yield step
+        if finished.frame and output.frames:
+            position = finished.frame.info["path"]["position"]
+            state = output.frames.state(finished.frame)
+            steps.continue_from(finished.steps[-1], state, _Position(**position))
+        for step in steps.states(path.schedule):
+            write(step, path=path.of_position(steps.position))
             report(step.step, step.validity)
             yield step
 
@@ -78,77 +176,87 @@ class _TimeSteps:
     creep: Creep
     tolerance: float
     record: type[LoadStep] = TimeStep
+    position: _Position = field(default_factory=_Position)
+    number: int = 0
 
-    def __post_init__(self) -> None:
-        self._number, self._largest = 0, 0.0
-        # of the pressure in the last step, with its window
-        self._rate: tuple[np.ndarray, Box] | None = None
-        self._elapsed, self._may_grow = 0.0, False
+    def continue_from(self, last: LoadStep, state: State, position: _Position) -> None:
+        """Continue after a step that was read from a file."""
+        self.stepper.restart_from(state)
+        self.position, self.number = position, last.step + 1
 
     def states(self, schedule: Schedule) -> Generator[LoadStep, None, None]:
-        """Yield the states of a schedule."""
-        yield self._accepted(self._step(schedule.first, 0.0, 0.0))
-        for begin, start, part in schedule.timed_parts():
-            self._rate = None
-            if part.duration == 0.0:
-                yield self._accepted(self._step(part.end, begin, 0.0))
-            else:
+        """Yield the states of a schedule from the present position on."""
+        position = self.position
+        if not self.number:
+            yield self._accepted(self._step(schedule.first, 0.0, 0.0))
+        for number, (begin, start, part) in enumerate(schedule.timed_parts()):
+            if number < position.part:
+                continue
+            if number > position.part:
+                position.part, position.level, position.done = number, _FIRST, 0
+                self.stepper.remember(PRESSURE_RATE, None)
+                if part.duration == 0.0:
+                    position.level, position.done = 0, 1
+                    yield self._accepted(self._step(part.end, begin, 0.0))
+            if part.duration > 0.0:
                 yield from self._part(begin, start, part)
 
     def _part(
         self, begin: float, start: float, part: Part
     ) -> Generator[LoadStep, None, None]:
-        """Yield the states of a part of the schedule."""
-        cycles = part.frequency * part.duration
-        least = max(_LEAST, math.ceil(math.log2(max(_STEPS_PER_CYCLE * cycles, 1.0))))
-        level, done = max(_FIRST, least), 0  # done in units of 2**-level of the part
-        while done < 2**level:
-            while level > least and done % 2 == 0 and self._may_grow:
-                level, done = level - 1, done // 2
-                self._may_grow = False
-            elapsed, before = part.duration / 2**level, self.stepper.state
-            fraction = (done + 1) / 2**level
+        """Yield the remaining states of a part of the schedule."""
+        at, least = self.position, _least_level(part)
+        at.level = max(at.level, least)
+        while at.done < 2**at.level:
+            if at.may_grow and at.level > least and at.done % 2 == 0:
+                at.level, at.done, at.may_grow = at.level - 1, at.done // 2, False
+            before, elapsed = self.stepper.state, part.duration / 2**at.level
+            fraction = (at.done + 1) / 2**at.level
             time = begin + fraction * part.duration
             step = self._step(part.target(start, fraction), time, elapsed)
-            error = self._error(before, elapsed)
-            if error > self.tolerance and level < _MOST:
+            rate = self._rate(before, elapsed)
+            error = self._error(rate, elapsed)
+            if error > self.tolerance and at.level < _MOST:
                 self.stepper.restart_from(before)
-                level, done = level + 1, 2 * done
+                at.level, at.done, at.may_grow = at.level + 1, 2 * at.done, False
                 continue
-            done += 1
-            self._may_grow = error < _GROWTH * self.tolerance
-            self._keep_rate(before, elapsed)
+            at.done, at.may_grow = at.done + 1, error < _GROWTH * self.tolerance
+            at.elapsed = elapsed
+            self.stepper.remember(PRESSURE_RATE, rate)
             yield self._accepted(step)
 
-    def _error(self, before: State, elapsed: float) -> float:
-        """Return the estimated error of a step; zero without one before."""
+    def _step(self, target: float, time: float, elapsed: float) -> LoadStep:
+        return self.stepper.step(
+            self.number, target, self.record, moment=time, elapsed=elapsed
+        )
+
+    def _rate(self, before: State, elapsed: float) -> np.ndarray:
+        """Return the rate of the pressure in the last step."""
         new = self.stepper.state
-        scale = max(self._largest, float(abs(new.pressure).sum()))
-        if self._rate is None or not scale:
+        return (new.pressure - before.on(new.window).pressure) / elapsed
+
+    def _error(self, rate: np.ndarray, elapsed: float) -> float:
+        """Return the estimated error of a step; zero without one before."""
+        state = self.stepper.state
+        last = state.history.get(PRESSURE_RATE)
+        scale = max(self.position.largest, float(abs(state.pressure).sum()))
+        if last is None or not scale:
             return 0.0
-        last = carried(*self._rate, new.window)
-        change = abs(self._rate_since(before, elapsed) - last).sum()
-        curvature = 2.0 * float(change) / (elapsed + self._elapsed)
+        change = float(abs(rate - last).sum())
+        curvature = 2.0 * change / (elapsed + self.position.elapsed)
         x = elapsed / np.array(self.creep.times)
         weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
         weight = float(weights.sum()) + self.creep.flow * elapsed / 12.0
         return weight * elapsed**2 * curvature / scale
 
-    def _rate_since(self, before: State, elapsed: float) -> np.ndarray:
-        new = self.stepper.state
-        return (new.pressure - before.on(new.window).pressure) / elapsed
-
-    def _keep_rate(self, before: State, elapsed: float) -> None:
-        self._rate = self._rate_since(before, elapsed), self.stepper.state.window
-        self._elapsed = elapsed
-
-    def _step(self, target: float, time: float, elapsed: float) -> LoadStep:
-        return self.stepper.step(
-            self._number, target, self.record, moment=time, elapsed=elapsed
-        )
-
     def _accepted(self, step: LoadStep) -> LoadStep:
-        self._number += 1
+        self.number += 1
         pressure = float(abs(self.stepper.state.pressure).sum())
-        self._largest = max(self._largest, pressure)
+        self.position.largest = max(self.position.largest, pressure)
         return step
+
+
+def _least_level(part: Part) -> int:
+    """Return the smallest power of two by which a part is divided."""
+    cycles = part.frequency * part.duration
+    return max(_LEAST, math.ceil(math.log2(max(_STEPS_PER_CYCLE * cycles, 1.0))))

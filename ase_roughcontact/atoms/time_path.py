@@ -1,0 +1,113 @@
+"""Paths of atoms in time, on a viscoelastic solid."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from typing import Any
+
+from ase import Atoms
+
+from ase_roughcontact._util.validation import positive
+from ase_roughcontact.atoms.loading import AtomsPath, single_path, with_atoms
+from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.schedule import Schedule
+from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths.validity import Validity
+
+
+def time_path(
+    atoms: Atoms,
+    penetrations: Schedule | None = None,
+    *,
+    heights: Schedule | None = None,
+    loads: Schedule | None = None,
+    bases: Schedule | None = None,
+    cantilever: float | None = None,
+    tolerance: float = 1e-3,
+    validity: str | Validity = "warn",
+    output: Output | None = None,
+    **options: Any,
+) -> Generator[LoadStep, None, None]:
+    r"""Move or load the indenter on a viscoelastic solid, as a function of time.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `substrate`, with a `RoughContact` calculator of a `Viscoelastic` solid.
+        They are moved.
+    penetrations, heights, loads, bases : Schedule
+        Exactly one of: distances that the indenter has moved down since it first repels
+        the flat substrate (Å), heights of the indenter (Å), loads on it (eV/Å), or
+        heights of the base of a cantilever that holds it (Å), as functions of time in
+        the unit of the creep times, seconds. The first two need a fixed indenter, the
+        others a free one.
+    cantilever : float, optional
+        Stiffness of the cantilever (eV/Å^2), for `bases`.
+    tolerance : float
+        Largest error of a time step, relative to the largest force of the path so far.
+        The steps follow from it.
+    validity, output
+        See `load_path`. Results are of the class `TimeStep`, with the time, the stored
+        energy and the power that is dissipated.
+    **options
+        `optimizer`, `fmax`, `accuracy`, `max_steps` and `window`; see `load_path`.
+
+    Yields
+    ------
+    TimeStep
+        The first state, of a surface that was at rest unless the atoms have a history,
+        and those at the end of each time step.
+
+    Raises
+    ------
+    ValueError
+        If not exactly one schedule is given, the solid is not viscoelastic, the
+        cantilever is missing, or as `load_path` does.
+    TypeError
+        If `output.record` is not derived from `TimeStep`.
+
+    Notes
+    -----
+    The pressure is taken as linear in time during a step, which is then solved exactly,
+    see `Creep.over`. An instability of the quasi-static contact is a fast motion here,
+    which the steps resolve; one that remains at the instantaneous modulus is a jump at
+    a time.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import Creep, HardWall, RoughContact, RoughSphere
+    >>> from ase_roughcontact import Schedule, Viscoelastic, substrate, time_path
+    >>> sphere = RoughSphere(radius=500.0)
+    >>> creep = Creep.standard_solid(relaxed=0.5, time=1.0)
+    >>> solid = Viscoelastic(1.0, creep)
+    >>> atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
+    >>> atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    >>> dwell = Schedule(0.0).step(2.0).hold(20.0)
+    >>> steps = list(time_path(atoms, dwell))
+    >>> round(steps[-1].normal_force / steps[1].normal_force, 3)
+    0.5
+    """
+    control, schedule = single_path(
+        penetrations=penetrations, heights=heights, loads=loads, bases=bases
+    )
+    if (control == "bases") != (cantilever is not None):
+        raise ValueError(
+            "bases need the stiffness of the cantilever, and only they do, got "
+            f"cantilever={cantilever}"
+        )
+    if cantilever is not None:
+        positive(cantilever=cantilever)
+        options["cantilever"] = cantilever
+    validity = Validity(validity) if isinstance(validity, str) else validity
+    path = AtomsPath(atoms, control, hardness=validity.hardness, **options)
+    steps = follow_schedule(
+        path.stepper,
+        schedule,
+        path.written(output),
+        tolerance=tolerance,
+        validity=validity.action,
+        springs=path.springs,
+        cantilever=cantilever or 0.0,
+    )
+    return with_atoms(path, steps)

@@ -1,0 +1,238 @@
+"""Paths in time on viscoelastic solids, against exact results and elastic limits."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from ase_roughcontact import (
+    Creep,
+    HardWall,
+    LennardJones93,
+    PlasticWall,
+    Problem,
+    RoughSphere,
+    Schedule,
+    SelfAffine,
+    StepOptions,
+    Stepper,
+    Viscoelastic,
+)
+from ase_roughcontact.elasticity import Isotropic, Layer
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.paths.time_path import follow_schedule
+
+pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+
+CREEP = Creep.standard_solid(relaxed=0.2, time=1.0)
+
+
+def problem_of(n, wall=None, creep=CREEP, radius=None, solid=1.0, **options):
+    solid = Isotropic(solid) if creep is None else Viscoelastic(solid, creep)
+    indenter = options.pop("indenter", None) or RoughSphere(radius or 10.0 * n)
+    offset = (0.0, 0.0) if options.get("periodic") else (0.5, 0.5)
+    return Problem(indenter, solid, wall or HardWall(), 1.0, offset=offset, **options)
+
+
+def stepper_of(problem, n, control="penetrations", **options):
+    return Stepper(
+        problem, control, Box((-n // 2, -n // 2), (n, n)), StepOptions(**options)
+    )
+
+
+def follow(problem, n, schedule, control="penetrations", tolerance=1e-3, **options):
+    stepper = stepper_of(problem, n, control, **options)
+    return list(follow_schedule(stepper, schedule, tolerance=tolerance))
+
+
+def ting_force(time, half, rate, radius, creep):
+    """Return the force on a sphere that moves down and up at a rate (Ting 1966)."""
+    turned = min(time, half)
+    if time > half:
+
+        def unbalanced(t1):
+            down = quad(lambda s: creep.relaxation(time - s), t1, half)[0]
+            return down - quad(lambda s: creep.relaxation(time - s), half, time)[0]
+
+        if unbalanced(0.0) < 0.0:
+            return 0.0
+        turned = brentq(unbalanced, 0.0, half)
+    return (
+        2.0
+        * math.sqrt(radius * rate**3)
+        * quad(lambda s: creep.relaxation(time - s) * math.sqrt(s), 0.0, turned)[0]
+    )
+
+
+@pytest.mark.parametrize("duration", [0.05, 4.0, 30.0])
+def test_approach_and_retraction_of_a_sphere(duration):
+    n = 128
+    depth = (0.4 * n) ** 2 / (10.0 * n)
+    path = Schedule(0.0).ramp(depth, time=duration).ramp(0.0, time=duration)
+    steps = follow(problem_of(n), n, path)
+    expected = np.array(
+        [ting_force(s.time, duration, depth / duration, 10.0 * n, CREEP) for s in steps]
+    )
+    found = np.array([s.normal_force for s in steps])
+    assert all(s.converged for s in steps)
+    assert found == pytest.approx(expected, abs=4e-4 * expected.max())
+
+
+def test_contact_creeps_under_a_constant_load():
+    n, creep = 96, Creep([1.5, 2.0], [0.3, 5.0])
+    steps = follow(
+        problem_of(n, creep=creep), n, Schedule(20.0).hold(30.0), control="loads"
+    )
+    times = np.array([s.time for s in steps])
+    depth = np.array([s.penetration for s in steps])
+    assert steps[0].time == 0.0
+    # Hertz: the penetration to the power of 3/2 is proportional to the compliance
+    growth = (depth / depth[0]) ** 1.5
+    assert growth == pytest.approx(creep.compliance(times), rel=2e-3)
+
+
+@pytest.mark.parametrize(("duration", "relaxed"), [(1e-9, 1.0), (1e9, 0.2)])
+@pytest.mark.parametrize("wall", ["hard", "soft"])
+def test_limits_of_fast_and_slow_rates_are_elastic(duration, relaxed, wall):
+    n = 32
+    wall = {"hard": HardWall(), "soft": LennardJones93.repulsive(1.0, 1.0)}[wall]
+    options = {"accuracy": 1e-8}
+    path = Schedule(0.0).ramp(0.5, time=duration)
+    last = follow(problem_of(n, wall), n, path, **options)[-1]
+    elastic = problem_of(n, wall, creep=Creep([1e-12], [1.0]), solid=relaxed)
+    expected = follow(elastic, n, Schedule(0.0).step(0.5), **options)[-1]
+    assert last.normal_force == pytest.approx(expected.normal_force, rel=1e-6)
+    assert last.contact_area == expected.contact_area
+
+
+class Recorded(Stepper):
+    """Keeps time, height, pressure and gap of each state."""
+
+    def step(self, *args, **options):
+        result = super().step(*args, **options)
+        fields, time = self.run.fields, options["moment"]
+        self.states = [s for s in getattr(self, "states", []) if s[0] < time]
+        self.states.append((time, result.height, fields.pressure, fields.gap))
+        return result
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("wall", ["hard", "plastic", "soft", "adhesive"])
+@pytest.mark.parametrize("creep", ["three terms", "fluid"])
+def test_gaps_are_those_of_the_whole_history(creep, wall, periodic):
+    """The integral over all pressures, with another formula than the time steps."""
+    n = 24
+    creep = {
+        "three terms": Creep([0.5, 1.0, 2.0], [0.1, 1.0, 7.0]),
+        "fluid": Creep([0.5], [0.3], flow=0.4),
+    }[creep]
+    wall = {
+        "hard": HardWall(),
+        "plastic": PlasticWall(0.15),
+        "soft": LennardJones93.repulsive(1.0, 1.0),
+        "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
+    }[wall]
+    rough = SelfAffine(0.1, 0.8, 4.0, 24.0, domain=24.0, seed=3)
+    problem = problem_of(
+        n,
+        wall,
+        creep,
+        indenter=RoughSphere(200.0, rough) if not periodic else rough,
+        periodic=periodic,
+    )
+    stepper = Recorded(
+        problem,
+        "penetrations",
+        Box((-n // 2, -n // 2), (n, n)),
+        StepOptions(window="unchecked", accuracy=1e-7),
+    )
+    path = Schedule(0.2).ramp(0.6, time=1.0).hold(0.5).ramp(-0.3, time=0.8)
+    list(follow_schedule(stepper, path, tolerance=1e-2))
+    times, heights, pressures, gaps = map(np.array, zip(*stepper.states, strict=True))
+
+    def integral(time):  # of the creep compliance from zero to a time
+        parts = time + np.array(creep.times) * np.expm1(-time / np.array(creep.times))
+        return time + parts @ np.array(creep.compliances) + 0.5 * creep.flow * time**2
+
+    now = len(times) - 1
+    effective = pressures[0] * creep.compliance(times[now] - times[0])
+    for k in range(now):
+        rate = (pressures[k + 1] - pressures[k]) / (times[k + 1] - times[k])
+        effective = effective + rate * (
+            integral(times[now] - times[k]) - integral(times[now] - times[k + 1])
+        )
+    displacement = problem.halfspace((n, n)).displacement(effective)
+    box = Box((-n // 2, -n // 2), (n, n))
+    gap = problem.heights(box) + heights[now] - displacement
+    assert gaps[now] == pytest.approx(gap, abs=2e-6)
+
+
+def test_automatic_windows_keep_the_past():
+    n = 64
+    path = Schedule(0.0).ramp(1.0, time=1.0).ramp(-0.5, time=0.5).ramp(0.5, time=5.0)
+    fixed, automatic = (
+        follow(problem_of(n, radius=300.0), n, path, window=window)
+        for window in ("fixed", "auto")
+    )
+    forces = [[s.normal_force for s in steps] for steps in (fixed, automatic)]
+    assert forces[1] == pytest.approx(forces[0], abs=1e-3 * max(forces[0]))
+    assert {s.window for s in automatic} != {s.window for s in fixed}
+
+
+def test_work_is_stored_or_dissipated():
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
+    problem = problem_of(48, wall, radius=80.0)
+    path = Schedule(-1.0).ramp(0.8, time=0.5).hold(0.5).ramp(-4.0, time=1.0)
+    steps = follow(problem, 48, path, tolerance=1e-4, accuracy=1e-6)
+    print(len(steps), sum(s.pairs for s in steps))
+    work = dissipated = 0.0
+    for before, after in itertools.pairwise(steps):
+        force = 0.5 * (before.normal_force + after.normal_force)
+        work += force * (before.height - after.height)
+        power = 0.5 * (before.dissipation + after.dissipation)
+        dissipated += power * (after.time - before.time)
+    stored = steps[-1].energy - steps[0].energy
+    assert dissipated > 0.1 * max(s.energy for s in steps)
+    assert work - stored == pytest.approx(dissipated, rel=2e-2)
+
+
+def test_error_decreases_with_the_tolerance():
+    n = 32
+    depth = (0.4 * n) ** 2 / (10.0 * n)
+    path = Schedule(0.0).ramp(depth, time=4.0).ramp(0.0, time=4.0)
+    reference = follow(problem_of(n), n, path, tolerance=1e-6)
+    known = {s.time: s.normal_force for s in reference}
+
+    def error(tolerance):
+        steps = follow(problem_of(n), n, path, tolerance=tolerance)
+        same = [(s.normal_force, known[s.time]) for s in steps if s.time in known]
+        assert len(same) > 10
+        return max(abs(a - b) for a, b in same) / max(known.values())
+
+    errors = [error(tolerance) for tolerance in (1e-2, 1e-3, 1e-4)]
+    assert errors[0] > 2.0 * errors[1] > 4.0 * errors[2]
+    assert errors[1] < 1e-3
+
+
+def test_layer_on_a_rigid_base_creeps():
+    creep = Creep([1.0], [1.0])
+    problem = problem_of(48, creep=creep, solid=Layer(1.0, 3.0, poisson=0.3))
+    steps = follow(problem, 48, Schedule(0.0).step(0.5).hold(50.0))
+    assert steps[-1].normal_force == pytest.approx(
+        0.5 * steps[1].normal_force, rel=1e-3
+    )
+
+
+def test_a_path_without_time_says_what_is_needed():
+    stepper = stepper_of(problem_of(16), 16)
+    with pytest.raises(ValueError, match="needs a path in time: use time_path"):
+        stepper.step(0, 0.1)
+
+
+def test_an_elastic_solid_says_what_is_needed():
+    stepper = stepper_of(problem_of(16, creep=None), 16)
+    with pytest.raises(ValueError, match="needs a Viscoelastic solid, got"):
+        follow_schedule(stepper, Schedule(0.0).hold(1.0))
