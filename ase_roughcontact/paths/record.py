@@ -328,6 +328,12 @@ class TimeStep(LoadStep):
         _energy_with_creep, "energy of solid, wall and load that is stored", "eV"
     )
     dissipation: float = column(_dissipation, "power that the solid dissipates", "eV/s")
+    lost_energy: float = column(
+        lambda s: 0.0,
+        "energy lost since the last step in an instability at the instantaneous "
+        "modulus; zero without one",
+        "eV",
+    )
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:

@@ -76,13 +76,14 @@ class _Description(PathDescription):
     schedule: Schedule
     tolerance: float
 
-    def of_position(self, position: _Position) -> dict[str, Any]:
+    def of_position(self, target: float, position: _Position) -> dict[str, Any]:
         """Return the description that a frame carries."""
         return {
             "system": self.system,
             "control": self.control,
             "schedule": self.schedule.todict(),
             "tolerance": self.tolerance,
+            "target": target,
             "position": asdict(position),
         }
 
@@ -107,7 +108,7 @@ def follow_schedule(
     tolerance: float = 1e-3,
     validity: str = "warn",
     **description: Any,
-) -> Generator[LoadStep, None, None]:
+) -> Generator[TimeStep, None, None]:
     """Follow a schedule in time steps; see `time_path` for the parameters.
 
     Parameters
@@ -151,19 +152,21 @@ def follow_schedule(
 
 def _written(
     steps: _TimeSteps, path: _Description, output: Output, report: ValidityReport
-) -> Generator[LoadStep, None, None]:
+) -> Generator[TimeStep, None, None]:
     """Yield the steps of a path, and write those that are not done yet."""
     resumed = path if output.resume else None
     with open_output(output, steps.stepper, resumed) as (finished, write):
         for step in finished.steps:
             report(step.step, step.validity)
-            yield step
+            yield step  # type: ignore[misc]
         if finished.frame and output.frames:
             position = finished.frame.info["path"]["position"]
             state = output.frames.state(finished.frame)
-            steps.continue_from(finished.steps[-1], state, _Position(**position))
+            last: Any = finished.steps[-1]
+            target = finished.frame.info["path"]["target"]
+            steps.continue_from(target, last, state, _Position(**position))
         for step in steps.states(path.schedule):
-            write(step, path=path.of_position(steps.position))
+            write(step, path=path.of_position(steps.target, steps.position))
             report(step.step, step.validity)
             yield step
 
@@ -175,20 +178,29 @@ class _TimeSteps:
     stepper: Stepper
     creep: Creep
     tolerance: float
-    record: type[LoadStep] = TimeStep
+    record: type[TimeStep] = TimeStep
     position: _Position = field(default_factory=_Position)
-    number: int = 0
 
-    def continue_from(self, last: LoadStep, state: State, position: _Position) -> None:
-        """Continue after a step that was read from a file."""
+    def __post_init__(self) -> None:
+        self._last: tuple[float, TimeStep] | None = None
+
+    @property
+    def target(self) -> float:
+        """Target of the last step."""
+        return self._last[0] if self._last else 0.0
+
+    def continue_from(
+        self, target: float, last: TimeStep, state: State, position: _Position
+    ) -> None:
+        """Continue after a step at a target that was read from a file."""
         self.stepper.restart_from(state)
-        self.position, self.number = position, last.step + 1
+        self.position, self._last = position, (target, last)
 
-    def states(self, schedule: Schedule) -> Generator[LoadStep, None, None]:
+    def states(self, schedule: Schedule) -> Generator[TimeStep, None, None]:
         """Yield the states of a schedule from the present position on."""
         position = self.position
-        if not self.number:
-            yield self._accepted(self._step(schedule.first, 0.0, 0.0))
+        if self._last is None:
+            yield self._accepted(schedule.first, self._step(schedule.first, 0.0, 0.0))
         for number, (begin, start, part) in enumerate(schedule.timed_parts()):
             if number < position.part:
                 continue
@@ -197,13 +209,13 @@ class _TimeSteps:
                 self.stepper.remember(PRESSURE_RATE, None)
                 if part.duration == 0.0:
                     position.level, position.done = 0, 1
-                    yield self._accepted(self._step(part.end, begin, 0.0))
+                    yield self._accepted(part.end, self._step(part.end, begin, 0.0))
             if part.duration > 0.0:
                 yield from self._part(begin, start, part)
 
     def _part(
         self, begin: float, start: float, part: Part
-    ) -> Generator[LoadStep, None, None]:
+    ) -> Generator[TimeStep, None, None]:
         """Yield the remaining states of a part of the schedule."""
         at, least = self.position, _least_level(part)
         at.level = max(at.level, least)
@@ -212,8 +224,8 @@ class _TimeSteps:
                 at.level, at.done, at.may_grow = at.level - 1, at.done // 2, False
             before, elapsed = self.stepper.state, part.duration / 2**at.level
             fraction = (at.done + 1) / 2**at.level
-            time = begin + fraction * part.duration
-            step = self._step(part.target(start, fraction), time, elapsed)
+            target = part.target(start, fraction)
+            step = self._step(target, begin + fraction * part.duration, elapsed)
             rate = self._rate(before, elapsed)
             error = self._error(rate, elapsed)
             if error > self.tolerance and at.level < _MOST:
@@ -223,11 +235,12 @@ class _TimeSteps:
             at.done, at.may_grow = at.done + 1, error < _GROWTH * self.tolerance
             at.elapsed = elapsed
             self.stepper.remember(PRESSURE_RATE, rate)
-            yield self._accepted(step)
+            yield self._accepted(target, step)
 
-    def _step(self, target: float, time: float, elapsed: float) -> LoadStep:
+    def _step(self, target: float, time: float, elapsed: float) -> TimeStep:
+        number = self._last[1].step + 1 if self._last else 0
         return self.stepper.step(
-            self.number, target, self.record, moment=time, elapsed=elapsed
+            number, target, self.record, moment=time, elapsed=elapsed
         )
 
     def _rate(self, before: State, elapsed: float) -> np.ndarray:
@@ -249,11 +262,41 @@ class _TimeSteps:
         weight = float(weights.sum()) + self.creep.flow * elapsed / 12.0
         return weight * elapsed**2 * curvature / scale
 
-    def _accepted(self, step: LoadStep) -> LoadStep:
-        self.number += 1
+    def _accepted(self, target: float, step: TimeStep) -> TimeStep:
         pressure = float(abs(self.stepper.state.pressure).sum())
         self.position.largest = max(self.position.largest, pressure)
+        if self._last is not None:
+            lost = self._lost_energy(self._last, (target, step))
+            step = replace(step, lost_energy=lost)
+        self._last = target, step
         return step
+
+    def _lost_energy(
+        self, before: tuple[float, TimeStep], after: tuple[float, TimeStep]
+    ) -> float:
+        """Return the energy that is neither stored nor dissipated by creep.
+
+        It is zero if the forces and powers between both states may explain it.
+        """
+        (last_target, last), (target, step) = before, after
+        change, elapsed = target - last_target, step.time - last.time
+        forces = [self._conjugate(*each) for each in (before, after)]
+        powers = [last.dissipation, step.dissipation]
+        work = 0.5 * sum(forces) * change
+        lost = work - (step.energy - last.energy) - 0.5 * sum(powers) * elapsed
+        unknown = abs(forces[1] - forces[0]) * abs(change)
+        unknown += abs(powers[1] - powers[0]) * elapsed
+        return lost if lost > unknown else 0.0
+
+    def _conjugate(self, target: float, step: TimeStep) -> float:
+        """Return the derivative of the energy to the target."""
+        control = self.stepper.control
+        if control == "loads":
+            return step.height
+        if control == "bases":
+            return self.stepper.options.cantilever * (target - step.height)
+        sign = 1.0 if control == "penetrations" else -1.0
+        return sign * step.normal_force
 
 
 def _least_level(part: Part) -> int:

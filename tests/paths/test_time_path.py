@@ -187,7 +187,6 @@ def test_work_is_stored_or_dissipated():
     problem = problem_of(48, wall, radius=80.0)
     path = Schedule(-1.0).ramp(0.8, time=0.5).hold(0.5).ramp(-4.0, time=1.0)
     steps = follow(problem, 48, path, tolerance=1e-4, accuracy=1e-6)
-    print(len(steps), sum(s.pairs for s in steps))
     work = dissipated = 0.0
     for before, after in itertools.pairwise(steps):
         force = 0.5 * (before.normal_force + after.normal_force)
@@ -196,7 +195,20 @@ def test_work_is_stored_or_dissipated():
         dissipated += power * (after.time - before.time)
     stored = steps[-1].energy - steps[0].energy
     assert dissipated > 0.1 * max(s.energy for s in steps)
-    assert work - stored == pytest.approx(dissipated, rel=2e-2)
+    jumps = [s.lost_energy for s in steps if s.lost_energy]
+    assert len(jumps) == 2  # into contact, and out of it
+    assert work - stored - sum(jumps) == pytest.approx(dissipated, rel=1e-2)
+
+
+def test_slow_retraction_has_the_pull_off_force_of_the_relaxed_solid():
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
+    forces = []
+    for creep, modulus, time in ((CREEP, 1.0, 1e6), (Creep([1e-12], [1.0]), 0.2, 1.0)):
+        problem = problem_of(48, wall, creep, radius=40.0, solid=modulus)
+        path = Schedule(0.0).ramp(0.5, time=time).ramp(-4.0, time=4.0 * time)
+        steps = follow(problem, 48, path, tolerance=1e-4)
+        forces.append(min(s.normal_force for s in steps))
+    assert forces[0] == pytest.approx(forces[1], rel=5e-3)
 
 
 def test_error_decreases_with_the_tolerance():
