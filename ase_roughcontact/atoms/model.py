@@ -19,6 +19,7 @@ from ase_roughcontact.contact.creep import past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
+from ase_roughcontact.elasticity.viscoelastic import Scaled
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography.facts import surface_id
 
@@ -102,6 +103,19 @@ class ContactModel:
             self.contact.halfspace, state.plastic_depth, *creep
         )
         self.history = new
+
+    def follow(self, contact: Contact, history: Mapping[str, np.ndarray]) -> None:
+        """Take softness and past of a contact of the same window without padding."""
+        halfspace = self.contact.halfspace
+        if isinstance(contact.halfspace.solid, Scaled):
+            halfspace = halfspace.softened(contact.halfspace.solid.factor)
+        self.contact = self.contact.changed(
+            halfspace,
+            contact.plastic_depth,
+            contact.creep_pressure,
+            contact.creep_depth,
+        )
+        self.history = history
 
     def state(self, atoms: Atoms) -> ContactState:
         """Return energy, forces and fields of the atoms."""

@@ -376,7 +376,11 @@ class Stepper:
 
     def _ended(self, run: Run, step: CreepStep) -> Run:
         """Return the outcome of a time step with the history at its end."""
-        state = after_step(run.state, step)
+        state = run.state
+        if state.displacement is None:
+            displacement = self.contact.halfspace.displacement(state.pressure)
+            state = replace(state, displacement=np.asarray(displacement, dtype=float))
+        state = after_step(state, step)
         self._at_rest()
         state = self._set_contact(state)
         fields = fields_of(self.contact, state, relaxed=True)
