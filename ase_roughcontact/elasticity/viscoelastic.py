@@ -39,6 +39,11 @@ class Scaled(ElasticSolid):
         return self.solid.bulges
 
     @property
+    def has_cell_compliance(self) -> bool:
+        """Whether free boundaries are possible; see `ElasticSolid`."""
+        return self.solid.has_cell_compliance
+
+    @property
     def uniform_compliance(self) -> float:  # type: ignore[override]
         """Depth per uniform pressure; see `ElasticSolid`."""
         return self.factor * self.solid.uniform_compliance
