@@ -44,7 +44,7 @@ def build(tmp_path):
     scripts.
     """
     pytest.importorskip("sphinx", reason="needs the extra docs")
-    left_out = shutil.ignore_patterns("results", "generated", "__pycache__")
+    left_out = shutil.ignore_patterns("results", "generated", "names", "__pycache__")
     shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=left_out)
     for name in ("CHANGELOG.md", "CONTRIBUTING.md", "ase_roughcontact/default.toml"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
@@ -71,11 +71,11 @@ def build(tmp_path):
 
 def test_guide_builds_without_warnings(build):
     pages = build("-D", "plot_gallery=0")
-    reference = (
-        pages / "reference" / "generated" / "ase_roughcontact.paths.html"
-    ).read_text()
-    for name in ("load_path", "adhesion_loop", "LoadStep"):
-        assert f"{name}</span>" in reference
+    for name in public_names:
+        page = (pages / "reference" / "names" / f"{name}.html").read_text()
+        assert f"{name}</span>" in page
+    commands = (pages / "command_line.html").read_text()
+    assert "--error-of" in commands and "ensemble" in commands
     for file in (pages / "reference" / "generated").glob("*.html"):
         assert "alpha simple" not in file.read_text()  # initials are no lists
     theory = (pages / "theory.html").read_text()
@@ -192,6 +192,22 @@ def test_columns_on_the_page_are_those_of_a_step():
         for name, column in columns_of(LoadStep).items()
     ]
     assert "".join(rows) in PAGES["examples/guide/files.md"]
+
+
+def test_guide_fits_into_its_number_of_words():
+    words = 0
+    for part in ("learn", "howto", "explain"):
+        toctree = (GUIDE / f"{part}.md").read_text().split(":hidden:")[1]
+        for page in (part, *re.findall(r"^\w+$", toctree, re.M)):
+            words += len((GUIDE / f"{page}.md").read_text().split())
+    assert words <= 16_000
+
+
+def test_cheat_sheet_has_all_commands():
+    page = (GUIDE / "cheat_sheet.md").read_text()
+    shown = set(re.findall(r"`ase-roughcontact (\w+)", page))
+    listed = re.findall(r"^    (\w+)(?: {2}|$)", make_parser().format_help(), re.M)
+    assert shown == set(listed) - {"command"}
 
 
 def test_reference_lists_all_packages_and_public_names():

@@ -1,5 +1,6 @@
 """The Python code of the README and of the guide, and the comparison of optimizers."""
 
+import importlib.util
 import re
 import subprocess
 from pathlib import Path
@@ -12,11 +13,20 @@ README = (ROOT / "README.md").read_text()
 # Code that needs a queueing system.
 ELSEWHERE = {"many_machines"}
 PAGES = {
-    page.stem: blocks
+    page.stem: page
     for page in (ROOT / "README.md", *sorted(ROOT.glob("examples/guide/*.md")))
-    if page.stem not in ELSEWHERE
-    and (blocks := re.findall(r"(?ms)^```python\n(.*?)^```$", page.read_text()))
+    if page.stem not in ELSEWHERE and "```python" in page.read_text()
 }
+spec = importlib.util.spec_from_file_location(
+    "results", ROOT / "examples" / "guide" / "results.py"
+)
+results = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(results)
+STORED = [
+    page.stem
+    for page in sorted(ROOT.glob("examples/guide/*.md"))
+    if "<!-- results/" in page.read_text()
+]
 
 
 @pytest.fixture(scope="module")
@@ -54,17 +64,43 @@ def test_optimizers_end_in_stationary_states_with_adhesion(comparison):
 
 
 def test_readme_has_a_script_of_twelve_lines():
-    (script,) = PAGES["README"]
+    (script,) = re.findall(r"(?ms)^```python\n(.*?)^```$", README)
     assert len([line for line in script.splitlines() if line.strip()]) <= 12
 
 
 @pytest.mark.filterwarnings("error::ase_roughcontact.ValidityWarning")
 @pytest.mark.parametrize("page", PAGES)
-def test_python_of_a_page_runs_from_top_to_bottom(page, tmp_path, monkeypatch):
+def test_python_of_a_page_runs_and_prints_what_the_page_shows(
+    page, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
-    code = compile("\n".join(PAGES[page]), f"{page}.md", "exec")
-    exec(code, {"__name__": "__main__"})
+    for block, printed in results.outputs(PAGES[page]):
+        assert results.agree(block[2], printed), printed
+
+
+@pytest.mark.parametrize("page", STORED)
+def test_tables_of_a_page_are_the_stored_results(page):
+    text = (ROOT / "examples" / "guide" / f"{page}.md").read_text()
+    assert results.with_stored(text) == text
+
+
+def test_stored_results_are_used_once_and_have_an_existing_command():
+    pages = "".join(
+        (ROOT / "examples" / "guide" / f"{page}.md").read_text() for page in STORED
+    )
+    for file in results.STORED.glob("*.md"):
+        assert pages.count(f"<!-- results/{file.stem} -->") == 1, file.stem
+        command = file.read_text().partition("\n")[0]
+        (script,) = re.findall(r"(?:examples|tests)/[\w/]+\.py", command)
+        assert command.startswith("$ ") and (ROOT / script).exists(), command
+
+
+def test_numbers_within_a_tolerance_agree_and_words_must_be_equal():
+    assert results.agree("A = 5.16 nm²\n", "A =  5.17 nm²")
+    assert not results.agree("A = 5.16 nm²", "A = 5.5 nm²")
+    assert not results.agree("A = 5.16 nm²", "B = 5.16 nm²")
+    assert not results.agree("1 2", "1")
 
 
 def test_command_of_the_readme_is_what_ci_runs(tmp_path):

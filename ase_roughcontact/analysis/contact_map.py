@@ -47,6 +47,18 @@ class ContactMap:
     ValueError
         If arrays are not two-dimensional and of one shape, the mask is not of bools,
         a pressure is not finite, or the spacing is not positive.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+    >>> from ase_roughcontact.analysis import ContactMap
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> (step,) = load_path(atoms, penetrations=[0.5])
+    >>> seen = ContactMap.from_atoms(atoms)
+    >>> seen.pressure.shape, int(seen.contact.sum()) == step.repulsive_atoms
+    ((16, 16), True)
     """
 
     pressure: np.ndarray

@@ -111,6 +111,17 @@ def adhesion_loop(
     :math:`w = 0.05\,E^{*2}/k` the error of the pull-off force is below 0.1 % with a
     spacing of :math:`E^*/k`, 1 % with 1.25, 2 % with 1.4, 4 % with 1.7, 8 % with 2, and
     13 % with 2.5 times that; from 1.7 on the contact separates in several jumps.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import DugdaleWall, RoughContact, RoughSphere
+    >>> from ase_roughcontact import adhesion_loop, substrate
+    >>> sphere = RoughSphere(radius=100.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere, spacing=1.0)
+    >>> atoms.calc = RoughContact(sphere, 1.0, DugdaleWall(0.02, attraction_range=0.8))
+    >>> loop = adhesion_loop(atoms, deepest=0.1, step=0.1, window='auto')
+    >>> round(loop.pull_off_force / (3.14159 * 0.02 * 100.0), 1)  # between JKR and DMT
+    1.7
     """
     validity = Validity(validity) if isinstance(validity, str) else validity
     path = AtomsPath(atoms, "heights", hardness=validity.hardness, **options)

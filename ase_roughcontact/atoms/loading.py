@@ -114,6 +114,17 @@ def load_path(
         If an automatic window does not fit into the available memory.
     OSError
         If a file can't be written.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> for step in load_path(atoms, loads=[1.0, 10.0], window='auto'):
+    ...     print(f'{step.normal_force:.1f} {step.repulsive_atoms} {step.converged}')
+    1.0 21 True
+    10.0 89 True
     """
     control, path_of_control = single_path(
         penetrations=penetrations, heights=heights, loads=loads

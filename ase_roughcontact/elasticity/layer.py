@@ -97,6 +97,15 @@ class Layer(ElasticSolid):
     D. M. Burmister, J. Appl. Phys. 16, 89 (1945); T. Nogi, T. Kato, J. Tribol. 119, 493
     (1997); K. L. Johnson, Contact Mechanics (1985), Sec. 5.8; G. Carbone,
     L. Mangialardi, J. Mech. Phys. Solids 56, 684 (2008).
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere
+    >>> from ase_roughcontact.elasticity import Layer
+    >>> soft = Layer(0.1, thickness=20.0, base_modulus=0.9)
+    >>> soft.contact_modulus  # that of the base: the far field
+    0.9
+    >>> calculator = RoughContact(RoughSphere(200.0), solid=soft)
     """
 
     layer_modulus: float

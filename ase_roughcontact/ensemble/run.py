@@ -90,6 +90,20 @@ def run_ensemble(
     states before it (`Interaction.depends_on_history`). The last frame of each such
     case is kept in the folder ``<database>-checkpoints`` beside an SQLite file.
     With PostgreSQL an interrupted case is calculated from its first step again.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
+    >>> from ase_roughcontact.scene import Scene
+    >>> scene = Scene.default().with_values({'path.last': 4.0, 'path.steps': 2})
+    >>> scenes = product(scene, {'roughness.seed': [1, 2]})
+    >>> with TemporaryDirectory() as folder:
+    ...     database = Path(folder) / 'spheres.db'
+    ...     *_, last = run_ensemble(scenes, database, workers=1)
+    ...     len(read_ensemble(database)['contact_area'])
+    4
     """
     scenes = list(scenes)
     cases = {case_of(scene): scene for scene in scenes}

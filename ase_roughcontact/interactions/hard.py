@@ -18,6 +18,12 @@ class HardWall(Interaction):
 
     The pressure is the reaction to the constraint, not a function of the gap: it needs
     a solver for constraints, `ActiveSet`.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import HardWall, RoughContact, RoughSphere
+    >>> RoughContact(RoughSphere(100.0), 1.0, HardWall()).parameters['interaction'].hard
+    True
     """
 
     kind = "hard"
@@ -63,6 +69,17 @@ class PlasticWall(HardWall):
     References
     ----------
     A. Almqvist, F. Sahlin, R. Larsson, S. Glavatskih, Tribol. Int. 40, 574 (2007).
+
+    Examples
+    --------
+    >>> from ase_roughcontact import PlasticWall, RoughContact, RoughSphere, load_path
+    >>> from ase_roughcontact import substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere, spacing=1.0, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, 1.0, PlasticWall(hardness=0.02))
+    >>> (step,) = load_path(atoms, loads=[2.0])
+    >>> round(step.largest_pressure, 3), step.plastic_atoms > 0
+    (0.02, True)
     """
 
     kind = "plastic"

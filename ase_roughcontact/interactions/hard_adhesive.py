@@ -92,6 +92,13 @@ class DugdaleWall(HardAdhesiveWall):
     References
     ----------
     D. Maugis, J. Colloid Interface Sci. 150, 243 (1992).
+
+    Examples
+    --------
+    >>> from ase_roughcontact import DugdaleWall
+    >>> wall = DugdaleWall(0.02, attraction_range=0.8)
+    >>> round(float(wall.evaluate([0.0])[1][0]), 6)  # tension w/D at zero gap
+    -0.025
     """
 
     kind = "dugdale"

@@ -85,6 +85,16 @@ class LennardJones93(Interaction):
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016); the short tail:
     L. Pastewka, M. O. Robbins, Proc. Natl. Acad. Sci. 111, 3298 (2014).
+
+    Examples
+    --------
+    >>> from ase_roughcontact import LennardJones93
+    >>> wall = LennardJones93.repulsive(contact_modulus=1.0, spacing=1.0)
+    >>> wall.attractive, wall.contact_distance
+    (False, 1.0)
+    >>> sticky = LennardJones93.adhesive(1.0, 1.0, work_of_adhesion=0.05)
+    >>> round(sticky.attraction_range, 3)
+    0.775
     """
 
     distance: float

@@ -71,6 +71,11 @@ class Output:
         If `resume` is set without a trajectory, or `keep` is unknown.
     TypeError
         If `record` is not a dataclass of columns.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import Output
+    >>> output = Output(trajectory='sweep.traj', csv='curve.csv', resume=True)
     """
 
     csv: PathName | None = None

@@ -71,6 +71,20 @@ class Scene(SceneFile):
     substrate, sphere, roughness, topography, interaction, path, solver
         Sections of a scene file. With neither `roughness` nor `topography` the sphere
         is smooth.
+
+    Examples
+    --------
+    >>> from ase_roughcontact.scene import Scene
+    >>> scene = Scene.parse('''
+    ... [sphere]
+    ... radius = "30 nm"
+    ... [interaction]
+    ... kind = "hard"
+    ... [path]
+    ... values = ["1 nN", "10 nN"]
+    ... ''')
+    >>> [step.repulsive_atoms for step in scene.relax()]
+    [21, 69]
     """
 
     def __getstate__(self) -> dict[str, Any]:

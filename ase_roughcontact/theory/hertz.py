@@ -25,6 +25,13 @@ class Hertz(SphereTheory):
     References
     ----------
     K. L. Johnson, Contact Mechanics (Cambridge University Press, 1985), section 4.2.
+
+    Examples
+    --------
+    >>> from ase_roughcontact.theory import Hertz
+    >>> hertz = Hertz(radius=1000.0, contact_modulus=1.0)
+    >>> round(float(hertz.contact_radius(10.0)), 3)
+    19.574
     """
 
     radius: float

@@ -39,6 +39,13 @@ class MaugisDugdale(SphereTheory):
     References
     ----------
     D. Maugis, J. Colloid Interface Sci. 150, 243 (1992).
+
+    Examples
+    --------
+    >>> from ase_roughcontact.theory import MaugisDugdale
+    >>> theory = MaugisDugdale(200.0, 1.0, work_of_adhesion=0.05, attraction_range=0.8)
+    >>> round(float(theory.pull_off_force / (3.14159 * 0.05 * 200.0)), 2)
+    1.59
     """
 
     radius: float

@@ -70,6 +70,13 @@ def predicted_area(
     ----------
     L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), eqs. (2), (4) and
     (6), and fig. 2.
+
+    Examples
+    --------
+    >>> from ase_roughcontact.theory import mean_contact_pressure, predicted_area
+    >>> pressure = mean_contact_pressure(0.1, 1.0, kappa=2.0)
+    >>> round(float(predicted_area(10.0, 1000.0, 1.0, pressure)))
+    199
     """
     a = Hertz(radius, contact_modulus).contact_radius(normal_force)
     # N/A_Hertz, also at N = 0

@@ -70,6 +70,15 @@ class HeightMap:
     ValueError
         If the heights are not a real, finite, two-dimensional array, the spacing is
         not positive, or the center is not on the map.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from ase_roughcontact import HeightMap, RoughSphere
+    >>> heights = 0.1 * np.cos(np.arange(32.0))[:, None] * np.ones(32)  # lower side, Å
+    >>> tip = RoughSphere(radius=100.0, roughness=HeightMap(heights, spacing=2.0))
+    >>> tip.heights((4, 4), spacing=2.0).shape
+    (4, 4)
     """
 
     def __init__(

@@ -82,6 +82,14 @@ class SelfAffine:
     T. D. B. Jacobs, T. Junge, L. Pastewka, Surf. Topogr.: Metrol. Prop. 5, 013001
     (2017): power spectra. L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601
     (2016): this spectrum.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import SelfAffine
+    >>> rough = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=16.0, seed=1)
+    >>> heights = rough.heights((64, 64), spacing=1.0)
+    >>> heights.shape, bool(abs(heights.mean()) < 1e-12)
+    ((64, 64), True)
     """
 
     rms_slope: float

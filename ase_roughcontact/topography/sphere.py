@@ -42,6 +42,13 @@ class RoughSphere:
     ValueError
         If the radius is not positive, the profile is unknown, or the roughness has no
         method `heights`.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughSphere, SelfAffine
+    >>> rough = SelfAffine(0.1, 0.8, short_wavelength=4.0, long_wavelength=16.0)
+    >>> RoughSphere(radius=100.0, roughness=rough).heights((2, 2), 1.0).shape
+    (2, 2)
     """
 
     radius: float

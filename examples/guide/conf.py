@@ -9,22 +9,27 @@ become MathML, which browsers show without a script.
 
 import re
 import sys
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
 
-from docutils.nodes import Element, SkipNode
+from docutils.nodes import Element, Node, SkipNode, literal_block, section, title
 from docutils.utils.math.latex2mathml import tex2mathml
 from jinja2 import PackageLoader
 from jinja2.sandbox import SandboxedEnvironment
 from numpydoc import docscrape_sphinx
 from sphinx.application import Sphinx
+from sphinx.util.docutils import SphinxDirective
 from sphinx.util.math import get_node_equation_number
 from sphinx.writers.html5 import HTML5Translator
 
 import ase_roughcontact
+from ase_roughcontact.cli.parser import make_parser
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "paper"))
+sys.path[:0] = [str(Path(__file__).parents[1] / "paper"), str(Path(__file__).parent)]
+reference_pages = import_module("reference_pages")
 
 project = "ase_roughcontact"
 author = "The ase_roughcontact authors"
@@ -41,7 +46,7 @@ extensions = [
 myst_enable_extensions = ["deflist", "dollarmath"]
 myst_heading_anchors = 3
 templates_path = ["_templates"]
-exclude_patterns = ["_templates"]
+exclude_patterns = ["_templates", "results"]
 # Names in the guide must exist. Words in single backticks of docstrings may be
 # parameters, which have no page.
 default_role = "py:obj"
@@ -58,7 +63,8 @@ autosummary_context = {
         module.name
         for module in walk_packages(ase_roughcontact.__path__, "ase_roughcontact.")
         if module.ispkg
-    ]
+    ],
+    "excluded": reference_pages.excluded(),
 }
 numpydoc_show_class_members = False
 # Else numpydoc compiles its template for each docstring, a third of the build.
@@ -100,15 +106,15 @@ sphinx_gallery_conf = {
 suppress_warnings = ["config.cache"]
 
 html_theme = "pydata_sphinx_theme"
-html_title = "ase_roughcontact"
+html_title = f"ase_roughcontact {release}"
 html_static_path = ["_static"]
 html_css_files = ["guide.css"]
-html_sidebars = {"getting_started": []}
+html_search_scorer = str(Path(__file__).parent / "_static" / "scorer.js")
 html_show_sourcelink = False
 html_show_copyright = False
 html_theme_options = {
     "navigation_with_keys": False,
-    "header_links_before_dropdown": 7,
+    "header_links_before_dropdown": 6,
     "show_toc_level": 2,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["sphinx-version"],
@@ -138,8 +144,30 @@ def escape_initials(*arguments: Any) -> None:
     lines[:] = [re.sub(r"^(\s*[A-Za-z])\.(?= |$)", r"\1\\.", line) for line in lines]
 
 
+class CommandLine(SphinxDirective):
+    """All commands with their options, as the parser prints them."""
+
+    def run(self) -> list[Node]:
+        """Return a section for each command."""
+        parser = make_parser()
+        (commands,) = (
+            action for action in parser._actions if isinstance(action.choices, dict)
+        )
+        help_texts = {"ase-roughcontact": parser, **commands.choices}
+        parts: list[Node] = []
+        for name, command in help_texts.items():
+            command.formatter_class = partial(command.formatter_class, width=79)
+            part = section(ids=[f"command-{name}"])
+            part += title(text=name)
+            part += literal_block(text=command.format_help(), language="none")
+            parts.append(part)
+        return parts
+
+
 def setup(app: Sphinx) -> None:
-    """Let browsers set the formulas."""
+    """Let browsers set the formulas, and write pages before they are read."""
+    reference_pages.write()
+    app.add_directive("command-line", CommandLine)
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
     app.connect("autodoc-process-docstring", escape_initials)
 
