@@ -331,9 +331,9 @@ class HeightMap:
         """Return the rms height, slope and curvature; see `spectrum.statistics`."""
         return statistics(self._values, self.spacing, self.periodic)
 
-    def power_spectrum(self, bins: int | None = None) -> tuple[FloatArray, FloatArray]:
+    def power_spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Return q and C(q), radially averaged; see `spectrum.power_spectrum`."""
-        return power_spectrum(self._values, self.spacing, bins, self.periodic)
+        return power_spectrum(self._values, self.spacing, self.periodic)
 
     @cached_property
     def self_affine(self) -> SelfAffineFit:

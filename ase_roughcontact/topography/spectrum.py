@@ -17,7 +17,6 @@ from scipy import fft
 from ase_roughcontact._util.validation import (
     FloatArray,
     height_array,
-    integer,
     positive,
 )
 
@@ -108,7 +107,6 @@ def statistics(
 def power_spectrum(
     heights: ArrayLike,
     spacing: float | tuple[float, float],
-    bins: int | None = None,
     periodic: bool = True,
 ) -> tuple[FloatArray, FloatArray]:
     r"""Return the radially averaged power spectrum of heights.
@@ -124,9 +122,6 @@ def power_spectrum(
         Heights (length).
     spacing : float or (float, float)
         Distance between grid points, or one each along x and y (length).
-    bins : int, optional
-        Number of rings of equal width up to the largest wave number of the grid; by
-        default their width is the distance between wave vectors.
     periodic : bool
         Whether the heights are periodic. Otherwise they are multiplied by a Hann window
         in both directions, of mean square one, and the sum above holds on average.
@@ -134,15 +129,15 @@ def power_spectrum(
     Returns
     -------
     q : ndarray, shape (k,)
-        Mean wave number of each ring that is not empty (inverse length).
+        Mean wave number of each ring that is not empty (inverse length). Rings are as
+        wide as the distance between wave vectors.
     C : ndarray, shape (k,)
         Mean power spectral density of each ring (length to the fourth power).
 
     Raises
     ------
     ValueError
-        If the heights are not a finite two-dimensional array, or `bins` is not
-        positive.
+        If the heights are not a finite two-dimensional array.
 
     References
     ----------
@@ -156,11 +151,7 @@ def power_spectrum(
     square, number, power = _waves(h, steps)
     number[0, 0] = 0
     q = np.sqrt(square)
-    if bins is None:
-        ring = np.rint(q * (min(np.multiply(h.shape, steps)) / (2 * np.pi))).astype(int)
-    else:
-        bins = integer("bins", bins, least=1)
-        ring = np.minimum((q * (bins / (q.max() or 1.0))).astype(int), bins - 1)
+    ring = np.rint(q * (min(np.multiply(h.shape, steps)) / (2 * np.pi))).astype(int)
     total, sum_q, sum_power = (
         np.bincount(ring.ravel(), weights=weights.ravel())
         for weights in (number, number * q, power)

@@ -3,6 +3,7 @@
 import json
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -176,99 +177,91 @@ def test_a_changed_file_is_refused(springs, tmp_path, change, message):
         Crystal.read(file)
 
 
-class Noisy(Springs):
-    """Forces with noise."""
-
-    rng = np.random.default_rng(1)
-
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        if len(self.atoms) > 50:
-            self.results["forces"] += 1e-5 * self.rng.normal(size=(len(self.atoms), 3))
+RNG = np.random.default_rng(1)
 
 
-class SlightlyNoisy(Springs):
-    """Forces with noise that long waves do not bear."""
+class Faulty(Springs):
+    """Springs whose results are changed by a function of the atoms and the results."""
 
-    rng = np.random.default_rng(1)
+    def __init__(self, shells, change):
+        super().__init__(shells)
+        self.change = change
 
     def calculate(self, *args, **kwargs):
         super().calculate(*args, **kwargs)
-        self.results["forces"] += 1e-7 * self.rng.normal(size=(len(self.atoms), 3))
+        self.change(self.atoms, self.results)
 
 
-class OnSite(Springs):
-    """Atoms held in place by springs of their own once they are displaced."""
-
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        if len(self.atoms) > 50:
-            layers = self.atoms.positions[:, :2]
-            away = layers - np.round(layers / SPACING * 2) * SPACING / 2
-            self.results["forces"][:, :2] -= 0.1 * away
+def noise(atoms, results):
+    if len(atoms) > 50:
+        results["forces"] += 1e-5 * RNG.normal(size=(len(atoms), 3))
 
 
-class OnlyFirstNeighbours(OtherSlabs):
-    def __init__(self, shells):
-        super().__init__(shells, lambda springs: springs[:1])
+def noise_that_long_waves_do_not_bear(atoms, results):
+    results["forces"] += 1e-7 * RNG.normal(size=(len(atoms), 3))
 
 
-class Longer(OtherSlabs):
-    def __init__(self, shells):
-        super().__init__(shells, lambda springs: springs * [1.001, 1.0])
+def springs_to_sites(atoms, results):
+    if len(atoms) > 50:
+        layers = atoms.positions[:, :2]
+        away = layers - np.round(layers / SPACING * 2) * SPACING / 2
+        results["forces"][:, :2] -= 0.1 * away
 
 
-class Unmoved(Springs):
-    """No forces on any atom."""
-
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        self.results["forces"][:] = 0.0
+def no_forces_on_any_atom(atoms, results):
+    results["forces"][:] = 0.0
 
 
-class WithoutShear(Springs):
-    """No energy of a sheared crystal."""
-
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        if self.atoms.pbc.all() and len(self.atoms) == 2:
-            angles = self.atoms.cell.angles()
-            self.results["energy"] *= np.where(
-                abs(angles - 90.0).max() < 1e-6, 1, np.nan
-            )
+def no_energy_of_shear(atoms, results):
+    if atoms.pbc.all() and len(atoms) == 2:
+        right = abs(atoms.cell.angles() - 90.0).max() < 1e-6
+        results["energy"] *= 1.0 if right else np.nan
 
 
-class WithoutForces(Springs):
-    implemented_properties = ["energy"]
+def without_forces(atoms, results):
+    del results["forces"]
 
 
-class WithoutEnergies(Springs):
-    def calculate(self, *args, **kwargs):
-        raise NotImplementedError("no energies")
+def without_energies(atoms, results):
+    raise NotImplementedError("no energies")
 
 
-class WithoutSlabs(Springs):
-    def calculate(self, *args, **kwargs):
-        super().calculate(*args, **kwargs)
-        if not self.atoms.pbc.all():
-            raise NotImplementedError("crystals only")
+def without_slabs(atoms, results):
+    if not atoms.pbc.all():
+        raise NotImplementedError("crystals only")
+
+
+def faulty(change):
+    return partial(Faulty, change=change)
+
+
+def only_first_neighbours(shells):
+    return OtherSlabs(shells, lambda springs: springs[:1])
+
+
+def longer(shells):
+    return OtherSlabs(shells, lambda springs: springs * [1.001, 1.0])
 
 
 @pytest.mark.parametrize(
     "kind, options, message",
     [
-        (Noisy, {}, "other forces when asked again"),
-        (SlightlyNoisy, {}, "errors that a larger displacement"),
-        (OnSite, {}, "resultant"),
+        (faulty(noise), {}, "other forces when asked again"),
+        (
+            faulty(noise_that_long_waves_do_not_bear),
+            {},
+            "errors that a larger displacement",
+        ),
+        (faulty(springs_to_sites), {}, "resultant"),
         (Softer, {}, "'long_waves' .* energies of strained bulk.* have noise"),
-        (OnlyFirstNeighbours, {}, "'long_waves' .* energies of strained bulk"),
-        (Longer, {}, "'rest' .* forces once it is repeated"),
+        (only_first_neighbours, {}, "'long_waves' .* energies of strained bulk"),
+        (longer, {}, "'rest' .* forces once it is repeated"),
         (Springs, {"size": 3}, "reach beyond the slab: increase size"),
-        (Unmoved, {}, "the same forces for displaced atoms"),
-        (WithoutShear, {}, "'long_waves' .* is nan"),
-        (WithoutForces, {}, "no forces for a slab"),
-        (WithoutSlabs, {}, "no forces for a slab of 11 layers.*crystals only"),
-        (WithoutEnergies, {}, "no energy for a crystal of Cu: no energies"),
+        (faulty(no_forces_on_any_atom), {}, "the same forces for displaced atoms"),
+        (faulty(no_energy_of_shear), {}, "'long_waves' .* is nan"),
+        (faulty(without_forces), {}, "no forces for a slab"),
+        (faulty(without_slabs), {}, "no forces for a slab of 11 layers.*crystals only"),
+        (faulty(without_energies), {}, "no energy for a crystal of Cu: no energies"),
         (Springs, {"surface": "fcc111"}, "square surface"),
         (Springs, {"layers": 12}, "must be odd"),
         (Springs, {"layers": 7}, "layers must be an integer >= 9"),
