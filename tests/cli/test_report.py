@@ -96,6 +96,60 @@ def test_errors_of_areas_are_a_range_or_one_number(run):
     assert "of the areas: 5 to 17 %; nine" in text
 
 
+@pytest.mark.parametrize("part, printed", [(0.002, True), (0.0005, False)])
+def test_errors_of_areas_below_a_thousandth_are_not_printed(run, part, printed):
+    reference, steps, folder = run
+    step = replace(steps[2], area_error=part * steps[2].contact_area)
+    text = summary(reference, [step], folder, [])
+    assert ("Estimated errors of the areas" in text) == printed
+
+
+def test_errors_of_areas_are_those_of_the_area_that_is_asked_for(run):
+    reference, steps, folder = run
+    step = replace(steps[2], contact_area=1.0, continuum_area=2.0, area_error=0.3)
+    assert "of the areas: 30 %; nine" in summary(reference, [step], folder, [])
+    of_continuum = reference.scene.with_values({"substrate.model": "continuum"})
+    text = summary(replace(reference, scene=of_continuum), [step], folder, [])
+    assert "of the areas: 15 %; nine" in text
+
+
+@pytest.mark.parametrize(
+    "control, errors",
+    [
+        ("penetration", {"load error (%)": "5", "area error (%)": "30"}),
+        ("load", {"height error (Å)": "0.03", "area error (%)": "30"}),
+    ],
+)
+def test_rows_have_the_errors_that_their_headings_name(run, control, errors):
+    reference, steps, _ = run
+    scene = reference.scene
+    scene = replace(scene, path=replace(scene.path, control=control))
+    reference = replace(reference, scene=scene)
+    step = replace(
+        steps[2],
+        normal_force=-2.0,
+        force_error=0.1,
+        contact_area=10.0,
+        area_error=3.0,
+        height_error=0.03,
+        penetration_error=0.07,
+    )
+    heads = re.split(r" {2,}", table_header(reference).splitlines()[-1].strip())
+    cells = dict(zip(heads, table_row(reference, step).split(), strict=True))
+    assert errors.items() <= cells.items()
+
+
+def test_limits_that_all_steps_exceed_are_only_below_the_table(run):
+    reference, steps, folder = run
+    small = [replace(step, validity="R/a0 = 0.5 < 1") for step in steps[:3]]
+    steep = replace(steps[3], validity="R/a0 = 0.5 < 1; slope = 0.6 > 0.5")
+    assert "LIMITS" not in table_row(reference, small[0])
+    assert table_row(reference, steep).endswith("LIMITS: slope")
+    text = summary(reference, [*small, steep], folder, [])
+    assert "  R/a0 < 1 in 4 of 4 steps: " in text
+    assert "  slope > 0.5 in 1 of 4 steps: " in text
+
+
 def test_steps_that_are_not_converged_do_not_count_as_tension(run):
     reference, steps, folder = run
     lost = replace(steps[1], normal_force=-100.0, converged=False)

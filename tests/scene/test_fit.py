@@ -223,6 +223,15 @@ def test_residuals_do_not_depend_on_earlier_trials(measured):
         np.testing.assert_array_equal(problem.of(x)[0], expected)
 
 
+def test_a_jump_is_known_to_the_distance_of_the_points_around_it(measured):
+    problem = Residuals(scene(), measured, [])
+    rows = problem.of(problem.start)[1][-2:, -1]  # standard errors per nm
+    for row, branch in zip(rows, measured.branches, strict=True):
+        base = measured.base[branch.points][branch.jump : branch.jump + 2]
+        uniform = abs(np.diff(base)) / np.sqrt(12)
+        assert abs(row) == pytest.approx(UNITS["nm"] / uniform[0])
+
+
 def test_the_change_by_the_grid_is_that_of_much_finer_grids(measured):
     smooth = scene().with_values({"roughness": None, "path.tolerance": 3e-3})
     fine = smooth.with_values({"substrate.model": "continuum", "substrate.refine": 4})
@@ -254,11 +263,20 @@ def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
             }
         )
 
-    found = fit_curve(attractive("2.5 Å"), curve_of(attractive("1.5 Å"), points=40))
+    assumed, curve = attractive("2.5 Å"), curve_of(attractive("1.5 Å"), points=40)
+    found = fit_curve(assumed, curve)
     error = abs(found.values[0] - 0.1)
     assert 3.0 * found.contributions["noise"][0] < error < 2.0 * found.errors[0]
     squares = sum(part**2 for part in found.contributions.values())
     np.testing.assert_allclose(found.errors**2, squares)
+    # a factor of two, whose effects on branches and jumps are added without signs
+    problem = Residuals(assumed, curve, ["work_of_adhesion"])
+    x = problem.start + (found.values - problem.values(problem.start)) / problem.scale
+    by_point = np.linalg.pinv(problem.of(x)[1]) * problem.change_by_range(x)
+    down, up = (by_point[:, branch.points].sum(axis=1) for branch in curve.branches)
+    parts = abs(np.array([down, up, *by_point[:, -2:].T])).sum(axis=0)
+    expected = np.log(2.0) * parts * problem.scale
+    np.testing.assert_allclose(found.contributions["range"], expected, rtol=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -472,6 +490,9 @@ def test_a_table_must_not_contradict_the_cantilever_of_the_scene(tmp_path):
     file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,5\n4,2,10\n6,0,0\n")
     unit = UNITS["N/m"]
     assert read_curve(file, None, 5.0 * unit).stiffness == pytest.approx(5.0 * unit)
+    assert read_curve(file, None, 5.09 * unit).stiffness == pytest.approx(5.09 * unit)
+    with pytest.raises(ValueError, match=r"of 5 N/m, the scene 5\.2 N/m"):
+        read_curve(file, None, 5.2 * unit)
     message = r"give a cantilever of 5 N/m, the scene 0\.5 N/m: correct cantilever"
     with pytest.raises(ValueError, match=message):
         read_curve(file, None, 0.5 * unit)

@@ -200,6 +200,13 @@ def test_detrending_subtracts_what_its_name_says(detrend, added):
     np.testing.assert_allclose(kept(ROUGH + added), kept(ROUGH), rtol=0, atol=1e-11)
 
 
+def test_the_curvature_has_no_terms_of_third_order():
+    x, y = np.arange(12.0)[:, None] - 5.5, np.arange(9.0) - 4.0
+    cubic = x * (y**2 - np.mean(y**2))  # orthogonal to all terms of second order
+    kept, whole = (raw(untouched(cubic, detrend=d)) for d in ("curvature", "none"))
+    np.testing.assert_allclose(kept, whole, rtol=0, atol=1e-11)
+
+
 def test_a_topography_object_has_its_own_sizes_unit_period_and_mask(topography):
     mask = np.zeros(ROUGH.shape, bool)
     mask[3, 3] = True
