@@ -12,7 +12,7 @@ from ase.outputs import Properties, all_outputs
 from ase_roughcontact._util.callers import warn
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact._util.validation import unknown
-from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.grid import SurfaceGrid, displacement
 from ase_roughcontact.atoms.history import same_history
 from ase_roughcontact.atoms.indenter import check_surface, indenter_fixed
 from ase_roughcontact.atoms.model import ContactModel
@@ -201,11 +201,13 @@ class RoughContact(Calculator):
     ) -> None:
         """Calculate all properties; see the class."""
         super().calculate(atoms, properties, system_changes)
-        self._store(self._model(self.atoms).state(self.atoms))
+        model = self._model(self.atoms)
+        self._store(model, model.state(self.atoms))
 
-    def _store(self, state: ContactState) -> None:
+    def _store(self, model: ContactModel, state: ContactState) -> None:
         """Set the results of the present atoms."""
         self._state = state
+        values = displacement(self.atoms, model.grid)
         self._fixed = indenter_fixed(self.atoms)
         load = self.parameters["load"]
         if self._fixed:
@@ -219,7 +221,7 @@ class RoughContact(Calculator):
         self.results = {
             "energy": state.energy + work,
             "free_energy": state.energy + work,
-            "energies": np.append(state.energies.ravel(), work),
+            "energies": np.append(model.contact.energies(values, state), work),
             "forces": forces,
             **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
         }
@@ -389,8 +391,8 @@ def relax_to(
     pressure, height
         See `apply_pressure`.
     """
-    displacement = model.apply_pressure(atoms, pressure, height)
-    state = model.contact.evaluate(displacement, height, pressure, pressure)
+    values = model.apply_pressure(atoms, pressure, height)
+    state = model.contact.evaluate(values, height, pressure, pressure)
     adopt_results(atoms, state)
 
 
@@ -403,7 +405,7 @@ def adopt_model(atoms: Atoms, model: ContactModel) -> None:
 def adopt_results(atoms: Atoms, state: ContactState) -> None:
     """Give the calculator of atoms results that were calculated elsewhere."""
     atoms.calc.atoms = atoms.copy()
-    atoms.calc._store(state)
+    atoms.calc._store(model_of(atoms), state)
 
 
 def has_results(atoms: Atoms, state: ContactState) -> bool:

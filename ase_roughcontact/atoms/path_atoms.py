@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from ase import Atoms
-from ase.constraints import FixAtoms
 from ase.data import atomic_numbers
 
 from ase_roughcontact._util.validation import shown
@@ -23,10 +22,9 @@ from ase_roughcontact.atoms.calculator import (
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
 from ase_roughcontact.atoms.history import history_of, set_history
-from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.model import ContactModel, problem_for
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
-from ase_roughcontact.atoms.substrate import surface_atoms
+from ase_roughcontact.atoms.substrate import in_cell, surface_atoms
 from ase_roughcontact.atoms.trajectory import read_frames, trajectory_writer
 from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.elasticity.greens import Isotropic
@@ -207,18 +205,16 @@ class ProblemAtoms(PathAtoms):
     def atoms(self) -> Atoms:
         """The surface atoms and the indenter."""
         problem, window = self.problem, self._first_window
-        number = atomic_numbers[self._symbol]
-        atoms = surface_atoms(number, window.shape, problem.spacing)
-        n, m = window.shape
-        x, y = problem.origin(window)
-        atoms.positions[-1, :2] = -x, -y
-        atoms.cell[:] = problem.spacing * np.diag([n, m, max(n, m)])
-        atoms.pbc = (problem.periodic, problem.periodic, False)
-        identity = surface_id(problem.indenter)
-        if identity is not None:
-            atoms.info[INDENTER_KEY] = identity
-        if self._fixed:
-            atoms.set_constraint(FixAtoms([len(atoms) - 1]))
+        (x, y), spacing = problem.origin(window), problem.spacing
+        atoms = in_cell(
+            surface_atoms(atomic_numbers[self._symbol], window.shape, spacing),
+            window.shape,
+            spacing,
+            (-x, -y, 0.0),
+            problem.periodic,
+            self._fixed,
+            surface_id(problem.indenter),
+        )
         solid: dict[str, Any] = {"solid": problem.solid}
         if isinstance(problem.solid, Isotropic):
             solid = {"contact_modulus": problem.solid.contact_modulus}
@@ -261,8 +257,6 @@ class OptimizerRelaxer:
         if not support.fixed:
             atoms.calc.set(load=support.load)
         optimizer = self._optimizer(atoms, logfile=None)
-        if start and isinstance(optimizer, ContactOptimizer):
-            optimizer.start_from(*start)
         counts = hasattr(optimizer, "pairs")
         halfspace = model_of(atoms).contact.halfspace
         before = 0 if counts else halfspace.pairs

@@ -124,11 +124,44 @@ def substrate(
     facts = IndenterFacts(indenter)
     if periodic and facts.radius == math.inf:
         _check_period(facts, (n, m), a0)
-
-    atoms.positions[-1] = *axis, height
-    atoms.cell[:] = a0 * np.diag([n, m, max(n, m)])
-    atoms.pbc = (periodic, periodic, False)
     identity = surface_id(indenter)
+    return in_cell(atoms, (n, m), a0, (*axis, height), periodic, fixed, identity)
+
+
+def in_cell(
+    atoms: Atoms,
+    window: tuple[int, int],
+    spacing: float,
+    indenter: tuple[float, float, float],
+    periodic: bool,
+    fixed: bool,
+    identity: str | None,
+) -> Atoms:
+    """Return surface atoms with cell, boundary and indenter; see `substrate`.
+
+    Parameters
+    ----------
+    atoms : Atoms
+        From `surface_atoms`; changed in place.
+    window : (int, int)
+        Shape of the window.
+    spacing : float
+        Å.
+    indenter : (float, float, float)
+        Position of the indenter (Å).
+    periodic, fixed : bool
+        See `substrate`.
+    identity : str, optional
+        `surface_id` of the indenter.
+
+    Returns
+    -------
+    Atoms
+    """
+    n, m = window
+    atoms.positions[-1] = indenter
+    atoms.cell[:] = spacing * np.diag([n, m, max(n, m)])
+    atoms.pbc = (periodic, periodic, False)
     if identity is not None:
         atoms.info[INDENTER_KEY] = identity
     if fixed:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from ase_roughcontact._util.kernels import rowwise
+from ase_roughcontact._util.kernels import inner, rowwise
 from ase_roughcontact.contact.state import ContactState, flows
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.interactions import Interaction, scaled_attraction
@@ -90,7 +88,7 @@ class Contact:
     @property
     def plastic_work(self) -> float:
         """Work of the plastic flow in earlier steps."""
-        if self.plastic_depth is None or self.interaction.hardness == math.inf:
+        if self.plastic_depth is None or not self.interaction.plastic:
             return 0.0
         depth = float(self.plastic_depth.sum())
         return self.interaction.hardness * self.halfspace.cell_area * depth
@@ -127,11 +125,9 @@ class Contact:
         -------
         ndarray, shape (n, m)
         """
-        n, m = self.halfspace.shape
-        window = displacement[:n, :m]
         if self.halfspace.periodic:
-            window = window - window.mean()
-        gap = self.heights - window
+            height = height + displacement.mean()
+        gap = self.heights - self._on_window(displacement)
         gap += height
         return gap
 
@@ -207,57 +203,81 @@ class Contact:
                 f"atoms, got {displacement.shape}"
             )
         periodic, area = self.halfspace.periodic, self.halfspace.cell_area
-        if periodic:
-            displacement = displacement - displacement.mean()
-        if known_pressure is None:
+        elastic = known_pressure  # on the window: there is none on the padding
+        if elastic is None:
             elastic = self.elastic_pressure(displacement)
-        else:  # on the window: there is none on the padding
-            elastic = known_pressure
-            if periodic:
-                elastic = elastic - elastic.mean()
-        window = tuple(slice(n) for n in self.halfspace.shape)
-        loaded = tuple(slice(n) for n in elastic.shape)
-        gap = self.heights - displacement[window]
-        gap += height
-        touching = None
-        wall_energy: np.ndarray | float
-        if self.interaction.hard:
-            wall_energy, pressure, touching = self._hard_wall(gap, elastic, reaction)
-        else:
-            wall_energy, pressure = self.wall(gap)
-
-        energies = np.zeros(displacement.shape)
-        np.multiply(displacement[loaded], -0.5 * area * elastic, out=energies[loaded])
-        energies[window] += area * wall_energy
+        loaded = displacement[: elastic.shape[0], : elastic.shape[1]]
+        gap = self.gap(displacement, height)
+        wall_energy, pressure, touching = self._evaluate_wall(gap, elastic, reaction)
+        work, normal_force = inner(loaded, elastic), float(area * pressure.sum())
+        if periodic:  # their means do no work
+            work -= float(displacement.mean() * elastic.sum())
         if pressure is known_pressure:  # zeros without memory, read-only
             forces = np.broadcast_to(0.0, displacement.shape)
         else:
             forces = np.zeros(displacement.shape)
+            forces[: loaded.shape[0], : loaded.shape[1]] = elastic
             if periodic:
-                elastic = elastic + pressure.mean()
-            np.multiply(elastic, area, out=forces[loaded])
-            forces[window] -= area * pressure
+                forces += pressure.mean() - elastic.mean()
+            self._on_window(forces)[:] -= pressure
+            forces *= area
         return ContactState(
-            energy=float(energies[loaded].sum()),
-            energies=energies,
+            energy=area * (float(np.sum(wall_energy)) - 0.5 * work),
             forces=forces,
             gap=gap,
             pressure=pressure,
-            normal_force=float(area * pressure.sum()),
+            normal_force=normal_force,
             cell_area=area,
             touching=touching,
             hardness=self.interaction.hardness,
             kept_depth=self.plastic_depth,
         )
 
-    def _hard_wall(
+    def energies(self, displacement: np.ndarray, state: ContactState) -> np.ndarray:
+        """Return the energy of each displaced atom in a state.
+
+        Parameters
+        ----------
+        displacement : ndarray, shape of the displaced atoms
+            Of the state (length).
+        state : ContactState
+
+        Returns
+        -------
+        ndarray, shape of the displaced atoms
+        """
+        elastic = state.forces / state.cell_area
+        self._on_window(elastic)[:] += state.pressure
+        if self.halfspace.periodic:
+            displacement = displacement - displacement.mean()
+            elastic -= elastic.mean()
+        energies = -0.5 * displacement * elastic
+        self._on_window(energies)[:] += self._wall_energy(state.gap, state.pressure)
+        energies *= state.cell_area
+        return energies
+
+    def _on_window(self, values: np.ndarray) -> np.ndarray:
+        """Return the part of an array of the displaced atoms that is on the window."""
+        return values[: self.halfspace.shape[0], : self.halfspace.shape[1]]
+
+    def _wall_energy(self, gap: np.ndarray, pressure: np.ndarray) -> np.ndarray | float:
+        """Return energy per area of the wall, with the work of the plastic flow."""
+        wall = self.interaction
+        if not wall.hard:
+            return self.wall(gap)[0]
+        energy = self.wall(np.maximum(gap, 0.0))[0] if wall.attractive else 0.0
+        return energy + self._plastic_energy(gap, pressure) if wall.plastic else energy
+
+    def _evaluate_wall(
         self, gap: np.ndarray, elastic: np.ndarray, reaction: np.ndarray | None
     ) -> tuple[np.ndarray | float, np.ndarray, np.ndarray | None]:
-        """Return energy and pressure of a hard wall, and which atoms touch it.
+        """Return energy and pressure of the wall, and which atoms touch it.
 
-        The latter is None unless the wall attracts: then those under pressure touch.
+        The latter is None unless a hard wall attracts: atoms under pressure touch.
         """
         wall = self.interaction
+        if not wall.hard:
+            return *self.wall(gap), None
         energy: np.ndarray | float = 0.0
         attraction: np.ndarray | float = 0.0
         if wall.attractive:
@@ -267,7 +287,7 @@ class Contact:
         elif wall.attractive:
             reaction = self._where_touching(gap, reaction, attraction)
         touching = reaction > attraction if wall.attractive else None
-        if wall.hardness < math.inf:
+        if wall.plastic:
             energy = energy + self._plastic_energy(gap, reaction)
         return energy, reaction, touching
 
@@ -303,7 +323,7 @@ class Contact:
     ) -> np.ndarray:
         """Return the elastic pressure on the atoms that touch a hard wall."""
         window = elastic[: gap.shape[0], : gap.shape[1]]
-        if self.interaction.hardness < math.inf:
+        if self.interaction.plastic:
             return self._plastic_reaction(gap, window)
         self._check_overlap(gap)
         if self.halfspace.periodic:

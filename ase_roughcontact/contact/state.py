@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -51,7 +52,8 @@ class State:
     @classmethod
     def flat(cls, window: Box, height: float) -> State:
         """Return the state of a surface that nothing acts on."""
-        return cls(window, height, np.zeros(window.shape), np.zeros(window.shape))
+        zeros = np.broadcast_to(0.0, window.shape)  # without memory
+        return cls(window, height, zeros, zeros)
 
     @property
     def displaced(self) -> bool:
@@ -97,8 +99,6 @@ class ContactState:
     ----------
     energy : float
         Elastic and wall energy.
-    energies : ndarray, shape of the displaced atoms
-        Energy of each atom.
     forces : ndarray, shape of the displaced atoms
         Force on each atom, positive upward.
     gap : ndarray, shape (n, m)
@@ -119,7 +119,6 @@ class ContactState:
     """
 
     energy: float
-    energies: np.ndarray
     forces: np.ndarray
     gap: np.ndarray
     pressure: np.ndarray
@@ -129,33 +128,33 @@ class ContactState:
     hardness: float = math.inf
     kept_depth: np.ndarray | None = None
 
-    @property
+    @cached_property
     def contact(self) -> np.ndarray:
         """Mask of the atoms that the wall repels, shape (n, m)."""
         return self.pressure > 0.0 if self.touching is None else self.touching
 
-    @property
+    @cached_property
     def repulsive_atoms(self) -> int:
         """Number of atoms in contact."""
         return int(np.count_nonzero(self.contact))
 
-    @property
+    @cached_property
     def contact_pressure(self) -> float:
         """Mean magnitude of the pressure on the atoms in contact, zero without any."""
         pressures = abs(self.pressure[self.contact])
         return float(pressures.mean()) if pressures.size else 0.0
 
-    @property
+    @cached_property
     def attractive_atoms(self) -> int:
         """Number of other atoms under an attractive pressure."""
         return int(np.count_nonzero((self.pressure < 0.0) & ~self.contact))
 
-    @property
+    @cached_property
     def plastic(self) -> np.ndarray:
         """Mask of the atoms under the hardness, in plastic contact, shape (n, m)."""
         return flows(self.pressure, self.hardness)
 
-    @property
+    @cached_property
     def plastic_atoms(self) -> int:
         """Number of atoms in plastic contact, which count as atoms in contact, too."""
         return int(np.count_nonzero(self.plastic))
@@ -163,6 +162,8 @@ class ContactState:
     @property
     def plastic_depth(self) -> np.ndarray:
         """Depth by which the surface has flowed, shape (n, m) (length)."""
+        if self.hardness == math.inf:
+            return np.broadcast_to(0.0, self.gap.shape)
         depth = np.maximum(-self.gap, 0.0) * self.plastic
         return depth if self.kept_depth is None else depth + self.kept_depth
 

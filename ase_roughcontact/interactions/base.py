@@ -156,6 +156,16 @@ class Interaction(ABC):
         return self.work_of_adhesion > 0.0
 
     @property
+    def purely_hard(self) -> bool:
+        """Whether the wall is hard and attracts at no gap (linear complementarity)."""
+        return self.hard and not self.attractive
+
+    @property
+    def plastic(self) -> bool:
+        """Whether the pressure of the wall is limited by a hardness."""
+        return self.hardness < math.inf
+
+    @property
     def depends_on_history(self) -> bool:
         """Whether a state depends on the states before it."""
         return self.attractive or self.permanent

@@ -27,7 +27,7 @@ def check_wall(wall: Interaction, spacing: float) -> None:
     missing = [each for each in _ATTRIBUTES if not hasattr(wall, each)]
     if missing:
         raise ValueError(f"the wall {name} must define {', '.join(missing)}")
-    if wall.hard and not wall.attractive:
+    if wall.purely_hard:
         return
     lowest = 0.0 if wall.hard else wall.contact_distance - _BELOW * spacing
     highest = min(wall.cutoff, wall.contact_distance + _ABOVE * spacing)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -94,7 +93,7 @@ class PlasticWall(HardWall):
 
     def __post_init__(self) -> None:
         """Check the hardness."""
-        if self.hardness != math.inf:
+        if self.plastic:
             positive(hardness=self.hardness)
 
     def evaluate(self, gap: np.ndarray) -> Profile:
@@ -103,7 +102,7 @@ class PlasticWall(HardWall):
         All are zero at positive gaps. At a gap of zero the pressure is the reaction of
         the wall, and not defined by the gap.
         """
-        if self.hardness == math.inf:
+        if not self.plastic:
             return super().evaluate(gap)
         overlap = np.maximum(-np.asarray(gap, dtype=float), 0.0)
         pressure = self.hardness * (overlap > 0.0)

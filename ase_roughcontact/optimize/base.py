@@ -22,7 +22,6 @@ from ase_roughcontact.optimize.constraints import Indenter
 from ase_roughcontact.solvers.relaxation import (
     Relaxation,
     SolverRelaxer,
-    Start,
     is_relaxed,
     starting_point,
 )
@@ -101,7 +100,6 @@ class ContactOptimizer(Optimizer):
         super().__init__(atoms, None, logfile, trajectory, append_trajectory, **kwargs)
         self._writes_log = logfile is not None
         self.message, self.pairs = "", 0.0
-        self._given_start: Start | None = None
         self._relaxer = SolverRelaxer(type(self).solver, options)
         self._check()
         if wall_of(atoms).permanent:
@@ -109,18 +107,6 @@ class ContactOptimizer(Optimizer):
                 "an optimizer does not keep the plastic shape of the surface from one "
                 "run to the next: use load_path for a wall with permanent=True"
             )
-
-    def start_from(self, pressure: np.ndarray, height: float) -> None:
-        """Start the next run from another state than that of the atoms.
-
-        Parameters
-        ----------
-        pressure : ndarray, shape (n, m)
-            Pressure on the window (eV/Å^3).
-        height : float
-            Height of the indenter, if it is not fixed (Å).
-        """
-        self._given_start = np.asarray(pressure, dtype=float), height
 
     def run(self, fmax: float = 0.05, steps: int = DEFAULT_MAX_STEPS) -> bool:
         """Relax the atoms.
@@ -159,7 +145,7 @@ class ContactOptimizer(Optimizer):
     @classmethod
     def supports(cls, wall: Interaction) -> bool:
         """Return whether the solver is for a wall."""
-        return cls.hard_walls == (wall.hard and not wall.attractive)
+        return cls.hard_walls == wall.purely_hard
 
     @classmethod
     def check(cls, wall: Interaction, springs: bool = False) -> None:
@@ -289,20 +275,12 @@ class ContactOptimizer(Optimizer):
     def _start(self) -> tuple[np.ndarray | None, float]:
         """Return the first pressure, None if flat, and height; set energy and force."""
         height = float(self.atoms.positions[-1, 2])
-        if self._given_start is not None:
-            (pressure, given_height), self._given_start = self._given_start, None
-            self._energy, self._force = np.nan, np.inf  # known after the first step
-            return pressure, height if self.indenter.fixed else given_height
-        return self._start_of_atoms(height), height
-
-    def _start_of_atoms(self, height: float) -> np.ndarray | None:
-        """Return the pressure of the atoms, None if flat; set energy and force."""
         values = displacement(self.atoms, self._model.grid)
         pressure = self._model.elastic_pressure(self.atoms)
         state = State(Box((0, 0), pressure.shape), height, pressure, values)
         start = starting_point(self.contact, state, self.indenter.support)
         self._energy, self._force = start.energy, start.force
-        return start.pressure
+        return start.pressure, height
 
     def _move_atoms(self) -> None:
         """Move the atoms to the last state, and calculate their results."""

@@ -37,10 +37,11 @@ They add up from three sources:
   maximum: N is proportional to a, that is to :math:`\sqrt{A}`, and the error
   :math:`\delta A_c` of the area there counts to first order, and so does that of
   plastic contact, :math:`\delta A_p`, with
-  the hardness H. Where the attraction of a hard wall ends between two points, as far
-  as the largest difference :math:`\Delta p_a` of neighbours says, it is as if points
-  were counted; this changes the area under a load as well. The height under a load is
-  wrong by :math:`\delta N/(dN/dZ)`: next to an instability the contact is compliant. In
+  the hardness H. Where the attraction of a hard wall ends between two points, or that
+  of any wall without contact, as far as the largest difference :math:`\Delta p_a` of
+  neighbours says, it is as if points were counted; this changes the area under a load
+  as well. The height under a load is wrong by :math:`\delta N/(dN/dZ)`: next to an
+  instability the contact is compliant. In
   a periodic half space the first factor is 0.006 without those that follow, and this
   part of the height is wrong by :math:`\delta N/(E^* \sqrt{A})`. A plastic shape that
   the surface has kept from earlier steps shifts the height by about
@@ -142,7 +143,7 @@ def estimated_errors(step: RelaxedContact) -> Errors:
     unbalanced = step.run.unbalanced
     given_depth = step.control == "penetrations"
     lowest = _lowest_point(step)
-    if not step.touches:
+    if not (step.touches or step.fields.attractive_atoms):
         return Errors(0.0, unbalanced, 0.0, 0.0 if given_depth else lowest)
     attractive = step.contact.interaction.attractive
     if attractive and step.part_of_cell > LARGEST_PART_OF_CELL:
@@ -173,12 +174,12 @@ def _within_cell(step: RelaxedContact, area: float) -> float:
     """Return an error of the area, at most that of a periodic cell (Å^2)."""
     if not step.halfspace.periodic:
         return area
-    return min(area, step.state.cell_area * step.state.gap.size)
+    return min(area, step.fields.cell_area * step.fields.gap.size)
 
 
 def _area_change(step: RelaxedContact, force: float) -> float:
     """Return the area that carries a force, at most all of the contact (Å^2)."""
-    area, pressure = step.state.contact_area, step.state.contact_pressure
+    area, pressure = step.fields.contact_area, step.fields.contact_pressure
     # the attraction of a wall may cancel its reaction
     return force / pressure if force < pressure * area else area
 
@@ -195,8 +196,8 @@ def continuum_area_error(step: RelaxedContact) -> float:
     if step.edge_area is not None:
         of_grid = step.edge_area.error
     else:
-        of_grid = grid_error(step.perimeter, step.state.cell_area, _softness(step))
-    return of_grid + step.lost_slope * step.state.contact_area
+        of_grid = grid_error(step.perimeter, step.fields.cell_area, _softness(step))
+    return of_grid + step.lost_slope * step.fields.contact_area
 
 
 def _softness(step: RelaxedContact) -> float:
@@ -211,18 +212,18 @@ def _softness(step: RelaxedContact) -> float:
 
 def _relaxation(step: RelaxedContact) -> float:
     """Return the error of the force at a fixed height, by the tolerance (eV/Å)."""
-    state, response = step.state, step.response
+    fields, response = step.fields, step.response
     if np.isinf(response.force):  # full contact of a hard wall: no atom can open
         change = 0.0
     else:
-        n, m = state.gap.shape
-        forces = state.forces[:n, :m]
+        n, m = fields.gap.shape
+        forces = fields.forces[:n, :m]
         change = np.sum(forces * (1.0 - response.gap))
         if step.contact.interaction.hard:
-            change += state.cell_area * np.sum(
-                response.pressure * state.gap, where=state.contact
+            change += fields.cell_area * np.sum(
+                response.pressure * fields.gap, where=fields.contact
             )
-    rounding = _ROUNDING * state.cell_area * abs(state.pressure).sum()
+    rounding = _ROUNDING * fields.cell_area * abs(fields.pressure).sum()
     return abs(float(change)) + float(rounding)
 
 
@@ -231,15 +232,15 @@ def _undecided_area(step: RelaxedContact) -> float:
 
     That is, into contact with a hard wall or out of it.
     """
-    contact, state = step.contact, step.state
+    contact, fields = step.contact, step.fields
     if not contact.interaction.hard:
         return 0.0
-    (n, m), area = state.gap.shape, state.cell_area
-    forces, compliance = state.forces[:n, :m], contact.halfspace.self_compliance / area
-    attraction = contact.wall(np.maximum(state.gap, 0.0))[1]
-    reaction = area * (state.pressure - attraction) + forces
+    (n, m), area = fields.gap.shape, fields.cell_area
+    forces, compliance = fields.forces[:n, :m], contact.halfspace.self_compliance / area
+    attraction = contact.wall(np.maximum(fields.gap, 0.0))[1]
+    reaction = area * (fields.pressure - attraction) + forces
     error = compliance * float(abs(forces).max()) + step.gap_error
-    margin = abs(compliance * reaction - state.gap)
+    margin = abs(compliance * reaction - fields.gap)
     return area * float(np.count_nonzero(margin <= error)) if error else 0.0
 
 
@@ -247,15 +248,15 @@ def _grid_height(step: RelaxedContact, softness: float) -> float:
     """Return the error of the height under a load by the grid (Å)."""
     error, halfspace = _edge_force(step) * softness, step.halfspace
     if halfspace.periodic:
-        softness = math.sqrt(1.0 / step.state.contact_area) / halfspace.contact_modulus
+        softness = 1.0 / (math.sqrt(_loaded_area(step)[0]) * halfspace.contact_modulus)
     return error + _grid_force(step) * softness
 
 
 def _grid_force(step: RelaxedContact) -> float:
     """Return the error of the force at a given height by the grid (eV/Å)."""
-    state, halfspace, spacing = step.state, step.halfspace, step.halfspace.spacing
-    area, periodic = state.contact_area, halfspace.periodic
-    error = _FORCE_FACTOR[periodic] * step.perimeter * spacing**2 / area**1.5
+    fields, halfspace, spacing = step.fields, step.halfspace, step.halfspace.spacing
+    (area, perimeter), periodic = _loaded_area(step), halfspace.periodic
+    error = _FORCE_FACTOR[periodic] * perimeter * spacing**2 / area**1.5
     if not periodic:
         radius, modulus = math.sqrt(area / math.pi), halfspace.solid.wave_modulus
         long, longer, short = (
@@ -264,52 +265,62 @@ def _grid_force(step: RelaxedContact) -> float:
         stiffening = max(1.0 + math.log2(longer / long), 1.0)
         error *= _profile_factor(step) * stiffening**2
         error += _COMPLIANCE_FACTOR * (spacing / radius) ** 3 * long / short
-    return error * float(abs(state.pressure).sum()) * state.cell_area
+    return error * float(abs(fields.pressure).sum()) * fields.cell_area
+
+
+def _loaded_area(step: RelaxedContact) -> tuple[float, float]:
+    """Return area and perimeter of the contact, without it of the attracted atoms."""
+    if step.touches:
+        return step.fields.contact_area, step.perimeter
+    attracted, halfspace = step.fields.pressure < 0.0, step.halfspace
+    sides = float(open_sides(attracted, halfspace.periodic).sum())
+    area = float(np.count_nonzero(attracted)) * step.fields.cell_area
+    return area, sides * halfspace.spacing
 
 
 def _edge_force(step: RelaxedContact) -> float:
     """Return the error of the force that does not follow from a smooth edge (eV/Å)."""
-    state, edge = step.state, step.edge_area
-    if edge is None:
-        return 0.0
-    error = state.normal_force * edge.corner_error / (2.0 * state.contact_area)
-    if edge.plastic_error:
-        error += state.hardness * edge.plastic_error
-    return error + _attraction_force(step)
+    fields, edge = step.fields, step.edge_area
+    error = _attraction_force(step)
+    if edge is not None:
+        error += fields.normal_force * edge.corner_error / (2.0 * fields.contact_area)
+        if edge.plastic_error:
+            error += fields.hardness * edge.plastic_error
+    return error
 
 
 def _attraction_force(step: RelaxedContact) -> float:
     """Return the error of the force where an attraction ends between points (eV/Å)."""
-    wall, state = step.contact.interaction, step.state
-    if not (wall.hard and wall.attractive):
+    wall, fields = step.contact.interaction, step.fields
+    if not wall.attractive or (step.touches and not wall.hard):
         return 0.0
-    _, attraction = step.contact.wall(np.maximum(state.gap, 0.0))
+    _, attraction = step.contact.wall(np.maximum(fields.gap, 0.0))
     largest = max(abs(np.diff(attraction, axis=k)).max(initial=0.0) for k in (0, 1))
-    points = step.perimeter / step.halfspace.spacing
-    return _ATTRACTION_FACTOR * math.sqrt(points) * float(largest) * state.cell_area
+    points = _loaded_area(step)[1] / step.halfspace.spacing
+    return _ATTRACTION_FACTOR * math.sqrt(points) * float(largest) * fields.cell_area
 
 
 def _kept_shape(step: RelaxedContact) -> float:
     """Return the error of the height by a plastic shape from earlier steps (Å)."""
-    state, halfspace = step.state, step.halfspace
-    if state.kept_depth is None or not state.kept_depth.any():
+    fields, halfspace = step.fields, step.halfspace
+    if fields.kept_depth is None or not fields.kept_depth.any():
         return 0.0
-    flowed = state.kept_depth > 0.0
+    flowed = fields.kept_depth > 0.0
     perimeter = halfspace.spacing * open_sides(flowed, halfspace.periodic).sum()
-    width = math.sqrt(np.count_nonzero(flowed) * state.cell_area)
-    error = _SHAPE_FACTOR * state.hardness * perimeter * halfspace.spacing
+    width = math.sqrt(np.count_nonzero(flowed) * fields.cell_area)
+    error = _SHAPE_FACTOR * fields.hardness * perimeter * halfspace.spacing
     return float(error) / (halfspace.contact_modulus * width)
 
 
 def _profile_factor(step: RelaxedContact) -> float:
     """Return by how much the error of the force is larger than under a sphere."""
-    state, wall = step.state, step.contact.interaction
-    if not wall.hard or wall.attractive or wall.hardness < math.inf:
+    fields, wall = step.fields, step.contact.interaction
+    if not wall.purely_hard or wall.plastic:
         return 1.0
     depth = step.contact.first_contact - step.height
-    finest = step.halfspace.spacing / math.sqrt(state.contact_area)
+    finest = step.halfspace.spacing / math.sqrt(fields.contact_area)
     linear = abs(step.response.force) * depth
-    return max(1.0, 1.0 / (3.0 * max(1.0 - state.normal_force / linear, finest)))
+    return max(1.0, 1.0 / (3.0 * max(1.0 - fields.normal_force / linear, finest)))
 
 
 def _lowest_point(step: RelaxedContact) -> float:
@@ -327,13 +338,13 @@ def _cell_compliance(step: RelaxedContact) -> float:
 
 def _cell_shift(step: RelaxedContact) -> float:
     """Return the shift of the height by the images of a cell (Å)."""
-    state, side = step.state, step.cell_side
+    fields, side = step.fields, step.cell_side
     if side == math.inf:
         return 0.0
     x, y = step.positions
-    moment = state.pressure.sum(axis=1) @ x**2 + state.pressure.sum(axis=0) @ y**2
-    forces = state.normal_force * _SUM_OF_INVERSES / side
-    forces -= moment * state.cell_area * _SUM_OF_CUBES / (4.0 * side**3)
+    moment = fields.pressure.sum(axis=1) @ x**2 + fields.pressure.sum(axis=0) @ y**2
+    forces = fields.normal_force * _SUM_OF_INVERSES / side
+    forces -= moment * fields.cell_area * _SUM_OF_CUBES / (4.0 * side**3)
     return abs(float(forces)) / (math.pi * step.halfspace.contact_modulus)
 
 
@@ -343,8 +354,10 @@ def _cell_area(step: RelaxedContact) -> float:
     if side == math.inf:
         return 0.0
     radius = step.problem.facts.radius
-    curvature = _SUM_OF_CUBES * abs(step.state.normal_force) / (2.0 * math.pi * side**3)
+    curvature = (
+        _SUM_OF_CUBES * abs(step.fields.normal_force) / (2.0 * math.pi * side**3)
+    )
     part = 2.0 / 3.0 * radius * curvature / step.halfspace.contact_modulus
-    area, cell = step.state.contact_area, step.state.cell_area
+    area, cell = step.fields.contact_area, step.fields.cell_area
     correction = area - continuum_area(area, step.perimeter, math.sqrt(cell))
     return part * area + _PART_OF_CORRECTION * correction + 0.5 * cell

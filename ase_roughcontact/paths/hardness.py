@@ -54,7 +54,7 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
     It is that of the wall, if it has one; that of a layer is not known. See
     `hardness_of` for the rest.
     """
-    if problem.wall.hardness < math.inf:  # what is plastic is within the model
+    if problem.wall.plastic:  # what is plastic is within the model
         return problem.wall.hardness
     if hardness is None and isinstance(problem.solid, Layer):
         return math.nan

@@ -77,13 +77,9 @@ def failed_checks(validity: str) -> dict[str, Check]:
     return {entry: checks[entry.partition(" = ")[0]] for entry in entries}
 
 
-def _largest_pressure(step: RelaxedStep) -> float:
-    return float(step.state.pressure.max()) / step.hardness
-
-
 def _mean_pressure(step: RelaxedStep) -> float:
     # rounding may make the mean of equal pressures larger than any of them
-    return min(step.mean_pressure, float(step.state.pressure.max())) / step.hardness
+    return min(step.mean_pressure, float(step.fields.pressure.max())) / step.hardness
 
 
 def _contact_radius(step: RelaxedStep) -> float:
@@ -94,29 +90,18 @@ def _contact_radius(step: RelaxedStep) -> float:
     return step.contact_radius / facts.radius
 
 
-def _radius(step: RelaxedStep) -> float:
-    return step.problem.facts.radius / step.halfspace.spacing
+def _smallest_gap(step: RelaxedStep) -> float:
+    core = getattr(step.contact.interaction, "core", math.nan)
+    return float(step.fields.gap.min()) / core
 
 
 def _slope(step: RelaxedStep) -> float:
     """Return the largest slope between an atom in contact and its neighbours."""
-    contact, heights = step.state.contact[:-1, :-1], step.contact.heights
+    contact, heights = step.fields.contact[:-1, :-1], step.contact.heights
     along_x = np.diff(heights, axis=0)[:, :-1][contact]
     along_y = np.diff(heights, axis=1)[:-1][contact]
     slopes = np.hypot(along_x, along_y)
     return float(slopes.max(initial=0.0)) / step.halfspace.spacing
-
-
-def _atoms(step: RelaxedStep) -> float:
-    state = step.state
-    if not state.repulsive_atoms:
-        return math.nan
-    return state.repulsive_atoms + state.attractive_atoms
-
-
-def _smallest_gap(step: RelaxedStep) -> float:
-    core = getattr(step.contact.interaction, "core", math.nan)
-    return float(step.state.gap.min()) / core
 
 
 def _tension(step: RelaxedStep) -> float:
@@ -126,7 +111,7 @@ def _tension(step: RelaxedStep) -> float:
     load = 0.0
     if not step.run.support.fixed:
         load = step.run.support.load / halfspace.cell_area
-    return max(-float(step.state.pressure.min()), -load) / halfspace.contact_modulus
+    return max(-float(step.fields.pressure.min()), -load) / halfspace.contact_modulus
 
 
 def _tip_zone(step: RelaxedStep) -> float:
@@ -147,7 +132,7 @@ def _part_of_cell(step: RelaxedStep) -> float:
 def _part_of_period(step: RelaxedStep) -> float:
     """Return the cell over the period of the indenter, if the edges touch."""
     halfspace = step.halfspace
-    if not (halfspace.periodic and at_edge(step.state.contact)):
+    if not (halfspace.periodic and at_edge(step.fields.contact)):
         return math.nan
     sides = halfspace.spacing * np.array(halfspace.shape)
     return step.problem.facts.part_of_period(sides)
@@ -178,7 +163,7 @@ CHECKS = (
         ">",
         1.0,
         "the highest asperities deform plastically",
-        _largest_pressure,
+        lambda s: float(s.fields.pressure.max()) / s.hardness,
     ),
     Check(
         "contact radius/R",
@@ -192,7 +177,7 @@ CHECKS = (
         "<",
         1.0,
         "the sphere is smaller than the spacing of the atoms: lengths are in Å",
-        _radius,
+        lambda s: s.problem.facts.radius / s.halfspace.spacing,
         constant=True,
     ),
     Check(
@@ -208,7 +193,7 @@ CHECKS = (
         "<",
         10.0,
         "the area of fewer atoms depends on where the lattice lies below the indenter",
-        _atoms,
+        lambda s: s.fields.repulsive_atoms or math.nan,
     ),
     Check(
         "smallest gap/core",

@@ -16,7 +16,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import text_of
 from ase_roughcontact.paths.step import CONTROLS
-from ase_roughcontact.paths.step_timer import StepTimer
+from ase_roughcontact.paths.step_timer import step_timer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import BoundedSurface, RoughSphere
 from ase_roughcontact.windows.auto import AutoWindow
@@ -76,7 +76,7 @@ def plan_path(
     surface: Any = indenter or problem.indenter
     spacing = spacing or problem.spacing
     points = points_of(surface, spacing)
-    timer = StepTimer(problem.halfspace(start.shape), wall)
+    seconds = step_timer(problem.halfspace(start.shape), wall)
     left_out = _left_out(problem, window)
     if window == "auto" and not problem.periodic:
         ratio = problem.spacing / spacing
@@ -109,11 +109,8 @@ def plan_path(
         except ValueError as error:
             steps.append(PlannedStep(target, count, problem=str(error)))
             continue
-        memory = memory_of(shape, points=points)
-        seconds = timer.seconds(grid)
-        steps.append(
-            PlannedStep(target, count, text_of(shape), text_of(grid), memory, seconds)
-        )
+        cost = memory_of(shape, points=points), seconds(grid)
+        steps.append(PlannedStep(target, count, text_of(shape), text_of(grid), *cost))
     largest = max(beyond, key=lambda error: error.radius, default=None)
     advice = (largest.advice, largest.domain) if largest else ()
     return Plan(tuple(steps), tuple(left_out), available_memory(), *advice)

@@ -9,7 +9,7 @@ of columns follow from it. A subclass adds columns: ::
     @dataclass(frozen=True)
     class MyStep(LoadStep):
         largest_gap: float = column(
-            lambda s: float(s.state.gap.max()), "largest gap in the window", "Å"
+            lambda s: float(s.fields.gap.max()), "largest gap in the window", "Å"
         )
 
     load_path(atoms, depths, output=Output(record=MyStep, csv="curve.csv"))
@@ -77,20 +77,20 @@ def size_of(text: str) -> int:
 
 
 def _continuum_area(step: RelaxedStep) -> float:
-    area = step.state.contact_area
+    area = step.fields.contact_area
     if step.edge_area is not None:
         area = step.edge_area.area
     elif step.contact.interaction.hard:
         area = continuum_area(area, step.perimeter, step.halfspace.spacing)
     # with plastic contact to the edge there is nothing to correct, and A >= N/H
-    return max(area, step.state.normal_force / step.state.hardness)
+    return max(area, step.fields.normal_force / step.fields.hardness)
 
 
 def _mean_pressure(step: RelaxedStep) -> float:
     area = _continuum_area(step)
     if not step.continuum or not area:
         return step.mean_pressure
-    return step.mean_pressure * step.state.contact_area / area
+    return step.mean_pressure * step.fields.contact_area / area
 
 
 def _memory(step: RelaxedStep) -> float:
@@ -101,13 +101,13 @@ def _memory(step: RelaxedStep) -> float:
 def _energy_with_creep(step: RelaxedStep) -> float:
     creep = step.problem.solid.creep
     of_past = creep_energy(step.run.state, creep) if creep else 0.0
-    return step.run.energy + step.state.cell_area * of_past
+    return step.run.energy + step.fields.cell_area * of_past
 
 
 def _dissipation(step: RelaxedStep) -> float:
     creep = step.problem.solid.creep
     power = dissipation_rate(step.run.state, creep) if creep else 0.0
-    return step.state.cell_area * power
+    return step.fields.cell_area * power
 
 
 Step = TypeVar("Step", bound="LoadStep")
@@ -130,14 +130,14 @@ class LoadStep:
         "depth",
     )
     normal_force: float = column(
-        lambda s: s.state.normal_force,
+        lambda s: s.fields.normal_force,
         "force of the wall on the indenter, positive in compression; 1 nN is 0.624 "
         "eV/Å",
         "eV/Å",
         "load",
     )
     contact_area: float = column(
-        lambda s: s.state.contact_area,
+        lambda s: s.fields.contact_area,
         "number of repelled atoms times the area per atom",
         "Å^2",
         "area",
@@ -194,20 +194,20 @@ class LoadStep:
         "eV/Å^3",
     )
     largest_pressure: float = column(
-        lambda s: float(max(s.state.pressure.max(), 0.0)), "largest pressure", "eV/Å^3"
+        lambda s: float(max(s.fields.pressure.max(), 0.0)), "largest pressure", "eV/Å^3"
     )
     repulsive_atoms: int = column(
-        lambda s: s.state.repulsive_atoms, "number of atoms that the wall repels"
+        lambda s: s.fields.repulsive_atoms, "number of atoms that the wall repels"
     )
     attractive_atoms: int = column(
-        lambda s: s.state.attractive_atoms, "number of atoms that the wall attracts"
+        lambda s: s.fields.attractive_atoms, "number of atoms that the wall attracts"
     )
     plastic_atoms: int = column(
-        lambda s: s.state.plastic_atoms,
+        lambda s: s.fields.plastic_atoms,
         "number of atoms in plastic contact, at the hardness of the wall",
     )
     plastic_depth: float = column(
-        lambda s: float(s.state.plastic_depth.max()),
+        lambda s: float(s.fields.plastic_depth.max()),
         "largest depth by which the surface has flowed",
         "Å",
     )
@@ -290,7 +290,7 @@ class LoadStep:
                 raise AttributeError(
                     f"column {name!r}: {error}. Its function is called with a "
                     "RelaxedStep; fields and sums, such as contact_area, are those of "
-                    "step.state"
+                    "step.fields"
                 ) from error
         return cls(**values)
 

@@ -52,7 +52,7 @@ class RelaxedContact:
         return self.run.state.height
 
     @property
-    def state(self) -> ContactState:
+    def fields(self) -> ContactState:
         """Forces, gaps and pressures, calculated from the displacement."""
         return self.run.fields
 
@@ -64,21 +64,21 @@ class RelaxedContact:
     @property
     def touches(self) -> bool:
         """Whether the wall repels an atom."""
-        return self.state.repulsive_atoms > 0
+        return self.fields.repulsive_atoms > 0
 
     @property
     def gap_error(self) -> float:
         """Largest gap in contact with a hard wall, or overlap not plastic (Å)."""
         if not self.contact.interaction.hard:
             return 0.0
-        state, gap = self.state, self.state.gap
-        closed = gap[state.contact].max(initial=0.0)
-        return float(max(closed, -gap[~state.plastic].min(initial=0.0)))
+        fields, gap = self.fields, self.fields.gap
+        closed = gap[fields.contact].max(initial=0.0)
+        return float(max(closed, -gap[~fields.plastic].min(initial=0.0)))
 
     @cached_property
     def perimeter(self) -> float:
         """Length of the boundary of the contact along the lines of the grid (Å)."""
-        sides = open_sides(self.state.contact, self.halfspace.periodic)
+        sides = open_sides(self.fields.contact, self.halfspace.periodic)
         return float(sides.sum()) * self.halfspace.spacing
 
     @cached_property
@@ -88,31 +88,31 @@ class RelaxedContact:
         None unless the continuum is asked for, and this is the contact of a hard wall
         that does not end at the edge of a free window.
         """
-        contact, state, halfspace = self.contact, self.state, self.halfspace
+        contact, fields, halfspace = self.contact, self.fields, self.halfspace
         if not (self.continuum and contact.interaction.hard and self.touches):
             return None
-        if not halfspace.periodic and at_edge(state.contact):
+        if not halfspace.periodic and at_edge(fields.contact):
             return None
-        _, attraction = contact.wall(np.zeros(state.gap.shape))
+        _, attraction = contact.wall(np.zeros(fields.gap.shape))
         return edge_area(
-            np.where(state.contact, state.pressure - attraction, 0.0),
-            state.gap,
+            np.where(fields.contact, fields.pressure - attraction, 0.0),
+            fields.gap,
             halfspace.spacing,
             float(halfspace.solid.wave_modulus(math.pi / halfspace.spacing)),
             halfspace.periodic,
-            state.hardness,
+            fields.hardness,
         )
 
     @property
     def mean_pressure(self) -> float:
         """Mean pressure on the repelled atoms, zero without any (eV/Å^3)."""
-        pressures = self.state.pressure[self.state.contact]
+        pressures = self.fields.pressure[self.fields.contact]
         return float(pressures.mean()) if pressures.size else 0.0
 
     @property
     def positions(self) -> tuple[np.ndarray, np.ndarray]:
         """Positions x and y of the rows of atoms, from the axis (Å)."""
-        spacing, shape = self.problem.spacing, self.state.gap.shape
+        spacing, shape = self.problem.spacing, self.fields.gap.shape
         origin = self.problem.origin(self.run.state.window)
         x, y = (
             start + spacing * np.arange(count)
@@ -124,7 +124,7 @@ class RelaxedContact:
     def contact_radius(self) -> float:
         """Largest distance of an atom in contact from the axis, zero without (Å)."""
         x, y = self.positions
-        i, j = self.state.contact.nonzero()
+        i, j = self.fields.contact.nonzero()
         return float(np.hypot(x[i], y[j]).max(initial=0.0))
 
     @property
@@ -146,4 +146,4 @@ class RelaxedContact:
     @cached_property
     def response(self) -> HeightResponse:
         """Change of the relaxed contact by a unit of height."""
-        return height_response(self.contact, self.state, _RESIDUAL)
+        return height_response(self.contact, self.fields, _RESIDUAL)

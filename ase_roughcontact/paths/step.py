@@ -255,7 +255,7 @@ class Stepper:
             self.state = before_step(self.state, self._creep_step)
         relaxed = self._relaxed(number, target, moment)
         result = record.of(relaxed)
-        fields = relaxed.state
+        fields = relaxed.fields
         if self.problem.wall.permanent and fields.plastic_atoms:
             self.remember(PLASTIC_DEPTH, fields.plastic_depth)
         return result
@@ -277,7 +277,7 @@ class Stepper:
         if target is not None:
             support = self._at(target)[1]
         self.run = Run.of(state, fields, support)
-        self.windows.accept(state, fields, 0.0)
+        self.windows.accept(state, fields)
 
     def describe_system(self, **more: Any) -> dict[str, Any]:
         """Describe all that a state depends on except height, load and displacement.
@@ -447,7 +447,7 @@ def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]
 
 def _check_residuals(relaxed: RelaxedStep) -> None:
     """Mark a step whose forces or gaps are above the tolerance as not converged."""
-    statistics, halfspace, state = relaxed.statistics, relaxed.halfspace, relaxed.state
+    statistics, halfspace, state = relaxed.statistics, relaxed.halfspace, relaxed.fields
     stiffness = halfspace.cell_area / halfspace.self_compliance
     limit = statistics.tolerance
     if not relaxed.contact.interaction.hard and state.pressure.any():

@@ -8,5 +8,5 @@ from ase_roughcontact.solvers.relaxation import SolverRelaxer
 
 def default_relaxer(wall: Interaction) -> SolverRelaxer:
     """Return `active_set` for a hard wall without attraction, else `newton_krylov`."""
-    plain = wall.hard and not wall.attractive
+    plain = wall.purely_hard
     return SolverRelaxer(active_set if plain else newton_krylov)

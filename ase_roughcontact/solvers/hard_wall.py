@@ -125,7 +125,7 @@ def _check(
 ) -> None:
     """Raise `ValueError` if there is no solution that this solver can find."""
     wall = contact.interaction
-    if not wall.hard or wall.attractive:
+    if not wall.purely_hard:
         raise ValueError(f"ActiveSet is for the hard wall, got {wall}")
     finite(height=height)
     positive(tolerance=tolerance)
@@ -139,7 +139,7 @@ def _check(
 
 def check_height(contact: Contact, height: float) -> None:
     """Raise `ValueError` if a periodic surface is in full contact whatever the load."""
-    elastic = contact.interaction.hardness == math.inf
+    elastic = not contact.interaction.plastic
     periodic = contact.halfspace.periodic
     full_contact = 0.0 - float(contact.heights.mean())  # not -0
     if periodic and elastic and height <= full_contact:
@@ -256,7 +256,7 @@ def _nearly_full_contact(
     if depth < np.ptp(heights):
         return None, 0.0
     double = halfspace.dof_transform.dtype == float  # K amplifies rounding errors
-    if halfspace.periodic and double and contact.interaction.hardness == math.inf:
+    if halfspace.periodic and double and not contact.interaction.plastic:
         left = 0.3 * tolerance / halfspace.self_compliance
         start, pairs = nearly_full_contact(halfspace, heights, mean, left, options)
         return start, pairs * heights.size

@@ -120,7 +120,7 @@ def newton_krylov(
 def _check(
     contact: Contact, height: float, start: np.ndarray | None, tolerance: float
 ) -> None:
-    if contact.interaction.hard and not contact.interaction.attractive:
+    if contact.interaction.purely_hard:
         raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     finite(height=height)
     positive(tolerance=tolerance)

@@ -83,7 +83,6 @@ class AutoWindow:
         self._adhesion: AdhesionEstimate | None = None
         if self._wall.attractive and problem.facts.radius < math.inf:
             self._adhesion = AdhesionEstimate(indenter, self._wall, solid, spacing)
-        self._plastic = self._wall.hardness < math.inf
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
@@ -94,7 +93,6 @@ class AutoWindow:
         # of the state relaxed last: atoms in the range of the wall, and in the overlap
         self._in_range: Box | None = None
         self._overlap_size = math.inf
-        self._largest_load = 0.0
 
     def choose(self, state: State, support: Support) -> State:
         """Return the state from which a step starts, on the window of the step.
@@ -183,22 +181,16 @@ class AutoWindow:
         needed = window.union(self._reached(state, contact))
         if needed != window:
             return self._on(state, needed)
-        self.accept(state, fields, support.load)
+        self.accept(state, fields)
         return None
 
-    def accept(self, state: State, fields: ContactState, load: float) -> None:
+    def accept(self, state: State, fields: ContactState) -> None:
         """Keep what the choice of the next window needs to know of a relaxed state."""
-        depth = self.first_contact - state.height
         overlap = self.footprint.box_below(self._wall.cutoff - state.height)
         self._overlap_size = overlap.size
         if self._rises:
             near = fields.gap < self._wall.cutoff
             self._in_range = Box.bounding(near, state.window.start)
-        # a surface that unloads is deeper than one that has not flowed yet
-        unloads = self._wall.permanent and load < self._largest_load
-        self._largest_load = max(load, self._largest_load)
-        if not (self._wall.attractive or unloads) and load > 0.0 and depth > 0.0:
-            self._prediction.adjust(load, depth, overlap)
 
     def forecast(self, control: str, target: float) -> Box:
         """Return the window that a step probably will have.
@@ -241,7 +233,7 @@ class AutoWindow:
     def _needed(self, level: float, also: Box | None) -> Box:
         """Return the box of atoms that a window for a level must contain."""
         box = self.footprint.overlap(level).union(also)
-        if box.size <= self._options.contact_window_size or self._plastic:
+        if box.size <= self._options.contact_window_size or self._wall.plastic:
             return box  # plastic contact fills the overlap
         scale = self._options.contact_window_scale
         level = contact_level(level, self.footprint.lowest, self._wall, scale)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class ExpectedContact:
             side = max(side, rough.side / self.spacing / LARGEST_DOMAIN)
         return 2 ** max(0, math.ceil(math.log2(side))) if side > 1.0 else 1
 
-    @property
+    @cached_property
     def _depth_of_roughness(self) -> float:
         rough = self.indenter.roughness
         if isinstance(rough, SelfAffine):
@@ -109,7 +110,7 @@ class ExpectedContact:
         lowest = getattr(rough, "lowest", None)
         return -float(lowest(self.spacing)) if lowest else 0.0
 
-    @property
+    @cached_property
     def _stiffest(self) -> float:
         """Modulus of the stiffest waves."""
         waves = np.geomspace(_LONGEST, 1.0, _WAVES) * np.pi / self.spacing

@@ -36,7 +36,7 @@ class FixedWindow:
         """Return the state, whose window stays."""
         return state
 
-    def accept(self, state: State, fields: ContactState, load: float) -> None:
+    def accept(self, state: State, fields: ContactState) -> None:
         """Keep the window."""
 
     def enlarged(

@@ -113,6 +113,7 @@ class Footprint:
         self._searched = -1
         self._square = Box((0, 0), (0, 0))
         self._rows = self._columns = np.zeros(0)
+        self._boxes: dict[float, Box] = {}  # by level
 
     @cached_property
     def lowest(self) -> float:
@@ -151,14 +152,16 @@ class Footprint:
             It extends beyond the domain if the surface repeats, else up to its edge.
         """
         level = max(level, np.nextafter(self.lowest, np.inf))
-        self._search(self._reach(level))
-        rows, columns = (
-            np.flatnonzero(low < level) + self._square.start[0]
-            for low in (self._rows, self._columns)
-        )
-        return Box.between(
-            (int(rows[0]), int(columns[0])), (int(rows[-1]) + 1, int(columns[-1]) + 1)
-        )
+        if level not in self._boxes:
+            self._search(self._reach(level))
+            rows, columns = (
+                np.flatnonzero(low < level) + self._square.start[0]
+                for low in (self._rows, self._columns)
+            )
+            start = int(rows[0]), int(columns[0])
+            stop = int(rows[-1]) + 1, int(columns[-1]) + 1
+            self._boxes[level] = Box.between(start, stop)
+        return self._boxes[level]
 
     def clip(self, box: Box) -> Box:
         """Return the part of a box that is in the domain."""

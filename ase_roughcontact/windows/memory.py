@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import os
 import resource
-from itertools import accumulate
 from pathlib import Path
 
 import psutil
@@ -89,26 +87,22 @@ def control_group_memory(root: Path = Path("/")) -> float:
         lines = (root / "proc/self/cgroup").read_text().splitlines()
     except OSError:
         return math.inf
-    groups = [line.split(":", 2) for line in lines]
-    folders = {
-        "": root / "sys/fs/cgroup",  # version 2
-        "memory": root / "sys/fs/cgroup/memory",  # version 1
-    }
     free = math.inf
-    for _, controllers, path in groups:
-        folder = folders.get(controllers)
-        if folder is not None:
+    for line in lines:
+        _, controllers, path = line.split(":", 2)
+        if controllers in ("", "memory"):  # versions 2 and 1
+            top = root / "sys/fs/cgroup" / controllers
+            group = top / path.lstrip("/")
             # a group has the limits of all above it, of which a container has the top
-            for part in ("", *accumulate(Path(path).parts[1:], os.path.join)):
-                free = min(free, _left_in_group(folder / part))
+            free = min(free, *map(_left_in_group, [group, *group.parents]))
     return free
 
 
 def _left_in_group(folder: Path) -> float:
     """Return what is left of the limit of a control group, if it has one (bytes)."""
-    for limit, usage in (
-        ("memory.max", "memory.current"),
-        ("memory.limit_in_bytes", "memory.usage_in_bytes"),
+    for limit, usage, cache in (
+        ("memory.max", "memory.current", "inactive_file"),
+        ("memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file"),
     ):
         try:
             allowed = int((folder / limit).read_text())  # or "max"
@@ -116,10 +110,9 @@ def _left_in_group(folder: Path) -> float:
             lines = (folder / "memory.stat").read_text().splitlines()
         except (OSError, ValueError):
             continue
-        numbers = dict(line.split() for line in lines)
         # cached files that are not in use give way
-        cached = numbers.get("total_inactive_file", numbers.get("inactive_file", 0))
-        return max(0.0, float(allowed - used + int(cached)))
+        cached = int(dict(line.split() for line in lines).get(cache, 0))
+        return max(0.0, float(allowed - used + cached))
     return math.inf
 
 

@@ -15,8 +15,8 @@ class WindowOptions:
     Attributes
     ----------
     load_factor : float
-        Normal force over ``E*``, depth and half the side of the overlap, before any
-        step is known; by default that of Hertz's contact.
+        Normal force over ``E*``, depth and half the side of the overlap; by default
+        that of Hertz's contact.
     contact_window_size : int
         Number of atoms above which a window is made for the expected contact only,
         not for all atoms that the rigid indenter overlaps.

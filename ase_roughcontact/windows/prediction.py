@@ -36,8 +36,7 @@ class DepthPrediction:
     """Depth of the indenter under a load, by ``N = c E* d s``.
 
     The half side ``s`` is that of the box of the atoms that the rigid indenter
-    overlaps; the factor ``c`` is adjusted to every relaxed state. With a hardness the
-    load is at most ``pi H s^2``.
+    overlaps. With a hardness the load is at most ``pi H s^2``.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ class DepthPrediction:
     solid : ElasticSolid
         Its modulus is that of waves of the size of the overlap.
     factor : float
-        Initial value of ``c``.
+        ``c``.
     """
 
     def __init__(
@@ -58,6 +57,7 @@ class DepthPrediction:
     ) -> None:
         self._footprint, self._wall = footprint, wall
         self._solid, self._factor = solid, factor
+        self._power = 0  # of the last depth
 
     def depth(self, load: float) -> float:
         """Return a depth at which the indenter carries at least the load.
@@ -71,31 +71,26 @@ class DepthPrediction:
         -------
         float
             At most 1.2 times that of the equation, or that at which the overlap leaves
-            the domain of the roughness. The depth is searched upwards, as the surface
-            is then evaluated only where the indenter overlaps.
+            the domain of the roughness. The depth is searched from the last one in
+            steps, as the surface is then evaluated only where the indenter overlaps.
         """
-        depth = _FIRST_DEPTH * self._footprint.spacing
-        elastic = self._wall.hardness == math.inf
-        largest = load / self._load(1.0, 0.5) if elastic else math.inf
-        while depth < largest:
+        first = _FIRST_DEPTH * self._footprint.spacing
+        largest = math.inf if self._wall.plastic else load / self._load(1.0, 0.5)
+
+        def suffices(power: int) -> bool:
+            depth = first * _DEPTH_RATIO**power
             box = self._overlap(depth)
-            carried = self._load(depth, half_side(box))
-            if carried > load or self._footprint.clip(box) != box:
-                break
-            depth *= _DEPTH_RATIO
-        return min(depth, largest)
+            return (
+                depth >= largest
+                or self._load(depth, half_side(box)) > load
+                or self._footprint.clip(box) != box
+            )
 
-    def adjust(self, load: float, depth: float, overlap: Box) -> None:
-        """Adjust the factor to a relaxed state.
-
-        Parameters
-        ----------
-        load, depth : float
-            Positive (force, length).
-        overlap : Box
-            Of the atoms that the rigid indenter overlaps at this depth.
-        """
-        self._factor *= load / self._elastic_load(depth, half_side(overlap))
+        while self._power and suffices(self._power - 1):
+            self._power -= 1
+        while not suffices(self._power):
+            self._power += 1
+        return min(first * _DEPTH_RATIO**self._power, largest)
 
     def _overlap(self, depth: float) -> Box:
         lowest, wall = self._footprint.lowest, self._wall
@@ -103,13 +98,11 @@ class DepthPrediction:
         return self._footprint.box_below(wall.cutoff - first_contact + depth)
 
     def _load(self, depth: float, half_side: float) -> float:
-        area = math.pi * (half_side * self._footprint.spacing) ** 2
-        return min(self._elastic_load(depth, half_side), self._wall.hardness * area)
-
-    def _elastic_load(self, depth: float, half_side: float) -> float:
         spacing = self._footprint.spacing
-        modulus = modulus_under(half_side * spacing, self._solid, spacing)
-        return self._factor * modulus * depth * half_side * spacing
+        radius = half_side * spacing
+        modulus = modulus_under(radius, self._solid, spacing)
+        plastic = self._wall.hardness * math.pi * radius**2
+        return min(self._factor * modulus * depth * radius, plastic)
 
 
 def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:

@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from ase.calculators.calculator import Calculator
-from ase.constraints import Hookean
-from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
+from ase.optimize import FIRE, FIRE2
 from ase.units import GPa
 from scipy.constants import e
 
@@ -71,13 +70,6 @@ def test_energies_sum_to_the_energy_with_the_load_on_the_indenter(wall, periodic
     assert energies[-1] == pytest.approx(0.3 * 0.6)
 
 
-def test_free_energy_equals_the_energy():
-    atoms = make_atoms()
-    assert atoms.get_potential_energy(force_consistent=True) == (
-        atoms.get_potential_energy()
-    )
-
-
 @pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.filterwarnings("ignore:contact_modulus")  # in other units
 @pytest.mark.parametrize(
@@ -132,57 +124,13 @@ def test_atoms_return_properties_of_ase_as_a_mapping():
     assert "pressure" not in properties
 
 
-def test_state_is_the_only_public_method_beyond_those_of_ase():
-    calc = RoughContact()
-    methods = {name for name in dir(calc) if callable(getattr(calc, name))}
-    own = methods - set(dir(Calculator()))
-    assert {name for name in own if not name.startswith("_")} == {"state"}
-
-
 def test_indenter_out_of_range_exerts_no_force():
     atoms = make_atoms(height=30.0)
     assert atoms.calc.get_property("contact_area", atoms) == 0.0
     assert not atoms.get_forces(apply_constraint=False).any()
 
 
-def test_pressure_moves_with_the_indenter():
-    atoms = make_atoms(shape=(12, 12))
-    before = atoms.calc.get_property("pressure", atoms)
-    atoms.positions[-1, :2] += (2.0, -1.0)
-    after = atoms.calc.get_property("pressure", atoms)
-    np.testing.assert_allclose(after, np.roll(before, (2, -1), (0, 1)), atol=1e-12)
-
-
 # Optimizers and control
-
-
-@pytest.mark.parametrize("optimizer", [FIRE, FIRE2, LBFGS, BFGSLineSearch])
-def test_optimizers_of_ase_find_the_same_energy(optimizer, periodic):
-    atoms, reference = (make_atoms(periodic=periodic) for _ in range(2))
-    assert LBFGS(reference, logfile=None).run(fmax=1e-6)
-    assert optimizer(atoms, logfile=None).run(fmax=1e-4, steps=1000)
-    energies = (each.get_potential_energy() for each in (atoms, reference))
-    assert next(energies) == pytest.approx(next(energies), rel=1e-5)
-
-
-def test_free_indenter_moves_until_the_wall_carries_the_load(periodic):
-    atoms = make_atoms(periodic=periodic, load=0.5, fixed=False, height=1.0)
-    assert LBFGS(atoms, logfile=None).run(fmax=1e-6)
-    assert atoms.calc.state(atoms).normal_force == pytest.approx(0.5, abs=1e-6)
-    assert atoms.positions[-1, 2] < 1.0
-
-
-@pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
-def test_cantilever_is_in_balance_with_the_wall(optimizer):
-    atoms = make_atoms(fixed=False, height=1.0)
-    base, stiffness = -0.5, 0.7
-    point = (*atoms.positions[-1, :2], base)
-    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
-    assert optimizer(atoms, logfile=None).run(fmax=1e-5)
-    spring = stiffness * (atoms.positions[-1, 2] - base)
-    force = atoms.calc.state(atoms).normal_force
-    assert force == pytest.approx(spring, abs=1e-5)
-    assert force > 0.5
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, FIRE2])
@@ -219,29 +167,6 @@ def test_new_load_discards_the_results_and_keeps_the_half_space():
     after = atoms.get_forces(apply_constraint=False)[-1, 2]
     assert after == pytest.approx(before - 2.0)
     assert contact_of(atoms) is contact
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"contact_modulus": 2.0},
-        {"interaction": LennardJones93.adhesive(1.0, 1.0, 0.1)},
-        {"indenter": RoughSphere(20.0)},
-        {"fft": {"dtype": "float32"}},
-    ],
-    ids=lambda change: next(iter(change)),
-)
-def test_changed_parameters_give_the_forces_of_a_new_calculator(change, rng):
-    atoms = make_atoms()
-    atoms.positions[:-1, 2] = rng.normal(0.0, 0.05, len(atoms) - 1)
-    before = atoms.get_forces()
-    parameters = {"indenter": SPHERE, "contact_modulus": 1.0}
-    del atoms.info["indenter"]  # replaced on purpose
-    atoms.calc.set(**change)
-    after = atoms.get_forces()
-    atoms.calc = RoughContact(**parameters | change)
-    np.testing.assert_array_equal(after, atoms.get_forces())
-    assert np.abs(after - before).max() > (0.0 if "fft" in change else 1e-3)
 
 
 def test_properties_that_are_not_calculated_are_none_on_request():

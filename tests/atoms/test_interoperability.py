@@ -30,7 +30,6 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis import ContactMap
-from ase_roughcontact.scene import RoughnessConfig, Scene
 
 SPHERE = RoughSphere(10.0)
 WALL = LennardJones93.adhesive(1.0, 1.0, 0.02)
@@ -204,27 +203,6 @@ def test_springs_of_calculator_and_constraint_are_equivalent():
 # Copies
 
 COPIES = [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
-
-
-@pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
-def test_atoms_are_copied_with_their_calculator(copied, energy):
-    atoms = make_atoms()
-    atoms.get_forces()
-    twin = copied(atoms)
-    assert twin.calc is not atoms.calc
-    NewtonKrylov(twin, logfile=None).run(fmax=1e-8)
-    assert twin.get_potential_energy() == pytest.approx(energy)
-    assert not atoms.positions[:-1, 2].any()
-
-
-@pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
-def test_scenes_are_copied(copied):
-    scene = Scene(roughness=RoughnessConfig(seed=7, long_wavelength=16.0))
-    twin = copied(scene)
-    assert twin == scene
-    shape = (8, 8), scene.spacing
-    heights = (each.surface.heights(*shape) for each in (scene, twin))
-    np.testing.assert_array_equal(*heights)
 
 
 @pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])

@@ -5,7 +5,6 @@ import ase.io
 import numpy as np
 import pytest
 from ase import Atoms
-from ase.constraints import FixAtoms, Hookean
 from ase.optimize import LBFGS
 from ase.units import GPa
 
@@ -305,19 +304,6 @@ def test_restored_window_equals_that_of_an_unrelaxed_frame(rng):
 def test_restored_indenter_is_fixed_if_it_was(fixed):
     frame = snapshot(relaxed_atoms(fixed=fixed))
     assert bool(restore(frame, MODULUS).constraints) == fixed
-
-
-def test_restored_cantilever_is_not_fixed():
-    atoms = relaxed_atoms(fixed=False)
-    point = (*atoms.positions[-1, :2], 0.0)
-    atoms.set_constraint(Hookean(len(atoms) - 1, point, 1.0, rt=0.0))
-    constraints = restore(snapshot(atoms), MODULUS).constraints
-    assert not any(isinstance(constraint, FixAtoms) for constraint in constraints)
-
-
-def test_snapshot_needs_a_calculator():
-    with pytest.raises(ValueError, match="RoughContact"):
-        snapshot(make_atoms())
 
 
 def pressures_lost(frame, path):

@@ -1,6 +1,5 @@
 """The state that a solver leaves in atoms and calculator belongs to these atoms."""
 
-import ase.db
 import numpy as np
 import pytest
 from ase.io import read
@@ -135,15 +134,6 @@ def test_results_are_in_the_calculator_after_a_run(wall, steps):
     assert {"energy", "forces", "normal_force"} <= atoms.calc.results.keys()
 
 
-def test_results_are_in_the_calculator_after_a_run_without_steps():
-    atoms = relaxed_atoms(WALLS["repulsive"])
-    atoms.calc = RoughContact(**atoms.calc.parameters)
-    optimizer = NewtonKrylov(atoms)
-    assert optimizer.run(fmax=1e-6)
-    assert optimizer.nsteps == 0
-    assert "energy" in atoms.calc.results
-
-
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.json", "a.db"])
 def test_relaxed_atoms_are_written_with_energy_and_forces(wall, tmp_path, name):
     atoms = relaxed_atoms(wall, fixed=False, load=1.0)
@@ -151,15 +141,6 @@ def test_relaxed_atoms_are_written_with_energy_and_forces(wall, tmp_path, name):
     again = read(tmp_path / name)
     assert again.get_potential_energy() == pytest.approx(atoms.get_potential_energy())
     np.testing.assert_allclose(again.get_forces(), atoms.get_forces(), atol=2e-8)
-
-
-def test_relaxed_atoms_can_be_selected_in_a_database_by_energy(tmp_path):
-    atoms = relaxed_atoms(WALLS["repulsive"])
-    with ase.db.connect(tmp_path / "a.db") as database:
-        database.write(atoms, normal_force=atoms.calc.results["normal_force"])
-        energy = atoms.get_potential_energy()
-        (row,) = database.select(f"energy>{0.9 * energy},normal_force>0")
-    assert row.energy == pytest.approx(energy)
 
 
 def test_gradient_of_the_optimizable_is_that_of_its_degrees_of_freedom(wall):
@@ -227,13 +208,6 @@ def test_observers_and_frames_have_the_energy_of_the_start(wall, periodic, tmp_p
     frame = read(file, 0)
     assert frame.get_potential_energy() == pytest.approx(energy, abs=1e-12)
     np.testing.assert_allclose(frame.get_forces(), forces, atol=1e-12)
-
-
-def test_the_results_of_the_start_are_known_after_the_first_iteration():
-    atoms = make_atoms(WALLS["repulsive"])
-    iterations = NewtonKrylov(atoms).irun(fmax=1e-6)
-    assert not next(iterations)
-    assert atoms.calc.results["normal_force"] > 0.0
 
 
 def test_the_first_frame_has_no_energy_where_atoms_overlap_with_a_hard_wall(

@@ -1,14 +1,11 @@
 """Scaled Fourier modes: gradient, norms, ASE's optimizers, steps, cost."""
 
 from functools import cache
-from statistics import median
-from time import perf_counter
 
 import numpy as np
 import pytest
 from ase.calculators.emt import EMT
 from ase.constraints import FixAtoms, Hookean
-from ase.io import read
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch, LBFGSLineSearch
 from ase.optimize.sciopt import SciPyFminBFGS, SciPyFminCG
 
@@ -175,26 +172,6 @@ def test_one_pair_of_transforms_per_evaluation(periodic, monkeypatch):
     assert calls == 3 * ["inverse", "forward"]
 
 
-@pytest.mark.parametrize("optimizer", [FIRE, LBFGS])
-def test_optimizers_evaluate_once_a_step(optimizer):
-    modes = FourierModes(make_atoms())
-    dynamics = optimizer(modes, logfile=None)
-    assert dynamics.run(fmax=1e-4)
-    assert modes.evaluations == dynamics.nsteps + 1
-
-
-def test_trajectory_has_the_atoms_of_every_step(tmp_path):
-    atoms, movie = make_atoms(), tmp_path / "relax.traj"
-    with FIRE(FourierModes(atoms), logfile=None, trajectory=movie) as dynamics:
-        dynamics.run(fmax=1e-4)
-    frames = read(movie, ":")
-    assert len(frames) == dynamics.nsteps + 1
-    assert not frames[0].positions[:-1, 2].any()
-    deepest = [frame.positions[:-1, 2].min() for frame in frames]
-    assert len(set(deepest)) == len(frames)
-    np.testing.assert_allclose(frames[-1].positions, atoms.positions, atol=1e-14)
-
-
 @pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("optimizer", [FIRE2, LBFGS])
 def test_fixed_indenter_does_not_move(optimizer):
@@ -217,16 +194,6 @@ def test_atoms_are_in_the_present_iterate_at_every_step():
         np.testing.assert_array_equal(seen[-1], atoms.get_forces())
     assert len(seen) == 6
     assert len({forces[-1, 2] for forces in seen}) == 6
-
-
-def test_atoms_are_in_the_last_iterate_when_a_run_has_not_converged():
-    atoms = make_atoms()
-    start = atoms.get_potential_energy()
-    modes = FourierModes(atoms)
-    assert not LBFGS(modes, alpha=1.0, logfile=None).run(fmax=1e-6, steps=2)
-    assert not atoms.calc.results
-    assert atoms.get_potential_energy() == pytest.approx(modes.get_value(), rel=1e-12)
-    assert atoms.get_potential_energy() < 0.9 * start
 
 
 def deeper(atoms):
@@ -392,64 +359,7 @@ def test_steps_do_not_grow_when_the_grid_is_refined(name):
     assert steps(refined, name, 64) <= 2 * steps(refined, name, 32)
 
 
-@pytest.mark.slow  # a million atoms
-@pytest.mark.parametrize("name", OPTIMIZERS)
-def test_steps_at_512_are_at_most_twice_those_at_64(name):
-    assert steps(refined, name, 512) <= 2 * steps(refined, name, 64)
-
-
-def exponent(name, sizes, helped):
-    counts = [steps(grown, name, n, helped) for n in sizes]
-    return np.polyfit(np.log(sizes), np.log(counts), 1)[0]
-
-
-@pytest.mark.slow  # a minute and a half, on atoms
-def test_steps_of_lbfgs_grow_more_slowly_with_the_contact_than_on_atoms():
-    sizes = (64, 128, 256)
-    assert exponent("LBFGS", sizes, True) < 0.8 < exponent("LBFGS", sizes, False)
-
-
 @pytest.mark.parametrize("name", OPTIMIZERS)
 def test_modes_save_steps(name):
     plain, fmax = optimizer(grown, name, 32, helped=False)
     assert not plain.run(fmax=fmax, steps=steps(grown, name, 32))
-
-
-# Cost
-
-
-def timed(function, repeats=15):
-    function()
-    times = []
-    for _ in range(repeats):
-        start = perf_counter()
-        function()
-        times.append(perf_counter() - start)
-    return median(times)
-
-
-def cost_ratio(n):
-    """Return the time of an evaluation over that of its transforms and the wall."""
-    atoms, _ = grown(n)
-    modes = FourierModes(atoms)
-    contact = modes.contact
-    transform, x = contact.halfspace.window_transform, modes.get_x()
-    height = float(atoms.positions[-1, 2])
-    flat = np.zeros(contact.halfspace.shape)
-    gap = contact.gap(flat, height)
-
-    def whole():
-        modes.set_x(x)
-        modes.get_value(), modes.get_gradient()
-
-    def pair_and_wall():
-        transform.forward(flat)
-        transform.inverse()
-        contact.wall(gap)
-
-    return timed(whole) / timed(pair_and_wall)
-
-
-@pytest.mark.slow  # a million atoms, and needs a quiet machine
-def test_evaluation_costs_little_more_than_transforms_and_wall():
-    assert median(cost_ratio(512) for _ in range(3)) <= 1.5

@@ -18,8 +18,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.contact import ContactState
-from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
+from ase_roughcontact.paths.accuracy import accuracy_of
 from ase_roughcontact.scene import Scene
 
 # In units of the contact modulus and of the spacing.
@@ -134,35 +133,6 @@ def test_error_due_to_the_cutoff_of_a_full_wall_is_as_documented(depth):
     short, long = (abs(force(cutoff)[0] - whole) / push for cutoff in (5.0, 10.0))
     assert short < 0.5 / 5.0**3 and long < 0.5 / 10.0**3
     assert long < short / 6.0
-
-
-@pytest.mark.parametrize("continuum, part", [(False, 1.0), (True, 0.1)])
-def test_tolerance_allows_for_errors_four_times_as_large(continuum, part):
-    """Errors of the force are at most four times the tolerance of the forces."""
-    wanted = accuracy_of(0.01, continuum)
-    assert wanted.error == 0.01
-    assert 4.0 * wanted.tolerance == pytest.approx(part * wanted.error)
-
-
-def state_of(force):
-    """Return a state of two atoms in contact with a mean force, area 2 each."""
-    pressure = np.array([[0.5 * force, 0.5 * force, 0.0]])
-    zeros = np.zeros((1, 3))
-    return ContactState(0.0, zeros, zeros, zeros, pressure, 2.0 * force, 2.0)
-
-
-def test_tolerance_of_the_next_state_is_smaller_than_required_by_the_last():
-    tolerance = ForceTolerance(0.1, 1.0)
-    assert tolerance.reduced(1e-9, state_of(3.0)) is None
-    assert 0.15 < tolerance.expected(0.0) < 0.3
-    assert tolerance.expected(0.01) == pytest.approx(0.001)  # one atom may carry it
-
-
-@pytest.mark.parametrize("force", [1e-4, 1.0])
-def test_reduced_tolerance_is_below_the_required_one(force):
-    tolerance = ForceTolerance(0.1, 1.0)
-    assert tolerance.reduced(0.1 * force, state_of(force)) is None
-    assert 0.02 * force < tolerance.reduced(0.2, state_of(force)) < 0.1 * force
 
 
 @pytest.mark.parametrize(

@@ -93,21 +93,6 @@ def test_states_of_another_window_are_not_used():
     assert extrapolation.start(contact_of(other), -0.4) is None
 
 
-@pytest.mark.parametrize("wall", ["hard", "repulsive"])
-@pytest.mark.parametrize("fixed", [False, True])
-def test_optimizers_start_from_a_given_state(wall, fixed):
-    optimizer = ActiveSet if wall == "hard" else NewtonKrylov
-    load = 0.0 if fixed else 20.0
-    first = optimizer(make_atoms(wall, fixed, height=-0.5, load=load))
-    first.run(fmax=1e-7)
-    state = first.state
-    again = optimizer(make_atoms(wall, fixed, height=-0.5, load=load))
-    again.start_from(state.pressure, state.height)
-    assert again.run(fmax=1e-6)
-    assert again.pairs < 0.3 * first.pairs
-    assert again.atoms.positions[-1, 2] == pytest.approx(state.height, abs=1e-6)
-
-
 @pytest.mark.parametrize("steps", [4, 6, 9])
 def test_unloading_a_soft_wall_to_no_load_at_all(steps):
     """Nothing holds the indenter there: it starts from the last state."""

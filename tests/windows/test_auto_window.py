@@ -130,16 +130,6 @@ def test_first_contact_far_from_the_axis_is_found(wall):
 
 
 @REPULSIVE
-def test_heights_and_loads_lead_to_the_same_state(wall):
-    sphere = rough_sphere()
-    loaded = make_atoms(sphere, wall, fixed=False)
-    (record,) = run(loaded, wall, loads=[5.0])
-    lowered = make_atoms(sphere, wall)
-    run(lowered, wall, heights=[record.height])
-    same_state(lowered, loaded)
-
-
-@REPULSIVE
 def test_penetrations_count_from_the_first_contact_of_the_whole_indenter(wall):
     sphere = rough_sphere(seed=3, radius=500.0, domain=128.0)
     lowest = sphere.heights((127, 127), 1.0, (-63.0, -63.0)).min()
@@ -236,15 +226,6 @@ def test_pressure_is_carried_over_to_the_new_window():
         assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-12)
         assert np.abs(atoms.get_forces()).max() < 1e-10
         assert contact_of(atoms) == touching
-
-
-@pytest.mark.parametrize("boundary", ["periodic", "free"])
-def test_window_of_a_periodic_half_space_stays(boundary):
-    periodic = boundary == "periodic"
-    sphere = RoughSphere(60.0)
-    atoms = make_atoms(sphere, SOFT, (24, 24), periodic=periodic)
-    run(atoms, SOFT, penetrations=[0.3])
-    assert (grid_of(atoms).window == (24, 24)) == periodic
 
 
 # Constraints
@@ -371,20 +352,6 @@ def test_frames_of_different_sizes_can_be_read_and_restored(tmp_path):
         restored.calc = RoughContact(rough_sphere(), 1.0, SOFT[0], load=0.0)
         state = restored.calc.state(restored)
         assert state.normal_force == pytest.approx(record.normal_force, rel=1e-9)
-
-
-def test_frames_of_different_sizes_can_be_drawn(tmp_path):
-    pyplot = pytest.importorskip("matplotlib.pyplot")
-    from ase_roughcontact.plot import plot_contact
-
-    movie = tmp_path / "sweep.traj"
-    atoms = make_atoms(rough_sphere(), SOFT, fixed=False)
-    records = run(atoms, SOFT, loads=[1e-4, 20.0], trajectory=movie)
-    figure, panels = pyplot.subplots(1, 2)
-    for axes, frame, record in zip(panels, read(movie, ":"), records, strict=True):
-        image = plot_contact(axes, frame)
-        assert image.get_array().count() == record.repulsive_atoms
-    pyplot.close(figure)
 
 
 def test_window_does_not_depend_on_how_the_optimizer_is_given():
