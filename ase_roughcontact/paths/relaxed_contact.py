@@ -51,17 +51,17 @@ class RelaxedContact:
         """Height of the indenter (Å)."""
         return self.run.state.height
 
-    @property
+    @cached_property
     def fields(self) -> ContactState:
         """Forces, gaps and pressures, calculated from the displacement."""
         return self.run.fields
 
-    @property
+    @cached_property
     def halfspace(self) -> HalfSpace:
         """The elastic half space, with the shapes of window and FFT grid."""
         return self.contact.halfspace
 
-    @property
+    @cached_property
     def touches(self) -> bool:
         """Whether the wall repels an atom."""
         return self.fields.repulsive_atoms > 0
@@ -127,7 +127,7 @@ class RelaxedContact:
         i, j = self.fields.contact.nonzero()
         return float(np.hypot(x[i], y[j]).max(initial=0.0))
 
-    @property
+    @cached_property
     def cell_side(self) -> float:
         """Side of a periodic cell under a sphere (Å).
 
