@@ -184,7 +184,7 @@ def test_synthesising_a_roughness_may_need_more_memory_than_a_step():
 
 
 def test_limits_are_not_read_for_little_memory(monkeypatch):
-    """Reading them takes a tenth of a small step; a window of 535 x 535 needs 100 MB."""
+    """Reading takes a tenth of a small step; a window of 535 x 535 needs 100 MB."""
     monkeypatch.setattr("ase_roughcontact.windows.memory.available_memory", lambda: 0.0)
     check_memory((530, 530))
     with pytest.raises(MemoryError):
