@@ -55,8 +55,7 @@ def grid_for(
     ValueError
         If the error is smaller than 5e-4.
     """
-    facts = IndenterFacts(indenter)
-    wave = facts.short_wavelength
+    wave = IndenterFacts(indenter).short_wavelength
     if math.isnan(wave):
         wave = _UNKNOWN_WAVE * spacing
     finest = wave / _points(error) / spacing
@@ -64,7 +63,7 @@ def grid_for(
     power = math.floor(math.log2(min(finest, largest)) + _ROUNDING)
     while power >= 0:
         change = GridChange(1, 2**power)
-        if _fits(change, facts, spacing, shape):
+        if _fits(change, indenter, spacing, shape):
             return change
         power -= 1
     return GridChange(2**-power)
@@ -84,15 +83,14 @@ def _points(error: float) -> float:
 
 def _fits(
     change: GridChange,
-    facts: IndenterFacts,
+    indenter: Surface,
     spacing: float,
     shape: tuple[int, int] | None,
 ) -> bool:
-    """Return whether a coarser grid divides the window and the period of roughness."""
-    if change.coarsen == 1:
-        return True
-    divided = all(n % change.coarsen == 0 for n in shape or (_HARD, _HARD))
-    if facts.roughness is None or not divided:
-        return divided
-    periods = facts.side / change.spacing(spacing)
-    return abs(periods - round(periods)) < _ROUNDING if periods > 0.0 else False
+    """Return whether a grid divides the window and the period of the roughness."""
+    try:
+        change.shape(shape or (_HARD, _HARD))
+        change.surface(indenter, spacing)
+    except ValueError:
+        return False
+    return True
