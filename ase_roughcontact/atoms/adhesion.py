@@ -7,7 +7,7 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact.atoms.loading import AtomsPath
+from ase_roughcontact.atoms.loading import AtomsPath, with_atoms
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
@@ -123,7 +123,7 @@ def adhesion_loop(
     >>> round(loop.pull_off_force / (3.14159 * 0.02 * 100.0), 1)  # between JKR and DMT
     1.7
     """
-    validity = Validity(validity) if isinstance(validity, str) else validity
+    validity = Validity.of(validity)
     path = AtomsPath(atoms, "heights", hardness=validity.hardness, **options)
     load = atoms.calc.parameters["load"]
     if load:
@@ -133,8 +133,7 @@ def adhesion_loop(
         )
 
     smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
-    states = list[LoadStep]()
-    for state in follow_loop(
+    followed = follow_loop(
         path.stepper,
         deepest,
         step,
@@ -142,8 +141,9 @@ def adhesion_loop(
         tolerance=tolerance,
         output=path.written(output),
         validity=validity.action,
-    ):
-        path.show()
+    )
+    states = list[LoadStep]()
+    for state in with_atoms(path, followed):
         states.append(state)
         if callback is not None:
             callback(state)

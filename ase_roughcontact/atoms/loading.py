@@ -130,7 +130,7 @@ def load_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
     targets = targets_of(control, path_of_control)
-    validity = Validity(validity) if isinstance(validity, str) else validity
+    validity = Validity.of(validity)
     path = AtomsPath(
         atoms,
         control,

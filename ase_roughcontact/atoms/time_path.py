@@ -99,7 +99,7 @@ def time_path(
     if cantilever is not None:
         positive(cantilever=cantilever)
         options["cantilever"] = cantilever
-    validity = Validity(validity) if isinstance(validity, str) else validity
+    validity = Validity.of(validity)
     path = AtomsPath(atoms, control, hardness=validity.hardness, **options)
     steps = follow_schedule(
         path.stepper,

@@ -1,5 +1,7 @@
 """Warnings and errors about steps outside of the validity of the model."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 from ase_roughcontact._util.callers import warn
@@ -36,6 +38,11 @@ class Validity:
 
     action: str = "warn"
     hardness: float | None = None
+
+    @classmethod
+    def of(cls, validity: str | Validity) -> Validity:
+        """Return the settings for an action, or the given ones."""
+        return cls(validity) if isinstance(validity, str) else validity
 
     def __post_init__(self) -> None:
         """Check the action."""
