@@ -149,14 +149,14 @@ def test_base_of_a_cantilever_balances_the_force():
 def test_columns_of_a_path_in_time_are_derived_from_its_class():
     @dataclass(frozen=True)
     class Wrong(LoadStep):
-        largest_gap: float = column(lambda s: s.state.gap.max(), "largest gap", "Å")
+        largest_gap: float = column(lambda s: s.fields.gap.max(), "largest gap", "Å")
 
     with pytest.raises(TypeError, match="derive Wrong from TimeStep"):
         time_path(atoms_on(HardWall()), PATH, output=Output(record=Wrong))
 
     @dataclass(frozen=True)
     class Right(TimeStep):
-        largest_gap: float = column(lambda s: s.state.gap.max(), "largest gap", "Å")
+        largest_gap: float = column(lambda s: s.fields.gap.max(), "largest gap", "Å")
 
     step = next(time_path(atoms_on(HardWall()), PATH, output=Output(record=Right)))
     assert np.isfinite(step.largest_gap)

@@ -11,10 +11,12 @@ from ase_roughcontact import (
     RoughContact,
     RoughSphere,
     SelfAffine,
+    State,
     load_path,
     substrate,
 )
-from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.path_atoms import problem_of
+from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.extrapolation import Extrapolation
 
 SPHERE = RoughSphere(300.0, SelfAffine(0.05, 0.8, 4.0, 32.0, seed=2))
@@ -53,21 +55,22 @@ def test_extrapolated_step_ends_in_the_same_state(wall, control):
 
 def kept_states(wall, heights):
     atoms, extrapolation = make_atoms(wall, fixed=True), Extrapolation()
+    _, window = problem_of(atoms)
     for height in heights:
         atoms.positions[-1, 2] = height
         (ActiveSet if wall == "hard" else NewtonKrylov)(atoms).run(fmax=1e-6)
-        contact, state = contact_of(atoms), atoms.calc.state(atoms)
-        extrapolation.add(contact, height, state, height)
-    return extrapolation, contact, state.pressure
+        pressure = atoms.calc.state(atoms).pressure
+        extrapolation.add(height, State(window, height, pressure), pressure)
+    return extrapolation, window, pressure
 
 
 def test_extrapolation_is_linear_and_without_tension():
-    extrapolation, contact, last = kept_states("hard", [-0.6, -0.5])
-    pressure, height = extrapolation.start(contact, -0.4)
+    extrapolation, window, last = kept_states("hard", [-0.6, -0.5])
+    pressure, height = extrapolation.start(window, -0.4)
     _, _, first = kept_states("hard", [-0.6])
     np.testing.assert_allclose(pressure, np.maximum(2.0 * last - first, 0.0), atol=1e-6)
     assert height == pytest.approx(-0.4)
-    back, _ = extrapolation.start(contact, -0.6)
+    back, _ = extrapolation.start(window, -0.6)
     np.testing.assert_allclose(back, first, atol=1e-6)
 
 
@@ -78,19 +81,18 @@ def test_extrapolation_is_linear_and_without_tension():
         ("hard", [-0.5, -0.5], -0.4),
         ("hard", [-0.6, -0.5], -0.1),
         ("hard", [50.0, 49.0], 48.0),
-        ("adhesive", [-0.6, -0.5], -0.4),
     ],
-    ids=["one state", "equal targets", "too far", "no contact", "attraction"],
+    ids=["one state", "equal targets", "too far", "no contact"],
 )
 def test_nothing_is_extrapolated(wall, heights, target):
-    extrapolation, contact, _ = kept_states(wall, heights)
-    assert extrapolation.start(contact, target) is None
+    extrapolation, window, _ = kept_states(wall, heights)
+    assert extrapolation.start(window, target) is None
 
 
 def test_states_of_another_window_are_not_used():
-    extrapolation, _, _ = kept_states("hard", [-0.6, -0.5])
-    other = make_atoms("hard", fixed=True)
-    assert extrapolation.start(contact_of(other), -0.4) is None
+    extrapolation, window, _ = kept_states("hard", [-0.6, -0.5])
+    other = Box(window.start, (8, 8))
+    assert extrapolation.start(other, -0.4) is None
 
 
 @pytest.mark.parametrize("steps", [4, 6, 9])

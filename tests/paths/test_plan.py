@@ -144,10 +144,10 @@ def test_window_too_large_for_the_memory_is_an_error_with_the_numbers():
 
 def test_path_stops_before_it_exceeds_the_memory(monkeypatch):
     monkeypatch.setattr(
-        "ase_roughcontact.windows.memory.available_memory", lambda: 141e6
+        "ase_roughcontact.windows.memory.available_memory", lambda: 231e6
     )
-    atoms = make_atoms(fixed=False)
-    path = load_path(atoms, loads=[1e-3, 1e4], window="auto")
+    atoms = make_atoms(RoughSphere(300.0), fixed=False)
+    path = load_path(atoms, loads=[1e-3, 5e4], window="auto", validity="ignore")
     assert next(path).converged
-    with pytest.raises(MemoryError, match=r"only 0\.141 GB are free"):
+    with pytest.raises(MemoryError, match=r"only 0\.231 GB are free"):
         next(path)
