@@ -26,7 +26,7 @@ from ase_roughcontact.interactions import (
     PlasticWall,
     PowerLawWall,
 )
-from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.solvers.optimality import optimality_residuals
 

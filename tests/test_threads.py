@@ -14,7 +14,7 @@ from ase_roughcontact.interactions import (
     LennardJones93,
     RepulsiveLennardJones93,
 )
-from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 
 SIDE = 48

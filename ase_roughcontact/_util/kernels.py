@@ -28,7 +28,7 @@ T = TypeVar("T")
 
 
 def rowwise(
-    combine: np.ufunc | Callable[[list[Any]], Any] | None = None,
+    combine: np.ufunc | None = None,
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Decorate a function of arrays so that threads run it on blocks of their rows.
 
@@ -38,10 +38,9 @@ def rowwise(
 
     Parameters
     ----------
-    combine : ufunc or callable, optional
-        How to combine the results for the blocks: a ufunc (``np.add``, ``np.maximum``
-        ...) for numbers or tuples of numbers, or a function of the list of results. By
-        default the function returns nothing.
+    combine : ufunc, optional
+        How to combine the results for the blocks, numbers or tuples of numbers:
+        ``np.add``, ``np.maximum`` ... By default the function returns nothing.
     """
 
     def decorate(function: Callable[P, T]) -> Callable[P, T]:
@@ -67,17 +66,12 @@ def rowwise(
     return decorate
 
 
-def _combined(combine: Any, results: list[Any]) -> Any:
+def _combined(combine: np.ufunc | None, results: list[Any]) -> Any:
     """Return the results for the blocks as one result."""
-    if not isinstance(combine, np.ufunc):
-        return combine(results) if combine else None
+    if combine is None:
+        return None
     combined = combine.reduce(results, axis=0).tolist()
     return tuple(combined) if isinstance(combined, list) else combined
-
-
-def concatenate(results: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
-    """Concatenate the first, second ... arrays of results of `rowwise` functions."""
-    return tuple(np.concatenate(arrays) for arrays in zip(*results, strict=True))
 
 
 def _first_array(argument: Any) -> np.ndarray:
@@ -134,12 +128,6 @@ def max_abs(a: np.ndarray) -> float:
     return float(max(a.max(), -a.min()))
 
 
-@rowwise(np.minimum)
-def least(a: np.ndarray) -> float:
-    """Return the smallest entry of an array."""
-    return float(a.min())
-
-
 @rowwise(np.add)
 def total(a: np.ndarray) -> float:
     """Return the sum of an array."""
@@ -153,12 +141,6 @@ def subtract_and_dot(
     """Set ``a -= factor b``, then return ``a . c``; `c` may be `a` itself."""
     a -= factor * b
     return inner(a, c)
-
-
-@rowwise()
-def multiply(out: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
-    """Set ``out = a b``."""
-    np.multiply(a, b, out=out)
 
 
 @rowwise()

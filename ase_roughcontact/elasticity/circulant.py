@@ -42,9 +42,6 @@ class CirculantModel:
         The elastic solid.
     box : Box
         Atoms of the window; an exact model covers all of them.
-    exact : bool
-        Whether convolutions are those of the half space, with all of their padding.
-        Those of a periodic half space or a small window are, in any case.
 
     Attributes
     ----------
@@ -55,15 +52,17 @@ class CirculantModel:
     self_compliance : float
         Displacement of an atom by a unit pressure on it alone (length per pressure).
     exact : bool
-        Whether the model is the half space itself, up to rounding.
+        Whether the model is the half space itself, up to rounding, with all of its
+        padding: that of a periodic half space or of a small window.
     singular : bool
         Whether a uniform pressure has no compliance, as on a periodic half space.
     """
 
-    def __init__(self, halfspace: HalfSpace, box: Box, exact: bool = False) -> None:
+    def __init__(self, halfspace: HalfSpace, box: Box) -> None:
         window = Box((0, 0), halfspace.shape)
         self.singular = halfspace.periodic
-        self.exact = exact or _always_exact(halfspace)
+        small = math.prod(halfspace.shape) <= _EXACT_SIZE
+        self.exact = halfspace.periodic or small
         points = math.prod(halfspace.grid)
         double = self.exact and points <= _DOUBLE_UP_TO
         self.dtype: np.dtype[np.floating] = np.dtype(
@@ -147,19 +146,12 @@ def _padded(shape: tuple[int, int]) -> tuple[int, int]:
     return n, m
 
 
-def covering_model(
-    halfspace: HalfSpace, box: Box, *, exact: bool = False
-) -> CirculantModel:
+def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:
     """Return a model of a box, the last one of the half space if it is the same.
 
     It is kept as ``halfspace.model``: steps of a path often need the same one.
     """
-    exact = exact or _always_exact(halfspace)
     model: CirculantModel | None = halfspace.model
-    if model is None or model.exact != exact or not (exact or model.box == box):
-        halfspace.model = model = CirculantModel(halfspace, box, exact)
+    if model is None or not (model.exact or model.box == box):
+        halfspace.model = model = CirculantModel(halfspace, box)
     return model
-
-
-def _always_exact(halfspace: HalfSpace) -> bool:
-    return halfspace.periodic or math.prod(halfspace.shape) <= _EXACT_SIZE

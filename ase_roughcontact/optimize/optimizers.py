@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.optimize.base import ContactOptimizer
-from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.solvers.optimality import (
     OptimalityResiduals,

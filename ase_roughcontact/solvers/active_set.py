@@ -1,344 +1,282 @@
-r"""Active-set method for the contact problem of the circulant model.
+r"""Active-set solver for the contact of a hard wall with the half space.
 
-From a pressure :math:`p` with the exact gap :math:`g`, find the change :math:`x` of the
-pressure and, under a load, the change :math:`s` of the height with
+Find the pressure :math:`p` on the window and the height :math:`Z` of the indenter with
 
-.. math:: p + x \ge 0, \qquad g + C x + s \ge 0, \qquad (p + x)(g + C x + s) = 0,
+.. math:: g = Z + h + G p \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
-and :math:`\sum x = 0` under a load, :math:`s = 0` at a fixed height. :math:`C` is the
-model. With the set :math:`A` of atoms in contact, repeat
+where :math:`Z` or the load :math:`a_0^2 \sum p` is given. With a hardness :math:`H` of
+the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution is the
+minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
+pressures.
 
-1. *Clip*: :math:`x = \max(x, -p)` in :math:`A`, :math:`x = -p` outside.
-2. *Solve* :math:`g + C x + s = 0` in :math:`A` by conjugate gradients, preconditioned
-   by the inverse of the model, until 40 % of the violation is left.
-3. *Exchange*: atoms under tension leave :math:`A`, atoms that overlap enter it. If none
-   does, continue with 2,
-
-until the set does not change and the violation is small enough. The linear systems are
-solved inexactly, since the sets of the first iterations are wrong anyway. A set that
-still changes after several updates may cycle: from then on each system is solved twice
-as exactly as the last one.
-
-All fields are arrays on the box of the model, in its precision and in units of the
-violation; the set is an array of zeros and ones. Without lists of atoms a step costs
-little more than its two Fourier transforms. Since the change of the pressure is the
-unknown, single precision does not limit the accuracy of the result.
-
-References
-----------
-M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 865 (2002) (active set);
-I. A. Polonsky, L. M. Keer, Wear 231, 206 (1999); E. A. H. Vollebregt, J. Comput. Phys.
-257, 332 (2014) (preconditioner).
+1. Without a start, take the pressure of a full contact if nearly all of it is positive.
+   Otherwise solve the same contact on every other atom, and so on, to a loose
+   tolerance, and interpolate its pressure.
+2. On a free half space, crop the window to the atoms that the rigid indenter overlaps:
+   no other atom can touch.
+3. Solve the contact on this window; see `defect_correction`.
+4. If more atoms can touch at the height that was found, return to 2 with its result.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import (
-    dot,
-    dots,
-    inner,
-    least,
-    linear_combination,
-    rowwise,
-    scale,
-    total,
+from ase_roughcontact._util.validation import finite, positive
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.contact.state import without_rounding
+from ase_roughcontact.elasticity.circulant import covering_model
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.solvers.coarsening import (
+    can_coarsen,
+    coarsen,
+    crop,
+    reachable,
+    refine,
 )
-from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.solvers.defect_correction import defect_correction
 from ase_roughcontact.solvers.options import ActiveSetOptions
+from ase_roughcontact.solvers.relaxation import (
+    External,
+    Relaxation,
+    checked_start,
+    force_per_gap,
+    gap_tolerance,
+)
+
+# Violation that may be left on coarse grids, in spacings.
+_COARSE_GAP = 0.07
+# Part of the atoms whose pressure in a full contact is positive above which this
+# pressure is the start.
+_FULL_CONTACT = 0.8
+# Largest part of the window for which a half space of its own is made.
+_LARGEST_CROP = 0.5
+
+_DEFAULTS = ActiveSetOptions()
 
 
-class ComplementarityProblem:
-    """Contact problem of the model, and its solution so far.
+def active_set(
+    contact: Contact,
+    *,
+    height: float,
+    external: External | None,
+    start: np.ndarray | None,
+    tolerance: float,
+    options: ActiveSetOptions = _DEFAULTS,
+) -> Generator[Relaxation, None, None]:
+    """Relax the contact of a hard wall, step by step.
 
     Parameters
     ----------
-    model : CirculantModel
-        Model of the half space; its box contains all atoms under pressure.
-    pressure : ndarray, shape (n, m)
-        Nonnegative pressure on the window.
-    gap : ndarray, shape (n, m)
-        Exact gap of this pressure (length).
-    violation : float
-        Largest gap in contact or overlap (length), the unit of length here.
-    required_sum : float or None
-        Sum of the pressures under a load; None if the height is given.
-    options : ActiveSetOptions
+    contact : Contact
+        Contact with a `HardWall`.
+    height : float
+        Height of the indenter (length): fixed, or the initial one if there is a load.
+    external : callable, optional
+        Energy and force of the load on the indenter at a height; the force must not
+        depend on the height. By default the height is fixed.
+    start : ndarray, shape (n, m), optional
+        Initial pressure, up to a constant if periodic. By default it comes from coarser
+        grids.
+    tolerance : float
+        Largest force that may be left: the one that closes the gap of an atom in
+        contact, or removes an overlap. In any case gaps in contact and overlaps are at
+        most 1e-6 spacings (see `ActiveSetOptions`).
+    options : ActiveSetOptions, optional
+        Options of the algorithm.
+
+    Yields
+    ------
+    Relaxation
+        The start, and the state after each step. The last one is converged, or has a
+        message. All carry the load up to rounding errors.
+
+    Raises
+    ------
+    ValueError
+        If the wall is not hard or is attractive, the start does not have the shape of
+        the window, the load is negative, depends on the height or is larger than the
+        hardness times the area, or no load reaches the height of a periodic surface.
     """
-
-    def __init__(
-        self,
-        model: CirculantModel,
-        pressure: np.ndarray,
-        gap: np.ndarray,
-        violation: float,
-        required_sum: float | None,
-        options: ActiveSetOptions,
-    ) -> None:
-        self._model, self._options = model, options
-        self._required_sum, self._loaded = required_sum, required_sum is not None
-        self._window, self._unit = pressure, violation / model.self_compliance
-        self._pressure = self._on_box(pressure, 1.0 / self._unit)
-        self._total = total(self._pressure)
-        self._gap = self._on_box(gap, 1.0 / violation)  # g + C x
-        self._contact = (self._pressure > self._gap).astype(model.dtype)
-        self._change = np.zeros_like(self._pressure)
-        self._residual = np.empty_like(self._pressure)
-        self._direction = np.empty_like(self._pressure)
-        self._scratch = np.empty_like(self._pressure)
-        self._height_change = 0.0
-        self._forcing = options.forcing
-        self._loose = options.loose_updates  # that are left
-        self._steps = options.inner_steps  # that are left
-        # the model of a periodic surface in full contact is singular at a fixed height
-        self._may_be_singular = model.singular and not self._loaded
-
-    def solve(self, target: float) -> np.ndarray:
-        """Return a pressure that satisfies the conditions of contact for the model.
-
-        Parameters
-        ----------
-        target : float
-            Violation that may be left, relative to the present one.
-
-        Returns
-        -------
-        ndarray, shape (n, m)
-            The result of the last iteration, also if the steps do not suffice.
-        """
-        while True:
-            self._steps -= 1
-            self._loose -= 1
-            if self._loose < 0:
-                self._forcing *= 0.5
-            self._open_lowest_pressure()
-            self._clip()
-            if not self._close_gaps(target) or self._steps <= 0:
-                return self._result()
-
-    def _exchange(self, target: float) -> bool:
-        """Update the set; return whether it has changed."""
-        return _exchange(
-            self._contact,
-            self._pressure,
-            self._change,
-            self._gap,
-            -target - self._height_change,
-        )
-
-    def _on_box(self, values: np.ndarray, factor: float) -> np.ndarray:
-        """Return values on the box of the model times a factor, in its precision."""
-        field = np.empty(self._model.box.shape, self._model.dtype)
-        scale(field, values[self._model.box.slices], factor)
-        return field
-
-    def _result(self) -> np.ndarray:
-        """Return the new pressure on the window; under a load of its total."""
-        old, new = self._window, np.zeros(self._window.shape)
-        inside = self._model.box.slices
-        reached = _add_change(
-            new[inside], old[inside], self._unit, self._clipped(), self._pressure
-        )
-        if self._required_sum is not None:
-            scale(new, new, self._required_sum / reached)
-        return new
-
-    def _open_lowest_pressure(self) -> None:
-        """In a singular full contact, reduce the pressures until one is zero."""
-        if self._may_be_singular and self._contact.all():
-            pressure = self._pressure + self._change
-            self._change -= pressure.min()
-            self._contact[pressure <= pressure.min()] = 0.0
-
-    def _clipped(self) -> np.ndarray:
-        """Return the change clipped to pressures >= 0; under a load, of no total."""
-        clipped = self._scratch
-        gained = _clip(clipped, self._change, self._pressure, self._contact)
-        if self._loaded:
-            _rescale(clipped, gained / (self._total + gained), self._pressure)
-        return clipped
-
-    def _clip(self) -> None:
-        """Clip the change, and update the gap."""
-        clipped, difference = self._clipped(), self._change
-        self._change, self._scratch = clipped, difference
-        if _subtract_from(difference, clipped):
-            opening = self._model.compliance(difference, difference)
-            linear_combination([(1.0, self._gap), (1.0, opening)], out=self._gap)
-
-    def _close_gaps(self, target: float) -> bool:
-        r"""Close the gaps in contact until the set changes; return whether it does.
-
-        By conjugate gradients, with the residual :math:`r`, zero out of contact:
-
-        .. math:: z = C^{-1} r, \quad
-                  \beta = \frac{z \cdot r}{(z \cdot r)'}, \quad
-                  t \leftarrow z + \beta t, \quad
-                  \alpha = \frac{z \cdot r}{t \cdot C t}, \quad
-                  x \leftarrow x + \alpha t
-
-        Under a load the mean of :math:`z` in contact is subtracted from it.
-        """
-        count = int(total(self._contact))
-        if not count:
-            return self._exchange(target)
-        opened = dot(self._gap, self._contact) if self._loaded else 0.0
-        largest = self._update_residual(opened / count)
-        stage = max(target, self._forcing * max(largest, self._overlap()))
-        last_work = math.inf
-        while self._steps > 0:
-            if largest <= stage:
-                if self._exchange(target):
-                    return True
-                if largest <= target:
-                    return False
-                stage = max(target, self._forcing * largest)
-            last_work, opened = self._advance(count, last_work)
-            largest = self._update_residual(opened / count)
-            self._steps -= 1
-        return self._exchange(target)
-
-    def _overlap(self) -> float:
-        """Return the largest overlap."""
-        return -least(self._gap) - self._height_change
-
-    def _update_residual(self, mean_gap: float) -> float:
-        """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
-        if self._loaded:
-            self._height_change = -mean_gap
-        return _set_residual(
-            self._residual, self._gap, self._height_change, self._contact
-        )
-
-    def _advance(self, count: int, last_work: float) -> tuple[float, float]:
-        """Make a step of conjugate gradients.
-
-        Returns
-        -------
-        work, opened : float
-            ``z . r``, and the sum of the gaps in contact.
-        """
-        z = self._model.stiffness(self._residual, self._scratch)
-        work, mean = dots([(z, self._residual), (z, self._contact)])
-        # under a load the residuals have no mean: that of z does not change the work
-        mean = mean / count if self._loaded else 0.0
-        _set_direction(self._direction, work / last_work, z, mean, self._contact)
-        opening = self._model.compliance(self._direction, self._scratch)
-        length = work / dot(self._direction, opening)
-        opened = _advance(
-            self._change, self._gap, length, self._direction, opening, self._contact
-        )
-        return work, opened
+    _check(contact, height, external, tolerance)
+    halfspace = contact.halfspace
+    start = checked_start(contact, start)
+    if start is not None:
+        start = _nonnegative(contact, start)
+    load = None if external is None else -external(height)[1]
+    if load is not None:
+        _check_capacity(contact, load)
+    least = force_per_gap(halfspace) * options.largest_gap * halfspace.spacing
+    if load is not None and load <= least:
+        # carried by the lowest atom, which coarser grids may not contain
+        height, start = -float(contact.heights.min()), np.zeros(halfspace.shape)
+        load = load or None
+    gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
+    for state in _solve(contact, height, load, start, gap, options):
+        energy = state.energy + contact.plastic_work
+        if external is not None:
+            if state.converged:
+                _check_load(external, (height, state.height))
+            energy += external(state.height)[0]
+        yield replace(state, energy=energy)
 
 
-@rowwise(np.logical_or)
-def _exchange(
-    contact: np.ndarray,
-    pressure: np.ndarray,
-    change: np.ndarray,
-    gap: np.ndarray,
-    least_gap: float,
-) -> bool:
-    """Update the set: keep ``p + x >= 0``, add gaps below `least_gap`.
-
-    Returns whether it has changed.
-    """
-    inside = contact > 0.0
-    new = inside & (change >= -pressure)
-    new |= ~inside & (gap < least_gap)
-    contact[:] = new
-    return bool((new != inside).any())
-
-
-@rowwise(np.add)
-def _clip(
-    clipped: np.ndarray, change: np.ndarray, pressure: np.ndarray, contact: np.ndarray
-) -> float:
-    """Clip ``x`` to ``max(x, -p)`` in contact, ``-p`` elsewhere; return its sum."""
-    lowest = -pressure
-    np.maximum(change, lowest, out=clipped)
-    clipped *= contact
-    lowest *= 1.0 - contact
-    clipped += lowest
-    return float(clipped.sum())
-
-
-@rowwise()
-def _rescale(change: np.ndarray, excess: float, pressure: np.ndarray) -> None:
-    """Set ``x -= excess (p + x)``."""
-    change -= excess * (pressure + change)
-
-
-@rowwise(np.logical_or)
-def _subtract_from(change: np.ndarray, new: np.ndarray) -> bool:
-    """Set a change to its difference to a new one; return whether it is not zero."""
-    np.subtract(new, change, out=change)
-    return bool(change.any())
-
-
-@rowwise(np.maximum)
-def _set_residual(
-    residual: np.ndarray, gap: np.ndarray, height_change: float, contact: np.ndarray
-) -> float:
-    """Set ``r = -(g + s)`` in contact, zero elsewhere; return ``max |r|``."""
-    np.subtract(-height_change, gap, out=residual)
-    residual *= contact
-    return float(max(residual.max(), -residual.min()))
-
-
-@rowwise()
-def _set_direction(
-    direction: np.ndarray, beta: float, z: np.ndarray, mean: float, contact: np.ndarray
+def _check(
+    contact: Contact, height: float, external: External | None, tolerance: float
 ) -> None:
-    """Set ``t = beta t + z - mean`` in contact, zero elsewhere; overwrite ``z``."""
-    z -= mean
-    if not beta:  # the first direction
-        np.multiply(z, contact, out=direction)
-        return
-    z *= contact
-    direction *= beta
-    direction += z
+    """Raise `ValueError` if there is no solution that this solver can find."""
+    wall = contact.interaction
+    if not wall.purely_hard:
+        raise ValueError(f"ActiveSet is for the hard wall, got {wall}")
+    finite(height=height)
+    positive(tolerance=tolerance)
+    if external is not None:
+        reach = float(np.ptp(contact.heights)) + contact.halfspace.spacing
+        first = contact.first_contact
+        _check_load(external, (height, first - reach, first + reach))
+    else:
+        check_height(contact, height)
 
 
-@rowwise(np.add)
-def _advance(
-    change: np.ndarray,
-    gap: np.ndarray,
-    length: float,
-    direction: np.ndarray,
-    opening: np.ndarray,
-    contact: np.ndarray,
-) -> float:
-    """Set ``x += length t`` and ``g += length C t``; overwrite ``C t``.
+def check_height(contact: Contact, height: float) -> None:
+    """Raise `ValueError` if a periodic surface is in full contact whatever the load."""
+    elastic = not contact.interaction.plastic
+    periodic = contact.halfspace.periodic
+    full_contact = 0.0 - float(contact.heights.mean())  # not -0
+    if periodic and elastic and height <= full_contact:
+        raise ValueError(
+            f"height must be above {full_contact:g}, at which all of the periodic "
+            f"surface is in contact whatever the load, got {height:g}: give a load "
+            "instead"
+        )
 
-    Returns the sum of the gaps in contact.
+
+def _check_load(external: External, heights: tuple[float, ...]) -> None:
+    """Raise `ValueError` unless the load is nonnegative and equal at all heights."""
+    loads = [-external(height)[1] for height in heights]
+    if not all(math.isclose(load, loads[0], rel_tol=1e-9) for load in loads):
+        values = ", ".join(
+            f"{load:g} at height {height:g}"
+            for load, height in zip(loads, heights, strict=True)
+        )
+        raise ValueError(
+            "ActiveSet does not support a spring on the indenter: the load is "
+            f"{values}; give a constant load, or fix the height"
+        )
+    if not 0.0 <= loads[0] < math.inf:
+        raise ValueError(
+            "a hard wall carries no tension: load must be finite and >= 0, "
+            f"got {loads[0]:g}"
+        )
+
+
+def _check_capacity(contact: Contact, load: float) -> None:
+    """Raise `ValueError` if a load is larger than the hardness times the area."""
+    hardness, halfspace = contact.interaction.hardness, contact.halfspace
+    area = halfspace.cell_area * math.prod(halfspace.shape)
+    if load > hardness * area:
+        raise ValueError(
+            f"the load {load:g} is larger than the hardness {hardness:g} times the "
+            f"area {area:g} of the window, {hardness * area:g}: give a smaller load or "
+            "a larger window"
+        )
+
+
+def _nonnegative(contact: Contact, start: np.ndarray) -> np.ndarray:
+    """Return an initial pressure that is zero out of contact, without its rounding."""
+    if contact.halfspace.periodic:
+        start = start - start.min()
+    return without_rounding(start).clip(0.0)
+
+
+def _solve(
+    contact: Contact,
+    height: float,
+    load: float | None,
+    start: np.ndarray | None,
+    tolerance: float,
+    options: ActiveSetOptions,
+) -> Iterator[Relaxation]:
+    """Solve on a window, cropped where possible; `height` is a guess under a load."""
+    halfspace, shape, pairs = contact.halfspace, contact.halfspace.shape, 0.0
+    if start is None and load is not None:
+        start, pairs = _full_contact(contact, load)
+    if start is None and can_coarsen(contact, options.coarsest):
+        coarse = coarsen(contact)
+        gap = _COARSE_GAP * coarse.halfspace.spacing
+        states = list(_solve(coarse, height, load, None, gap, options))
+        pairs += _share(coarse, contact) * sum(state.pairs for state in states)
+        start = refine(states[-1].pressure, shape)
+        if load is not None:
+            height = states[-1].height - gap
+    can_crop = not (halfspace.periodic or halfspace.solid.bulges)
+    box = window = Box((0, 0), shape)
+    if start is not None and can_crop:
+        box = reachable(contact, height, start)
+        capacity = contact.interaction.hardness * box.size * halfspace.cell_area
+        carries = load is None or load <= capacity
+        box = _worthwhile(box, window) if carries else window
+    while True:
+        required, cropped = box, crop(contact, box)
+        pressure = None if start is None else start[box.slices]
+        for state in defect_correction(
+            cropped, height, load, pressure, tolerance, options
+        ):
+            if state.converged and can_crop:
+                required = box.union(reachable(contact, state.height))
+            state = replace(
+                state,
+                pressure=_padded(state.pressure, box, shape),
+                converged=state.converged and required == box,
+                pairs=_share(cropped, contact) * state.pairs + pairs,
+            )
+            yield state
+            pairs = 0.0
+        if required == box:
+            return
+        start, height = state.pressure, state.height
+        box = _worthwhile(required, window)
+
+
+def _share(part: Contact, contact: Contact) -> float:
+    """Return the points of a grid in units of those of another one."""
+    return math.prod(part.halfspace.grid) / math.prod(contact.halfspace.grid)
+
+
+def _full_contact(contact: Contact, load: float) -> tuple[np.ndarray | None, float]:
+    """Return the pressure of a full contact without its tension, and the FFT pairs.
+
+    None if not nearly all of it is elastic; it is not calculated if the load is too
+    small to close all gaps.
     """
-    opening *= length
-    gap += opening
-    np.multiply(direction, length, out=opening)
-    change += opening
-    return inner(gap, contact)
+    halfspace, heights = contact.halfspace, contact.heights
+    mean = load / (halfspace.cell_area * heights.size)
+    depth = mean * halfspace.self_compliance * max(heights.shape)
+    if depth < np.ptp(heights):
+        return None, 0.0
+    model = covering_model(halfspace, Box((0, 0), heights.shape))
+    before = model.work
+    uneven = model.stiffness(heights - heights.mean()) / model.self_compliance
+    pairs = (model.work - before) / math.prod(halfspace.grid)
+    pressure = (mean - uneven).astype(float)
+    elastic = (pressure > 0.0) & (pressure <= contact.interaction.hardness)
+    full = np.count_nonzero(elastic) >= _FULL_CONTACT * pressure.size
+    return (pressure.clip(0.0) if full else None), pairs
 
 
-@rowwise(np.add)
-def _add_change(
-    new: np.ndarray,
-    old: np.ndarray,
-    unit: float,
-    change: np.ndarray,
-    pressure: np.ndarray,
-) -> float:
-    """Set the new pressure ``max(old + unit x, 0)``, zero where ``p + x`` is.
+def _worthwhile(box: Box, window: Box) -> Box:
+    """Return a box that is small enough to crop the window to it, or the window."""
+    return box if box.size <= _LARGEST_CROP * window.size else window
 
-    Returns its sum.
-    """
-    # in an array of its own: operations on parts of rows take much longer
-    result = np.multiply(change, unit, dtype=new.dtype)
-    result += old
-    np.maximum(result, 0.0, out=result)
-    result *= change > -pressure
-    new[:] = result
-    return float(result.sum())
+
+def _padded(pressure: np.ndarray, box: Box, shape: tuple[int, int]) -> np.ndarray:
+    """Return a pressure on a box as one on the window."""
+    if pressure.shape == shape:
+        return pressure
+    padded = np.zeros(shape)
+    padded[box.slices] = pressure
+    return padded

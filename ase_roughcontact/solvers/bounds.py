@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 # Relative error of sums and of the limit that is accepted.
@@ -59,21 +61,24 @@ def with_sum(
     """Return a pressure changed to a given sum.
 
     Values between the bounds are moved towards one of them. If these do not suffice,
-    all values change; see `clip_to_sum`.
+    all values change; see `clip_to_sum`. Without a limit, the pressure is scaled.
 
     Parameters
     ----------
     pressure : ndarray, shape (n, m)
         Between zero and the limit.
     total, limit : float
-        See `clip_to_sum`.
+        See `clip_to_sum`; the limit may be infinity.
     push : ndarray, shape (n, m)
         Added to the pressure if all values change: large where they are to rise first.
+        Not used without a limit.
 
     Returns
     -------
     ndarray, shape (n, m)
     """
+    if limit == math.inf:
+        return pressure * (total / pressure.sum())
     missing = total - float(pressure.sum())
     if abs(missing) <= _ROUNDING * total:
         return pressure

@@ -1,7 +1,7 @@
 """The solver that is recommended for a wall."""
 
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
 

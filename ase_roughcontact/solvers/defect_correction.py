@@ -7,7 +7,7 @@ pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \s
    makes the smallest and the largest gap in contact opposite. Stop if the violation,
    the largest gap in contact or overlap, is below the tolerance, and the load carried.
 2. Solve the contact problem that has the model :math:`C` in place of :math:`G` for the
-   correction :math:`x` of the pressure, to 7 % of the violation; see `active_set`.
+   correction :math:`x` of the pressure, to 7 % of the violation; see `complementarity`.
    The gradient of the model is exact at :math:`p`, so that :math:`E` falls along
    :math:`x`.
 3. Calculate :math:`G x` by a convolution, and shorten :math:`x` to the least energy
@@ -17,7 +17,7 @@ pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \s
    errors of the model in the longest waves.
 
 With a hardness :math:`H` the pressures are bounded by it, too, and atoms at this bound
-may overlap; see `bounded_set`.
+may overlap.
 """
 
 from __future__ import annotations
@@ -28,59 +28,28 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import (
-    dot,
-    dots,
-    linear_combination,
-    rowwise,
-    scale,
-    total,
-)
+from ase_roughcontact._util.kernels import dot, dots, linear_combination, scale, total
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.solvers.active_set import ComplementarityProblem
-from ase_roughcontact.solvers.bounded_set import BoundedProblem
 from ase_roughcontact.solvers.bounds import with_sum
+from ase_roughcontact.solvers.complementarity import ComplementarityProblem
 from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.options import ActiveSetOptions
-from ase_roughcontact.solvers.relaxation import precision_advice
+from ase_roughcontact.solvers.relaxation import (
+    Relaxation,
+    force_per_gap,
+    precision_advice,
+)
 from ase_roughcontact.solvers.starting_pressure import initial_pressure, start_factor
 
 # Rounding error of a sum of pressures, relative to it.
 _ROUNDING = 1e-14
-
-
-@dataclass(frozen=True)
-class HardWallState:
-    """State of the defect correction.
-
-    Attributes
-    ----------
-    pressure : ndarray, shape (n, m)
-        Nonnegative pressure on the window.
-    height : float
-        Height of the indenter (length).
-    energy : float
-        Energy of the half space, and work of the plastic flow.
-    violation : float
-        Largest gap in contact or overlap, or the gap of an atom whose force is the
-        difference of normal force and load (length).
-    converged : bool
-        Whether the violation is below the tolerance.
-    message : str
-        Why there is no further step; empty while there is one.
-    work : float
-        Grid points transformed, forward and back, since the last state.
-    """
-
-    pressure: np.ndarray
-    height: float
-    energy: float
-    violation: float
-    converged: bool
-    message: str
-    work: float
+# Violation that the solution for an exact model may leave, in units of its rounding
+# error: nothing else makes another step necessary.
+_EXACT_CONTRACTION = 1000.0
+# Number of steps without progress after which the solver stops.
+_PATIENCE = 10
 
 
 @dataclass(frozen=True)
@@ -98,7 +67,7 @@ def defect_correction(
     start: np.ndarray | None,
     tolerance: float,
     options: ActiveSetOptions,
-) -> Iterator[HardWallState]:
+) -> Iterator[Relaxation]:
     """Solve the contact problem of a hard wall on one grid.
 
     Parameters
@@ -117,7 +86,7 @@ def defect_correction(
 
     Yields
     ------
-    HardWallState
+    Relaxation
         The start, and the state after each step. The last one is converged, or has a
         message.
     """
@@ -145,8 +114,9 @@ class _DefectCorrection:
         self._contact, self._halfspace = contact, contact.halfspace
         self._height, self._tolerance = height, tolerance
         self._options = options
-        self._work = 0.0
         self._hardness = contact.interaction.hardness
+        self._total = None if load is None else load / self._halfspace.cell_area
+        self._pairs = 0.0
         self._pressure = initial_pressure(contact, load, start)
         self._opening = self._opened(self._pressure)
         if load is None:
@@ -154,43 +124,46 @@ class _DefectCorrection:
             factor = start_factor(self._pressure, self._opening, undeformed)
             self._pressure = factor * self._pressure
             self._opening *= factor
-        small = math.prod(contact.halfspace.shape) <= options.exact_size
-        dense_atoms = options.dense_atoms // (3 if start is None else 1)
-        self._most_dense = dense_atoms if small and self._hardness == math.inf else 0
-        self._dense = DenseContact(contact, self._most_dense)
-        self._total = None if load is None else load / self._halfspace.cell_area
+        # a cold start takes more steps
+        most_dense = options.dense_atoms // (3 if start is None else 1)
+        self._dense = DenseContact(contact, most_dense)
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
-        self._corrections: list[Correction] = []  # the last two
+        self._last: Correction | None = None
         self._length = 1.0
 
-    def evaluate(self) -> HardWallState:
+    def evaluate(self) -> Relaxation:
         """Calculate the gap; return the present state."""
         gap = linear_combination([(1.0, self._contact.heights), (1.0, self._opening)])
-        highest, minus_lowest, overlap = _extremes(gap, self._pressure, self._hardness)
+        in_contact = rigid = gap[self._pressure > 0.0]
+        highest = float(in_contact.max(initial=-math.inf))
+        lowest = float(gap.min())
+        if self._hardness < math.inf:  # atoms under the hardness may overlap
+            rigid = gap[self._pressure < self._hardness]
+            lowest = float(rigid.min(initial=math.inf))
         if self._total is not None:
-            if minus_lowest == -math.inf:  # all atoms are in plastic contact
-                minus_lowest = -highest
-            self._height = (minus_lowest - highest) / 2.0
+            lower = float(rigid.min(initial=math.inf))
+            self._height = -(highest + min(lower, highest)) / 2.0
         gap += self._height
         self._gap = gap
         # the maximum of NumPy returns NaN if there is one
-        gaps = highest + self._height, overlap - self._height
-        violation = float(np.max([0.0, *gaps, self._load_violation()]))
+        errors = highest + self._height, -lowest - self._height, self._load_violation()
+        violation = float(np.max([0.0, *errors]))
         self._violations.append(violation)
         converged = violation <= self._tolerance
-        work, self._work = self._work, 0.0
+        pairs, self._pairs = self._pairs, 0.0
         energy = 0.5 * dot(self._pressure, self._opening)
         if self._hardness < math.inf:
-            energy += self._hardness * _flow(gap, self._pressure, self._hardness)
-        return HardWallState(
+            flowed = gap[self._pressure >= self._hardness]
+            energy -= self._hardness * float(np.minimum(flowed, 0.0).sum())
+        return Relaxation(
             pressure=self._pressure,
             height=self._height,
             energy=self._halfspace.cell_area * energy,
-            violation=violation,
+            error=violation * force_per_gap(self._halfspace),
             converged=converged,
             message="" if converged else self._obstacle(),
-            work=work,
+            pairs=pairs,
         )
 
     def correct(self) -> None:
@@ -203,14 +176,13 @@ class _DefectCorrection:
             linear_combination([(1.0, trial), (-1.0, self._pressure)]),
             linear_combination([(1.0, opening), (-1.0, self._opening)]),
         )
-        self._corrections = [correction, *self._corrections[:1]]
-        if self._is_slow:
-            self._length, self._pressure = 1.0, self._combined(trial)
+        last, self._last = self._last, correction
+        if last is not None and self._is_slow:
+            self._length = 1.0
+            self._pressure = self._combined([correction, last], trial)
             self._opening = self._opened(self._pressure)
             return
-        self._length = _step_length(
-            self._pressure, trial, self._gap, correction, self._hardness
-        )
+        self._length = self._step_length(correction, trial)
         if self._length == 1.0:  # without the rounding errors of a sum
             self._pressure, self._opening = trial, opening
             return
@@ -231,21 +203,19 @@ class _DefectCorrection:
     @property
     def _is_slow(self) -> bool:
         """Whether the last correction has left too much of the violation."""
-        if len(self._violations) < 2:
-            return False
         before, now = self._violations[-2:]
         return now > self._options.slow_contraction * before
 
     def _obstacle(self) -> str:
         """Return why there is no further step; empty if there is one."""
-        violation, patience = self._violations[-1], self._options.patience
+        violation = self._violations[-1]
         if not math.isfinite(violation):
             return "the gap is not finite"
-        late, early = self._violations[-patience:], self._violations[:-patience]
+        late, early = self._violations[-_PATIENCE:], self._violations[:-_PATIENCE]
         if self._length == 0.0:
             reason = "rounding errors hide any further decrease of the energy"
         elif early and min(late) >= min(early):
-            reason = f"no progress in {patience} steps"
+            reason = f"no progress in {_PATIENCE} steps"
         else:
             return ""
         reached = f"the violation is {violation:.3g}, not {self._tolerance:.3g}"
@@ -253,7 +223,7 @@ class _DefectCorrection:
 
     def _dense_solution(self) -> np.ndarray | None:
         """Return the pressure found by dense matrices; None if they do not find it."""
-        if not 0 < np.count_nonzero(self._pressure) <= self._most_dense:
+        if not self._dense.suits(self._pressure):
             return None
         halfspace, required = self._halfspace, self._total
         before = halfspace.pairs
@@ -264,7 +234,7 @@ class _DefectCorrection:
             None if required is None else lambda height: (0.0, required),
             0.3 * self._tolerance / halfspace.self_compliance,
         )
-        self._work += math.prod(halfspace.grid) * (halfspace.pairs - before)
+        self._pairs += halfspace.pairs - before
         if not found.converged:
             return None
         trial = np.maximum(found.pressure, 0.0)
@@ -275,23 +245,13 @@ class _DefectCorrection:
         model = self._covering_model(violation)
         before = model.work
         contraction = self._options.contraction
-        if model.exact:  # only rounding errors make another step necessary
-            rounding = float(np.finfo(model.dtype).eps)
-            contraction = self._options.exact_contraction * rounding
-        target = max(0.3 * self._tolerance / violation, contraction)
-        parameters = (
-            model,
-            self._pressure,
-            self._gap,
-            violation,
-            self._total,
-            self._options,
+        if model.exact:
+            contraction = _EXACT_CONTRACTION * float(np.finfo(model.dtype).eps)
+        problem = ComplementarityProblem(
+            model, self._pressure, self._gap, violation, self._total, self._hardness
         )
-        problem = ComplementarityProblem(*parameters)
-        if self._hardness < math.inf:
-            problem = BoundedProblem(*parameters, self._hardness)
-        trial = problem.solve(target)
-        self._work += model.work - before
+        trial = problem.solve(max(0.3 * self._tolerance / violation, contraction))
+        self._pairs += (model.work - before) / math.prod(self._halfspace.grid)
         return trial
 
     def _covering_model(self, violation: float) -> CirculantModel:
@@ -300,46 +260,64 @@ class _DefectCorrection:
             near = (self._pressure > 0.0) | (self._gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
-            exact = self._needs_exact_model()
-            self._model = covering_model(self._halfspace, box, exact=exact)
+            self._model = covering_model(self._halfspace, box)
         return self._model
-
-    def _needs_exact_model(self) -> bool:
-        """Return whether an exact model pays: on small windows and for many atoms.
-
-        Where much of the window is in elastic contact, the errors of a circulant model
-        in the longest waves would slow down the convergence.
-        """
-        size, options = self._pressure.size, self._options
-        if size <= options.exact_size:
-            return True
-        in_contact = np.count_nonzero(self._pressure)
-        elastic = self._hardness == math.inf
-        return elastic and bool(in_contact >= options.exact_contact * size)
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G p``, and count its transforms."""
-        self._work += math.prod(self._halfspace.grid)
+        self._pairs += 1.0
         displacement = self._halfspace.displacement(pressure)
         scale(displacement, displacement, -1.0)
         return displacement
 
-    def _combined(self, trial: np.ndarray) -> np.ndarray:
-        """Return the pressure of the least energy in the span of the corrections."""
-        corrections = self._corrections
+    def _combined(self, corrections: list[Correction], trial: np.ndarray) -> np.ndarray:
+        """Return the pressure of the least energy in the span of the corrections.
+
+        Atoms are at a bound of the pressure where those of the trial are.
+        """
         slopes = dots([(x.pressure, self._gap) for x in corrections])
         pairs = [(x.pressure, y.opening) for x in corrections for y in corrections]
         hessian = np.reshape(dots(pairs), (len(corrections), len(corrections)))
         weights, *_ = np.linalg.lstsq(hessian, -np.array(slopes), rcond=1e-8)
         terms = [(w, x.pressure) for w, x in zip(weights, corrections, strict=True)]
         new = linear_combination([(1.0, self._pressure), *terms])
-        _clip(new, trial, self._hardness)
+        np.clip(new, 0.0, self._hardness, out=new)
+        new *= trial > 0.0
+        new[trial == self._hardness] = self._hardness
         if self._total is None:
             return new
-        if self._hardness == math.inf:
-            return new * (self._total / new.sum())
         push = self._gap / -self._halfspace.self_compliance
         return with_sum(new, self._total, self._hardness, push)
+
+    def _step_length(self, correction: Correction, trial: np.ndarray) -> float:
+        """Return the length of a step along a correction.
+
+        That of the least energy; one, if this lowers the energy and the set in contact
+        changes: otherwise atoms that leave would keep a part of their pressure forever.
+        """
+        slope = dot(correction.pressure, self._gap)
+        curvature = dot(correction.pressure, correction.opening)
+        if slope >= 0.0:
+            return 0.0
+        if curvature <= 0.0:  # a shift of the mean of a periodic surface
+            return 1.0
+        length = -slope / curvature
+        if length < 0.5 or self._same_contact(trial, length * correction.pressure):
+            return length
+        return 1.0
+
+    def _same_contact(self, trial: np.ndarray, change: np.ndarray) -> bool:
+        """Return whether the same atoms are at the bounds now, in the trial, and after.
+
+        `change` is that of a step along the correction.
+        """
+        old, hardness = self._pressure, self._hardness
+        if ((trial > 0.0) != (old > 0.0)).any():
+            return False
+        if hardness < math.inf and ((trial < hardness) != (old < hardness)).any():
+            return False
+        new = old + change
+        return bool(new.min() >= 0.0 and new.max() <= hardness)
 
 
 def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:
@@ -347,74 +325,3 @@ def _overlaps_outside(box: Box, gap: np.ndarray) -> bool:
     overlap = gap < 0.0
     overlap[box.slices] = False
     return bool(overlap.any())
-
-
-def _step_length(
-    old: np.ndarray,
-    new: np.ndarray,
-    gap: np.ndarray,
-    correction: Correction,
-    hardness: float,
-) -> float:
-    """Return the length of a step along a correction.
-
-    That of the least energy; one, if this lowers the energy and the set in contact
-    changes: otherwise atoms that leave would keep a part of their pressure forever.
-    """
-    slope = dot(correction.pressure, gap)
-    curvature = dot(correction.pressure, correction.opening)
-    if slope >= 0.0:
-        return 0.0
-    if curvature <= 0.0:  # a shift of the mean of a periodic surface
-        return 1.0
-    length = -slope / curvature
-    if length < 0.5 or _same_contact(old, new, length, correction.pressure, hardness):
-        return length
-    return 1.0
-
-
-@rowwise(np.maximum)
-def _extremes(
-    gap: np.ndarray, pressure: np.ndarray, hardness: float
-) -> tuple[float, float, float]:
-    """Return the largest gap in contact, and minus the smallest in contact and of all.
-
-    With a hardness, both of these are those of all atoms not in plastic contact.
-    """
-    gaps = gap[pressure > 0.0]
-    highest = float(gaps.max(initial=-math.inf))
-    if hardness < math.inf:
-        gap = gaps = gap[pressure < hardness]
-    lowest, overlap = (float(-g.min(initial=math.inf)) for g in (gaps, gap))
-    return highest, lowest, overlap
-
-
-@rowwise(np.add)
-def _flow(gap: np.ndarray, pressure: np.ndarray, hardness: float) -> float:
-    """Return the sum of the overlaps in plastic contact."""
-    return -float(np.minimum(gap, 0.0).sum(where=pressure >= hardness))
-
-
-@rowwise(np.logical_and)
-def _same_contact(
-    old: np.ndarray, new: np.ndarray, length: float, change: np.ndarray, hardness: float
-) -> bool:
-    """Return whether the same atoms carry pressure before, after and on the way.
-
-    With a hardness: whether the same atoms are in plastic contact, too.
-    """
-    if ((new > 0.0) != (old > 0.0)).any():
-        return False
-    if hardness < math.inf and ((new < hardness) != (old < hardness)).any():
-        return False
-    on_the_way = old + length * change
-    return bool(on_the_way.min() >= 0.0 and on_the_way.max() <= hardness)
-
-
-@rowwise()
-def _clip(pressure: np.ndarray, trial: np.ndarray, hardness: float) -> None:
-    """Clip pressures to their bounds, and set them to those that the trial is at."""
-    pressure *= (pressure > 0.0) & (trial > 0.0)
-    if hardness < math.inf:
-        np.minimum(pressure, hardness, out=pressure)
-        pressure[trial == hardness] = hardness

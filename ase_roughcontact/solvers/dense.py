@@ -40,6 +40,9 @@ _SINGLE_THREAD = 63
 # Largest number of steps; most contacts need four to seven.
 _STEPS = 12
 
+# Longest side of a window.
+_LONGEST_SIDE = 64
+
 #: Stiffness of springs on the indenter per area of an atom, and required sum of the
 #: pressures, at a height.
 Support = Callable[[float], tuple[float, float]]
@@ -67,6 +70,12 @@ class DenseContact:
 
     def __init__(self, contact: Contact, most_atoms: int) -> None:
         self._contact, self._most = contact, most_atoms
+
+    def suits(self, pressure: np.ndarray) -> bool:
+        """Return whether dense matrices pay for the atoms that are under pressure."""
+        atoms = int(np.count_nonzero(pressure))
+        small = max(pressure.shape) <= _LONGEST_SIDE and 0 < atoms <= self._most
+        return small and not self._contact.interaction.plastic
 
     def solve(
         self,

@@ -19,16 +19,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import (
-    dot,
-    inner,
-    max_abs,
-    rowwise,
-    scale,
-)
+from ase_roughcontact._util.kernels import dot, scale
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.solvers.local_wall import LocalWall
 from ase_roughcontact.solvers.relaxation import External
 
@@ -94,23 +87,31 @@ class ContactEnergy:
     Parameters
     ----------
     contact : Contact
-        Contact with a soft wall.
+        Contact with a soft wall, or a hard one with attraction.
     external : callable, optional
         Energy and upward force of load and springs on the indenter at a height; by
         default the height is fixed.
+    wall : LocalWall, optional
+        Wall of the contact with a reaction; by default without.
     """
 
-    def __init__(self, contact: Contact, external: External | None) -> None:
+    def __init__(
+        self,
+        contact: Contact,
+        external: External | None,
+        wall: LocalWall | None = None,
+    ) -> None:
         self.contact = contact
-        self.wall = LocalWall.of(contact)
+        self.wall = wall or LocalWall.of(contact)
         self.area = contact.halfspace.cell_area
+        self.attractive = contact.interaction.attractive
         self.invertible = contact.interaction.invertible
         self.loaded = external is not None
         self.external = external or (lambda height: (0.0, 0.0))
 
-    def on(self, contact: Contact) -> ContactEnergy:
-        """Return the energy of another contact with the same load and springs."""
-        return ContactEnergy(contact, self.external if self.loaded else None)
+    def on(self, contact: Contact, wall: LocalWall | None = None) -> ContactEnergy:
+        """Return the energy of a contact or wall with the same load and springs."""
+        return ContactEnergy(contact, self.external if self.loaded else None, wall)
 
     def opening(self, pressure: np.ndarray) -> np.ndarray:
         """Return ``G q``, the opening of the gap by a pressure: one convolution."""
@@ -147,79 +148,83 @@ class ContactEnergy:
         """
         if opening is None:
             opening, exact = self.opening(pressure), True
-        residual, stiffness = np.empty(opening.shape), np.empty(opening.shape)
-        active = np.empty(opening.shape, bool)
-        fields = residual, stiffness, active, pressure, opening
-        residual_norm = math.inf
-        if by_pressure:
-            stored, pushed, error, square = _by_pressure(
-                *fields,
-                self.contact.heights,
-                height,
-                self.contact.interaction,
-                self.contact.halfspace.self_compliance,
-            )
-            magnitude, residual_norm = stored, square**0.5
-        else:
-            stored, magnitude, pushed = self.wall.evaluate(*fields, height)
-            error = max_abs(residual)
-        if self.contact.halfspace.periodic and active.all() and not by_pressure:
+        linearise = self.wall.at_pressures if by_pressure else self.wall.at_gaps
+        wall = linearise(pressure, opening, height)
+        residual = wall.residual
+        if self.contact.halfspace.periodic and wall.active.all() and not by_pressure:
             # the energy does not depend on the mean of q: set it to that of p
             shift = float(residual.mean())
             pressure, residual = pressure + shift, residual - shift
         elastic = 0.5 * self.area * dot(pressure, opening)
         outside, force = self.external(height)
-        if self.loaded:
-            force += self.area * pushed
-        magnitudes = elastic + self.area * magnitude + abs(outside)
+        magnitudes = elastic + self.area * wall.magnitude + abs(outside)
         return EnergyState(
             pressure=pressure,
             opening=opening,
             height=height,
-            box=Box.bounding(active) or self._lowest_gap(opening),
-            stiffness=stiffness,
+            box=Box.bounding(wall.active) or self._lowest_gap(opening),
+            stiffness=wall.stiffness,
             residual=residual,
-            load_residual=force,
-            surface_error=self.area * error,
-            energy=elastic + self.area * stored + outside,
+            load_residual=force + self.area * wall.force if self.loaded else 0.0,
+            surface_error=self.area * wall.error,
+            energy=elastic + self.area * wall.energy + outside,
             rounding=_ROUNDING * magnitudes,
             exact=exact,
-            residual_norm=residual_norm,
+            residual_norm=wall.norm,
         )
 
-    def set_reaction(self, state: EnergyState) -> EnergyState:
-        """Set the reaction of a hard wall from the pressure; return the state with it.
+    def with_reaction(self, state: EnergyState) -> ContactEnergy:
+        """Return the energy with the reaction of a hard wall from the pressure.
 
-        Nothing changes if the wall is not hard.
+        That of other walls is the same.
         """
         if not self.contact.interaction.hard:
-            return state
-        self.wall = self.wall.with_reaction(state.pressure, state.opening, state.height)
-        return self.state(
-            state.pressure, state.height, state.opening, exact=state.exact
-        )
+            return self
+        wall = self.wall.with_reaction(state.pressure, state.opening, state.height)
+        return self.on(self.contact, wall)
 
-    def update_reaction(self, state: EnergyState) -> float:
-        """Update the reaction of a hard wall.
+    def updated(self, state: EnergyState) -> tuple[ContactEnergy, float]:
+        """Return the energy with an updated reaction of a hard wall.
 
         Returns
         -------
-        float
+        energy : ContactEnergy
+        violation : float
             Largest violation of the constraint: overlap, or gap of an atom under a
             reaction; zero without reactions (length).
         """
         if self.wall.reaction is None:
-            return 0.0
-        self.wall, violation = self.wall.updated(state.opening, state.height)
-        return violation
+            return self, 0.0
+        wall, violation = self.wall.updated(state.opening, state.height)
+        return self.on(self.contact, wall), violation
 
-    def stiffen_wall(self, factor: float) -> None:
-        """Multiply the stiffness of a hard wall's augmented Lagrangian."""
-        self.wall = replace(self.wall, stiffness=factor * self.wall.stiffness)
+    def stiffer(self, factor: float) -> ContactEnergy:
+        """Return the energy with a stiffer augmented Lagrangian of a hard wall."""
+        wall = replace(self.wall, stiffness=factor * self.wall.stiffness)
+        return self.on(self.contact, wall)
 
     def recomputed(self, state: EnergyState) -> EnergyState:
         """Return the same state with its opening from a new convolution."""
         return self.state(state.pressure, state.height)
+
+    def reevaluated(
+        self,
+        state: EnergyState,
+        height: float | None = None,
+        *,
+        by_pressure: bool = False,
+    ) -> EnergyState:
+        """Return the state of the same surface, without a convolution.
+
+        The height, the reaction of the wall or its linearisation may have changed.
+        """
+        return self.state(
+            state.pressure,
+            state.height if height is None else height,
+            state.opening,
+            exact=state.exact,
+            by_pressure=by_pressure,
+        )
 
     def spring_stiffness(self, height: float) -> float:
         """Return the stiffness of the springs, by a difference of forces."""
@@ -231,62 +236,6 @@ class ContactEnergy:
 
     def _lowest_gap(self, opening: np.ndarray) -> Box:
         """Return a box with the atom of the smallest gap."""
-        i, j = np.unravel_index(
-            (self.contact.heights + opening).argmin(), opening.shape
-        )
+        gap = self.contact.heights + opening
+        i, j = np.unravel_index(gap.argmin(), gap.shape)
         return Box((int(i), int(j)), (1, 1))
-
-
-def _sums_and_largest(
-    results: list[tuple[float, float, float, float]],
-) -> tuple[float, float, float, float]:
-    stored, pushed, error, square = zip(*results, strict=True)
-    return sum(stored), sum(pushed), float(np.max(error)), sum(square)  # or NaN
-
-
-@rowwise(_sums_and_largest)
-def _by_pressure(
-    residual: np.ndarray,
-    stiffness: np.ndarray,
-    active: np.ndarray,
-    pressure: np.ndarray,
-    opening: np.ndarray,
-    heights: np.ndarray,
-    height: float,
-    wall: Interaction,
-    compliance: float,
-) -> tuple[float, float, float, float]:
-    """Set ``r = p + D (w - g) - q`` and ``D``, with the gap w where ``p = max(q, 0)``.
-
-    Where ``p + min(D, 1/c) (w - g) < 0``, with the self-compliance c, the wall loses
-    contact: ``r = -q`` and ``D = 0``.
-
-    Returns
-    -------
-    float, float, float, float
-        The sums of ``V(g)`` and ``p(g)``, ``max |p(g) - q|``, and the sum of
-        ``r^2 / (1 + c D)``.
-    """
-    gap = heights + opening
-    gap += height
-    np.less(gap, wall.cutoff, out=active)
-    active |= pressure != 0.0
-    residual[:] = stiffness[:] = 0.0
-    k = np.flatnonzero(active)
-    if not k.size:
-        return 0.0, 0.0, 0.0, 0.0
-    g, q = gap.take(k), pressure.take(k)
-    energy, now, _ = wall.evaluate(g)
-    at, target, d = wall.inverse(np.maximum(q, 0.0))
-    at -= g
-    held = target + at * np.minimum(d, 1.0 / compliance) > 0.0
-    at *= d
-    target += at
-    d *= held
-    target *= held
-    target -= q
-    stiffness.put(k, d)
-    residual.put(k, target)
-    error = max_abs(now - q)
-    square = inner(target / (1.0 + compliance * d), target)
-    return float(energy.sum()), float(now.sum()), error, square

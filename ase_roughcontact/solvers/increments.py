@@ -15,14 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import (
-    dot,
-    dots,
-    inner,
-    linear_combination,
-    rowwise,
-)
+from ase_roughcontact._util.kernels import dot, dots, linear_combination, total
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
+
+# Lower bound to the curvatures of a combination, relative to those of its increments.
+_LEAST_CURVATURE = 0.003
+# Slope at which a line search stops, relative to the initial one.
+_REMAINING_SLOPE = 0.3
 
 
 @dataclass(frozen=True)
@@ -69,30 +68,18 @@ def hessian_along(
     energy: ContactEnergy, state: EnergyState, increments: list[Increment]
 ) -> np.ndarray:
     """Return the second derivatives of the energy along increments, shape (k, k)."""
-    pairs = [(i, j) for i in range(len(increments)) for j in range(i + 1)]
-    openings = [increment.opening for increment in increments]
-    heights = [increment.height for increment in increments]
-    bulk = dots([(increments[i].pressure, openings[j]) for i, j in pairs])
-    wall = _wall_hessian(state.stiffness, openings, heights, pairs)
     spring = energy.spring_stiffness(state.height)
     result = np.empty((len(increments), len(increments)))
-    for (i, j), elastic, stressed in zip(pairs, bulk, wall, strict=True):
-        held = spring * heights[i] * heights[j]
-        result[i, j] = result[j, i] = energy.area * (elastic + stressed) + held
+    for i, one in enumerate(increments):
+        stressed = state.stiffness * (one.opening + one.height)
+        force = total(stressed) + spring * one.height / energy.area
+        before = increments[: i + 1]
+        elastic = dots([(one.pressure, other.opening) for other in before])
+        wall = dots([(stressed, other.opening) for other in before])
+        for j, other in enumerate(before):
+            curvature = elastic[j] + wall[j] + force * other.height
+            result[i, j] = result[j, i] = energy.area * curvature
     return result
-
-
-@rowwise(np.add)
-def _wall_hessian(
-    stiffness: np.ndarray,
-    openings: list[np.ndarray],
-    heights: list[float],
-    pairs: list[tuple[int, int]],
-) -> tuple[float, ...]:
-    """Return ``sum V'' (G x_i + z_i)(G x_j + z_j)`` for pairs of increments."""
-    gaps = [opening + z for opening, z in zip(openings, heights, strict=True)]
-    stressed = [stiffness * gap for gap in gaps]
-    return tuple(inner(stressed[i], gaps[j]) for i, j in pairs)
 
 
 def energy_along(
@@ -118,16 +105,13 @@ def energy_along(
 
 
 def combine(
-    energy: ContactEnergy,
-    state: EnergyState,
-    increments: list[Increment],
-    least_curvature: float,
+    energy: ContactEnergy, state: EnergyState, increments: list[Increment]
 ) -> Increment:
     r"""Return the combination of increments with the least energy.
 
     With slopes :math:`s_i` and Hessian :math:`H`, scaled to a unit diagonal, the
     weights are :math:`-|H|^{-1} s`, where the eigenvalues of :math:`|H|` are the
-    magnitudes of those of :math:`H`, and at least `least_curvature`.
+    magnitudes of those of :math:`H`, and at least 0.003.
     """
     slopes = np.array(
         [slope_along(energy, state, increment) for increment in increments]
@@ -135,23 +119,20 @@ def combine(
     hessian = hessian_along(energy, state, increments)
     scale = 1.0 / np.sqrt(abs(np.diag(hessian)) + 1e-300)
     values, modes = np.linalg.eigh(scale[:, None] * hessian * scale)
-    along = modes.T @ (scale * slopes) / np.maximum(abs(values), least_curvature)
+    along = modes.T @ (scale * slopes) / np.maximum(abs(values), _LEAST_CURVATURE)
     weights = -scale * (modes @ along)
     return Increment.combination(weights.tolist(), increments)
 
 
 def line_search(
-    energy: ContactEnergy,
-    state: EnergyState,
-    increment: Increment,
-    remaining_slope: float,
+    energy: ContactEnergy, state: EnergyState, increment: Increment
 ) -> tuple[float, EnergyState | None]:
-    """Search for a length of at most one at which energy and slope have decreased.
+    """Search for a length of at most one at which the energy has fallen.
 
-    The whole increment is tried first, as it is nearly always accepted. Then the length
-    is bisected: the energy along an increment may have several minima, and its rounding
-    errors decide at the end, so that a library's conditions of sufficient decrease
-    would fail.
+    The slope must have decreased to 30 %, too. The whole increment is tried first, as
+    it is nearly always accepted. Then the length is bisected: the energy along an
+    increment may have several minima, and its rounding errors decide at the end, so
+    that a library's conditions of sufficient decrease would fail.
 
     Returns
     -------
@@ -160,7 +141,7 @@ def line_search(
     state : EnergyState or None
         State at this length.
     """
-    accepted = remaining_slope * abs(slope_along(energy, state, increment))
+    accepted = _REMAINING_SLOPE * abs(slope_along(energy, state, increment))
     whole = moved(energy, state, increment, 1.0)
     falls = whole.energy - state.energy <= state.rounding
     if falls and slope_along(energy, whole, increment) <= accepted:

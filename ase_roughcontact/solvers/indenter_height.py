@@ -18,6 +18,8 @@ from ase_roughcontact.solvers.starting_pressure import winkler_foundation
 _FIRST_STEP = 0.01
 _GROWTH = 1.5
 _SEARCH_STEPS = 100
+# Steps of the indenter alone; each squares the relative error of the load.
+_LOAD_STEPS = 3
 
 
 def supports_indenter(energy: ContactEnergy, state: EnergyState) -> bool:
@@ -55,7 +57,7 @@ def carrying_height(
         pushed = energy.area * energy.wall.force(shape, height)
         return pushed + energy.external(height)[1]
 
-    high = low = min(float(energy.wall.cutoff - shape.min()), highest)
+    high = low = min(float(energy.contact.interaction.cutoff - shape.min()), highest)
     if force(high) >= 0.0:
         return None
     spacing = energy.contact.halfspace.spacing
@@ -83,7 +85,7 @@ def foundation_height(energy: ContactEnergy, load: float) -> float:
 
 
 def balance_load(
-    energy: ContactEnergy, state: EnergyState, tolerance: float, max_steps: int
+    energy: ContactEnergy, state: EnergyState, tolerance: float
 ) -> EnergyState:
     """Move the indenter alone where only its force exceeds the tolerance.
 
@@ -98,17 +100,15 @@ def balance_load(
     state : EnergyState
     tolerance : float
         Largest force that may be left.
-    max_steps : int
-        Maximum number of steps; each squares the relative error of the load.
 
     Returns
     -------
     EnergyState
     """
-    for _ in range(max_steps):
+    for _ in range(_LOAD_STEPS):
         force = state.load_residual
         only_load = state.surface_error <= tolerance < abs(force)
-        if energy.wall.attractive or not only_load:
+        if energy.attractive or not only_load:
             break
         # of wall and springs against a change of height, a0^2 sum V'' + U''
         stiffness = energy.area * float(state.stiffness.sum())
@@ -116,7 +116,7 @@ def balance_load(
         if not stiffness > 0.0:
             break
         height = state.height + force / stiffness
-        moved = energy.state(state.pressure, height, state.opening, exact=state.exact)
+        moved = energy.reevaluated(state, height)
         rises = moved.energy > state.energy + state.rounding
         if rises or not moved.error < state.error:
             break

@@ -18,13 +18,14 @@ D. P. Bertsekas, Constrained Optimization and Lagrange Multiplier Methods (1982)
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ase_roughcontact._util.kernels import concatenate, dot, inner, rowwise
+from ase_roughcontact._util.kernels import dot, max_abs
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.interactions import Interaction, scaled_attraction
 from ase_roughcontact.interactions.base import Profile
@@ -34,6 +35,36 @@ _STIFFNESS = 5.0
 # The same at least in units of the negative stiffness of the attraction at contact,
 # without which the constrained minimum would not be one of the augmented Lagrangian.
 _CURVATURES = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class LinearWall:
+    """Wall at a pressure ``q`` and gaps ``g``, and its stiffness there.
+
+    Attributes
+    ----------
+    active : ndarray of bool, shape (n, m)
+        Where the wall is in range or the pressure is not zero.
+    residual, stiffness : ndarray, shape (n, m)
+        ``p - q`` with the pressure p of the wall, and ``V''``.
+    energy, magnitude : float
+        Sums of ``V`` and of the magnitudes of its terms.
+    force : float
+        Sum of the pressures ``p(g)``.
+    error : float
+        Largest ``|p(g) - q|``.
+    norm : float
+        Norm of the scaled residual; infinite if the wall is linearised at the gaps.
+    """
+
+    active: np.ndarray
+    residual: np.ndarray
+    stiffness: np.ndarray
+    energy: float
+    magnitude: float
+    force: float
+    error: float
+    norm: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +78,8 @@ class LocalWall:
         Of the indenter.
     adhesion : ndarray, shape (n, m), or None
         Local work of adhesion relative to that of the wall.
+    compliance : float
+        Self-compliance of an atom (length per pressure).
     stiffness : float
         D of a hard wall (pressure per length); zero for others.
     reaction : ndarray, shape (n, m), or None
@@ -56,35 +89,27 @@ class LocalWall:
     interaction: Interaction
     heights: np.ndarray
     adhesion: np.ndarray | None
+    compliance: float
     stiffness: float
     reaction: np.ndarray | None = None
 
     @classmethod
     def of(cls, contact: Contact) -> LocalWall:
         """Return the wall of a contact."""
-        wall = contact.interaction
+        wall, compliance = contact.interaction, contact.halfspace.self_compliance
         stiffness = 0.0
         if wall.hard:
             factor = 1.0 if contact.adhesion is None else float(contact.adhesion.max())
             curvature = -factor * float(wall.evaluate(np.zeros(1))[2][0])
-            stiffness = _STIFFNESS / contact.halfspace.self_compliance
-            stiffness = max(stiffness, _CURVATURES * curvature)
-        return cls(wall, contact.heights, contact.adhesion, stiffness)
-
-    @property
-    def attractive(self) -> bool:
-        """Whether the wall is attractive at any gap."""
-        return self.interaction.attractive
-
-    @property
-    def cutoff(self) -> float:
-        """Gap beyond which the wall is zero."""
-        return self.interaction.cutoff
+            stiffness = max(_STIFFNESS / compliance, _CURVATURES * curvature)
+        return cls(wall, contact.heights, contact.adhesion, compliance, stiffness)
 
     def with_reaction(
         self, pressure: np.ndarray, opening: np.ndarray, height: float
     ) -> LocalWall:
         """Return the hard wall whose reaction balances a pressure.
+
+        That is ``max(q - p_a, 0)``, with the attraction ``p_a`` at ``max(g, 0)``.
 
         Parameters
         ----------
@@ -95,14 +120,12 @@ class LocalWall:
         height : float
             Of the indenter.
         """
-        reaction = np.empty(opening.shape)
-        _set_reaction(
-            reaction, pressure, opening, self.heights, height, self.adhesion, self
-        )
-        return replace(self, reaction=reaction)
+        gap = np.maximum(self._gap(opening, height), 0.0)
+        attraction = scaled_attraction(self.interaction, gap, self.adhesion)[1]
+        return replace(self, reaction=np.maximum(pressure - attraction, 0.0))
 
     def updated(self, opening: np.ndarray, height: float) -> tuple[LocalWall, float]:
-        """Update the reaction.
+        """Update the reaction to ``max(lambda - D g, 0)``.
 
         Returns
         -------
@@ -111,51 +134,69 @@ class LocalWall:
             Largest overlap, or gap of an atom under a reaction (length).
         """
         assert self.reaction is not None
-        reaction = np.empty(opening.shape)
-        change = _update(
-            reaction, self.reaction, opening, self.heights, height, self.stiffness
-        )
+        reaction = self.reaction - self.stiffness * self._gap(opening, height)
+        np.maximum(reaction, 0.0, out=reaction)
+        change = max_abs(reaction - self.reaction)
         return replace(self, reaction=reaction), change / self.stiffness
 
-    @cached_property
-    def _constant(self) -> float:
-        """Part of the energy that does not depend on gaps, minus sum lambda^2/2D."""
-        if self.reaction is None:
-            return 0.0
-        return -dot(self.reaction, self.reaction) / (2.0 * self.stiffness)
-
-    def evaluate(
-        self,
-        residual: np.ndarray,
-        stiffness: np.ndarray,
-        active: np.ndarray,
-        pressure: np.ndarray,
-        opening: np.ndarray,
-        height: float,
-    ) -> tuple[float, float, float]:
-        """Set ``r = p - q`` and ``V''``; return the sums of ``V``, ``|V|`` and ``p``.
-
-        `active` is set where the wall is in range or the pressure is not zero.
-        """
-        stored, magnitude, pushed = _evaluate(
+    def at_gaps(
+        self, pressure: np.ndarray, opening: np.ndarray, height: float
+    ) -> LinearWall:
+        """Return the wall, linearised at the gaps."""
+        gap = self._gap(opening, height)
+        active = gap < self.interaction.cutoff
+        active |= pressure != 0.0
+        residual, stiffness = np.zeros((2, *gap.shape))
+        energy, repulsion, stiffness[active] = self._profile(
+            gap[active], *self._fields(active)
+        )
+        residual[active] = repulsion - pressure[active]
+        return LinearWall(
+            active,
             residual,
             stiffness,
-            active,
-            pressure,
-            opening,
-            self.heights,
-            self.adhesion,
-            self.reaction,
-            height,
-            self,
+            energy=float(energy.sum()) + self._constant,
+            magnitude=float(abs(energy).sum()) - self._constant,
+            force=float(repulsion.sum()),
+            error=max_abs(residual),
         )
-        return stored + self._constant, magnitude - self._constant, pushed
+
+    def at_pressures(
+        self, pressure: np.ndarray, opening: np.ndarray, height: float
+    ) -> LinearWall:
+        """Return the wall, linearised at the gaps w at which ``p = max(q, 0)``.
+
+        The residual is ``p + D (w - g) - q``. Where ``p + min(D, 1/c) (w - g) < 0``,
+        with the self-compliance c, the wall loses contact: ``r = -q`` and ``D = 0``.
+        The norm is that of ``r / sqrt(1 + c D)``.
+        """
+        gap = self._gap(opening, height)
+        active = gap < self.interaction.cutoff
+        active |= pressure != 0.0
+        g, q = gap[active], pressure[active]
+        energy, now, _ = self._profile(g, None, None)
+        w, target, d = self.interaction.inverse(np.maximum(q, 0.0))
+        overlap = w - g
+        held = target + overlap * np.minimum(d, 1.0 / self.compliance) > 0.0
+        r, d = held * (target + d * overlap) - q, held * d
+        residual, stiffness = np.zeros((2, *gap.shape))
+        residual[active], stiffness[active] = r, d
+        stored = float(energy.sum())
+        return LinearWall(
+            active,
+            residual,
+            stiffness,
+            energy=stored,
+            magnitude=stored,
+            force=float(now.sum()),
+            error=float(abs(now - q).max(initial=0.0)),
+            norm=dot(r / (1.0 + self.compliance * d), r) ** 0.5,
+        )
 
     def force(self, shape: np.ndarray, height: float) -> float:
         """Return the sum of ``p`` at the gaps ``Z + shape``."""
-        near = shape < self.cutoff - height
-        adhesion, reaction = _selected(self.adhesion, self.reaction, near)
-        return float(self._local(height + shape[near], adhesion, reaction)[1].sum())
+        near = shape < self.interaction.cutoff - height
+        return float(self._profile(height + shape[near], *self._fields(near))[1].sum())
 
     def along(
         self,
@@ -165,28 +206,41 @@ class LocalWall:
         height_change: float,
     ) -> Callable[[float], tuple[float, float]]:
         """Return ``sum V(g + t dg) - V(g)`` and ``sum p(g + t dg) dg`` of t."""
-        gap, gap_change, adhesion, reaction, start = _reached_atoms(
-            opening,
-            self.heights,
-            self.adhesion,
-            self.reaction,
-            height,
-            change,
-            height_change,
-            self,
-        )
-        local = None if self.adhesion is None else adhesion
-        core = None if self.reaction is None else reaction
+        gap, gap_change = self._gap(opening, height), change + height_change
+        reached = gap + np.minimum(gap_change, 0.0) < self.interaction.cutoff
+        gap, gap_change = gap[reached], gap_change[reached]
+        fields = self._fields(reached)
+        start = self._profile(gap, *fields)[0]
 
         def rise_and_work(t: float) -> tuple[float, float]:
-            return _along(gap, gap_change, local, core, start, t, self)
+            energy, repulsion, _ = self._profile(gap + t * gap_change, *fields)
+            return float((energy - start).sum()), dot(repulsion, gap_change)
 
         return rise_and_work
 
-    def _local(
+    @cached_property
+    def _constant(self) -> float:
+        """Part of the energy that does not depend on gaps, minus sum lambda^2/2D."""
+        if self.reaction is None:
+            return 0.0
+        return -dot(self.reaction, self.reaction) / (2.0 * self.stiffness)
+
+    def _gap(self, opening: np.ndarray, height: float) -> np.ndarray:
+        gap = self.heights + opening
+        gap += height
+        return gap
+
+    def _fields(self, mask: np.ndarray) -> list[np.ndarray | None]:
+        """Return local adhesion and reaction of some atoms."""
+        fields = self.adhesion, self.reaction
+        return [None if field is None else field[mask] for field in fields]
+
+    def _profile(
         self, gap: np.ndarray, adhesion: np.ndarray | None, reaction: np.ndarray | None
     ) -> Profile:
         """Return energy, without its constant, pressure and stiffness at atoms."""
+        if not gap.size:
+            return gap, gap, gap
         profile = scaled_attraction(self.interaction, gap, adhesion)
         if not self.stiffness:
             return profile
@@ -200,112 +254,3 @@ class LocalWall:
             pressure + core,
             np.where(core > 0.0, self.stiffness, stiffness),
         )
-
-
-def _selected(
-    adhesion: np.ndarray | None, reaction: np.ndarray | None, mask: np.ndarray
-) -> list[np.ndarray | None]:
-    return [None if field is None else field[mask] for field in (adhesion, reaction)]
-
-
-@rowwise(np.add)
-def _evaluate(
-    residual: np.ndarray,
-    stiffness: np.ndarray,
-    active: np.ndarray,
-    pressure: np.ndarray,
-    opening: np.ndarray,
-    heights: np.ndarray,
-    adhesion: np.ndarray | None,
-    reaction: np.ndarray | None,
-    height: float,
-    wall: LocalWall,
-) -> tuple[float, float, float]:
-    """See `LocalWall.evaluate`."""
-    gap = heights + opening
-    gap += height
-    np.less(gap, wall.cutoff, out=active)
-    active |= pressure != 0.0
-    residual[:] = stiffness[:] = 0.0
-    if not active.any():
-        return 0.0, 0.0, 0.0
-    energy, repulsion, stiffness[active] = wall._local(
-        gap[active], *_selected(adhesion, reaction, active)
-    )
-    residual[active] = repulsion
-    residual -= pressure
-    return float(energy.sum()), float(abs(energy).sum()), float(repulsion.sum())
-
-
-@rowwise(concatenate)
-def _reached_atoms(
-    opening: np.ndarray,
-    heights: np.ndarray,
-    adhesion: np.ndarray | None,
-    reaction: np.ndarray | None,
-    height: float,
-    change: np.ndarray,
-    height_change: float,
-    wall: LocalWall,
-) -> tuple[np.ndarray, ...]:
-    """Return fields and ``V(g)`` of the atoms that are in range on the way."""
-    gap = heights + opening
-    gap += height
-    gap_change = change + height_change
-    reached = gap + np.minimum(gap_change, 0.0) < wall.cutoff
-    gap, gap_change = gap[reached], gap_change[reached]
-    fields = _selected(adhesion, reaction, reached)
-    energy = wall._local(gap, *fields)[0] if gap.size else gap
-    local, core = (gap if field is None else field for field in fields)
-    return gap, gap_change, local, core, energy
-
-
-@rowwise(np.add)
-def _along(
-    gap: np.ndarray,
-    change: np.ndarray,
-    adhesion: np.ndarray | None,
-    reaction: np.ndarray | None,
-    start: np.ndarray,
-    t: float,
-    wall: LocalWall,
-) -> tuple[float, float]:
-    """See `LocalWall.along`."""
-    if not gap.size:
-        return 0.0, 0.0
-    energy, repulsion, _ = wall._local(gap + t * change, adhesion, reaction)
-    return float((energy - start).sum()), inner(repulsion, change)
-
-
-@rowwise()
-def _set_reaction(
-    reaction: np.ndarray,
-    pressure: np.ndarray,
-    opening: np.ndarray,
-    heights: np.ndarray,
-    height: float,
-    adhesion: np.ndarray | None,
-    wall: LocalWall,
-) -> None:
-    """Set ``lambda = max(q - p_a(max(g, 0)), 0)``, p_a the attraction."""
-    gap = heights + opening
-    gap += height
-    np.maximum(gap, 0.0, out=gap)
-    attraction = scaled_attraction(wall.interaction, gap, adhesion)[1]
-    np.maximum(pressure - attraction, 0.0, out=reaction)
-
-
-@rowwise(np.maximum)
-def _update(
-    new: np.ndarray,
-    old: np.ndarray,
-    opening: np.ndarray,
-    heights: np.ndarray,
-    height: float,
-    stiffness: float,
-) -> float:
-    """Set ``lambda = max(lambda - D g, 0)``; return the largest change."""
-    gap = heights + opening
-    gap += height
-    np.maximum(old - stiffness * gap, 0.0, out=new)
-    return float(abs(new - old).max())

@@ -23,14 +23,15 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
-from ase_roughcontact._util.validation import finite, finite_array, positive
+from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.contact import Contact
+from ase_roughcontact.solvers.active_set import check_height
 from ase_roughcontact.solvers.coarsening import can_coarsen, coarsen, refine
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
-from ase_roughcontact.solvers.hard_wall import check_height
 from ase_roughcontact.solvers.indenter_height import (
     balance_load,
     carrying_height,
@@ -42,9 +43,23 @@ from ase_roughcontact.solvers.options import NewtonKrylovOptions
 from ase_roughcontact.solvers.relaxation import (
     External,
     Relaxation,
+    checked_start,
+    force_per_gap,
+    gap_tolerance,
     indenter_stiffness,
     precision_advice,
 )
+
+# Residual pressure at which coarse grids stop, in contact moduli, and their steps.
+_COARSE_RESIDUAL, _COARSE_STEPS = 0.1, 300
+# Under a hard wall, the reaction is updated when the largest force is that of the first
+# violation of the constraint, in spacings, and then of the last one, times this factor.
+_FIRST_VIOLATION, _REACTION_FORCING = 0.03, 3.0
+# Number of steps without progress after which the solver stops.
+_PATIENCE = 5
+# Interval of steps at which slow progress is checked, and the smallest decrease of the
+# energy in it, in units of its rounding error, unless the largest force has halved.
+_STAGNATION_STEPS, _STAGNATION_FALL = 50, 1e8
 
 _ROUNDING = "rounding errors hide any further decrease of the energy"
 _VIOLATED = "updates of the reaction do not decrease overlaps with the hard wall"
@@ -104,12 +119,13 @@ def newton_krylov(
         window, a number is not finite, or no load reaches the height of a periodic
         surface with a hard wall.
     """
-    _check(contact, height, start, tolerance)
-    if contact.interaction.hard and external is None:
-        check_height(contact, height)
+    _check(contact, height, external is None, tolerance)
+    start = checked_start(contact, start)
     energy = ContactEnergy(contact, external)
     state, pairs = _initial_state(energy, height, start, options)
-    state = energy.set_reaction(state)
+    if contact.interaction.hard:
+        energy = energy.with_reaction(state)
+        state = energy.reevaluated(state)
     states = _relax(energy, state, tolerance, options)
     del state  # its arrays may be large
     for relaxation in states:
@@ -117,20 +133,13 @@ def newton_krylov(
         pairs = 0.0
 
 
-def _check(
-    contact: Contact, height: float, start: np.ndarray | None, tolerance: float
-) -> None:
+def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> None:
     if contact.interaction.purely_hard:
         raise ValueError("a hard wall has no gradient: relax it with ActiveSet")
     finite(height=height)
     positive(tolerance=tolerance)
-    if start is not None:
-        finite_array("start", start)
-        if start.shape != contact.halfspace.shape:
-            raise ValueError(
-                f"start must have the shape {contact.halfspace.shape} of the window, "
-                f"got {start.shape}"
-            )
+    if contact.interaction.hard and fixed:
+        check_height(contact, height)
 
 
 def _initial_state(
@@ -143,7 +152,7 @@ def _initial_state(
     pairs = 0.0
     invertible = energy.invertible
     if start is not None:
-        state = energy.state(np.asarray(start, float), height, by_pressure=invertible)
+        state = energy.state(start, height, by_pressure=invertible)
         if not _is_far(energy, state, options):
             return state, 1.0
         pairs = 1.0
@@ -160,7 +169,7 @@ def _is_far(
         return False
     contact = energy.contact
     load = -energy.external(state.height)[1]
-    if energy.wall.attractive:
+    if energy.attractive:
         distance = abs(state.load_residual) / indenter_stiffness(contact)
         return distance > options.max_indenter_move * contact.halfspace.spacing
     return abs(state.load_residual) > options.max_load_change * abs(load)
@@ -183,11 +192,11 @@ def _cold_start(
     coarse = energy.on(coarsen(contact))
     start, height, pairs = _cold_start(coarse, height, options)
     halfspace = coarse.contact.halfspace
-    residual = options.coarse_residual * halfspace.contact_modulus
+    residual = _COARSE_RESIDUAL * halfspace.contact_modulus
     tolerance = residual * halfspace.cell_area
     first = coarse.state(start, height, by_pressure=coarse.invertible)
     states = _relax(coarse, first, tolerance, options)
-    for _, state in zip(range(options.coarse_steps), states, strict=False):
+    for state in islice(states, _COARSE_STEPS):
         pairs += state.pairs
     share = start.size / contact.heights.size
     pressure = refine(state.pressure, contact.heights.shape)
@@ -201,7 +210,7 @@ def _relax(
     options: NewtonKrylovOptions,
 ) -> Iterator[Relaxation]:
     """Relax on one grid."""
-    newton = NewtonStepper(energy, options)
+    newton = NewtonStepper(energy.contact, options)
     reported = newton.pairs
 
     def report(converged: bool = False, message: str = "") -> Relaxation:
@@ -217,36 +226,35 @@ def _relax(
             pairs=reported - before,
         )
 
-    progress = _Progress(state, options)
+    progress = _Progress(state)
     restarted = False
     reaction = _ReactionUpdates(energy, tolerance, options)
     while True:
         target = reaction.target
         if state.error <= target and reaction.is_last and not state.exact:
             state = energy.recomputed(state)
-            state = balance_load(energy, state, tolerance, options.load_steps)
+            state = balance_load(energy, state, tolerance)
             progress.best = state
         if state.error <= target:
-            if reaction.finished(state):
+            energy, finished = reaction.updated(energy, state)
+            if finished:
                 yield report(converged=True)
                 return
             if reaction.stuck:
                 yield report(message=f"stalled: {_VIOLATED}")
                 return
-            state = energy.state(
-                state.pressure, state.height, state.opening, exact=state.exact
-            )
-            progress = _Progress(state, options)
+            state = energy.reevaluated(state)
+            progress = _Progress(state)
             continue
         yield report()
-        new = newton.step(state, tolerance)
+        new = newton.step(energy, state, tolerance)
         if new is None:
             held = not energy.loaded or supports_indenter(energy, state)
             progress.obstacle = (
                 "no step lowers the energy" if held else "nothing holds the indenter"
             )
         else:
-            new = balance_load(energy, new, tolerance, options.load_steps)
+            new = balance_load(energy, new, tolerance)
             progress.add(state, new)
             state = new
         if progress.obstacle:
@@ -254,7 +262,7 @@ def _relax(
             if restarted and not state.error <= tolerance:
                 break
             newton.restart()
-            progress, restarted = _Progress(state, options), True
+            progress, restarted = _Progress(state), True
     obstacle = progress.obstacle + precision_advice(energy.contact.halfspace)
     if not math.isfinite(state.error):
         obstacle = "energy or pressure of the wall are not finite"
@@ -275,28 +283,26 @@ class _ReactionUpdates:
     def __init__(
         self, energy: ContactEnergy, tolerance: float, options: NewtonKrylovOptions
     ) -> None:
-        halfspace = energy.contact.halfspace
-        self._energy, self._tolerance = energy, tolerance
-        force_per_gap = halfspace.cell_area / halfspace.self_compliance
-        self._gap = min(
-            tolerance / force_per_gap, options.largest_gap * halfspace.spacing
-        )
-        self._forcing = options.reaction_forcing * force_per_gap
+        halfspace, self._tolerance = energy.contact.halfspace, tolerance
+        self._gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
+        self._forcing = _REACTION_FORCING * force_per_gap(halfspace)
         self.is_last = energy.wall.reaction is None
         self._violations: list[float] = []
-        self._aim(options.first_violation * halfspace.spacing)
+        self._aim(_FIRST_VIOLATION * halfspace.spacing)
 
-    def finished(self, state: EnergyState) -> bool:
-        """Update the reaction; return whether it and the state were the solution."""
-        violation = self._energy.update_reaction(state)
+    def updated(
+        self, energy: ContactEnergy, state: EnergyState
+    ) -> tuple[ContactEnergy, bool]:
+        """Return the updated energy, and whether it and the state were the solution."""
+        energy, violation = energy.updated(state)
         if self._violations and violation > _SLOW_UPDATE * self._violations[-1]:
-            self._energy.stiffen_wall(_STIFFER)
+            energy = energy.stiffer(_STIFFER)
         self._violations.append(violation)
-        if self.is_last and violation <= self._gap:
-            return True
+        solved = self.is_last and violation <= self._gap
         self.is_last = violation <= self._gap
-        self._aim(violation)
-        return False
+        if not solved:
+            self._aim(violation)
+        return energy, solved
 
     @property
     def stuck(self) -> bool:
@@ -323,28 +329,26 @@ class _Progress:
         Why there is no progress, empty while there is.
     """
 
-    def __init__(self, state: EnergyState, options: NewtonKrylovOptions) -> None:
+    def __init__(self, state: EnergyState) -> None:
         self.best, self.obstacle = state, ""
-        self._options = options
         self._checkpoint = state.energy, state.error
         self._steps = self._idle = 0
 
     def add(self, old: EnergyState, new: EnergyState) -> None:
         """Take a step into account."""
-        options = self._options
         lower = new.energy < old.energy - old.rounding
         better = lower or new.error < 0.9 * self.best.error
         self._idle = 0 if better else self._idle + 1
         if lower or new.error < self.best.error:
             self.best = new
-        if self._idle > options.patience:
+        if self._idle > _PATIENCE:
             self.obstacle = _ROUNDING
         self._steps += 1
-        if self._steps % options.stagnation_steps == 0:
+        if self._steps % _STAGNATION_STEPS == 0:
             energy, error = self._checkpoint
             self._checkpoint = new.energy, new.error
             fall = energy - new.energy
-            slow = fall < options.stagnation_fall * new.rounding
+            slow = fall < _STAGNATION_FALL * new.rounding
             if slow and new.error > 0.5 * error:
-                rounded = fall <= options.stagnation_steps * new.rounding
+                rounded = fall <= _STAGNATION_STEPS * new.rounding
                 self.obstacle = _ROUNDING if rounded else _TOO_SLOW

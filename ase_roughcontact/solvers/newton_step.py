@@ -26,6 +26,11 @@ methods and active sets).
 
 from __future__ import annotations
 
+import math
+
+from ase_roughcontact.contact import Contact
+from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
+from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 from ase_roughcontact.solvers.increments import (
     Increment,
@@ -39,68 +44,67 @@ from ase_roughcontact.solvers.indenter_height import carrying_height, supports_i
 from ase_roughcontact.solvers.newton_equations import NewtonEquations
 from ase_roughcontact.solvers.options import NewtonKrylovOptions
 
+# Residual pressure, in contact moduli, below which the negative stiffness of attractive
+# walls is included; and the part of the forces below which it is included again.
+_ATTRACTION_RESIDUAL = 0.3
+# Steps with the inverse of a wall that need not decrease the residual.
+_WATCHDOG = 10
+
 
 class NewtonStepper:
-    """Newton steps, with the earlier increments that they are combined with.
+    """Newton steps, with what they remember of earlier ones.
 
     Parameters
     ----------
-    energy : ContactEnergy
-        The energy to minimise.
+    contact : Contact
     options : NewtonKrylovOptions
     """
 
-    def __init__(self, energy: ContactEnergy, options: NewtonKrylovOptions) -> None:
-        halfspace = energy.contact.halfspace
-        self._energy, self._options = energy, options
-        self._convex = True
-        # forces below which the negative stiffness is included
-        modulus = halfspace.contact_modulus
-        self._small = options.attraction_residual * modulus * halfspace.cell_area
+    def __init__(self, contact: Contact, options: NewtonKrylovOptions) -> None:
+        self._halfspace, self._options = contact.halfspace, options
+        self._model: CirculantModel | None = None
+        self._model_work = 0  # of earlier models, less that of the present one before
+        self._dense = DenseContact(contact, options.dense_atoms)
         self._history: list[Increment] = []
-        self._equations = NewtonEquations(energy, options)
-        self._inverse = energy.invertible
+        # whether negative stiffness counts as zero, and forces below which it does not
+        self._convex = True
+        modulus, area = self._halfspace.contact_modulus, self._halfspace.cell_area
+        self._small = _ATTRACTION_RESIDUAL * modulus * area
+        # whether the inverse is used, the best state with it, and steps since then
+        self._inverse = contact.interaction.invertible
         self._best: EnergyState | None = None
         self._futile = 0
 
     @property
     def pairs(self) -> float:
         """FFT pairs so far, normalised to one pair on the grid of the half space."""
-        return self._equations.pairs
+        work = self._model_work + (self._model.work if self._model else 0)
+        return self._halfspace.pairs + work / math.prod(self._halfspace.grid)
 
-    def step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
+    def step(
+        self, energy: ContactEnergy, state: EnergyState, tolerance: float
+    ) -> EnergyState | None:
         """Return the next state; None if none is found.
 
         Parameters
         ----------
+        energy : ContactEnergy
+            The energy to minimise.
         state : EnergyState
         tolerance : float
             Force at which the solver will stop.
         """
-        energy, options = self._energy, self._options
         if energy.loaded and not supports_indenter(energy, state):
-            return self._lowered(state)
-        reduction = max(options.forcing, 0.3 * tolerance / state.error)
+            return _lowered(energy, state)
+        reduction = max(self._options.forcing, 0.3 * tolerance / state.error)
         if self._inverse:
-            new, state = self._inverse_step(state, reduction, tolerance)
+            new, state = self._inverse_step(energy, state, reduction, tolerance)
             if new is not None:
                 return new
-        increment = self._equations.increment(state, self._convex, reduction)
-        if increment is None or not (
-            self._convex or self._is_minimum(state, increment)
-        ):
-            return self._convex_step(state, tolerance)
-        if abs(slope_along(energy, state, increment)) <= state.rounding:
-            self._convex = False  # too close for the energy to decide
-            return moved(energy, state, increment, 1.0)
-        increment = self._combined(state, increment)
-        length, new = line_search(energy, state, increment, options.remaining_slope)
-        if new is None:
-            return self._convex_step(state, tolerance)
-        if length < 0.5 and not self._convex:
-            self._make_convex(state)
-        elif length >= 1.0 and state.error < self._small:
-            self._convex = False
+        new = self._descent(energy, state, reduction)
+        if new is None and not self._convex:
+            self._leave_out_negative_stiffness(state)
+            new = self._descent(energy, state, reduction)
         return new
 
     def restart(self) -> None:
@@ -108,57 +112,107 @@ class NewtonStepper:
         self._history, self._convex, self._inverse = [], False, False
 
     def _inverse_step(
-        self, state: EnergyState, reduction: float, tolerance: float
+        self,
+        energy: ContactEnergy,
+        state: EnergyState,
+        reduction: float,
+        tolerance: float,
     ) -> tuple[EnergyState | None, EnergyState]:
         """Return the state after a step with the inverse of the wall.
 
         If several steps have not decreased the residual: None, and the best state so
         far, linearised in the gaps.
         """
-        energy = self._energy
         if not state.by_pressure:
-            state = energy.state(
-                state.pressure, state.height, state.opening, by_pressure=True
-            )
+            state = energy.reevaluated(state, by_pressure=True)
         if self._best is None or state.residual_norm < self._best.residual_norm:
             self._best, self._futile = state, 0
         else:
             self._futile += 1
         new = None
-        if self._futile <= self._options.watchdog:
-            new = self._equations.inverse_step(state, reduction, tolerance)
+        if self._futile <= _WATCHDOG:
+            new = self._dense_step(energy, state, tolerance)
+            if new is None:
+                new = self._equations(energy, state).inverse_step(reduction)
         if new is None:
             best, self._best = self._best, None
-            state = energy.state(best.pressure, best.height, best.opening)
+            state = energy.reevaluated(best)
         return new, state
 
-    def _combined(self, state: EnergyState, increment: Increment) -> Increment:
-        """Combine an increment with earlier ones under a wall with attraction."""
-        if not self._energy.wall.attractive:
-            return increment
-        options, increments = self._options, [increment, *self._history]
-        self._history = increments[: options.history]
-        return combine(self._energy, state, increments, options.least_curvature)
+    def _dense_step(
+        self, energy: ContactEnergy, state: EnergyState, tolerance: float
+    ) -> EnergyState | None:
+        """Return the state found by dense matrices; None without a step."""
+        if not self._dense.suits(state.stiffness):
+            return None
+        area = energy.area
 
-    def _make_convex(self, state: EnergyState) -> None:
+        def support(height: float) -> tuple[float, float]:
+            force = energy.external(height)[1]
+            return energy.spring_stiffness(height) / area, -force / area
+
+        found = self._dense.solve(
+            state.pressure,
+            state.opening,
+            state.height,
+            support if energy.loaded else None,
+            0.5 * tolerance / area,
+        )
+        if found.pressure is state.pressure:
+            return None
+        return energy.state(
+            found.pressure,
+            found.height,
+            found.opening,
+            exact=True,
+            by_pressure=not found.converged,
+        )
+
+    def _equations(
+        self, energy: ContactEnergy, state: EnergyState, convex: bool = False
+    ) -> NewtonEquations:
+        """Return the equations at a state, with a model that covers its box."""
+        if self._model is None or not self._model.box.contains(state.box):
+            self._model_work += self._model.work if self._model else 0
+            self._model = covering_model(self._halfspace, state.box)
+            self._model_work -= self._model.work
+        return NewtonEquations(energy, state, self._model, convex)
+
+    def _descent(
+        self, energy: ContactEnergy, state: EnergyState, reduction: float
+    ) -> EnergyState | None:
+        """Return a state of lower energy; None if none is found."""
+        equations = self._equations(energy, state, self._convex)
+        increment = equations.increment(reduction)
+        if increment is None:
+            return None
+        slope = slope_along(energy, state, increment)
+        if not self._convex:  # a minimum ahead?
+            curvature = hessian_along(energy, state, [increment])[0, 0]
+            if not (slope < 0.0 and curvature > 0.0):
+                return None
+        if abs(slope) <= state.rounding:
+            self._convex = False  # too close for the energy to decide
+            return moved(energy, state, increment, 1.0)
+        if energy.attractive:
+            increments = [increment, *self._history]
+            self._history = increments[: self._options.history]
+            increment = combine(energy, state, increments)
+        length, new = line_search(energy, state, increment)
+        if new is not None and length < 0.5 and not self._convex:
+            self._leave_out_negative_stiffness(state)
+        elif length >= 1.0 and state.error < self._small:
+            self._convex = False
+        return new
+
+    def _leave_out_negative_stiffness(self, state: EnergyState) -> None:
         self._convex = True
-        self._small = self._options.attraction_residual * state.error
+        self._small = _ATTRACTION_RESIDUAL * state.error
 
-    def _convex_step(self, state: EnergyState, tolerance: float) -> EnergyState | None:
-        """Try again without the negative stiffness, unless it was left out already."""
-        if self._convex:
-            return None
-        self._make_convex(state)
-        return self.step(state, tolerance)
 
-    def _lowered(self, state: EnergyState) -> EnergyState | None:
-        """Lower the indenter to where the surface, held fixed, carries the load."""
-        height = carrying_height(self._energy, state.opening, state.height)
-        if height is None or height == state.height:
-            return None
-        return self._energy.state(state.pressure, height, state.opening)
-
-    def _is_minimum(self, state: EnergyState, increment: Increment) -> bool:
-        """Return whether the energy falls along an increment, and is convex."""
-        falls = slope_along(self._energy, state, increment) < 0.0
-        return falls and hessian_along(self._energy, state, [increment])[0, 0] > 0.0
+def _lowered(energy: ContactEnergy, state: EnergyState) -> EnergyState | None:
+    """Lower the indenter to where the surface, held fixed, carries the load."""
+    height = carrying_height(energy, state.opening, state.height)
+    if height is None or height == state.height:
+        return None
+    return energy.reevaluated(state, height)

@@ -37,12 +37,10 @@ from functools import cached_property
 import numpy as np
 
 from ase_roughcontact._util.kernels import (
-    inner,
+    dot,
     linear_combination,
     max_abs,
-    multiply,
     norm,
-    rowwise,
     scale,
     total,
 )
@@ -88,10 +86,13 @@ class NewtonSystem:
         self.exact = model.exact
         self._inside = box.slices_in(model.box)
         self._d = self._embedded(stiffness, model.self_compliance)
-        self._weight, self._stiff = np.empty_like(self._d), np.empty_like(self._d)
-        count, softness = _weights(self._weight, self._stiff, self._d)
+        self._weight = 1.0 / np.sqrt(1.0 + np.maximum(self._d, 0.0))
+        self._stiff = (self._d > 0.0).astype(self._d.dtype)
         self._stiff_weight = self._stiff * self._weight
-        self._inverse = model.preconditioner(softness / count) if count else None
+        self._inverse = None
+        if count := total(self._stiff):
+            softness = dot(self._stiff_weight, self._weight) / count
+            self._inverse = model.preconditioner(softness)
 
     @property
     def work(self) -> int:
@@ -109,9 +110,8 @@ class NewtonSystem:
         -------
         ndarray, shape (k,)
         """
-        rows = np.empty(pressure.shape)
-        _scale_rows(rows, pressure, self._stiffness, self._model.self_compliance)
-        return rows.reshape(-1)
+        stiffness = self._model.self_compliance * np.maximum(self._stiffness, 0.0)
+        return (pressure / np.sqrt(1.0 + stiffness)).reshape(-1)
 
     def applied(self, change: np.ndarray, opening: np.ndarray) -> np.ndarray:
         """Return ``W [x + D (G x + z)]`` for the exact opening ``G x``.
@@ -126,9 +126,7 @@ class NewtonSystem:
         ndarray, shape (k,)
         """
         x, z = change[:-1].reshape(opening.shape), float(change[-1])
-        rows = np.empty(opening.shape)
-        _apply_rows(rows, x, opening, z, self._stiffness, self._model.self_compliance)
-        return rows.reshape(-1)
+        return self.scaled(x + self._stiffness * (opening + z))
 
     def solve(
         self, right: np.ndarray, load: float, reduction: float, max_steps: int
@@ -210,7 +208,10 @@ class NewtonSystem:
         x, z, shape = change[:-1], change[-1], self._model.box.shape
         rows = np.empty_like(x)
         self._model.compliance(x.reshape(shape), rows.reshape(shape))
-        _complete_rows(rows, x, z, self._d, self._weight)
+        rows += z
+        rows *= self._d
+        rows += x
+        rows *= self._weight
         return rows
 
     def _precondition(self, rows: np.ndarray, out: np.ndarray) -> None:
@@ -218,10 +219,12 @@ class NewtonSystem:
         if self._inverse is None:
             out[:] = rows
             return
-        multiply(out, rows, self._stiff_weight)
+        np.multiply(rows, self._stiff_weight, out=out)
         field = out.reshape(self._model.box.shape)
         self._inverse(field, field)
-        _merge(out, rows, self._stiff)
+        out -= rows
+        out *= self._stiff
+        out += rows
 
     def _new_change(self) -> np.ndarray:
         return np.empty(self._model.box.size + 1, self._model.dtype)
@@ -231,62 +234,3 @@ class NewtonSystem:
         field = np.zeros(self._model.box.shape, self._model.dtype)
         scale(field[self._inside], values, factor)
         return field.reshape(-1)
-
-
-@rowwise(np.add)
-def _weights(
-    weight: np.ndarray, stiff: np.ndarray, d: np.ndarray
-) -> tuple[float, float]:
-    """Set ``W = (1 + D+)^-1/2`` and ``chi``; return the sums of ``chi`` and ``W^2``."""
-    np.greater(d, 0.0, out=stiff)
-    np.maximum(d, 0.0, out=weight)
-    weight += 1.0
-    np.sqrt(weight, out=weight)
-    np.reciprocal(weight, out=weight)
-    return float(stiff.sum()), inner(weight * stiff, weight)
-
-
-@rowwise()
-def _scale_rows(
-    out: np.ndarray, values: np.ndarray, stiffness: np.ndarray, compliance: float
-) -> None:
-    """Set ``out = (1 + c D+)^-1/2 values``; `out` may be `values`."""
-    scaling = np.maximum(stiffness, 0.0)
-    scaling *= compliance
-    scaling += 1.0
-    np.divide(values, np.sqrt(scaling, out=scaling), out=out)
-
-
-@rowwise()
-def _apply_rows(
-    out: np.ndarray,
-    x: np.ndarray,
-    opening: np.ndarray,
-    z: float,
-    stiffness: np.ndarray,
-    compliance: float,
-) -> None:
-    """Set ``out = (1 + c D+)^-1/2 [x + D (opening + z)]``."""
-    np.add(opening, z, out=out)
-    out *= stiffness
-    out += x
-    _scale_rows(out, out, stiffness, compliance)
-
-
-@rowwise()
-def _complete_rows(
-    rows: np.ndarray, x: np.ndarray, z: float, d: np.ndarray, weight: np.ndarray
-) -> None:
-    """Turn ``C x`` into ``W [x + D (C x + z)]``."""
-    rows += z
-    rows *= d
-    rows += x
-    rows *= weight
-
-
-@rowwise()
-def _merge(out: np.ndarray, rows: np.ndarray, stiff: np.ndarray) -> None:
-    """Set ``out = chi out + (1 - chi) r``."""
-    out -= rows
-    out *= stiff
-    out += rows

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from ase_roughcontact._util.kernels import max_abs
+from ase_roughcontact._util.validation import finite_array
 from ase_roughcontact.contact import Contact, ContactState, State
 from ase_roughcontact.contact.state import without_rounding
 from ase_roughcontact.elasticity.halfspace import HalfSpace
@@ -354,6 +355,28 @@ def _displacement(contact: Contact, state: State) -> np.ndarray:
     if state.displacement is None:
         return contact.halfspace.displacement(state.pressure)
     return state.displacement
+
+
+def checked_start(contact: Contact, start: np.ndarray | None) -> np.ndarray | None:
+    """Return an initial pressure, or raise `ValueError` if it is none of the window."""
+    if start is None:
+        return None
+    start, shape = finite_array("start", start), contact.halfspace.shape
+    if start.shape != shape:
+        raise ValueError(
+            f"start must have the shape {shape} of the window, got {start.shape}"
+        )
+    return start
+
+
+def force_per_gap(halfspace: HalfSpace) -> float:
+    """Return the force on an atom that closes a gap, per length."""
+    return halfspace.cell_area / halfspace.self_compliance
+
+
+def gap_tolerance(halfspace: HalfSpace, tolerance: float, largest_gap: float) -> float:
+    """Return the gap of an atom that a force closes, at most that given in spacings."""
+    return min(tolerance / force_per_gap(halfspace), largest_gap * halfspace.spacing)
 
 
 def precision_advice(halfspace: HalfSpace) -> str:

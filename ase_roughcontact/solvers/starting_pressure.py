@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from ase_roughcontact._util.kernels import dot
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.solvers.bounds import clip_to_sum, with_sum
+from ase_roughcontact.solvers.bounds import with_sum
 
 # Growth of the compliance of springs. With twice as much, as many atoms would be in
 # contact with a smooth sphere as in that of Hertz; roughness leaves fewer.
@@ -23,24 +21,19 @@ def initial_pressure(
     Without a start, it is that of independent springs under the load, and zero if the
     height is given.
     """
-    hardness = contact.interaction.hardness
-    if start is not None and hardness < math.inf:
-        start = np.minimum(start, hardness)
+    hardness, halfspace = contact.interaction.hardness, contact.halfspace
+    compliance = halfspace.self_compliance
+    if start is None:
+        start = np.zeros(contact.heights.shape)
     if load is None:
-        return np.zeros(contact.heights.shape) if start is None else start
-    halfspace = contact.halfspace
-    total, stiffness = load / halfspace.cell_area, 1.0 / halfspace.self_compliance
-    if hardness < math.inf:
-        push = -stiffness * contact.heights
-        if start is None or not start.any():
-            return clip_to_sum(push, total, hardness)
-        return with_sum(start, total, hardness, push)
-    if start is None or not start.any():
+        return np.minimum(start, hardness)
+    total = load / halfspace.cell_area
+    if not start.any():
         above = contact.heights - contact.heights.min()
-        compliance = halfspace.self_compliance
         depth, stiffness = winkler_foundation(above, total, compliance, _GROWTH)
         start = stiffness * np.maximum(depth - above, 0.0)
-    return start * (total / start.sum())
+    push = contact.heights / -compliance
+    return with_sum(np.minimum(start, hardness), total, hardness, push)
 
 
 def winkler_foundation(

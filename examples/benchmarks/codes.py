@@ -38,7 +38,7 @@ def timed(function: Callable, *args: Any, **kwargs: Any) -> tuple[float, Any]:
 
 def solve_ours(problem: Problem, press: bool = False) -> Answer:
     """Ours, arrays in and arrays out; `press` puts the load on a soft wall too."""
-    from ase_roughcontact.solvers.hard_wall import active_set
+    from ase_roughcontact.solvers.active_set import active_set
     from ase_roughcontact.solvers.newton import newton_krylov
 
     def solve() -> tuple[Any, int, float]:

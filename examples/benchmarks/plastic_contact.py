@@ -25,7 +25,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 from ase_roughcontact.theory.counted_area import continuum_area
 

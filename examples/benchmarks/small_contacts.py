@@ -24,7 +24,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
-from ase_roughcontact.solvers.hard_wall import active_set
+from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}

@@ -6,7 +6,6 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 from ase_roughcontact._util.kernels import (
     array_equal,
-    concatenate,
     dot,
     dots,
     inner,
@@ -67,16 +66,6 @@ def test_results_of_blocks_are_combined_by_a_ufunc(ufunc, expected):
         return ufunc.reduce(a, axis=None).item()
 
     assert reduce(np.arange(37.0)[:, None]) == expected
-
-
-def test_arrays_returned_for_blocks_are_concatenated():
-    @rowwise(concatenate)
-    def positive(a, b):
-        return a[a > 0.0], b[a > 0.0]
-
-    a, b = random(37, 5), random(37, 5) + 1.0
-    for found, expected in zip(positive(a, b), (a, b), strict=True):
-        assert_array_equal(found, expected[a > 0.0])
 
 
 @pytest.mark.parametrize("shape", [(1000,), (37, 5)])

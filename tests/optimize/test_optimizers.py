@@ -326,13 +326,13 @@ def test_wall_that_returns_nan_ends_the_run_with_a_message():
 @pytest.mark.parametrize(
     "solver, options",
     [
-        (NewtonKrylov, NewtonKrylovOptions(krylov_steps=1, dense_atoms=0)),
-        (ActiveSet, ActiveSetOptions(inner_steps=2)),
+        (NewtonKrylov, NewtonKrylovOptions(forcing=0.5, dense_atoms=0)),
+        (ActiveSet, ActiveSetOptions(contraction=0.9)),
     ],
     ids=["NewtonKrylov", "ActiveSet"],
 )
 def test_options_are_those_of_the_solver(solver, options):
-    changed, usual = (make_atoms(WALLS[solver], n=24) for _ in range(2))
+    changed, usual = (make_atoms(WALLS[solver], n=48) for _ in range(2))
     dynamics, reference = solver(changed, options=options), solver(usual)
     assert dynamics.run(fmax=1e-8) and reference.run(fmax=1e-8)
     assert (dynamics.nsteps, dynamics.pairs) != (reference.nsteps, reference.pairs)

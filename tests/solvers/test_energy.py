@@ -2,9 +2,8 @@
 
 import numpy as np
 import pytest
+from contacts import constant, contact_of, spring
 
-from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.solvers.energy import ContactEnergy
 from ase_roughcontact.solvers.increments import (
@@ -19,19 +18,11 @@ from ase_roughcontact.solvers.indenter_height import carrying_height
 REPULSIVE = LennardJones93.repulsive(1.0, 1.0)
 
 
-def spring(height):
-    return 1.5 * (height + 2.0) ** 2, -3.0 * (height + 2.0)
-
-
-def constant(load):
-    return lambda height: (load * height, -load)
-
-
 @pytest.fixture
 def energy(periodic, wall, solid, rng):
-    kind = PeriodicHalfSpace if periodic else FreeHalfSpace
     heights = rng.uniform(0.0, 2.0, (9, 8))
-    return ContactEnergy(Contact(kind((9, 8), 1.0, solid), heights, wall), spring)
+    contact = contact_of(heights, wall, periodic=periodic, solid=solid)
+    return ContactEnergy(contact, spring(3.0, -2.0))
 
 
 def random_state(energy, rng):
@@ -93,10 +84,9 @@ def test_stiffness_of_springs_is_measured(energy):
     assert energy.spring_stiffness(0.7) == pytest.approx(3.0, rel=1e-9)
 
 
-def loaded(load, heights=None):
+def loaded(load):
     heights = np.random.default_rng(1).uniform(0.0, 2.0, (9, 8))
-    contact = Contact(FreeHalfSpace((9, 8), 1.0, 1.0), heights, REPULSIVE)
-    return ContactEnergy(contact, constant(load))
+    return ContactEnergy(contact_of(heights, REPULSIVE), constant(load))
 
 
 @pytest.mark.parametrize("load", [1e-12, 1e-3, 1.0, 1e3])

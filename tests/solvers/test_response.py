@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
+from contacts import contact_of, rough_sphere, solve
 
 from ase_roughcontact import (
-    ActiveSet,
     DugdaleWall,
     HardWall,
     LennardJones93,
-    NewtonKrylov,
     RoughContact,
     RoughSphere,
     SelfAffine,
@@ -16,7 +15,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.analysis import conductance
-from ase_roughcontact.atoms.calculator import contact_of
+from ase_roughcontact.atoms.calculator import contact_of as contact_of_atoms
 from ase_roughcontact.elasticity import Isotropic
 from ase_roughcontact.solvers.response import force_derivative, height_response
 from ase_roughcontact.theory import Hertz
@@ -33,33 +32,22 @@ WALLS = {
 }
 
 
-def relaxed(wall, depth, periodic, radius, solid):
-    """Atoms at a penetration, and a function that relaxes them at another height."""
-    sphere = RoughSphere(np.inf if periodic else radius, ROUGH)
-    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0, periodic=periodic)
-    atoms.calc = RoughContact(sphere, solid=solid, interaction=wall)
-    height = contact_of(atoms).first_contact - depth
-
-    def relax(change):
-        atoms.positions[-1, 2] = height + change
-        optimizer = (ActiveSet if wall.hard else NewtonKrylov)(atoms, logfile=None)
-        assert optimizer.run(fmax=1e-12, steps=500)
-        return atoms.calc.state(atoms)
-
-    return atoms, relax
+def relaxed(contact, height):
+    """Fields of the relaxed contact at a height."""
+    pressure = solve(contact, height=height, tolerance=1e-12).pressure
+    displacement = contact.halfspace.padded_displacement(pressure)
+    return contact.evaluate(displacement, height, pressure, pressure)
 
 
-@pytest.mark.filterwarnings("ignore:the periodic cell")  # a jump does no harm here
-@pytest.mark.parametrize("wall", WALLS)
-@pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
+@pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS)
 def test_derivative_of_the_force_to_the_height_is_that_of_differences(
     wall, periodic, solid
 ):
-    depth = 0.3 if periodic else 0.6
-    atoms, relax = relaxed(WALLS[wall], depth, periodic, 100.0, solid)
-    low, high, state = (relax(change) for change in (-STEP, STEP, 0.0))
+    heights = rough_sphere((40, 40), np.inf if periodic else 100.0, ROUGH)
+    contact = contact_of(heights, wall, periodic=periodic, solid=solid)
+    height = contact.first_contact - (0.3 if periodic else 0.6)
+    low, high, state = (relaxed(contact, height + d) for d in (-STEP, STEP, 0.0))
     expected = (high.normal_force - low.normal_force) / (2 * STEP)
-    contact = contact_of(atoms)
     for tolerance, error in ((1e-3, 1e-4), (1e-6, 1e-6)):
         response = height_response(contact, state, tolerance)
         assert response.force == pytest.approx(expected, rel=error)
@@ -68,30 +56,27 @@ def test_derivative_of_the_force_to_the_height_is_that_of_differences(
 
 
 def test_nothing_responds_out_of_range(solid):
-    atoms, relax = relaxed(WALLS["repulsive"], -1.0, False, 100.0, solid)
-    response = height_response(contact_of(atoms), relax(0.0))
+    contact = contact_of(rough_sphere((40, 40)), WALLS["repulsive"], solid=solid)
+    state = relaxed(contact, contact.first_contact + 1.0)
+    response = height_response(contact, state)
     assert response.force == 0.0
     assert (response.gap == 1.0).all()
 
 
 def test_a_full_contact_of_a_periodic_hard_wall_is_rigid():
-    flat = RoughSphere(np.inf)
-    atoms = substrate("Cu", (8, 8), flat, spacing=1.0, periodic=True, fixed=False)
-    atoms.calc = RoughContact(flat, 1.0, HardWall(), load=3.0)
-    assert ActiveSet(atoms, logfile=None).run(fmax=1e-9)
-    state = atoms.calc.state(atoms)
-    assert height_response(contact_of(atoms), state).force == -np.inf
+    contact = contact_of(np.zeros((8, 8)), HardWall(), periodic=True)
+    pressure = solve(contact, 3.0, tolerance=1e-9).pressure
+    state = contact.evaluate(np.zeros((8, 8)), 0.0, pressure, pressure)
+    assert height_response(contact, state).force == -np.inf
 
 
 def test_a_state_that_is_no_minimum_has_no_stiffness():
     wall = LennardJones93.adhesive(1.0, 1.0, 0.1)
-    sphere = RoughSphere(30.0)
-    atoms = substrate("Cu", (24, 24), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 0.3, wall)
-    contact, largest, known = contact_of(atoms), [], []
+    heights = RoughSphere(30.0).heights((24, 24), 1.0, (-12.0, -12.0))
+    contact, largest, known = contact_of(heights, wall, solid=0.3), [], []
+    flat = np.zeros(contact.halfspace.dof_shape)
     for height in np.linspace(wall.cutoff, wall.contact_distance, 25)[1:]:
-        atoms.positions[-1, 2] = height  # above a surface that is kept flat
-        state = atoms.calc.state(atoms)
+        state = contact.evaluate(flat, height)  # above a surface that is kept flat
         largest.append(contact.halfspace.cell_area * wall.evaluate(state.gap)[2].sum())
         known.append(-height_response(contact, state).force)
     known, largest = np.array(known), np.array(largest)
@@ -116,17 +101,12 @@ def test_contact_stiffness_and_conductance_of_a_smooth_sphere_are_those_of_hertz
 
 def force_of(work=0.02, radius=100.0, kind="adhesive", solid=ISOTROPIC):
     """Force, contact, state and response of a rough sphere at a fixed height."""
-    sphere = RoughSphere(radius, ROUGH)
     wall = LennardJones93.adhesive(1.0, 1.0, work) if kind == "adhesive" else HardWall()
-    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, solid=solid, interaction=wall)
-    lowest = RoughSphere(100.0, ROUGH).heights((40, 40), 1.0, (-20.0, -20.0)).min()
-    atoms.positions[-1, 2] = (0.4 if kind == "adhesive" else -0.6) - lowest
-    optimizer = NewtonKrylov if kind == "adhesive" else ActiveSet
-    assert optimizer(atoms, logfile=None).run(fmax=1e-12, steps=500)
-    state = atoms.calc.state(atoms)
+    contact = contact_of(rough_sphere((40, 40), radius, ROUGH), wall, solid=solid)
+    lowest = rough_sphere((40, 40), 100.0, ROUGH).min()
+    state = relaxed(contact, (0.4 if kind == "adhesive" else -0.6) - lowest)
     assert state.repulsive_atoms > 20
-    return state.normal_force, contact_of(atoms), state
+    return state.normal_force, contact, state
 
 
 def difference(force, value, step=STEP):
@@ -182,7 +162,7 @@ def test_a_saddle_has_no_stiffness():
     atoms.calc = RoughContact(rough, 1.0, DugdaleWall(0.063, 0.203))
     options = {"validity": "ignore", "window": "unchecked"}
     (step,) = load_path(atoms, penetrations=[0.2], **options)
-    contact, state = contact_of(atoms), atoms.calc.state(atoms)
+    contact, state = contact_of_atoms(atoms), atoms.calc.state(atoms)
     stiffness = contact.interaction.evaluate(state.gap)[2]
     move = -1.0 * (~state.contact & (stiffness == 0.0))
     move /= abs(move.sum())

@@ -1,0 +1,343 @@
+r"""Active-set method for the contact problem of the circulant model.
+
+From a pressure :math:`p` with the exact gap :math:`g`, find the change :math:`x` of the
+pressure and, under a load, the change :math:`s` of the height so that with
+:math:`g' = g + C x + s` every atom is in one of three states,
+
+.. math:: p + x = 0,\ g' \ge 0; \qquad 0 \le p + x \le H,\ g' = 0; \qquad
+          p + x = H,\ g' \le 0:
+
+open, in elastic, or, if the wall has a finite hardness :math:`H`, in plastic contact.
+:math:`C` is the model; under a load :math:`\sum x = 0`, else :math:`s = 0`. With the
+sets :math:`A` of atoms in elastic and :math:`P` in plastic contact, repeat
+
+1. *Clip*: :math:`x = \max(-p, \min(x, H - p))` in :math:`A`, :math:`x = H - p` in
+   :math:`P`, :math:`x = -p` elsewhere. Under a load, move the pressures in :math:`A`
+   towards one of their bounds until the total is restored. If they do not suffice, add
+   to :math:`A` the atoms whose gaps are closest to changing sign.
+2. *Solve* :math:`g + C x + s = 0` in :math:`A` by conjugate gradients, preconditioned
+   by the inverse of the model, until a part of the violation is left.
+3. *Exchange*: atoms with pressures beyond the bounds leave :math:`A`, those with gaps
+   of the wrong sign enter it. None changes between open and plastic contact directly:
+   the pressure of many such atoms would overshoot. If no atom changes, continue with 2,
+
+until the sets do not change and the violation is small enough. The linear systems are
+solved inexactly, since the sets of the first iterations are wrong anyway. Sets that
+still change after several updates may cycle: from then on each system is solved twice
+as exactly as the last one.
+
+All fields are arrays on the box of the model, in its precision and in units of the
+violation; :math:`A` is an array of zeros and ones. Without lists of atoms a step costs
+little more than its two Fourier transforms. Since the change of the pressure is the
+unknown, single precision does not limit the accuracy of the result.
+
+References
+----------
+M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 865 (2002) (active set);
+I. A. Polonsky, L. M. Keer, Wear 231, 206 (1999); E. A. H. Vollebregt, J. Comput. Phys.
+257, 332 (2014) (preconditioner).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ase_roughcontact._util.kernels import (
+    dot,
+    dots,
+    inner,
+    linear_combination,
+    rowwise,
+    scale,
+    total,
+)
+from ase_roughcontact.elasticity.circulant import CirculantModel
+from ase_roughcontact.solvers.bounds import with_sum
+
+# Part of the violation that the conjugate gradients leave before an update of the sets,
+# in elastic and in plastic contact.
+_FORCING, _PLASTIC_FORCING = 0.4, 0.25
+# Number of updates with this part; it is halved at each further one.
+_LOOSE_UPDATES = 6
+# Largest number of updates and steps of conjugate gradients.
+_STEPS = 300
+# Of a start, atoms are in plastic contact from this ratio of their pressure to what is
+# missing to the hardness: far from the solution many gaps are wrong.
+_FLOW = 9.0
+# Atoms that enter the set together carry at most the change of load times this factor.
+_MARGIN = 2
+
+
+class ComplementarityProblem:
+    """Contact problem of the model, and its solution so far.
+
+    Parameters
+    ----------
+    model : CirculantModel
+        Model of the half space; its box contains all atoms under pressure.
+    pressure : ndarray, shape (n, m)
+        Pressure on the window, between zero and the hardness.
+    gap : ndarray, shape (n, m)
+        Exact gap of this pressure (length).
+    violation : float
+        Largest violation of the contact conditions (length), the unit of length here.
+    required_sum : float or None
+        Sum of the pressures under a load; None if the height is given.
+    hardness : float
+        Largest pressure; infinity for an elastic contact.
+    """
+
+    def __init__(
+        self,
+        model: CirculantModel,
+        pressure: np.ndarray,
+        gap: np.ndarray,
+        violation: float,
+        required_sum: float | None,
+        hardness: float,
+    ) -> None:
+        self._model, self._hardness = model, hardness
+        self._bounded = hardness < math.inf
+        self._required_sum, self._loaded = required_sum, required_sum is not None
+        self._window, self._unit = pressure, violation / model.self_compliance
+        self._pressure = self._on_box(pressure, 1.0 / self._unit)
+        self._missing: np.ndarray | float = math.inf  # to the hardness
+        self._forcing = _FORCING
+        if self._bounded:
+            self._missing = self._on_box(hardness - pressure, 1.0 / self._unit)
+            self._forcing = _PLASTIC_FORCING
+        self._gap = self._on_box(gap, 1.0 / violation)  # g + C x
+        self._plastic = (self._gap <= -self._missing) & (
+            self._pressure >= _FLOW * self._missing
+        )
+        contact = (self._pressure > self._gap) & ~self._plastic
+        self._contact = contact.astype(model.dtype)
+        self._change = np.zeros_like(self._pressure)
+        self._fields = [np.zeros_like(self._pressure) for _ in range(3)]
+        self._height_change = 0.0
+        self._steps = _STEPS  # that are left
+
+    def solve(self, target: float) -> np.ndarray:
+        """Return a pressure that satisfies the conditions of contact for the model.
+
+        Parameters
+        ----------
+        target : float
+            Violation that may be left, relative to the present one.
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            The result of the last iteration, also if the steps do not suffice.
+        """
+        updates = 0
+        while True:
+            self._steps -= 1
+            updates += 1
+            if updates > _LOOSE_UPDATES:
+                self._forcing *= 0.5
+            self._leave_full_contact()
+            self._clip()
+            if not self._close_gaps(target) or self._steps <= 0:
+                return self._result()
+
+    def _on_box(self, values: np.ndarray, factor: float) -> np.ndarray:
+        """Return values on the box of the model times a factor, in its precision."""
+        field = np.empty(self._model.box.shape, self._model.dtype)
+        scale(field, values[self._model.box.slices], factor)
+        return field
+
+    def _leave_full_contact(self) -> None:
+        """In a full contact at a fixed height, shift the pressure to the next bound.
+
+        There the model of a periodic surface is singular.
+        """
+        if self._loaded or not (self._model.singular and self._contact.all()):
+            return
+        pressure, missing = self._pressure + self._change, self._missing - self._change
+        if not self._bounded or self._gap.mean() > 0.0:
+            self._change -= pressure.min()
+            self._contact[pressure <= pressure.min()] = 0.0
+        else:
+            self._change += missing.min()
+            self._plastic[missing <= missing.min()] = True
+            self._contact[self._plastic] = 0.0
+
+    def _clip(self) -> None:
+        """Clip the change, and update the gap."""
+        clipped = self._clipped()
+        difference, self._change = clipped - self._change, clipped
+        if difference.any():
+            opening = self._model.compliance(difference, difference)
+            linear_combination([(1.0, self._gap), (1.0, opening)], out=self._gap)
+
+    def _clipped(self) -> np.ndarray:
+        """Return the change clipped to the bounds; under a load, of no total."""
+        clipped = self._within_bounds()
+        if not self._loaded:
+            return clipped
+        gained = total(clipped)
+        available = self._available(clipped, gained)
+        most = total(available)
+        if self._bounded and abs(gained) > most:
+            self._extend(gained, abs(gained) - most)
+            clipped = self._within_bounds()
+            gained = total(clipped)
+            available = self._available(clipped, gained)
+            most = total(available)
+        if most:
+            share = max(min(gained / most, 1.0), -1.0 if self._bounded else -math.inf)
+            linear_combination([(1.0, clipped), (-share, available)], out=clipped)
+        return clipped
+
+    def _within_bounds(self) -> np.ndarray:
+        """Return ``x`` within its bounds in ``A``, at one of them elsewhere."""
+        clipped = np.maximum(self._change, -self._pressure)
+        if self._bounded:
+            np.minimum(clipped, self._missing, out=clipped)
+        clipped *= self._contact
+        clipped -= (1.0 - self._contact) * self._pressure
+        if self._bounded:
+            np.copyto(clipped, self._missing, where=self._plastic)
+        return clipped
+
+    def _available(self, change: np.ndarray, gained: float) -> np.ndarray:
+        """Return by how much pressures in ``A`` can fall, or rise if the total has to.
+
+        Without a hardness they rise by multiples of themselves.
+        """
+        if not self._bounded:  # there is none out of contact
+            return self._pressure + change
+        if gained > 0.0:
+            return (self._pressure + change) * self._contact
+        return (self._missing - change) * self._contact
+
+    def _extend(self, gained: float, lacking: float) -> None:
+        """Add atoms to ``A`` that can take up a change of the total."""
+        if gained > 0.0:
+            candidates, order = self._plastic.copy(), -self._gap
+        else:
+            candidates, order = (self._contact == 0.0) & ~self._plastic, self._gap
+        count = _MARGIN * int(lacking * self._unit / self._hardness) + 1
+        gaps = order[candidates]
+        if count < gaps.size:
+            candidates &= order <= np.partition(gaps, count - 1)[count - 1]
+        self._plastic[candidates] = False
+        self._contact[candidates] = 1.0
+
+    def _close_gaps(self, target: float) -> bool:
+        r"""Close the gaps in contact until a set changes; return whether one does.
+
+        By conjugate gradients, with the residual :math:`r`, zero out of contact:
+
+        .. math:: z = C^{-1} r, \quad
+                  \beta = \frac{z \cdot r}{(z \cdot r)'}, \quad
+                  t \leftarrow z + \beta t, \quad
+                  \alpha = \frac{z \cdot r}{t \cdot C t}, \quad
+                  x \leftarrow x + \alpha t
+
+        Under a load the mean of :math:`z` in contact is subtracted from it, and
+        :math:`s` makes that of :math:`r` zero.
+        """
+        count = total(self._contact)
+        if not count:
+            return self._exchange(target)
+        residual, direction, buffer = self._fields
+        opened = dot(self._gap, self._contact)
+        largest, last_work = self._set_residual(residual, opened / count), math.inf
+        wrong = float((self._wrong_gaps() * (1.0 - self._contact)).max())
+        stage = max(target, self._forcing * max(largest, wrong))
+        while self._steps > 0:
+            if largest <= stage:
+                if self._exchange(target):
+                    return True
+                if largest <= target:
+                    return False
+                stage = max(target, self._forcing * largest)
+            z = self._model.stiffness(residual, buffer)
+            work, mean = dots([(z, residual), (z, self._contact)])
+            if self._loaded:  # the residuals have no mean: the work is the same
+                z -= mean / count
+            z *= self._contact
+            linear_combination([(work / last_work, direction), (1.0, z)], out=direction)
+            opening = self._model.compliance(direction, buffer)
+            length, last_work = work / dot(direction, opening), work
+            opened = _advance(
+                self._change, self._gap, length, direction, opening, self._contact
+            )
+            largest = self._set_residual(residual, opened / count)
+            self._steps -= 1
+        return self._exchange(target)
+
+    def _set_residual(self, residual: np.ndarray, mean_gap: float) -> float:
+        """Set ``r = -(g + C x + s)`` in contact; return its largest magnitude."""
+        if self._loaded:
+            self._height_change = -mean_gap
+        return _set_residual(residual, self._gap, self._height_change, self._contact)
+
+    def _wrong_gaps(self) -> np.ndarray:
+        """Return overlaps; of atoms in plastic contact, gaps."""
+        wrong = -self._height_change - self._gap
+        if self._bounded:
+            np.negative(wrong, out=wrong, where=self._plastic)
+        return wrong
+
+    def _exchange(self, target: float) -> bool:
+        """Update the sets; return whether one has changed."""
+        inside = self._contact > 0.0
+        stays = self._change >= -self._pressure
+        elastic = np.where(inside, stays, self._wrong_gaps() > target)
+        if self._bounded:
+            above = inside & (self._change > self._missing)
+            elastic &= ~above
+            self._plastic = (self._plastic & ~elastic) | above
+        self._contact[:] = elastic
+        return bool((elastic != inside).any())
+
+    def _result(self) -> np.ndarray:
+        """Return the new pressure on the window; under a load of its total."""
+        inside = self._model.box.slices
+        change, push = self._clipped(), np.zeros(1)
+        pressure = np.multiply(change, self._unit, dtype=float)
+        pressure += self._window[inside]
+        np.maximum(pressure, 0.0, out=pressure)
+        pressure *= change > -self._pressure
+        if self._bounded:
+            np.minimum(pressure, self._hardness, out=pressure)
+            pressure[self._plastic] = self._hardness
+            push = np.zeros(self._window.shape)
+            push[inside] = -self._unit * self._gap
+        new = np.zeros(self._window.shape)
+        new[inside] = pressure
+        if self._required_sum is None:
+            return new
+        return with_sum(new, self._required_sum, self._hardness, push)
+
+
+@rowwise(np.add)
+def _advance(
+    change: np.ndarray,
+    gap: np.ndarray,
+    length: float,
+    direction: np.ndarray,
+    opening: np.ndarray,
+    contact: np.ndarray,
+) -> float:
+    """Set ``x += a t`` and ``g += a C t``, overwriting ``C t``; return ``g . A``."""
+    opening *= length
+    gap += opening
+    np.multiply(direction, length, out=opening)
+    change += opening
+    return inner(gap, contact)
+
+
+@rowwise(np.maximum)
+def _set_residual(
+    residual: np.ndarray, gap: np.ndarray, height_change: float, contact: np.ndarray
+) -> float:
+    """Set ``r = -(g + s)`` in contact, zero elsewhere; return ``max |r|``."""
+    np.subtract(-height_change, gap, out=residual)
+    residual *= contact
+    return float(max(residual.max(), -residual.min()))
