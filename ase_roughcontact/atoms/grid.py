@@ -153,8 +153,7 @@ def _check_boundary(atoms: Atoms) -> bool:
 def _shape_of(xy: np.ndarray, cell: Any) -> tuple[int, int]:
     """Return the shape of the grid from the order of the atoms."""
     step = np.abs(xy[1] - xy[0]).max() if len(xy) > 1 else cell[0, 0]
-    next_row = np.flatnonzero(xy[:, 0] - xy[0, 0] > step / 2)
-    columns = int(next_row[0]) if len(next_row) else len(xy)
+    columns = int(np.searchsorted(xy[:, 0], xy[0, 0] + step / 2))
     rows, remainder = divmod(len(xy), columns)
     if remainder or not step > 0:
         raise ValueError(

@@ -24,21 +24,14 @@ from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.topography.facts import surface_id
 
 
-def lattice_of(atoms: Atoms) -> tuple[np.ndarray, ...]:
-    """Return all that half space, heights and wall depend on."""
-    # the short axis first, along which comparisons would be slow
-    return atoms.positions[:, :2].T, atoms.cell.array, atoms.pbc, atoms.numbers
-
-
 @dataclass
 class ContactModel:
     """What follows from the lattice of atoms and the parameters, without z.
 
     Attributes
     ----------
-    lattice : tuple of ndarray
-        All that the model depends on, beside the parameters; see `lattice_of`.
     grid : SurfaceGrid
+        All that the model depends on, beside the parameters.
     problem : Problem
     contact : Contact
     surface_id : str or None
@@ -51,7 +44,6 @@ class ContactModel:
         What the surface has kept of earlier steps.
     """
 
-    lattice: tuple[np.ndarray, ...]
     grid: SurfaceGrid
     problem: Problem
     contact: Contact
@@ -63,18 +55,16 @@ class ContactModel:
     def of(cls, atoms: Atoms, parameters: Mapping[str, Any]) -> ContactModel:
         """Return the model of atoms for the parameters of `RoughContact`."""
         grid = SurfaceGrid.of(atoms)
-        lattice = tuple(part.copy() for part in lattice_of(atoms))
         identity = surface_id(parameters["indenter"])
         _check_element(atoms, parameters["solid"])
         problem = problem_for(grid, parameters)
         window = problem.window(grid.window, grid.origin)
         contact = problem.contact(window, padded=grid.shape != grid.window)
-        return cls(lattice, grid, problem, contact, identity)
+        return cls(grid, problem, contact, identity)
 
     @classmethod
     def adopted(
         cls,
-        atoms: Atoms,
         grid: SurfaceGrid,
         problem: Problem,
         contact: Contact,
@@ -82,13 +72,13 @@ class ContactModel:
         history: Mapping[str, np.ndarray],
     ) -> ContactModel:
         """Return the model of atoms whose contact exists already."""
-        lattice = tuple(part.copy() for part in lattice_of(atoms))
         identity = surface_id(problem.indenter)
-        return cls(lattice, grid, problem, contact, identity, known, history)
+        return cls(grid, problem, contact, identity, known, history)
 
     def fits(self, atoms: Atoms) -> bool:
         """Return whether the lattice of the atoms is still the same."""
-        return all(map(array_equal, lattice_of(atoms), self.lattice))
+        _check_element(atoms, self.problem.solid)
+        return SurfaceGrid.of(atoms) == self.grid
 
     def adopt_history(self, atoms: Atoms) -> None:
         """Give the contact what the atoms have kept of earlier steps."""

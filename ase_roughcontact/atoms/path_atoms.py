@@ -178,9 +178,7 @@ class PathAtoms:
         known = values, state.height, state.pressure
         if shown is None or shown.pressure is not state.pressure:
             set_displacement(self.atoms, values)
-        model = ContactModel.adopted(
-            self.atoms, grid, self.problem, contact, known, state.history
-        )
+        model = ContactModel.adopted(grid, self.problem, contact, known, state.history)
         adopt_model(self.atoms, model)
 
 

@@ -246,12 +246,13 @@ class Contact:
         -------
         ndarray, shape of the displaced atoms
         """
-        elastic = state.forces / state.cell_area
-        self._on_window(elastic)[:] += state.pressure
+        energies = state.forces / state.cell_area  # the elastic pressure at first
+        self._on_window(energies)[:] += state.pressure
         if self.halfspace.periodic:
             displacement = displacement - displacement.mean()
-            elastic -= elastic.mean()
-        energies = -0.5 * displacement * elastic
+            energies -= energies.mean()
+        energies *= displacement
+        energies *= -0.5
         self._on_window(energies)[:] += self._wall_energy(state.gap, state.pressure)
         energies *= state.cell_area
         return energies

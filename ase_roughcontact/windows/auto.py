@@ -178,7 +178,7 @@ class AutoWindow:
                 state = self._flattened(state, support)
             return self._on(state, self._needed(self._level, window))
         self._level = level
-        needed = window.union(self._reached(state, contact))
+        needed = self._reached(state, contact)
         if needed != window:
             return self._on(state, needed)
         self.accept(state, fields)
@@ -261,20 +261,26 @@ class AutoWindow:
         half_side = math.ceil(radius / self.footprint.spacing)
         return self.footprint.clip(centred_box(half_side))
 
-    def _reached(self, state: State, contact: Contact) -> Box | None:
-        """Return a box of the atoms, also outside the window, that the wall reaches."""
+    def _reached(self, state: State, contact: Contact) -> Box:
+        """Return the window, widened by the atoms outside of it that the wall reaches."""
         level, window = self._level, state.window
         self.footprint.check(level)
         if self._rises:
             level += max(self._highest(state, contact), 0.0)
         if window.contains(self.footprint.overlap(level)):
-            return None
+            return window
         self.footprint.check(level)
         wide = self.footprint.overlap(level).union(window)
-        # a lower bound to the gap
-        gap = state.height + self.footprint.heights(wide)
-        gap -= self._displacement_on(state, contact, wide)
-        return Box.bounding(gap < self._wall.cutoff, wide.start)
+        displacement = self._displacement_on(state, contact, wide)
+        reached = window
+        for tile in self.footprint.tiles(wide):
+            if not window.contains(tile):
+                # a lower bound to the gap
+                gap = state.height + self.footprint.heights(tile)
+                gap -= displacement[tile.slices_in(wide)]
+                near = Box.bounding(gap < self._wall.cutoff, tile.start)
+                reached = reached.union(near)
+        return reached
 
     def _highest(self, state: State, contact: Contact) -> float:
         """Return the largest displacement, also in a bulge around the window."""

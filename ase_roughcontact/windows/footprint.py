@@ -226,7 +226,7 @@ class Footprint:
         inside, _ = self._square.slices_in(square)
         rows[inside], columns[inside] = self._rows, self._columns
         self._square, self._rows, self._columns = square, rows, columns
-        for tile in self._tiles(square):
+        for tile in self.tiles(square):
             (i, j), (k, m) = tile.start, tile.stop
             nearest = math.hypot(max(i, 1 - k, 0), max(j, 1 - m, 0))
             farthest = math.hypot(max(-i, k - 1), max(-j, m - 1))
@@ -237,7 +237,7 @@ class Footprint:
             rows[along] = np.minimum(rows[along], heights.min(axis=1))
             columns[across] = np.minimum(columns[across], heights.min(axis=0))
 
-    def _tiles(self, box: Box) -> Iterator[Box]:
+    def tiles(self, box: Box) -> Iterator[Box]:
         """Split a box into tiles of limited size."""
         side = _TILE if self.domain is None else min(_TILE, *self.domain.shape)
         (i, j), (k, m) = box.start, box.stop
