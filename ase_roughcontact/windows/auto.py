@@ -262,7 +262,7 @@ class AutoWindow:
         return self.footprint.clip(centred_box(half_side))
 
     def _reached(self, state: State, contact: Contact) -> Box:
-        """Return the window, widened by the atoms outside of it that the wall reaches."""
+        """Return the window, widened to the atoms outside that the wall reaches."""
         level, window = self._level, state.window
         self.footprint.check(level)
         if self._rises:
