@@ -147,7 +147,7 @@ def test_path_stops_before_it_exceeds_the_memory(monkeypatch):
         "ase_roughcontact.windows.memory.available_memory", lambda: 231e6
     )
     atoms = make_atoms(RoughSphere(300.0), fixed=False)
-    path = load_path(atoms, loads=[1e-3, 5e4], window="auto", validity="ignore")
+    path = load_path(atoms, loads=[1e-3, 2e5], window="auto", validity="ignore")
     assert next(path).converged
     with pytest.raises(MemoryError, match=r"only 0\.231 GB are free"):
         next(path)
