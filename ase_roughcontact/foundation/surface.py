@@ -85,8 +85,10 @@ class CrystalSurface(Stored):
         bulk : Atoms or str
         surface : {"fcc100", "fcc111", "bcc100", "diamond100"}
             Crystal structure and surface.
-        size, displacement, tolerance, **slab
-            Numbers of the slab and its force constants.
+        size, displacement, tolerance
+            Of the slab and its force constants.
+        **slab
+            ``lattice_constant`` and ``layers``.
 
         Returns
         -------
