@@ -181,12 +181,12 @@ class HalfSpace(ABC):
         calculate = _kept_self_compliance if kept else type(self.solid).self_compliance
         return calculate(self.solid, self.spacing)
 
-    @cached_property
+    @property
     def compliance(self) -> np.ndarray:
         """Spectrum ``G(q)`` on the grid, shape (N, M//2 + 1) (length/pressure)."""
         return self.grid_spectrum.take(_wrapped_distance(self.grid[0]), 0)
 
-    @cached_property
+    @property
     def stiffness(self) -> np.ndarray:
         """Spectrum ``K(q) = 1/G(q)``, shape (N, M//2 + 1); zero where G is zero."""
         return self._inverse_spectrum.take(_wrapped_distance(self.grid[0]), 0)
