@@ -32,7 +32,7 @@ _SHALLOWEST, _DEEPEST = 1.0, 60.0
 # Distance, in cells, up to which images are integrated over the cell in closed form.
 _CLOSED_FORM_UP_TO = 32
 _KNOTS = 1000
-# Rise of the surface that is not distinguished from none.
+# Rise of the surface that is rounding.
 _FLAT = 1e-6
 
 

@@ -1,4 +1,4 @@
-"""Atoms with a calculator of the user's on top of an elastic semi-infinite crystal."""
+"""Atoms with a user-supplied calculator on top of an elastic semi-infinite crystal."""
 
 from ase_roughcontact.foundation.builders import crystal_slab
 from ase_roughcontact.foundation.calculator import ElasticFoundation

@@ -25,8 +25,8 @@ def crystal_slab(
     Parameters
     ----------
     symbol : str or Atoms
-        Chemical symbol, or a crystal of one element, as
-        `CrystalSurface.from_calculator` takes it.
+        Chemical symbol, or a crystal of one element; see
+        `CrystalSurface.from_calculator`.
     size : (int, int)
         Surface cells along both sides.
     layers : int

@@ -142,7 +142,7 @@ def edge_area(
 
 
 def _box(contact: np.ndarray) -> tuple[slice, slice]:
-    """Return the box of a contact with a frame of two points, as far as there are."""
+    """Return the box of a contact, padded by up to two points."""
     ends = (np.flatnonzero(contact.any(axis)) for axis in (1, 0))
     rows, columns = (slice(max(end[0] - 2, 0), end[-1] + 3) for end in ends)
     return rows, columns
