@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -287,12 +288,11 @@ class OptimizerRelaxer:
         atoms, (n, m) = self._path_atoms.atoms, before.window.shape
         fields, model = atoms.calc.state(atoms), model_of(atoms)
         elastic = fields.pressure + fields.forces[:n, :m] / fields.cell_area
-        state = State(
-            before.window,
-            float(atoms.positions[-1, 2]),
-            elastic,
-            displacement(atoms, model.grid)[:n, :m].copy(),
-            before.history,
+        state = replace(
+            before,
+            height=float(atoms.positions[-1, 2]),
+            pressure=elastic,
+            displacement=displacement(atoms, model.grid)[:n, :m].copy(),
         )
         self._path_atoms.moved_to(state)
         return state
