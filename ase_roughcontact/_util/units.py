@@ -58,7 +58,7 @@ UNITS: dict[str, float] = {
     **FORCES,
     **PRESSURES,
     **WORKS,
-    **dict.fromkeys(("", "Å^2", "eV", "s", "bytes"), 1.0),
+    **dict.fromkeys(("", "Å^2", "eV", "s", "eV/s", "bytes"), 1.0),
     "nm²": 100.0,
     "GB": 1e9,
 }

@@ -15,7 +15,7 @@ from ase_roughcontact.cli.description import description, pull_off_text
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.paths.limits import failed_checks
-from ase_roughcontact.paths.record import LoadStep, columns_of
+from ase_roughcontact.paths.record import LoadStep, TimeStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
@@ -321,13 +321,15 @@ def exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
 
 def heading(column: str, label: str = "") -> str:
     """Return the heading of a column, with the unit in which it is printed."""
-    entry = columns_of()[column]
+    entry = columns_of(TimeStep)[column]
     return f"{label or entry.label} ({printed_unit(entry.unit)})"
 
 
 def _printed(step: LoadStep, column: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
-    return getattr(step, column) / UNITS[printed_unit(columns_of()[column].unit)]
+    return (
+        getattr(step, column) / UNITS[printed_unit(columns_of(TimeStep)[column].unit)]
+    )
 
 
 def _failure(scene: Scene, step: LoadStep) -> str:

@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
         if scene is full and prints_text(options):
             print("The run is as short as a preview: it is calculated itself.")
         options.out = options.out.with_name(f"{options.out.name}-preview")
-    if scene.path.count(scene) is None:
+    if not scene.path.resumes:
         options.again = "start anew"
     scene.check_path()  # before theory needs the statistics of the roughness
     reference = reference_for(scene)
@@ -98,9 +98,11 @@ def _relax(
     folder, text = options.out, _kept_text(options)
     scene, restored, costs = reference.scene, 0, dict[str, FloatArray]()
     count = scene.path.count(scene)
+    if scene.path.resumes:
+        restored = count_steps(folder / "sweep.traj")
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
-        restored = min(count_steps(folder / "sweep.traj"), count)
+        restored = min(restored, count)
         costs["path"] = expected_costs(scene)
     meter = ProgressMeter(costs)
     meter.add(["path"] * restored)
@@ -119,7 +121,7 @@ def _relax(
         if options.verbose:
             print(report.solver_line(step), flush=True)
         if options.json:
-            print(json_line(asdict(step), units_of()), flush=True)
+            print(json_line(asdict(step), units_of(scene.path.record)), flush=True)
 
 
 def _write_results(

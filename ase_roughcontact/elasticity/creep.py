@@ -160,6 +160,17 @@ class Creep:
         """Number of fields that the surface has to remember, with that of the flow."""
         return len(self.compliances) + bool(self.flow)
 
+    def times_part(self, part: float) -> Creep:
+        """Return the creep of two solids pressed together, of which one is elastic.
+
+        Parameters
+        ----------
+        part : float
+            Part of this solid in the sum of the instantaneous compliances.
+        """
+        values = tuple(part * value for value in self.compliances)
+        return Creep(values, self.times, part * self.flow)
+
     def compliance(self, time: np.ndarray | float) -> np.ndarray:
         """Return J(t) relative to J(0), of the shape of the times."""
         time = np.asarray(time, dtype=float)

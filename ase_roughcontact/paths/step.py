@@ -41,8 +41,8 @@ from ase_roughcontact.windows.options import WindowOptions
 
 #: What a path prescribes: that of the indenter, or of the base of its cantilever.
 CONTROLS = ("penetrations", "heights", "loads", "bases")
-# Those under which the indenter is free to move.
-_FREE = ("loads", "bases")
+#: Those under which the indenter is free to move.
+FREE = ("loads", "bases")
 # A load counts as not carried if rounding leaves more than this part of it.
 _UNCARRIED_PART = 0.1
 # A step has not converged if a force, or the force that would close a gap, is above the
@@ -273,7 +273,7 @@ class Stepper:
         self._at_rest()
         self.state = state = self._set_contact(state)
         fields = fields_of(self.contact, state, relaxed=True)
-        support = Support(self.control not in _FREE, 0.0, self._springs)
+        support = Support(self.control not in FREE, 0.0, self._springs)
         if target is not None:
             support = self._at(target)[1]
         self.run = Run.of(state, fields, support)

@@ -21,6 +21,11 @@ from ase_roughcontact.plot.curves import (
 from ase_roughcontact.plot.files import draw_file
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
+from ase_roughcontact.plot.time import (
+    draw_time_path,
+    plot_over_depth,
+    plot_over_time,
+)
 from ase_roughcontact.plot.tradeoff import plot_tradeoff
 
 __all__ = [
@@ -29,12 +34,15 @@ __all__ = [
     "GREY",
     "ORANGE",
     "draw_file",
+    "draw_time_path",
     "plot_cantilever",
     "plot_contact",
     "plot_convergence",
     "plot_curve",
     "plot_force",
     "plot_loop",
+    "plot_over_depth",
+    "plot_over_time",
     "plot_pressure",
     "plot_tradeoff",
     "scale_bar",

@@ -31,6 +31,7 @@ from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
+from ase_roughcontact.scene.time import Timed
 
 PathConfig = Steps
 
@@ -48,6 +49,7 @@ __all__ = [
     "SphereConfig",
     "Steps",
     "SubstrateConfig",
+    "Timed",
     "TopographyConfig",
     "default_text",
     "on_modes",

@@ -8,7 +8,7 @@ from typing import Any
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.elasticity import ElasticSolid
+from ase_roughcontact.elasticity import Creep, ElasticSolid, Viscoelastic
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.named_materials import (
     combined_modulus,
@@ -22,7 +22,7 @@ from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import Problems
-from ase_roughcontact.scene.solid import named, solid_of, spacing_of
+from ase_roughcontact.scene.solid import creep_of, named, solid_of, spacing_of
 from ase_roughcontact.scene.sphere import radius_of
 from ase_roughcontact.topography import (
     HeightMap,
@@ -69,8 +69,9 @@ def build(scene: SceneFile) -> SceneBodies:
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
         hardness = _hardness(scene.substrate, substrate.symbol, spacing)
+        creep = creep_of(substrate)
     with problems.of("sphere"):
-        solid = _with_tip(solid, scene.sphere.material)
+        solid = _with_tip(solid, scene.sphere.material, creep)
     problems.check()
 
     rough: SelfAffine | HeightMap | None = None
@@ -128,17 +129,25 @@ def _hardness(substrate: SubstrateConfig, symbol: str, spacing: float) -> float:
     return given * UNITS["GPa"]
 
 
-def _with_tip(solid: ElasticSolid, name: str) -> ElasticSolid:
-    """Return the solid that deforms as both bodies do, if the tip has a material."""
+def _with_tip(solid: ElasticSolid, name: str, creep: Creep | None) -> ElasticSolid:
+    """Return the solid that deforms as both bodies do, if the tip has a material.
+
+    The tip is elastic also if the substrate creeps.
+    """
     if not name:
-        return solid
+        return solid if creep is None else Viscoelastic(solid, creep)
     if not isinstance(solid, Isotropic):
         raise ValueError(
             "the material of the sphere needs an isotropic substrate, got "
             f"{solid!r}: leave it out"
         )
     tip = material(name).contact_modulus * UNITS["GPa"]
-    return Isotropic(combined_modulus(solid.contact_modulus, tip))
+    both = Isotropic(combined_modulus(solid.contact_modulus, tip))
+    if creep is None:
+        return both
+    return Viscoelastic(
+        both, creep.times_part(both.contact_modulus / solid.contact_modulus)
+    )
 
 
 def _wall(

@@ -45,6 +45,8 @@ class SubstrateConfig(Section):
     poisson: float | None = None
     rigid_base: bool = False
     sliding: bool = False
+    relaxation_moduli: tuple | None = None
+    relaxation_times: tuple | None = None
     model: str = "atoms"
     refine: int | None = None
     coarsen: int | None = None

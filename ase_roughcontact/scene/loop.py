@@ -36,6 +36,7 @@ class Loop(PathKind):
     """``[path]`` of kind "loop": lengths in Å, or with a unit; see `adhesion_loop`."""
 
     kind = "loop"
+    resumes = False
     control = "height"
     along = "penetration"
     units = {"cantilever": "N/m"}

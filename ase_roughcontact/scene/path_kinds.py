@@ -31,7 +31,7 @@ from ase_roughcontact.scene.section import (
 
 # Largest number of steps of a path, all of which are kept in memory.
 _MOST_STEPS = 1_000_000
-_UNITS = {"load": "nN", "penetration": "Å", "height": "Å"}
+_UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
 
 #: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
 PATHS: dict[str, type[PathKind]] = {}
@@ -64,6 +64,10 @@ class PathKind(Section):
     ----------
     kind : str
         Name in scene files.
+    record : type
+        Class of the results.
+    resumes : bool
+        Whether a run is resumed, and not started anew.
     columns : mapping of str to str
         Columns of the printed table, with their labels; by default load, area, their
         errors, and the area relative to theory.
@@ -73,6 +77,8 @@ class PathKind(Section):
 
     title = "path"
     kind: ClassVar[str] = "steps"
+    record: ClassVar[type[LoadStep]] = LoadStep
+    resumes: ClassVar[bool] = True
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
 
@@ -124,7 +130,7 @@ class PathKind(Section):
 
     @property
     def control(self) -> str:
-        """Controlled quantity: ``"load"``, ``"penetration"`` or ``"height"``."""
+        """Controlled quantity, one of `CONTROLS` of a path without its "s"."""
         raise NotImplementedError
 
     @property
@@ -153,10 +159,7 @@ class PathKind(Section):
         raise NotImplementedError
 
     def count(self, bodies: Bodies) -> int | None:
-        """Return the number of states; None if it is not known before they are.
-
-        A run of a path of unknown length is not resumed, but started anew.
-        """
+        """Return the number of states; None if it is not known before they are."""
         return len(self.targets(bodies))
 
     def smallest_step(self, bodies: Bodies) -> float:

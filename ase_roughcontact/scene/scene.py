@@ -32,7 +32,7 @@ from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
-from ase_roughcontact.paths.step import StepOptions, Stepper
+from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.bodies import SceneBodies
 from ase_roughcontact.scene.build import build
@@ -353,7 +353,11 @@ class Scene(SceneFile):
     def planned(self) -> Scene:
         """The scene with the known targets that are planned and previewed."""
         path = self.path.planned(self)
-        return self if path is self.path else replace(self, path=path)
+        if path is self.path:
+            return self
+        return replace(self, path=path).with_values(
+            {"substrate.relaxation_moduli": None, "substrate.relaxation_times": None}
+        )
 
     @property
     def fmax(self) -> float | None:
@@ -426,7 +430,7 @@ class Scene(SceneFile):
     def frames(self) -> ProblemAtoms:
         """Return the atoms of the path, which are made when they are needed."""
         return ProblemAtoms(
-            *self._on_grid, self.bodies.symbol, self.path.control != "load"
+            *self._on_grid, self.bodies.symbol, self.control not in FREE
         )
 
     def stepper(self, frames: ProblemAtoms) -> Stepper:
@@ -451,6 +455,7 @@ class Scene(SceneFile):
             hardness=hardness_for(bodies.problem, bodies.symbol, bodies.hardness),
             continuum=self.is_continuum,
             lost_slope=self.lost_slope,
+            cantilever=self.cantilever or 0.0,
         )
         return Stepper(self.problem, self.control, self.start, options)
 
@@ -531,7 +536,7 @@ class Scene(SceneFile):
         targets: ArrayLike | None = None,
         *,
         validity: str = "warn",
-        record: type[LoadStep] = LoadStep,
+        record: type[LoadStep] | None = None,
         **files: Any,
     ) -> Generator[LoadStep, None, None]:
         """Relax step after step.
@@ -550,7 +555,7 @@ class Scene(SceneFile):
         generator of LoadStep
         """
         frames = self.frames()
-        output = Output(**files, record=record, frames=frames)
+        output = Output(**files, record=record or self.path.record, frames=frames)
         stepper = self.stepper(frames)
         warn_of_lost_slope(stepper, self.grid_change, validity)
         if targets is None:
@@ -589,7 +594,7 @@ class Scene(SceneFile):
         self.check_path()
         report = ValidityReport(validity)
         folder = results_folder(folder)
-        resume = self.path.count(self) is not None
+        resume = self.path.resumes
         check_folder(self, folder, ["places.csv"] if resume else RESULTS)
         file = folder / "scene.toml"
         files: dict[str, Any] = {

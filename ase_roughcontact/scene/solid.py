@@ -13,7 +13,15 @@ from matscipy.calculators.eam import EAM
 
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact._util.validation import lookup, positive
-from ase_roughcontact.elasticity import Crystal, Cubic, ElasticSolid, Isotropic, Layer
+from ase_roughcontact.elasticity import (
+    Creep,
+    Crystal,
+    Cubic,
+    ElasticSolid,
+    Isotropic,
+    Layer,
+    Viscoelastic,
+)
 from ase_roughcontact.elasticity.material import (
     check_element,
     contact_modulus,
@@ -140,6 +148,23 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
     return None if substrate.of_atoms else _known(substrate, fcc_spacing)
 
 
+def creep_of(substrate: SubstrateConfig) -> Creep | None:
+    """Return the creep of a viscoelastic solid; None for an elastic one.
+
+    Raises
+    ------
+    ValueError
+        If one of ``relaxation_moduli`` (relative to the instantaneous modulus) and
+        ``relaxation_times`` (s) is missing, or they are no valid series.
+    """
+    moduli, times = substrate.relaxation_moduli, substrate.relaxation_times
+    if moduli is None and times is None:
+        return None
+    if moduli is None or times is None:
+        raise ValueError("give both relaxation_moduli and relaxation_times")
+    return Creep.of_relaxation(moduli, times)
+
+
 def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     """Return the name and the contact modulus of a solid.
 
@@ -156,6 +181,10 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     """
     name = substrate.name or "half space of given moduli"
     modulus = _printed_modulus(solid.contact_modulus)
+    if isinstance(solid, Viscoelastic):
+        relaxed = solid.creep.relaxed * solid.contact_modulus
+        label = label_of(substrate, solid.solid)
+        return f"{label}, relaxing to {_printed_modulus(relaxed)}"
     if isinstance(solid, Layer):
         layer = _printed_modulus(solid.layer_modulus)
         bond = "bonded to" if solid.bonded else "sliding on"

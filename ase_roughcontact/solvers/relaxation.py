@@ -329,9 +329,7 @@ def relaxed_state(contact: Contact, before: State, relaxation: Relaxation) -> St
     pressure, height = relaxation.pressure, relaxation.height
     displacement = contact.halfspace.displacement(pressure)
     displacement = np.asarray(displacement, dtype=float)
-    return replace(
-        before, height=height, pressure=pressure, displacement=displacement
-    )
+    return replace(before, height=height, pressure=pressure, displacement=displacement)
 
 
 def fields_of(contact: Contact, state: State, relaxed: bool = False) -> ContactState:

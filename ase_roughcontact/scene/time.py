@@ -1,0 +1,176 @@
+"""Paths in time of a scene with a viscoelastic solid."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite_array,
+    nonnegative,
+    positive,
+)
+from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.record import LoadStep, TimeStep
+from ase_roughcontact.paths.schedule import Schedule
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
+from ase_roughcontact.scene.section import lengths
+
+
+@dataclass(frozen=True)
+class Timed(PathKind):
+    """``[path]`` of kind "time": targets and times (s), or rates (nm/s, nN/s)."""
+
+    kind = "time"
+    record = TimeStep
+    units = {"cantilever": "N/m"}
+    columns = {
+        "time": "time",
+        "penetration": "depth",
+        "normal_force": "force",
+        "contact_area": "area",
+        "energy": "energy",
+        "dissipation": "power",
+    }
+    captions = {"time.png": "Force and contact area over time, and force over depth."}
+
+    control: str = "penetration"
+    values: tuple | None = None
+    times: tuple | None = None
+    rate: float | None = None
+    dwell: float = 0.0
+    amplitude: float | str | None = None
+    frequency: float | None = None
+    cycles: int = 3
+    tolerance: float = 1e-3
+    cantilever: float | None = None
+
+    @property
+    def stiffness(self) -> float | None:
+        """Stiffness of the cantilever (eV/Å^2); None without one."""
+        if (self.control == "base") != (self.cantilever is not None):
+            raise ValueError(
+                'control = "base" needs the stiffness of the cantilever, and only it'
+            )
+        if self.cantilever is None:
+            return None
+        positive(cantilever=self.cantilever)
+        return self.cantilever * UNITS["N/m"]
+
+    def schedule(self, bodies: Bodies) -> Schedule:
+        """Return the targets (Å or eV/Å) as a function of time (s).
+
+        Raises
+        ------
+        ValueError
+            If a key is missing or invalid.
+        """
+        unit = self.unit
+        units = FORCES if unit in FORCES else lengths(bodies.spacing)
+        path: Timed = self.plain(["values", "amplitude"], units, unit)
+        values = UNITS[unit] * finite_array("values", path.values or ())
+        if values.ndim != 1 or not values.size:
+            raise ValueError("give values, the targets between which the path goes")
+        if (self.times is None) == (self.rate is None):
+            raise ValueError("give either times, one for each value, or a rate")
+        positive(tolerance=self.tolerance)
+        nonnegative(dwell=self.dwell)
+        if self.times is not None:
+            if self.dwell:
+                raise ValueError("a dwell needs a rate: repeat the value in times")
+            schedule = Schedule.through(
+                finite_array("times", self.times).tolist(), values.tolist()
+            )
+        else:
+            positive(rate=self.rate)
+            rate = self.rate * UNITS["nN" if unit in FORCES else "nm"]  # type: ignore
+            schedule = Schedule(float(values[0]))
+            for before, value in pairwise(values.tolist()):
+                schedule = schedule.ramp(value, rate=rate)
+                if self.dwell and value == values.max() and value != before:
+                    schedule = schedule.hold(self.dwell)
+        if (path.amplitude is None) != (self.frequency is None):
+            raise ValueError(
+                "an oscillation needs both amplitude (Å) and frequency (Hz)"
+            )
+        if self.frequency is not None:
+            schedule = schedule.oscillate(
+                UNITS[unit] * float(path.amplitude or 0.0), self.frequency, self.cycles
+            )
+        return schedule
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Raise an error, as the steps are not known before."""
+        raise ValueError(
+            'kind = "time" chooses its steps as it runs: run it, or give kind = "steps"'
+        )
+
+    def count(self, bodies: Bodies) -> None:
+        """Return None: the number of states is not known before."""
+
+    def planned(self, bodies: Bodies) -> PathKind:
+        """Return the path of one step, to the largest target."""
+        schedule, unit = self.schedule(bodies), UNITS[self.unit]
+        targets = [schedule.first, *(part.end for part in schedule.parts)]
+        deepest = {"height": min, "base": min}.get(self.control, max)(targets)
+        control = "height" if self.control == "base" else self.control
+        return Steps(control, values=(deepest / unit,))
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return the duration, and what is planned."""
+        return (
+            f"Path of {self.schedule(bodies).duration:.4g} s, in time steps of an "
+            f"error of {self.tolerance:g}; its deepest state in a solid with the "
+            "instantaneous modulus:"
+        )
+
+    def run(
+        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
+    ) -> Generator[LoadStep, None, None]:
+        """Follow the schedule; see `follow_schedule`."""
+        yield from follow_schedule(
+            stepper,
+            self.schedule(bodies),
+            output,
+            tolerance=self.tolerance,
+            validity=validity,
+            cantilever=self.stiffness or 0.0,
+        )
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> str:
+        """Return largest forces, and the energies lost."""
+        steps: Any = states
+        nn = UNITS["nN"]
+        forces = [step.normal_force / nn for step in steps]
+        dissipated = sum(
+            0.5 * (a.dissipation + b.dissipation) * (b.time - a.time)
+            for a, b in pairwise(steps)
+        )
+        jumps = [step.lost_energy for step in steps if step.lost_energy]
+        lines = [
+            f"Largest force: {max(forces):.4g} nN",
+            f"Pull-off force: {max(0.0, -min(forces)):.4g} nN",
+            f"Energy dissipated by the solid: {dissipated:.4g} eV",
+        ]
+        if jumps:
+            lines.append(
+                f"Energy lost in {len(jumps)} instabilities at the instantaneous "
+                f"modulus: {sum(jumps):.4g} eV"
+            )
+        return "\n".join(lines)
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
+    ) -> Iterator[str]:
+        """Draw force and area over time, and force over depth."""
+        from ase_roughcontact import plot  # imports matplotlib
+
+        plot.draw_time_path(folder / "time.png", states)
+        yield "time.png"
