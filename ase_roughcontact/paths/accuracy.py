@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ase_roughcontact._util.validation import positive, unknown
 from ase_roughcontact.contact import ContactState
 
@@ -99,8 +101,8 @@ class ForceTolerance:
               10^{-13} E^* a_0^2\right)
 
     with the relative tolerance :math:`t` and the :math:`n` atoms in contact, some of
-    which are under tension if a hard wall attracts. The mean force is that of the state
-    relaxed last.
+    which are under tension if a hard wall attracts, or all atoms on which the wall acts
+    if their mean force is larger. The mean force is that of the state relaxed last.
 
     Parameters
     ----------
@@ -145,7 +147,10 @@ class ForceTolerance:
         """
         if not state.repulsive_atoms:
             return None
-        self._mean_force = state.contact_pressure * state.cell_area
+        # atoms that are about to lose contact carry nothing
+        magnitude = abs(state.pressure)
+        mean = float(magnitude.sum()) / np.count_nonzero(magnitude)
+        self._mean_force = max(state.contact_pressure, mean) * state.cell_area
         required = self._for(self._mean_force)
         if tolerance <= required:
             return None
