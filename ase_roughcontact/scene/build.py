@@ -63,13 +63,13 @@ def build(scene: SceneFile) -> SceneBodies:
         spacing = spacing_of(substrate)
     with problems.of("substrate"):
         solid: Any = solid_of(substrate)
+        creep = creep_of(substrate)
     problems.check()
 
     with problems.of("substrate"):
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
         hardness = _hardness(scene.substrate, substrate.symbol, spacing)
-        creep = creep_of(substrate)
     with problems.of("sphere"):
         solid = _with_tip(solid, scene.sphere.material, creep)
     problems.check()

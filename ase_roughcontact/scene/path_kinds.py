@@ -96,13 +96,20 @@ class PathKind(Section):
         """
         kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
         given = {key: value for key, value in entries.items() if key != "kind"}
-        types, others = kind.types(), PATHS.values()
-        owners = {key: each for each in others for key in each.types().keys() - types}
-        foreign = [key for key in given if key in owners]
-        wrong = [key for key in foreign if given.pop(key) != getattr(owners[key], key)]
+        types = kind.types()
+        owners = {
+            key: [each for each in PATHS.values() if key in each.types()]
+            for key in given.keys() - types
+        }
+        foreign = [key for key in given if owners.get(key)]
+        wrong = [
+            key
+            for key, value in [(key, given.pop(key)) for key in foreign]
+            if all(value != getattr(each, key) for each in owners[key])
+        ]
         problems = Problems()
         if wrong:
-            keys, other = ", ".join(wrong), owners[wrong[0]].kind
+            keys, other = ", ".join(wrong), owners[wrong[0]][0].kind
             with problems.of(cls.title):
                 raise ValueError(
                     f'{keys} need kind = "{other}", got "{kind.kind}": omit {keys}, or '

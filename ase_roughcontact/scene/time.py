@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -94,7 +94,7 @@ class Timed(PathKind):
             schedule = Schedule(float(values[0]))
             for before, value in pairwise(values.tolist()):
                 schedule = schedule.ramp(value, rate=rate)
-                if self.dwell and value == values.max() and value != before:
+                if self.dwell and value == self._deepest(values) and value != before:
                     schedule = schedule.hold(self.dwell)
         if (path.amplitude is None) != (self.frequency is None):
             raise ValueError(
@@ -119,9 +119,12 @@ class Timed(PathKind):
         """Return the path of one step, to the largest target."""
         schedule, unit = self.schedule(bodies), UNITS[self.unit]
         targets = [schedule.first, *(part.end for part in schedule.parts)]
-        deepest = {"height": min, "base": min}.get(self.control, max)(targets)
         control = "height" if self.control == "base" else self.control
-        return Steps(control, values=(deepest / unit,))
+        return Steps(control, values=(self._deepest(targets) / unit,))
+
+    def _deepest(self, targets: Iterable[float]) -> float:
+        """Return the target at which the contact is pressed most."""
+        return min(targets) if self.control in ("height", "base") else max(targets)
 
     def describe(self, bodies: Bodies) -> str:
         """Return the duration, and what is planned."""

@@ -1,0 +1,131 @@
+"""Scenes of paths in time on a viscoelastic solid."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import Creep
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.cli import main
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.preview import preview
+
+SOLID = """
+[substrate]
+contact_modulus = 2.0
+spacing = "1 nm"
+relaxation_moduli = [0.5, 0.3]
+relaxation_times = [0.1, 2.0]
+"""
+PATH = """
+[sphere]
+radius = "100 nm"
+[interaction]
+kind = "hard"
+[path]
+kind = "time"
+values = [0, "2 nm", 0]
+rate = 4.0
+dwell = 1.0
+"""
+TEXT = SOLID + PATH
+NM = UNITS["nm"]
+
+
+def with_path(**keys):
+    return Scene.parse(TEXT).with_values({f"path.{k}": v for k, v in keys.items()})
+
+
+def test_a_scene_has_a_viscoelastic_solid():
+    solid = Scene.parse(TEXT).solid
+    assert solid.contact_modulus == pytest.approx(2.0 * UNITS["GPa"])
+    assert solid.relaxed.contact_modulus == pytest.approx(0.4 * UNITS["GPa"])
+    assert solid.creep == Creep.of_relaxation([0.5, 0.3], [0.1, 2.0])
+
+
+def test_an_elastic_tip_creeps_less():
+    scene = Scene.parse(TEXT).with_values({"sphere.material": "SiO2"})
+    both, creep = scene.solid, scene.solid.creep
+    # compliances of substrate and tip add up
+    tip = 1.0 / both.contact_modulus - 1.0 / (2.0 * UNITS["GPa"])
+    relaxed = tip + 1.0 / (0.4 * UNITS["GPa"])
+    assert both.contact_modulus * creep.relaxed == pytest.approx(1.0 / relaxed)
+
+
+def test_a_rate_and_a_dwell_are_a_schedule():
+    scene = Scene.parse(TEXT)
+    schedule = scene.path.schedule(scene)
+    assert schedule.duration == pytest.approx(0.5 + 1.0 + 0.5)
+    assert schedule.at(0.25) == pytest.approx(1.0 * NM)
+    assert schedule.at(1.2) == pytest.approx(2.0 * NM)
+
+
+def test_times_and_an_oscillation_are_a_schedule():
+    scene = with_path(
+        rate=None, dwell=0.0, times=[0, 1, 1], amplitude="1 A", frequency=2.0, cycles=1
+    )
+    schedule = scene.path.schedule(scene)
+    assert schedule.duration == 1.5
+    assert schedule.at(1.0 + 0.125) == pytest.approx(1.0)
+
+
+def test_rates_of_loads_are_in_nanonewtons():
+    scene = with_path(control="load", values=[0, 10, 5], rate=5.0, dwell=0.0)
+    schedule = scene.path.schedule(scene)
+    assert schedule.duration == pytest.approx(3.0)
+    assert schedule.at(2.0) == pytest.approx(10.0 * UNITS["nN"])
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"values": None}, "give values"),
+        ({"times": [0, 1, 2]}, "either times, one for each value, or a rate"),
+        ({"rate": None, "times": [0, 1]}, "a dwell needs a rate"),
+        ({"rate": None, "times": [0, 1], "dwell": 0.0}, "as many as the targets"),
+        ({"rate": -1.0}, "rate must be"),
+        ({"dwell": -1.0}, "dwell must be"),
+        ({"amplitude": 1.0}, "both amplitude .* and frequency"),
+        ({"control": "base"}, "needs the stiffness of the cantilever"),
+        ({"cantilever": 1.0}, "needs the stiffness of the cantilever"),
+    ],
+)
+def test_errors_of_the_path_name_what_is_missing(keys, message):
+    with pytest.raises(ValueError, match=message):
+        with_path(**keys).check()
+
+
+def test_errors_of_the_solid_name_what_is_missing():
+    scene = Scene.parse(TEXT).with_values({"substrate.relaxation_times": None})
+    with pytest.raises(ValueError, match="both relaxation_moduli and relaxation_times"):
+        scene.check()
+
+
+def test_an_elastic_solid_has_no_path_in_time():
+    scene = Scene.parse("[substrate]\ncontact_modulus = 2.0\n" + PATH)
+    with pytest.raises(ValueError, match="needs a Viscoelastic solid"):
+        list(scene.relax())
+
+
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_a_preview_is_elastic():
+    assert next(preview(Scene.parse(TEXT)).relax()).converged
+
+
+def test_commands_run_plan_and_continue(tmp_path, capsys):
+    file, folder = tmp_path / "rubber.toml", tmp_path / "out"
+    file.write_text(TEXT)
+    assert main(["plan", str(file)]) == 0
+    assert "Path of 2 s" in capsys.readouterr().out
+    assert main(["run", str(file), "--out", str(folder)]) == 0
+    printed = capsys.readouterr().out
+    assert "relaxing to E* = 0.4 GPa" in printed
+    assert "Energy dissipated by the solid" in printed
+    table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
+    assert table["time"][-1] == pytest.approx(2.0)
+    assert math.isclose(table["penetration"].max(), 20.0)
+    assert (folder / "time.png").stat().st_size > 10_000
+    before = (folder / "curve.csv").read_text()
+    assert main(["run", str(file), "--out", str(folder)]) == 0
+    assert (folder / "curve.csv").read_text() == before
