@@ -41,7 +41,7 @@ class Timed(PathKind):
     }
     captions = {"time.png": "Force and contact area over time, and force over depth."}
 
-    control: str = "penetration"
+    control: str = "load"
     values: tuple | None = None
     times: tuple | None = None
     rate: float | None = None

@@ -25,6 +25,7 @@ radius = "100 nm"
 kind = "hard"
 [path]
 kind = "time"
+control = "penetration"
 values = [0, "2 nm", 0]
 rate = 4.0
 dwell = 1.0
