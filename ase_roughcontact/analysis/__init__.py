@@ -10,6 +10,7 @@ from ase_roughcontact.analysis.distributions import (
     gap_distribution,
     pressure_distribution,
 )
+from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
 from ase_roughcontact.analysis.first_contact_point import first_contact
 from ase_roughcontact.analysis.grid_limit import extrapolate
 from ase_roughcontact.analysis.map_files import write_map
@@ -18,6 +19,7 @@ from ase_roughcontact.analysis.radial import radial_average
 __all__ = [
     "ContactMap",
     "conductance",
+    "dynamic_stiffness",
     "extrapolate",
     "first_contact",
     "gap_distribution",

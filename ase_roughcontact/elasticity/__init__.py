@@ -1,6 +1,6 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
-from ase_roughcontact.elasticity.creep import Creep
+from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.crystals.cubic import Cubic, surface_modulus
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic, love_kernel
@@ -33,6 +33,7 @@ __all__ = [
     "Viscoelastic",
     "contact_modulus",
     "crystal_modulus",
+    "fit_relaxation",
     "love_kernel",
     "surface_modulus",
 ]

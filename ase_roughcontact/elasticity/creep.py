@@ -13,16 +13,21 @@ shares.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import nnls
 
-from ase_roughcontact._util.validation import finite_array, positive
+from ase_roughcontact._util.validation import finite_array, positive, positive_array
 
 # Rates below this part of the largest one are those of a flow.
 _NO_RATE = 1e-12
+# Relative moduli below which a term is left out of a fit.
+_NEGLIGIBLE = 1e-6
 # Rounding that the sum of relative moduli may exceed one by.
 _ROUNDING = 1e-12
 
@@ -251,6 +256,86 @@ class Creep:
             "times": list(self.times),
             "flow": self.flow,
         }
+
+
+class RelaxationFit(NamedTuple):
+    """Relaxation series of measured moduli; see `fit_relaxation`.
+
+    Attributes
+    ----------
+    modulus : float
+        Instantaneous modulus, in the unit of the measured ones.
+    creep : Creep
+    error : float
+        Root mean square of the relative errors of the complex modulus.
+    """
+
+    modulus: float
+    creep: Creep
+    error: float
+
+
+def fit_relaxation(
+    frequencies: ArrayLike, storage: ArrayLike, loss: ArrayLike, per_decade: float = 1.0
+) -> RelaxationFit:
+    r"""Return the relaxation series of storage and loss moduli over frequency.
+
+    .. math:: E' + i E'' = E_\infty + \sum_k E_k
+              \frac{i \omega \tau_k}{1 + i \omega \tau_k}, \qquad E_k \ge 0,
+
+    by nonnegative least squares of the relative errors, with relaxation times that are
+    evenly spaced on a logarithmic scale over the range of the frequencies.
+
+    Parameters
+    ----------
+    frequencies : array_like, shape (n,)
+        Angular frequencies (rad/s).
+    storage, loss : array_like, shape (n,)
+        Storage and loss modulus (any unit).
+    per_decade : float
+        Number of relaxation times per decade.
+
+    Returns
+    -------
+    RelaxationFit
+
+    Raises
+    ------
+    ValueError
+        If the arrays differ in length, a value is not positive, or the moduli have no
+        relaxation.
+
+    References
+    ----------
+    M. Baumgaertel, H. H. Winter, Rheol. Acta 28, 511 (1989), on the conversion of
+    dynamic moduli to discrete spectra.
+    """
+    omega = positive_array("frequencies", frequencies)
+    storage, loss = positive_array("storage", storage), positive_array("loss", loss)
+    if not omega.ndim == 1 or not omega.shape == storage.shape == loss.shape:
+        raise ValueError(
+            "frequencies, storage and loss must be of one length, got shapes "
+            f"{omega.shape}, {storage.shape} and {loss.shape}"
+        )
+    positive(per_decade=per_decade)
+    decades = math.log10(omega.max() / omega.min())
+    count = max(2, round(decades * per_decade) + 1)
+    times = np.geomspace(1.0 / omega.max(), 1.0 / omega.min(), count)
+    rate = 1j * omega[:, None] * times
+    waves = np.concatenate([np.ones((omega.size, 1)), rate / (1.0 + rate)], axis=1)
+    measured = storage + 1j * loss
+    waves /= abs(measured)[:, None]
+    measured = measured / abs(measured)
+    moduli, residual = nnls(
+        np.concatenate([waves.real, waves.imag]),
+        np.concatenate([measured.real, measured.imag]),
+    )
+    kept = moduli[1:] > _NEGLIGIBLE * moduli.sum()
+    if not kept.any():
+        raise ValueError("storage and loss have no relaxation: the solid is elastic")
+    total = float(moduli.sum())
+    creep = Creep.of_relaxation(moduli[1:][kept] / total, times[kept])
+    return RelaxationFit(total, creep, float(residual) / math.sqrt(omega.size))
 
 
 def _terms(**series: Sequence[float]) -> list[tuple[float, ...]]:

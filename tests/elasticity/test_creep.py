@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from ase_roughcontact.elasticity.creep import Creep
+from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 
 MODULI, TIMES = [0.3, 0.2, 0.4], [0.1, 1.0, 30.0]
 
@@ -97,3 +97,30 @@ def test_a_long_step_is_relaxed():
 def test_errors_say_what_is_wrong(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+def test_moduli_of_a_series_are_fitted():
+    creep = Creep.of_relaxation([0.3, 0.5], [0.01, 1.0])
+    omega = np.logspace(-2, 4, 61)
+    moduli = 40.0 * creep.modulus(omega)
+    fit = fit_relaxation(omega, moduli.real, moduli.imag, per_decade=2)
+    assert fit.error < 1e-6
+    assert fit.modulus == pytest.approx(40.0, rel=1e-5)
+    assert fit.creep.modulus(omega) == pytest.approx(creep.modulus(omega), rel=1e-5)
+
+
+def test_moduli_of_a_power_law_are_fitted_to_the_error_that_is_stated():
+    omega = np.logspace(-3, 3, 49)
+    moduli = (1j * omega) ** 0.3
+    fit = fit_relaxation(omega, moduli.real, moduli.imag)
+    found = fit.modulus * fit.creep.modulus(omega)
+    error = np.sqrt(np.mean(abs(found / moduli - 1.0) ** 2))
+    assert error == pytest.approx(fit.error, rel=1e-6)
+    assert 1e-3 < fit.error < 0.05
+
+
+def test_errors_of_measured_moduli_say_what_is_wrong():
+    with pytest.raises(ValueError, match="of one length, got shapes"):
+        fit_relaxation([1.0, 2.0], [1.0, 2.0], [1.0])
+    with pytest.raises(ValueError, match="the solid is elastic"):
+        fit_relaxation([1.0, 10.0], [1.0, 1.0], [1e-9, 1e-9])
