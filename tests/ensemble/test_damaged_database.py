@@ -77,24 +77,22 @@ def test_a_changed_row_is_named_and_the_database_left_as_it_is(database, change)
     assert database.read_bytes() == before
 
 
-def test_a_row_that_is_deleted_as_the_message_says_is_calculated_again(whole, database):
+def test_a_row_that_is_deleted_as_the_message_says_is_calculated_again(
+    whole, database, tmp_path, capsys
+):
     execute(database, CHANGES["value"])
     with pytest.raises(ValueError, match="is damaged") as error:
         read_ensemble(database)
     command = f"db {database} id=3 --delete"
     assert f"'ase {command}'" in str(error.value)
+    (tmp_path / "my.toml").write_text(SCENE.toml)
+    file = str(tmp_path / "my.toml")
+    assert main(["ensemble", file, "--database", str(database)]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert f"row 3 of {database} is damaged" in line
     ase(args=[*command.split(), "--yes"])
     assert finish(SCENES, database).steps == 6
     assert_same_states(read_ensemble(database), whole[1])
-
-
-def test_a_damaged_database_is_one_line_and_exit_status_2(database, tmp_path, capsys):
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SCENE.toml)
-    execute(database, CHANGES["value"])
-    assert main(["ensemble", str(scene), "--database", str(database)]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert f"row 3 of {database} is damaged" in line
 
 
 def test_rows_of_other_programs_are_not_checked(whole, database):

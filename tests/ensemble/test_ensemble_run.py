@@ -151,19 +151,6 @@ def test_cases_in_threads_use_one_thread_unless_the_user_set_the_threads(
 # Several workers and several runs
 
 
-def test_only_one_of_many_workers_locks_a_case(tmp_path):
-    database, tried = new_database(tmp_path), threading.Barrier(8)
-
-    def try_lock(_):
-        with database.lock("c") as free:
-            tried.wait(10)
-            return free
-
-    with ThreadPoolExecutor(8) as pool:
-        assert sum(pool.map(try_lock, range(8))) == 1
-    assert not database.is_locked("c")
-
-
 def hold_lock(database, locked):
     with database.lock("c") as free:
         locked.set() if free else None
@@ -185,7 +172,7 @@ def test_the_lock_of_a_killed_process_is_released(tmp_path):
     assert not database.is_locked("c")
 
 
-def test_a_step_is_stored_once_though_many_workers_write_it(tmp_path):
+def test_of_many_workers_one_locks_a_case_and_one_stores_a_step(tmp_path):
     database, ready = new_database(tmp_path), threading.Barrier(8)
     row = step_columns("c1", SCENE, next(SCENE.relax()))
 
@@ -193,8 +180,15 @@ def test_a_step_is_stored_once_though_many_workers_write_it(tmp_path):
         ready.wait(10)
         return database.add_steps([row], {}, case="c1", step=0)
 
+    def try_lock(_):
+        with database.lock("c") as free:
+            ready.wait(10)
+            return free
+
     with ThreadPoolExecutor(8) as pool:
+        assert sum(pool.map(try_lock, range(8))) == 1
         assert sum(pool.map(write, range(8))) == 1
+    assert not database.is_locked("c")
     assert len(rows(database.address, record="step")) == 1
 
 
@@ -288,31 +282,21 @@ def test_a_case_continues_that_was_killed_in_the_middle_of_a_transaction(
     assert not list(tmp_path.rglob("*.traj"))
 
 
-@pytest.mark.parametrize("beyond", [True, False])
-def test_a_frame_that_does_not_fit_is_not_used(undisturbed, tmp_path, beyond):
-    scene, database = SCENES[1], tmp_path / "e.db"
-    frame = tmp_path / "e-checkpoints" / f"{case_of(scene)}.traj"
-    frame.parent.mkdir()
-    if beyond:  # the steps in the database, which has none
-        assert len(list(scene.relax(trajectory=frame, keep="last"))) == 3
-    else:
-        frame.write_bytes(b"half a frame")
-    assert finish([scene], database).steps == 3
-    whole = read_ensemble(undisturbed, case=case_of(scene))
-    assert_same(read_ensemble(database), whole)
-
-
-def test_a_frame_that_another_path_still_writes_fails_the_case_once(
-    undisturbed, tmp_path
-):
+@pytest.mark.parametrize("frame_is", ["beyond the steps", "damaged", "being written"])
+def test_a_frame_that_does_not_fit_is_not_used(undisturbed, tmp_path, frame_is):
     scene, database = SCENES[1], tmp_path / "e.db"
     frame = tmp_path / "e-checkpoints" / f"{case_of(scene)}.traj"
     frame.parent.mkdir()
     other = scene.relax(trajectory=frame, keep="last")
-    assert next(other).step == 0
-    (message,) = finish([scene], database).failures.values()
-    assert "another run is writing" in message
-    assert [record.step for record in other] == [1, 2]
+    if frame_is == "beyond the steps":  # of the database, which has none
+        assert len(list(other)) == 3
+    elif frame_is == "damaged":
+        frame.write_bytes(b"half a frame")
+    else:  # the case fails once
+        assert next(other).step == 0
+        (message,) = finish([scene], database).failures.values()
+        assert "another run is writing" in message
+        assert [record.step for record in other] == [1, 2]
     assert finish([scene], database).steps == 3
     whole = read_ensemble(undisturbed, case=case_of(scene))
     assert_same(read_ensemble(database), whole)

@@ -110,6 +110,14 @@ def test_places_are_not_calculated_again(scene_of, tmp_path):
     assert again.count == 1
     with pytest.raises(ValueError, match=r"another scene: \[path\] kind was"):
         list(run_places(scene_of(LOOP), (2, 1), tmp_path / "out", again))
+    out = tmp_path / "run"
+    out.mkdir()
+    (out / "sweep.traj").touch()  # the scene of a run is not replaced
+    write_inputs(scene_of(LOOP), out / "scene.toml")
+    with pytest.raises(ValueError, match="contains results of another scene"):
+        list(run_places(scene_of(STEPS), (1, 1), out, Here()))
+    with pytest.raises(ValueError, match=r"the scene needs \[topography\]"):
+        next(run_places(Scene.default(), (1, 1), tmp_path))
 
 
 def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path):
@@ -142,11 +150,6 @@ def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
     (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
     assert not place.converged and np.isnan(place.contact_area)
     assert "choose a smaller window, or a center further inside" in place.message
-
-
-def test_places_need_a_scan(tmp_path):
-    with pytest.raises(ValueError, match=r"the scene needs \[topography\]"):
-        next(run_places(Scene.default(), (1, 1), tmp_path))
 
 
 @pytest.mark.filterwarnings("ignore:scan.txt. the scan itself has a radius")
@@ -188,12 +191,3 @@ def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch
     found = sorted(read_places(tmp_path / "out" / "places.csv"), key=attrgetter("x"))
     expected = [[place.contact_area / 100.0 for place in found]]
     np.testing.assert_allclose(area.get_array(), expected)
-
-
-def test_places_do_not_replace_the_scene_of_a_run(scene_of, tmp_path):
-    out = tmp_path / "out"
-    out.mkdir()
-    (out / "sweep.traj").touch()
-    write_inputs(scene_of(LOOP), out / "scene.toml")
-    with pytest.raises(ValueError, match="contains results of another scene"):
-        list(run_places(scene_of(STEPS), (1, 1), out, Here()))

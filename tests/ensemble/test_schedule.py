@@ -118,17 +118,3 @@ def test_parameters_of_missing_roughness_and_adhesion_are_nan(tmp_path):
     assert columns["rms_slope"] == [0.0] and columns["seed"] == [-1]
     for name in ("hurst", "short_wavelength", "long_wavelength", "work_of_adhesion"):
         assert np.isnan(columns[name]).all()
-
-
-@pytest.mark.parametrize("key", ["sphere.radius", "roughness.rms_slope", "path.last"])
-def test_names_of_cases_depend_on_twelve_digits(key):
-    scene = Scene.parse("[path]\nfirst = 1.0\nlast = 3.0\nsteps = 2\n[roughness]\n")
-    values = (3.0, 3.0 * (1.0 + 1e-11), 3.0 * (1.0 + 1e-14))
-    names = [case_of(each) for each in product(scene, {key: values})]
-    assert names[0] == names[2] != names[1]
-
-
-def test_progress_counts_steps_of_all_cases(tmp_path):
-    scenes = product(SCENE, {"path.values": [(0.1, 0.2), (0.1, 0.2, 0.3)]})
-    progress = finish(scenes, tmp_path / "e.db")
-    assert (progress.steps, progress.total, progress.failures) == (5, 5, {})

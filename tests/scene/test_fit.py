@@ -1,7 +1,6 @@
 """Fits of force curves: derivatives, recovered parameters, errors, jumps."""
 
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -165,7 +164,9 @@ def test_a_curve_has_branches_jumps_and_noise(measured):
     assert ForceCurve(measured.depth, measured.force).branches[0].jump is not None
 
 
-def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(fitted, drifted):
+def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(
+    fitted, drifted, trials
+):
     assert fitted.converged
     names = ("work_of_adhesion", "force_offset", "force_slope", "height_offset")
     assert fitted.names == names
@@ -182,20 +183,25 @@ def test_parameters_are_recovered_from_a_curve_with_jumps_and_drift(fitted, drif
     assert np.count_nonzero(~fitted.compared) < 10
     residual = (fitted.fitted - drifted.force)[fitted.compared]
     assert np.abs(residual).max() < 5 * NOISE
-
-
-def test_trials_of_a_fit_begin_with_the_force_of_the_free_tip(fitted, trials):
-    first, largest = trials[0]
-    last, residual = trials[-1]
+    # the first trial has the force of the free tip
+    (first, largest), (last, rms) = trials[0], trials[-1]
     assert list(first) == list(fitted.names)
     assert first["force_offset"] == pytest.approx(OFFSET, abs=0.03)
     assert last["force_offset"] == pytest.approx(fitted.values[1], abs=0.01)
-    assert residual < largest
+    assert rms < largest
 
 
 def test_a_smooth_sphere_has_the_same_work_without_the_baseline(measured, drifted):
     found = smooth_fit(scene(), drifted, ["force_offset", "force_slope"])
-    without = smooth_fit(scene(), measured).work_of_adhesion
+    smooth = smooth_fit(scene(), measured)
+    without = smooth.work_of_adhesion
+    assert smooth.theory == "Maugis-Dugdale" and 0.05 < without < 0.15
+    for branch in measured.branches:  # it snaps in and is pulled off
+        base, force = measured.base[branch.points], smooth.fitted[branch.points]
+        deepest = np.argmin(base)
+        assert force[np.argmax(base)] == 0.0
+        last = measured.force[branch.points][deepest]
+        assert force[deepest] == pytest.approx(last, rel=0.2)
     assert found.work_of_adhesion == pytest.approx(without, rel=0.05)
     assert smooth_fit(scene(), drifted).work_of_adhesion < 0.9 * without
 
@@ -279,34 +285,21 @@ def test_the_range_of_the_wall_is_in_the_errors_of_a_fit():
     np.testing.assert_allclose(found.contributions["range"], expected, rtol=1e-6)
 
 
-@pytest.fixture(scope="module")
-def short_curve():
+def test_standard_errors_do_not_depend_on_the_noise_that_weights_the_points():
     """Few points of a repulsive contact, pressed in by a stiff instrument."""
     repelled = scene().with_values({"interaction": InteractionConfig("repulsive")})
-    curve = curve_of(repelled, points=6)
-    return repelled, ForceCurve(curve.depth, curve.force)
-
-
-def test_standard_errors_do_not_depend_on_the_noise_that_weights_the_points(
-    short_curve,
-):
-    repelled, curve = short_curve
-    free = ["contact_modulus"]
+    soft, free = curve_of(repelled, points=6), ["contact_modulus"]
+    curve = ForceCurve(soft.depth, soft.force)
     found = fit_curve(repelled, curve, free)
+    squares = np.sum((found.fitted - curve.force)[found.compared] ** 2)
+    degrees = found.compared.sum() - len(found.values)
+    assert 5 < degrees < 10
+    assert found.noise == pytest.approx(np.sqrt(squares / degrees), rel=1e-9)
     weighted = ForceCurve(curve.depth, curve.force)
     weighted.__dict__["noise"] = 3.0 * curve.noise
     other = fit_curve(repelled, weighted, free)
     np.testing.assert_allclose(other.errors, found.errors, rtol=1e-3)
     assert other.noise == pytest.approx(found.noise, rel=1e-3)
-
-
-def test_the_noise_of_a_fit_is_that_of_its_degrees_of_freedom(short_curve):
-    repelled, curve = short_curve
-    found = fit_curve(repelled, curve, ["contact_modulus"])
-    squares = np.sum((found.fitted - curve.force)[found.compared] ** 2)
-    degrees = found.compared.sum() - len(found.values)
-    assert 5 < degrees < 10
-    assert found.noise == pytest.approx(np.sqrt(squares / degrees), rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -343,19 +336,6 @@ def test_derivatives_to_the_baseline_are_those_of_differences(measured):
     assert np.count_nonzero(rows) > 0.9 * len(prescribed.force)
 
 
-def test_a_smooth_sphere_snaps_in_and_is_pulled_off(measured):
-    smooth = smooth_fit(scene(), measured)
-    assert smooth.theory == "Maugis-Dugdale"
-    assert 0.05 < smooth.work_of_adhesion < 0.15
-    for branch in measured.branches:
-        base = measured.base[branch.points]
-        force = smooth.fitted[branch.points]
-        assert force[np.argmax(base)] == 0.0
-        assert force[np.argmin(base)] == pytest.approx(
-            measured.force[branch.points][np.argmin(base)], rel=0.2
-        )
-
-
 def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     base = -measured.depth - measured.force / measured.stiffness
     bend = measured.force / measured.stiffness
@@ -381,58 +361,6 @@ def test_the_command_fits_a_table_and_draws_it(tmp_path, capsys, measured):
     assert re.search(r"work_of_adhesion +0\.\d+ ± \S+ J/m²", text)
     assert "smooth sphere (Maugis-Dugdale): work_of_adhesion 0." in text
     assert picture.stat().st_size > 10_000
-
-
-@pytest.fixture
-def drawn(tmp_path, monkeypatch):
-    """Figure that `draw_fit` saves."""
-
-    def figure_of(fit, smooth=None):
-        figures = []
-
-        def saved(figure, file, **_):
-            figures.append(figure)
-            Path(file).touch()
-
-        monkeypatch.setattr(Figure, "savefig", saved)
-        draw_fit(fit, smooth, tmp_path / "fit.png")
-        return figures[0]
-
-    return figure_of
-
-
-def lines_of(axes):
-    return {line.get_label(): line for line in axes.lines}
-
-
-def test_points_that_are_not_compared_are_marked(drawn, fitted):
-    hollow = "measured at a jump, not compared"
-    line = lines_of(drawn(fitted).axes[0])[hollow]
-    np.testing.assert_allclose(line.get_ydata(), fitted.force[~fitted.compared] / NN)
-    assert line.get_markerfacecolor() == "white"
-    alike = replace(fitted, compared=np.ones_like(fitted.compared))
-    assert hollow not in lines_of(drawn(alike).axes[0])
-
-
-def test_a_fit_is_drawn_as_curve_residuals_and_tension(drawn, fitted):
-    smooth = SmoothFit(0.1, "JKR", 0.9 * fitted.fitted)
-    figure = drawn(fitted, smooth)
-    upper, lower, detail = figure.axes
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)"]
-    for axes in (upper, detail):
-        drawn_lines = lines_of(axes)
-        for name, force in (("fit", fitted.fitted), ("smooth sphere", smooth.fitted)):
-            np.testing.assert_allclose(drawn_lines[name].get_ydata(), force / NN)
-    residuals = ((fitted.fitted - fitted.force) / NN)[fitted.compared]
-    np.testing.assert_allclose(lower.lines[0].get_ydata(), residuals)
-    assert lower.get_shared_x_axes().joined(lower, upper)
-    (legend,) = figure.legends  # one for all panels, above them
-    assert len(legend.get_texts()) == 4
-    # the detail shows the largest tension, and not all of the curve
-    low, high = detail.get_ylim()
-    assert low < fitted.force.min() / NN < fitted.far_force / NN < high
-    left, right = detail.get_xlim()
-    assert right - left < 0.9 * np.ptp(fitted.distance) / UNITS["nm"]
 
 
 def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
@@ -465,41 +393,25 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
     forces = read_curve(file, None, 0.3 * NN)
     np.testing.assert_allclose(forces.base, [50.0, 40.0, 60.0])
     np.testing.assert_allclose(forces.depth, -forces.base - forces.force / (0.3 * NN))
+    # noise of the forces does not change the stiffness: 1 N/m and 0.5 nN
+    rows = "0,-1,-1.5\n0,-1,-0.5\n0,1,0.5\n0,1,1.5\n"
+    file.write_text(f"distance (nm),deflection (nm),force (nN)\n{rows}")
+    assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
+    near = 1.018 * UNITS["N/m"]
+    assert read_curve(file, None, near).stiffness == pytest.approx(near)
+    message = r"give a cantilever of 1 N/m, the scene 1\.04 N/m: correct cantilever"
+    with pytest.raises(ValueError, match=message):
+        read_curve(file, None, 1.04 * UNITS["N/m"])
+
+
+def test_a_table_has_depths_and_forces_with_or_without_units(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text("penetration,normal_force\n1.5,0.2\n2.0,0.3\n")
+    curve = read_curve(file)  # a table of results: Å, eV/Å
+    np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
     file.write_text("depth (nm)\n1.0\n")
     with pytest.raises(ValueError, match=r"needs the columns .*, got depth \(nm\): "):
         read_curve(file)
-
-
-def test_penetration_and_force_without_units_are_those_of_a_table_of_results(tmp_path):
-    file = tmp_path / "curve.csv"
-    file.write_text("penetration,normal_force\n1.5,0.2\n2.0,0.3\n")
-    curve = read_curve(file)
-    np.testing.assert_allclose(curve.depth, [1.5, 2.0])  # Å
-    np.testing.assert_allclose(curve.force, [0.2, 0.3])  # eV/Å
-
-
-def test_noise_of_the_forces_does_not_change_the_stiffness_of_a_cantilever(tmp_path):
-    file = tmp_path / "curve.csv"
-    rows = "0,-1,-1.5\n0,-1,-0.5\n0,1,0.5\n0,1,1.5\n"  # 1 N/m and 0.5 nN
-    file.write_text(f"distance (nm),deflection (nm),force (nN)\n{rows}")
-    assert read_curve(file).stiffness == pytest.approx(UNITS["N/m"])
-
-
-def test_a_table_must_not_contradict_the_cantilever_of_the_scene(tmp_path):
-    file = tmp_path / "curve.csv"
-    file.write_text("distance (nm),deflection (nm),force (nN)\n5,1,5\n4,2,10\n6,0,0\n")
-    unit = UNITS["N/m"]
-    assert read_curve(file, None, 5.0 * unit).stiffness == pytest.approx(5.0 * unit)
-    assert read_curve(file, None, 5.09 * unit).stiffness == pytest.approx(5.09 * unit)
-    with pytest.raises(ValueError, match=r"of 5 N/m, the scene 5\.2 N/m"):
-        read_curve(file, None, 5.2 * unit)
-    message = r"give a cantilever of 5 N/m, the scene 0\.5 N/m: correct cantilever"
-    with pytest.raises(ValueError, match=message):
-        read_curve(file, None, 0.5 * unit)
-
-
-def test_a_number_that_is_missing_in_a_table_is_named_with_its_line(tmp_path):
-    file = tmp_path / "curve.csv"
     file.write_text("# tip 3\n\ndepth (nm),force (nN)\n1,2\n\n2,NaN\n")
     message = r"line 6: force \(nN\) must be a finite number, got 'NaN'"
     with pytest.raises(ValueError, match=message):
@@ -587,24 +499,50 @@ def test_a_fit_without_progress_ends_and_is_not_converged(measured, monkeypatch)
     assert 1 < len(trials) <= 7  # two with progress
 
 
-def test_a_repulsive_wall_has_no_work_of_adhesion_to_be_fitted(measured):
+def test_wrong_fits_are_refused(measured):
+    def fit(depth, free):
+        fit_curve(scene(), ForceCurve(depth, np.zeros(3)), free)
+
+    with pytest.raises(ValueError, match="needs at least 4 points, got 3"):
+        fit([1.0, 2.0, 3.0], ["radius", "contact_modulus"])
+    with pytest.raises(ValueError, match="unknown free parameter 'hurst'"):
+        fit([1.0, 2.0, 3.0], ["hurst"])
+    with pytest.raises(ValueError, match=r"of one length, got shapes \(2,\) and"):
+        fit([1.0, 2.0], ["radius"])
     hard = scene().with_values({"interaction": InteractionConfig(kind="hard")})
     with pytest.raises(ValueError, match="as the wall of the scene only repels"):
         fit_curve(hard, measured)
 
 
-@pytest.mark.parametrize(
-    "depth, free, message",
-    [
-        ([1.0, 2.0], ["radius"], "needs at least 3 points, got 2"),
-        ([1.0, 2.0, 3.0], ["hurst"], "unknown free parameter 'hurst'"),
-    ],
-)
-def test_wrong_fits_are_refused(depth, free, message):
-    with pytest.raises(ValueError, match=message):
-        fit_curve(scene(), ForceCurve(depth, np.zeros(len(depth))), free)
+def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fitted):
+    figures = []
 
+    def saved(figure, file, **_):
+        figures.append(figure)
+        Path(file).touch()
 
-def test_depths_and_forces_must_match():
-    with pytest.raises(ValueError, match=r"of one length, got shapes \(2,\) and"):
-        ForceCurve([1.0, 2.0], [1.0])
+    monkeypatch.setattr(Figure, "savefig", saved)
+    smooth = SmoothFit(0.1, "JKR", 0.9 * fitted.fitted)
+    draw_fit(fitted, smooth, tmp_path / "fit.png")
+    (figure,) = figures
+    upper, lower, detail = figure.axes
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)"]
+    for axes in (upper, detail):
+        lines = {line.get_label(): line.get_ydata() for line in axes.lines}
+        np.testing.assert_allclose(lines["fit"], fitted.fitted / NN)
+        np.testing.assert_allclose(lines["smooth sphere"], smooth.fitted / NN)
+    hollow = {line.get_label(): line for line in upper.lines}[
+        "measured at a jump, not compared"
+    ]
+    np.testing.assert_allclose(hollow.get_ydata(), fitted.force[~fitted.compared] / NN)
+    assert hollow.get_markerfacecolor() == "white"
+    residuals = ((fitted.fitted - fitted.force) / NN)[fitted.compared]
+    np.testing.assert_allclose(lower.lines[0].get_ydata(), residuals)
+    assert lower.get_shared_x_axes().joined(lower, upper)
+    (legend,) = figure.legends  # one for all panels, above them
+    assert len(legend.get_texts()) == 4
+    # the detail shows the largest tension, and not all of the curve
+    low, high = detail.get_ylim()
+    assert low < fitted.force.min() / NN < fitted.far_force / NN < high
+    left, right = detail.get_xlim()
+    assert right - left < 0.9 * np.ptp(fitted.distance) / UNITS["nm"]

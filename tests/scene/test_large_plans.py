@@ -152,12 +152,6 @@ def test_runs_that_can_not_end_are_refused_at_once(text, message, tmp_path, caps
     assert not (tmp_path / "out").exists()
 
 
-def test_steps_that_can_run_are_not_refused():
-    scene = Scene.parse(SMALL_DOMAIN.replace(", 1e4, 3e4", ""))
-    scene.check_path()
-    assert all(step.converged for step in scene.relax(validity="ignore"))
-
-
 @pytest.mark.parametrize(
     "text",
     [

@@ -110,12 +110,6 @@ def test_the_theory_beside_a_layer_names_its_half_space(lines, half_space):
     assert theory.startswith("A/A_Hertz") and theory.endswith(half_space)
 
 
-def test_a_symbol_and_a_material_are_an_error():
-    both = scene('symbol = "Si"\nmaterial = "Au"')
-    with pytest.raises(ValueError, match=r"not both, got 'Si' and 'Au'"):
-        both.check()
-
-
 LOOP = 'kind = "loop"\ndeepest = 0.2\n'
 
 
@@ -131,19 +125,3 @@ LOOP = 'kind = "loop"\ndeepest = 0.2\n'
 def test_keys_of_steps_are_an_error_in_a_loop(lines, keys):
     with pytest.raises(ValueError, match=f"omit {keys}, or give kind"):
         Scene.parse(f"[path]\n{LOOP}{lines}")
-
-
-def test_a_loop_is_read_as_it_is_written():
-    loop = Scene.parse(f"[path]\n{LOOP}")
-    again = Scene.parse(loop.toml)
-    again.check()
-    assert again == loop
-
-
-@pytest.mark.parametrize(
-    ("name", "meant"),
-    [("silicon nitride", "Si3N4"), ("silica", "SiO2"), ("glass", "SiO2")],
-)
-def test_everyday_names_of_materials_lead_to_their_formulas(name, meant):
-    with pytest.raises(ValueError, match=f"did you mean '{meant}'"):
-        Scene.parse(f'[substrate]\nmaterial = "{name}"').spacing  # noqa: B018

@@ -27,9 +27,3 @@ def test_a_scene_file_names_an_optimizer_after_one_entry(optimizer, converged):
     with patch.dict(OPTIMIZERS, mine=optimizer):
         steps = list(Scene.parse(text).relax())
     assert {step.converged for step in steps} == {converged}
-
-
-def test_an_unknown_optimizer_is_an_error_with_the_known_ones():
-    text = SMALL.replace("LBFGS", "mine")
-    with pytest.raises(ValueError, match=r"unknown optimizer 'mine'.*NewtonKrylov"):
-        Scene.parse(text).check()

@@ -58,11 +58,6 @@ def test_a_wrong_hardness_is_named_with_its_section():
         scene_of(interaction="hardness = -1.0")
     with pytest.raises(ValueError, match=r"\[substrate\] hardness is in GPa"):
         scene_of('symbol = "Cu"\nhardness = -1.0')
-
-
-def test_shape_is_kept_if_asked_for():
-    assert scene_of(interaction="permanent = true").wall.permanent
-    assert not scene_of().wall.permanent
     with pytest.raises(ValueError, match="permanent must be true or false, got 1"):
         scene_of(interaction="permanent = 1")
 

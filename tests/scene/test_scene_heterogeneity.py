@@ -61,6 +61,10 @@ def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
     "text, message",
     [
         (TEXT + "[heterogeneity]\n", "give rms, of a random field, or file"),
+        (
+            TEXT.replace("exponential", "repulsive").replace("work_of", "#") + RANDOM,
+            r"\[heterogeneity\] needs a wall with a work",
+        ),
         (TEXT.replace("exponential", "hard") + RANDOM, "has no work_of_adhesion"),
         (TEXT + RANDOM.replace("8 Å", "3 Å"), "short_wavelength must be at least"),
     ],
@@ -68,11 +72,3 @@ def test_file_is_a_map_of_the_work_of_adhesion(tmp_path):
 def test_invalid_sections_are_errors(text, message):
     with pytest.raises(ValueError, match=message):
         Scene.parse(text).check()
-
-
-def test_repulsive_wall_has_no_work_of_adhesion_to_vary():
-    text = TEXT.replace("exponential", "repulsive").replace(
-        "work_of_adhesion = 0.3", ""
-    )
-    with pytest.raises(ValueError, match=r"\[heterogeneity\] needs a wall with a work"):
-        Scene.parse(text + RANDOM).check()

@@ -38,11 +38,6 @@ def test_wavelengths_may_have_a_unit():
         assert rough.long_wavelength == pytest.approx(plain.long_wavelength)
 
 
-def test_the_spacing_may_have_a_unit():
-    text = SMALL.replace("[substrate]", '[substrate]\nspacing = "0.3 nm"')
-    assert scene(text).spacing == pytest.approx(3.0)
-
-
 def test_targets_may_have_units():
     interval = "first = 0.2\nlast = 0.6\nsteps = 2"
     listed = SMALL.replace(interval, 'values = ["0.02 nm", 0.3, "0.1 a0"]')
@@ -55,26 +50,6 @@ def test_targets_may_have_units():
     )
 
 
-@pytest.mark.parametrize(
-    "entry, message",
-    [
-        ('"15 inch"', r"\[sphere\] unknown unit of radius 'inch'"),
-        ('"nm"', r'\[sphere\] radius must be a number, or .* such as "3 nm"'),
-        ('"-3 nm"', r"\[sphere\] radius must be a finite number > 0, got '-3 nm'"),
-        ('15.0\nunit = "miles"', r"\[sphere\] unknown unit 'miles'"),
-    ],
-)
-def test_wrong_units_are_errors_of_the_key(entry, message):
-    with pytest.raises(ValueError, match=message):
-        scene(SMALL.replace("radius = 60.0", f"radius = {entry}"))
-
-
-def test_a_load_has_no_unit_of_length():
-    text = SMALL.replace('"penetration"', '"load"').replace("0.2", '"0.2 nm"')
-    with pytest.raises(ValueError, match="unknown unit of first 'nm'"):
-        scene(text)
-
-
 MODULI = "[substrate]\nspacing = 3.0\n{}\n[path]\nvalues = [1.0]\n"
 
 
@@ -84,9 +59,6 @@ def test_moduli_and_hardnesses_may_have_a_unit(value):
     assert given.contact_modulus == pytest.approx(100 * UNITS["GPa"], rel=1e-12)
     assert given.hardness == pytest.approx(100 * UNITS["GPa"], rel=1e-12)
     assert given.toml == scene(given.toml).toml
-
-
-def test_elastic_constants_may_have_a_unit():
     listed = 'elastic_constants = ["165.7 GPa", "63900 MPa", 79.6]'
     plain = "elastic_constants = [165.7, 63.9, 79.6]"
     found = (scene(MODULI.format(text)).contact_modulus for text in (listed, plain))
@@ -112,16 +84,22 @@ def test_the_stiffness_of_a_cantilever_may_have_a_unit():
 
 
 @pytest.mark.parametrize(
-    "key, message",
+    "section, line, message",
     [
-        ('contact_modulus = "30 nm"', "unknown unit of contact_modulus 'nm'"),
-        ('contact_modulus = "stiff"', "such as \"3 GPa\", got 'stiff'"),
-        ("contact_modulus = true", "contact_modulus must be a number or a string"),
+        ("sphere", 'radius = "15 inch"', r"unknown unit of radius 'inch'\. Known: a0"),
+        ("sphere", 'radius = "nm"', 'radius must be a number, or .* such as "3 nm"'),
+        ("sphere", 'radius = 15.0\nunit = "miles"', "unknown unit 'miles'"),
+        ("path", 'values = ["0.2 nm"]', r"unknown unit of values 'nm'\. Known: nN"),
+        ("substrate", 'hardness = "3 GPA"', "hardness 'GPA'; did you mean 'GPa'"),
+        ("substrate", 'contact_modulus = "stiff"', "such as \"3 GPa\", got 'stiff'"),
+        ("substrate", "contact_modulus = true", "must be a number or a string"),
+        ("path", 'kind = "loop"\ncantilever = "5"', "such as \"3 N/m\", got '5'"),
     ],
 )
-def test_wrong_units_of_moduli_are_errors_of_the_key(key, message):
-    with pytest.raises(ValueError, match=message):
-        scene(MODULI.format(key))
+def test_wrong_units_are_errors_of_the_key(section, line, message):
+    path = "" if section == "path" else "[path]\nvalues = [1.0]\n"
+    with pytest.raises(ValueError, match=rf"\[{section}\] .*{message}"):
+        scene(f"[{section}]\n{line}\n{path}")
 
 
 def test_errors_of_lengths_are_in_the_unit_of_the_section():

@@ -102,11 +102,6 @@ def test_a_scan_of_one_asperity_is_not_compared_with_rough_surfaces(tmp_path):
         assert "as sharp as an asperity" in reference.explanation
 
 
-def test_an_adhesive_scan_has_a_reference(folder):
-    adhesive = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n'
-    assert reference_for(read(folder, SECTION + adhesive)).explanation
-
-
 def test_columns_of_an_ensemble_describe_the_scan(folder):
     scene = read(folder)
     columns = scene_columns(scene)
@@ -131,11 +126,6 @@ def test_columns_of_an_ensemble_describe_the_scan(folder):
 def test_errors_name_the_section(folder, section, message):
     with pytest.raises(ValueError, match=rf"\[topography\] {message}"):
         read(folder, section)
-
-
-def test_a_model_and_a_scan_are_not_added(folder):
-    with pytest.raises(ValueError, match=r"give \[roughness\] or \[topography\]"):
-        read(folder, scene=SMALL)
 
 
 def test_a_scan_that_has_changed_is_read_again(folder):

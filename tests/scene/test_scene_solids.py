@@ -140,9 +140,12 @@ def test_a_plan_tells_that_uniform_compression_is_left_out():
     [
         ('calculator = "emt"\nanisotropic = true', "give one of calculator and aniso"),
         ("anisotropic = true", "elastic_constants instead of contact_modulus"),
-        ("layer_modulus = 5.0", "layer_modulus needs layer_thickness"),
-        ("layer_poisson = 0.0", "layer_poisson needs layer_thickness"),
-        ("poisson = 0.3", "poisson needs layer_thickness"),
+        ('symbol = "Si"\nmaterial = "Au"', "not both, got 'Si' and 'Au'"),
+        ('material = "silica"', "did you mean 'SiO2'"),
+        (
+            "layer_modulus = 5.0\nlayer_poisson = 0.0",
+            "layer_modulus needs layer_thickness; layer_poisson needs layer_thickness",
+        ),
         ("layer_thickness = 5.0", "give layer_modulus"),
         (LAYER.replace("50.0", "1e6"), "layer_modulus is in GPa"),
         (f"{LAYER}\nlayer_poisson = 0.7", "poisson must be"),

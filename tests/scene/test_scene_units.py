@@ -183,12 +183,6 @@ def keys_of(text):
     return found
 
 
-def test_infinite_hardness_is_written_as_it_is_read():
-    elastic = scene_with({"substrate.hardness": 1.0})
-    elastic = elastic.with_values({"substrate.hardness": math.inf})
-    assert Scene.parse(elastic.toml) == elastic
-
-
 def test_the_table_has_every_key_of_a_scene_file():
     assert keys_of(default_text()) == KEYS.keys() | OF_WALLS.keys() | INSTEAD
 
@@ -220,15 +214,15 @@ def test_targets_are_in_nanonewton_or_in_angstrom(control):
     np.testing.assert_allclose(scene.targets, unit * np.array([2.0, 26.0, 50.0]))
     listed = scene_with(path={"control": control, "values": [1.5, 3.0]})
     np.testing.assert_allclose(listed.targets, unit * np.array([1.5, 3.0]))
+    geometric = scene_with({"path.control": control, "path.scale": "geometric"})
+    np.testing.assert_allclose(geometric.targets, unit * np.array([2.0, 10.0, 50.0]))
 
 
-def test_a_geometric_path_has_equal_ratios_and_the_given_number_of_steps():
-    steps = scene_with({"path.scale": "geometric", "path.steps": 5}).targets
-    np.testing.assert_allclose(steps[1:] / steps[:-1], 25.0**0.25)
-    assert (len(steps), steps[0]) == (5, pytest.approx(2.0 * NN))
-
-
-def test_elastic_constants_are_in_gigapascal():
+def test_elastic_constants_are_in_gigapascal_by_default_those_of_the_crystal():
+    crystal = scene_with(substrate={"symbol": "Au", "hardness": math.inf})
+    assert Scene.parse(crystal.toml) == crystal
+    assert crystal.spacing == pytest.approx(4.08 / 2**0.5)
+    assert 80.0 * GPA < crystal.contact_modulus < 110.0 * GPA
     # isotropic: E = mu (3 lambda + 2 mu)/(lambda + mu), nu = lambda/2(lambda + mu)
     mu, lame = 20.0, 40.0
     constants = [lame + 2.0 * mu, lame, mu]
@@ -236,12 +230,6 @@ def test_elastic_constants_are_in_gigapascal():
     nu = 0.5 * lame / (lame + mu)
     young = mu * (3.0 * lame + 2.0 * mu) / (lame + mu)
     assert scene.contact_modulus == pytest.approx(young / (1.0 - nu**2) * GPA)
-
-
-def test_spacing_and_modulus_are_those_of_the_crystal_by_default():
-    scene = scene_with(substrate={"symbol": "Au"})
-    assert scene.spacing == pytest.approx(4.08 / 2**0.5)
-    assert 80.0 * GPA < scene.contact_modulus < 110.0 * GPA
 
 
 @pytest.mark.parametrize("domain", [None, 120.0])
@@ -321,17 +309,11 @@ def relaxed_with(**solver):
 
 
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-5])
-def test_steps_have_the_accuracy_of_the_scene(accuracy):
+def test_steps_have_accuracy_tolerance_and_iterations_of_the_scene(accuracy):
     record = relaxed_with(accuracy=accuracy)
     mean = record.normal_force / record.repulsive_atoms
     assert 0.02 * accuracy < record.tolerance / mean < 0.2501 * accuracy
-
-
-def test_steps_have_the_force_tolerance_of_the_scene():
     tolerance = relaxed_with(accuracy=1e-1, fmax=1e-7).tolerance
     assert tolerance == pytest.approx(1e-7 * MODULUS * GPA * A0**2)
-
-
-def test_steps_have_the_maximum_number_of_iterations_of_the_scene():
     record = relaxed_with(optimizer="LBFGS", max_steps=3)
     assert (record.iterations, record.converged) == (3, False)

@@ -128,20 +128,6 @@ def test_grids_of_too_many_points_are_left_out_and_named():
     assert f"Left out: {cell}." in str(fewer)
 
 
-def test_error_of_one_realisation_is_the_spread_of_four():
-    fast = scene().with_values({"solver.accuracy": "fast"})
-    first = fast.roughness.seed
-    areas = [
-        [
-            step.continuum_area
-            for step in fast.with_values({"roughness.seed": n}).relax()
-        ]
-        for n in range(first, first + 4)
-    ]
-    spread = np.std(areas, axis=0, ddof=1) / np.mean(areas, axis=0)
-    assert errors_of(study(), "realisations")["1"] == pytest.approx(spread.max())
-
-
 def test_error_of_the_height_is_relative_to_the_penetration():
     found = tradeoff(scene(), of="height", steps=1)
     assert not errors_of(found, "theory")
@@ -155,10 +141,60 @@ def test_error_of_the_height_is_relative_to_the_penetration():
 
 
 def test_steps_out_of_contact_have_no_relative_error():
-    away = {"path.control": "height", "path.values": (50.0, -1.0)}
-    found = tradeoff(scene().with_values(away), 0.5)
-    assert found.choices
+    away = scene().with_values({"path.control": "height", "path.values": (50.0, -1.0)})
+    found = tradeoff(away, 0.5)
     assert np.all(np.isfinite([choice.error for choice in found.choices]))
+    with pytest.raises(ValueError, match="no step is in contact"):
+        tradeoff(away.with_values({"path.values": (50.0,)}), 0.5)
+
+
+@pytest.mark.parametrize(
+    "given, message",
+    [
+        ({"error": 0.0}, "error must"),
+        ({"error": 5.0}, "error must be a relative error below 1"),
+        ({"steps": 0}, "steps must"),
+        ({"points": 0}, "points must"),
+        ({"of": "depth"}, "unknown answer"),
+        ({"of": "force"}, "the path prescribes the force"),
+    ],
+)
+def test_arguments_that_make_no_sense_are_errors(given, message):
+    with pytest.raises(ValueError, match=message):
+        tradeoff(scene(), **given)
+    for control in ("height", "penetration"):
+        with pytest.raises(ValueError, match="the path prescribes the height"):
+            tradeoff(scene().with_values({"path.control": control}), of="height")
+
+
+@pytest.mark.parametrize("command", [["tradeoff"], ["fit", "curve.csv", "my.toml"]])
+def test_a_picture_that_can_not_be_written_is_refused_before_anything_is_read(
+    command, tmp_path, capsys
+):
+    assert main([*command, "--picture", "a.docx"]) == 2
+    assert "a picture ends in one of ." in capsys.readouterr().err
+    assert main([*command, "--picture", str(tmp_path / "no" / "a.png")]) == 2
+    assert "no folder" in capsys.readouterr().err
+
+
+def test_table_and_picture_name_the_answer(tmp_path):
+    of_area, of_height = (
+        made(("grid", "fast", 0.1, 1.0), of=of) for of in ("area", "height")
+    )
+    for found, name in ((of_area, "area"), (of_height, "height")):
+        heading = f"source choice {name} error cost (1e6) time (s) memory (GB)"
+        assert str(found).splitlines()[0].split() == heading.split()
+    pictures = []
+    for name, found, first in (
+        ("t", of_area, b"\x89PNG"),
+        ("t.png", of_height, b"\x89PNG"),
+        ("t.svg", of_area, b"<?xml"),
+        ("t.PDF", of_area, b"%PDF"),
+    ):
+        draw_tradeoff(found, tmp_path / name)
+        pictures.append((tmp_path / name).read_bytes())
+        assert pictures[-1].startswith(first)
+    assert pictures[0] != pictures[1]
 
 
 def test_all_sources_are_compared():
@@ -169,6 +205,13 @@ def test_all_sources_are_compared():
     assert errors_of(study(), "wall")["repulsive instead"] > 0.1
     single, four = (errors_of(study(), "realisations")[n] for n in ("1", "4"))
     assert four == pytest.approx(single / 2.0)
+    first = scene().roughness.seed
+    areas = [
+        areas_of(**{"solver.accuracy": "fast", "roughness.seed": seed})[0]
+        for seed in range(first, first + 4)
+    ]
+    spread = np.std(areas, axis=0, ddof=1) / np.mean(areas, axis=0)
+    assert single == pytest.approx(spread.max())
 
 
 def test_plan_is_the_fastest_that_suffices_and_is_kept_on_another_surface():
@@ -223,44 +266,6 @@ def test_no_plan_says_which_errors_are_the_smallest():
     assert "may be 0.07 in all" in text
     assert "The smallest are grid high: < 8.0e-02 and boundary free: 0.0e+00." in text
     assert " < 8.0e-02" in text.splitlines()[2]
-
-
-def test_table_and_picture_name_the_answer(tmp_path):
-    of_area, of_height = (
-        made(("grid", "fast", 0.1, 1.0), of=of) for of in ("area", "height")
-    )
-    for found, name in ((of_area, "area"), (of_height, "height")):
-        heading = f"source choice {name} error cost (1e6) time (s) memory (GB)"
-        assert str(found).splitlines()[0].split() == heading.split()
-    pictures = []
-    for number, found in enumerate((of_area, of_area, of_height)):
-        draw_tradeoff(found, tmp_path / f"{number}.png")
-        pictures.append((tmp_path / f"{number}.png").read_bytes())
-    assert pictures[0] == pictures[1] != pictures[2]
-
-
-@pytest.mark.parametrize(
-    "name, first", [("t.svg", b"<?xml"), ("t.PDF", b"%PDF"), ("t", b"\x89PNG")]
-)
-def test_ending_of_a_picture_is_its_format(tmp_path, name, first):
-    draw_tradeoff(made(("grid", "fast", 0.1, 1.0)), tmp_path / name)
-    assert (tmp_path / name).read_bytes().startswith(first)
-
-
-@pytest.mark.parametrize("command", [["tradeoff"], ["fit", "curve.csv", "my.toml"]])
-def test_unknown_format_of_a_picture_is_refused_before_anything_is_read(
-    command, capsys
-):
-    assert main([*command, "--picture", "a.docx"]) == 2
-    assert "a picture ends in one of ." in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("command", [["tradeoff"], ["fit", "curve.csv", "my.toml"]])
-def test_missing_folder_of_a_picture_is_refused_before_anything_is_read(
-    command, tmp_path, capsys
-):
-    assert main([*command, "--picture", str(tmp_path / "no" / "a.png")]) == 2
-    assert "no folder" in capsys.readouterr().err
 
 
 def test_cheapest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
@@ -318,17 +323,6 @@ def test_errors_of_other_answers_are_those_against_a_finer_grid(of, control):
     assert found["high"] < 0.3 * found["fast"]
 
 
-@pytest.mark.parametrize(
-    "of, control", [("force", "load"), ("height", "height"), ("height", "penetration")]
-)
-def test_an_answer_that_the_path_prescribes_has_no_error(of, control):
-    given = scene().with_values({"path.control": control})
-    with pytest.raises(ValueError, match=f"the path prescribes the {of}"):
-        tradeoff(given, of=of)
-    with pytest.raises(ValueError, match="unknown answer"):
-        tradeoff(given, of="depth")
-
-
 def test_realisations_make_up_for_what_the_plan_leaves():
     grid = Choice("grid", "fast", 0.06, 1.0, settings={"solver.accuracy": "fast"})
     found = made(("realisations", "1", 0.4, 1.0), plan=(grid,), checked=0.06)
@@ -363,21 +357,6 @@ def test_cutoffs_of_a_full_wall_are_choices():
     )
     found = errors_of(tradeoff(full, 0.1, steps=1, of="height"), "cutoff")
     assert 0.0 < found["20 a0"] < found["10 a0"] < found["3 a0"]
-
-
-@pytest.mark.parametrize(
-    "given", [{"error": 0.0}, {"error": 5.0}, {"steps": 0}, {"points": 0}]
-)
-def test_arguments_out_of_range_are_errors(given):
-    (name,) = given
-    with pytest.raises(ValueError, match=name):
-        tradeoff(scene(), **given)
-
-
-def test_steps_out_of_contact_alone_are_an_error():
-    away = {"path.control": "height", "path.values": (50.0,)}
-    with pytest.raises(ValueError, match="no step is in contact"):
-        tradeoff(scene().with_values(away), 0.5)
 
 
 def test_all_choices_have_the_same_local_work_of_adhesion():

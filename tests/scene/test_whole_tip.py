@@ -102,6 +102,7 @@ def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
 @pytest.mark.parametrize(
     ("lines", "heights", "message"),
     [
+        ({"[topography]": "[roughness]\n[topography]"}, TIP, r"or \[topography\], not"),
         ({"radius = inf": ""}, TIP, "radius of about 10 nm .* radius = inf"),
         ({"radius = inf": ""}, ROUGH, "does not say .* radius = inf"),
         ({"indenter": "substrate"}, TIP, 'radius = inf .* role = "substrate"'),
