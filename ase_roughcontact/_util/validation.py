@@ -22,7 +22,7 @@ Point: TypeAlias = tuple[float, float]
 _MAX_POINTS = 10**9
 _NUMBERS = (int, float, np.integer, np.floating)
 # Similarity from which a known name is suggested for an unknown one.
-_SIMILAR = 0.4
+_SIMILAR = 0.6
 # Shortens values in messages.
 _shortened = reprlib.Repr()
 _shortened.maxstring = _shortened.maxother = _shortened.maxlong = 100

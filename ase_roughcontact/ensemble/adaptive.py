@@ -200,7 +200,7 @@ def sample_ensemble(
 
 
 def _rounds(
-    scene: Scene,
+    scene: Any,
     database: PathName,
     error: float,
     limits: tuple[int, int],
@@ -210,36 +210,28 @@ def _rounds(
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
     counts = np.full(len(scene.targets), pilot)
-    areas = _Areas(scene, database)
+    areas, first = _Areas(scene, database), scene.roughness.seed
     with pool as executor:
         while True:
-            scenes = _realisations(scene, int(counts.max()))
+            seeds = range(first, first + int(counts.max()))
+            scenes = product(scene, {"roughness.seed": seeds})
             cases = [case_of(each) for each in scenes]
-            steps = [_steps(scene, counts > number) for number in range(len(scenes))]
+            wanted = counts > np.arange(len(scenes))[:, None]
+            steps = [np.flatnonzero(each).tolist() for each in wanted]
+            if scene.wall.depends_on_history:  # with the steps before them
+                steps = [list(range(each[-1] + 1)) for each in steps]
             options: dict[str, Any] = {"interval": interval, "steps": steps}
             with closing(run_ensemble(scenes, database, executor, **options)) as run:
                 for progress in run:
                     sampling = Sampling(error, areas.means(cases, error), progress)
                     yield sampling
-            more = [
-                _next_count(mean, int(count), error, most)
-                for mean, count in zip(sampling.means, counts, strict=True)
-            ]
+            missing = np.array([mean.error > error for mean in sampling.means])
+            expected = [mean.expected for mean in sampling.means]
+            more = np.ceil(_GROWTH * counts).clip(max=most).astype(int)
+            more = np.where(missing, np.clip(expected, counts + 1, more), counts)
             if sampling.done or progress.failures or (more <= counts).all():
                 return
             counts = np.maximum(counts, more)
-
-
-def _realisations(scene: Scene, count: int) -> list[Scene]:
-    """Return the scene with consecutive seeds."""
-    first = scene.roughness.seed if scene.roughness else 0
-    return product(scene, {"roughness.seed": range(first, first + count)})
-
-
-def _steps(scene: Scene, wanted: np.ndarray) -> Sequence[int]:
-    """Return the steps to calculate, with those on which they depend."""
-    numbers = np.flatnonzero(wanted).tolist()
-    return range(numbers[-1] + 1) if scene.wall.depends_on_history else numbers
 
 
 class _Areas:
@@ -264,10 +256,3 @@ class _Areas:
             areas = np.array([of[number] for of in known if number in of])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)
-
-
-def _next_count(mean: MeanArea, count: int, error: float, most: int) -> int:
-    """Return the number of realisations of a step in the next round."""
-    if mean.error <= error:
-        return count
-    return min(max(mean.expected, count + 1), math.ceil(_GROWTH * count), most)

@@ -13,55 +13,41 @@ from ase_roughcontact.paths.record import MISSING, LoadStep
 from ase_roughcontact.scene import Scene
 
 
-def _roughness(name: str, smooth: float | None = None) -> Callable[[Scene], Any]:
-    """Return a function that reads a parameter of the roughness, if it has it."""
-    return lambda scene: getattr(scene.rough, name, smooth)
+def _relative(scene: Scene, length: float | None) -> float | None:
+    """Return a length in units of the spacing."""
+    return None if length is None else length / scene.spacing
 
 
-def _wavelength(name: str) -> Callable[[Scene], Any]:
-    """Return a function that reads a wavelength in units of the spacing."""
-
-    def value(scene: Scene) -> float | None:
-        wavelength = getattr(scene.rough, name, None)
-        return None if wavelength is None else wavelength / scene.spacing
-
-    return value
-
-
-def _work_of_adhesion(scene: Scene) -> float | None:
-    """Return the work of adhesion (J/m^2), also that of named materials."""
-    wall = scene.wall
-    return wall.work_of_adhesion / UNITS["J/m^2"] if wall.attractive else None
-
-
-def _attraction_range(scene: Scene) -> float | None:
-    """Return the range of the attraction in units of the spacing."""
-    wall = scene.wall
-    return wall.attraction_range / scene.spacing if wall.attractive else None
-
-
-def _hardness(scene: Scene) -> float | None:
-    """Return the largest pressure of a plastic wall (GPa)."""
-    hardness = scene.wall.hardness
-    return hardness / UNITS["GPa"] if hardness < math.inf else None
+def _wavelength(scene: Scene, name: str) -> float | None:
+    return _relative(scene, getattr(scene.rough, name, None))
 
 
 # Columns that the scene determines: type, and how to obtain the value, None if missing.
+# Parameters of the wall are also those that follow from named materials.
 _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
-    "control": (str, lambda scene: scene.path.control),
-    "radius": (float, lambda scene: scene.radius / scene.spacing),
-    "rms_slope": (float, _roughness("rms_slope", 0.0)),
-    "hurst": (float, _roughness("hurst")),
-    "short_wavelength": (float, _wavelength("short_wavelength")),
-    "long_wavelength": (float, _wavelength("long_wavelength")),
-    "seed": (int, _roughness("seed")),
-    "kind": (str, lambda scene: scene.interaction.kind),
-    "work_of_adhesion": (float, _work_of_adhesion),
-    "attraction_range": (float, _attraction_range),
-    "hardness": (float, _hardness),
-    "permanent": (bool, lambda scene: scene.wall.permanent),
-    "spacing": (float, lambda scene: scene.spacing),
-    "contact_modulus": (float, lambda scene: scene.contact_modulus),
+    "control": (str, lambda s: s.path.control),
+    "radius": (float, lambda s: s.radius / s.spacing),
+    "rms_slope": (float, lambda s: getattr(s.rough, "rms_slope", 0.0)),
+    "hurst": (float, lambda s: getattr(s.rough, "hurst", None)),
+    "short_wavelength": (float, lambda s: _wavelength(s, "short_wavelength")),
+    "long_wavelength": (float, lambda s: _wavelength(s, "long_wavelength")),
+    "seed": (int, lambda s: getattr(s.rough, "seed", None)),
+    "kind": (str, lambda s: s.interaction.kind),
+    "work_of_adhesion": (
+        float,
+        lambda s: s.wall.work_of_adhesion / UNITS["J/m^2"] or None,
+    ),
+    "attraction_range": (
+        float,
+        lambda s: _relative(s, s.wall.attraction_range or None),
+    ),
+    "hardness": (
+        float,
+        lambda s: s.hardness / UNITS["GPa"] if s.wall.hardness < math.inf else None,
+    ),
+    "permanent": (bool, lambda s: s.wall.permanent),
+    "spacing": (float, lambda s: s.spacing),
+    "contact_modulus": (float, lambda s: s.contact_modulus),
 }
 
 #: Columns of an ensemble and their types; see `read_ensemble`.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -137,19 +137,3 @@ def expected_costs(scene: Scene) -> np.ndarray:
         depths = steps if is_depth else steps.max() - steps
         areas = np.pi * scene.radius * np.maximum(depths, 0.0) / scene.spacing**2
     return np.append(0.0, np.cumsum(_BASE_COST + areas))
-
-
-def partial_costs(costs: np.ndarray, steps: Sequence[int]) -> np.ndarray:
-    """Return the cumulative expected cost of some of the load steps of a scene.
-
-    Parameters
-    ----------
-    costs : ndarray
-        From `expected_costs`.
-    steps : sequence of int
-
-    Returns
-    -------
-    ndarray, shape (len(steps) + 1,)
-    """
-    return np.append(0.0, np.cumsum(np.diff(costs)[list(steps)]))

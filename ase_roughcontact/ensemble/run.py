@@ -10,6 +10,8 @@ from concurrent.futures import Executor, Future, wait
 from contextlib import AbstractContextManager, ExitStack
 from functools import partial
 
+import numpy as np
+
 from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.ensemble.cases import case_of
@@ -19,7 +21,6 @@ from ase_roughcontact.ensemble.progress import (
     Progress,
     ProgressMeter,
     expected_costs,
-    partial_costs,
 )
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
@@ -116,7 +117,9 @@ def run_ensemble(
     wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
     if steps is not None:
         wanted = dict(zip(map(case_of, scenes), steps, strict=True))
-        costs = {case: partial_costs(costs[case], wanted[case]) for case in cases}
+        for case, numbers in wanted.items():
+            each = np.diff(costs[case])[list(numbers)]
+            costs[case] = np.append(0.0, np.cumsum(each))
     largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
     meter = ProgressMeter(dict(largest_first))
     shared = EnsembleDatabase(database_address(database))

@@ -72,8 +72,6 @@ def build(scene: SceneFile) -> SceneBodies:
         hardness = _hardness(scene.substrate, substrate.symbol, spacing)
     with problems.of("sphere"):
         solid = _with_tip(solid, scene.sphere.material, creep)
-    problems.check()
-
     rough: SelfAffine | HeightMap | None = None
     if scene.topography is not None:
         with problems.of("topography"):

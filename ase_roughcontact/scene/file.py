@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,9 +26,6 @@ from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.section import Problems, Section
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
-
-# Number of dots, also in a comment, that no key has.
-_MOST_DOTS = 1000
 
 
 @dataclass(frozen=True)
@@ -210,9 +206,6 @@ def read_text(file: str | Path) -> str:
 
 def load_toml(text: str) -> dict[str, Any]:
     """Return the document of a text, or raise `ValueError`."""
-    dots = max(part.count(".") for part in re.split(r"[=,\[\]{}\n]", text))
-    if dots > _MOST_DOTS:  # the reader would take minutes
-        raise ValueError(f"a key has {dots + 1} parts, those of scenes have two")
     try:
         return tomllib.loads(text)
     except RecursionError as error:

@@ -66,6 +66,11 @@ class Loop(PathKind):
         positive(cantilever=self.cantilever)
         return self.cantilever * _N_PER_M
 
+    @property
+    def loop_tolerance(self) -> float:
+        """Relative error of the energy balance."""
+        return self.tolerance
+
     def targets(self, bodies: Bodies) -> FloatArray:
         """Raise an error, as the targets are not known before."""
         raise ValueError(

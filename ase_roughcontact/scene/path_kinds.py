@@ -151,6 +151,11 @@ class PathKind(Section):
         return "height" if self.control == "height" else "penetration"
 
     @property
+    def loop_tolerance(self) -> float:
+        """Relative error of the energy balance of a loop in place of this path."""
+        return 1e-3
+
+    @property
     def stiffness(self) -> float | None:
         """Stiffness of a cantilever on which the tip is (eV/Å^2); None without one."""
         return None

@@ -94,15 +94,14 @@ def reference_for(scene: Scene) -> Reference:
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
     if scene.rough is None:
         return reference
-    return replace(reference, criteria=_criteria(scene, scene.rough))
-
-
-def _criteria(scene: Scene, rough: theory.Roughness) -> tuple[theory.Criterion, ...]:
-    wall = scene.wall
-    adhesion = wall.work_of_adhesion, wall.attraction_range
-    return theory.stickiness(
-        rough, scene.contact_modulus, *adhesion, scene.bodies.kappa_repulsive
+    criteria = theory.stickiness(
+        scene.rough,
+        scene.contact_modulus,
+        scene.wall.work_of_adhesion,
+        scene.wall.attraction_range,
+        scene.bodies.kappa_repulsive,
     )
+    return replace(reference, criteria=criteria)
 
 
 def _plastic(scene: Scene) -> str:

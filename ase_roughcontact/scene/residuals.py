@@ -80,8 +80,7 @@ class Residuals:
 
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
         self._scene, self._curve = scene, curve
-        given = scene.path if isinstance(scene.path, Loop) else Loop()
-        self.tolerance = given.tolerance
+        self.tolerance = scene.path.loop_tolerance
         self._free = tuple(name for name in free if name in FREE)
         self._with_range = scene.wall.attractive
         lines = tuple(name for name in free if name in BASELINE)

@@ -25,10 +25,6 @@ from ase_roughcontact._util.validation import lookup, shown, unknown
 AnySection = TypeVar("AnySection", bound="Section")
 
 
-# Largest number of characters of a string in a scene file: names, also of files.
-_LONGEST_WORD = 1000
-
-
 @dataclass(frozen=True)
 class Section:
     """Base class of the sections of a scene file; the fields are its keys.
@@ -272,11 +268,6 @@ def _check(name: str, value: Any, types: Mapping[str, tuple[type, ...]]) -> None
     if not any(_is_of_type(value, each) for each in types[name]):
         expected = " or ".join(filter(None, map(_TYPES.get, types[name])))
         raise ValueError(f"{name} must be {expected}, got {shown(value)}")
-    if isinstance(value, str) and len(value) > _LONGEST_WORD:
-        raise ValueError(
-            f"{name} must be a word of at most {_LONGEST_WORD} characters, got "
-            f"{len(value)}: {shown(value)}"
-        )
 
 
 def _is_of_type(value: Any, kind: type) -> bool:

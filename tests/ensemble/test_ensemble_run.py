@@ -357,14 +357,3 @@ def test_results_with_dask_are_the_same_though_a_worker_is_killed(
     assert killed
     assert progress.steps == progress.total == STEPS
     assert_same_states(read_ensemble(database), read_ensemble(undisturbed))
-
-
-def test_ensemble_over_solids(tmp_path):
-    layers = {"substrate.layer_modulus": 50.0, "substrate.rigid_base": True}
-    thick = [
-        SCENE.with_values(layers | {"substrate.layer_thickness": t})
-        for t in (20.0, 60.0)
-    ]
-    assert finish(thick, tmp_path / "e.db").steps == 6
-    forces = [read_ensemble(tmp_path / "e.db", case=case_of(s)) for s in thick]
-    assert (forces[0]["normal_force"] > 1.05 * forces[1]["normal_force"]).all()

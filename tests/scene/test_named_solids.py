@@ -32,11 +32,9 @@ def scene(lines):
     "lines, hardness",
     [
         ("", HARDNESS["Cu"]),
-        ('symbol = "Si"\ncontact_modulus = 171.2', HARDNESS["Si"]),
         ('material = "Si"\ncontact_modulus = 171.2', HARDNESS["Si"]),
         ("contact_modulus = 100.0", math.nan),
         ("contact_modulus = 100.0\nhardness = 2.0", 2.0),
-        (CONSTANTS, math.nan),
         (f"anisotropic = true\n{CONSTANTS}", math.nan),
         (f"{LAYER}\nrigid_base = true", math.nan),
         (f'symbol = "Si"\n{LAYER}', math.nan),

@@ -40,13 +40,10 @@ def scene_of(
     return scene
 
 
-def test_hardness_is_that_of_the_table():
+def test_hardness_is_that_of_the_table_or_given_once_in_either_section():
     scene = scene_of()
     assert scene.wall == PlasticWall(HARDNESS["Cu"] * UNITS["GPa"])
     assert scene.hardness == scene.wall.hardness
-
-
-def test_hardness_is_given_once_in_either_section():
     harder = 0.9 * UNITS["GPa"]
     assert scene_of('symbol = "Cu"\nhardness = 0.9').wall.hardness == harder
     scene = scene_of(interaction="hardness = 0.9")

@@ -161,7 +161,11 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
         ),
         ("interaction", 'kind = "sof"\nrange = 1', "unknown kind of interaction 'sof'"),
         ("interaction", 'kind = "full"', "kind = 'full' needs work_of_adhesion"),
-        ("interaction", "cutoff = 3.0", "kind = 'repulsive' has no cutoff, got 3.0"),
+        (
+            "interaction",
+            "cutoff = 3\nexponent = 2",
+            "has no cutoff, got 3; .* no exponent",
+        ),
         ("interaction", f"{WALL}1.0\ncutoff = 1.0", "cutoff must be > 1 a0, got 1.0"),
         ("interaction", f"{WALL}50.0", r"> 0 and < 10 J/m\^2, got 50.0"),
         ("path", "values = 0.3", "values must be a list of numbers, got"),

@@ -15,27 +15,22 @@ def scene(text):
     return parsed
 
 
-def test_a_radius_may_have_a_unit():
-    a0 = Scene.parse(SMALL).spacing
-    for entry in ('"15.3 nm"', '"153 Å"', '"0.0153 µm"', f'"{153 / a0} a0"'):
+def test_lengths_may_have_a_unit():
+    plain, a0 = scene(SMALL), Scene.parse(SMALL).spacing
+    entries = '"15.3 nm"', '"153 Å"', '"0.0153 µm"', f'"{153 / a0} a0"'
+    for entry in (*entries, '15.3\nunit = "nm"'):
         given = scene(SMALL.replace("radius = 60.0", f"radius = {entry}"))
         assert given.radius == pytest.approx(153.0, rel=1e-12)
-    table = SMALL.replace("radius = 60.0", 'radius = 15.3\nunit = "nm"')
-    assert scene(table).radius == pytest.approx(153.0, rel=1e-12)
-
-
-def test_wavelengths_may_have_a_unit():
-    plain = scene(SMALL).rough
-    a0 = scene(SMALL).spacing
-    value = SMALL.replace("short_wavelength = 4.0", f'short_wavelength = "{4 * a0} Å"')
-    table = SMALL.replace(
-        "short_wavelength = 4.0\nlong_wavelength = 16.0",
-        f'unit = "nm"\nshort_wavelength = {0.4 * a0}\nlong_wavelength = {1.6 * a0}',
-    )
-    for text in (value, table):
-        rough = scene(text).rough
-        assert rough.short_wavelength == pytest.approx(plain.short_wavelength)
-        assert rough.long_wavelength == pytest.approx(plain.long_wavelength)
+    waves = f'unit = "nm"\nshort_wavelength = {0.4 * a0}\nlong_wavelength = {1.6 * a0}'
+    for text in (f'long_wavelength = "{16 * a0} Å"', waves):
+        rough = scene(SMALL.replace("long_wavelength = 16.0", text)).rough
+        assert rough.short_wavelength == pytest.approx(plain.rough.short_wavelength)
+        assert rough.long_wavelength == pytest.approx(plain.rough.long_wavelength)
+    text = SMALL.replace("[substrate]", '[substrate]\nspacing = "0.3 nm"')
+    assert scene(text).spacing == pytest.approx(3.0)
+    path = '[path]\nkind = "loop"\ndeepest = 1.0\ncantilever = "200 mN/m"\n'
+    given = scene("[interaction]\nkind = 'adhesive'\nwork_of_adhesion = 0.1\n" + path)
+    assert given.cantilever == pytest.approx(0.2 * UNITS["N/m"], rel=1e-12)
 
 
 def test_targets_may_have_units():
@@ -75,12 +70,6 @@ def test_parameters_of_walls_may_have_a_unit(work, cutoff):
     assert wall.cutoff == pytest.approx(24.0, rel=1e-12)
     stored = scene_columns(given)["work_of_adhesion"]
     assert stored == pytest.approx(0.05, rel=1e-12)
-
-
-def test_the_stiffness_of_a_cantilever_may_have_a_unit():
-    path = '[path]\nkind = "loop"\ndeepest = 1.0\ncantilever = "200 mN/m"\n'
-    given = scene("[interaction]\nkind = 'adhesive'\nwork_of_adhesion = 0.1\n" + path)
-    assert given.cantilever == pytest.approx(0.2 * UNITS["N/m"], rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -1,15 +1,12 @@
 """Messages about scenes: short, quick, and in the words and units of the file."""
 
 import re
-import time
 
 import pytest
 
-from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
 
 LONG = "a" * 1_000_000
-DOTS = ".".join("a" * 100_000)
 
 
 @pytest.mark.parametrize(
@@ -29,26 +26,6 @@ def test_long_words_and_lists_are_shortened(text):
     with pytest.raises(ValueError, match=r"got|unknown|must be") as error:
         Scene.parse(text).check()
     assert len(str(error.value)) < 300
-
-
-@pytest.mark.parametrize(
-    "text",
-    [f"[roughness]\n{DOTS} = 1", f"[{DOTS}]", f"sphere = {{ {DOTS} = 1 }}"],
-    ids=["key", "section", "inline"],
-)
-def test_a_key_of_many_parts_is_refused_at_once(text, capsys):
-    start = time.perf_counter()
-    with pytest.raises(ValueError, match="a key has 100000 parts"):
-        Scene.parse(text)
-    assert main(["ensemble", "--set", f"sphere.radius={{{DOTS}=1}}"]) == 2
-    assert time.perf_counter() - start < 4.0
-    assert len(capsys.readouterr().err) < 500
-
-
-def test_dots_in_values_and_comments_are_no_keys():
-    numbers = ", ".join(["1.5"] * 2000)
-    scene = Scene.parse(f"# {'.' * 500}\n[path]\nvalues = [{numbers}]")
-    assert len(scene.targets) == 2000
 
 
 SMALL_WINDOW = """

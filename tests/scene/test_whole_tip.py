@@ -78,16 +78,9 @@ def test_a_plan_of_a_rough_tip_runs_as_the_tip_does(read):
     fixed = read(TIP + ROUGH, lines=lines | shape)
     assert free.plan().runs
     assert fixed.plan().runs
+    wide = lines | shape | {"radius = inf": 'radius = "1 mm"'}
+    assert read(lines=wide).plan().runs
     assert np.array(steps(free)) == pytest.approx(np.array(steps(fixed)), rel=1e-3)
-
-
-def test_a_plan_of_a_tip_on_a_wide_sphere_in_a_fixed_window_runs(read):
-    lines = {
-        LOADS: DEPTHS,
-        "spacing = 2.0\ncontact": "shape = [50, 50]\nspacing = 2.0\ncontact",
-        "radius = inf": 'radius = "1 mm"',
-    }
-    assert read(lines=lines).plan().runs
 
 
 def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
