@@ -66,7 +66,7 @@ def with_sum(
     Parameters
     ----------
     pressure : ndarray, shape (n, m)
-        Between zero and the limit.
+        Between zero and the limit. Overwritten.
     total, limit : float
         See `clip_to_sum`; the limit may be infinity.
     push : ndarray, shape (n, m)
@@ -78,7 +78,8 @@ def with_sum(
     ndarray, shape (n, m)
     """
     if limit == math.inf:
-        return pressure * (total / pressure.sum())
+        pressure *= total / pressure.sum()
+        return pressure
     missing = total - float(pressure.sum())
     if abs(missing) <= _ROUNDING * total:
         return pressure

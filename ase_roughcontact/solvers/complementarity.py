@@ -194,12 +194,11 @@ class ComplementarityProblem:
 
     def _within_bounds(self) -> np.ndarray:
         """Return ``x`` within its bounds in ``A``, at one of them elsewhere."""
-        clipped = np.maximum(self._change, -self._pressure)
+        lowest = -self._pressure
+        clipped = np.maximum(self._change, lowest)
+        np.copyto(clipped, lowest, where=self._contact == 0.0)
         if self._bounded:
             np.minimum(clipped, self._missing, out=clipped)
-        clipped *= self._contact
-        clipped -= (1.0 - self._contact) * self._pressure
-        if self._bounded:
             np.copyto(clipped, self._missing, where=self._plastic)
         return clipped
 
@@ -247,8 +246,9 @@ class ComplementarityProblem:
         residual, direction, buffer = self._fields
         opened = dot(self._gap, self._contact)
         largest, last_work = self._set_residual(residual, opened / count), math.inf
-        wrong = float((self._wrong_gaps() * (1.0 - self._contact)).max())
-        stage = max(target, self._forcing * max(largest, wrong))
+        wrong = self._wrong_gaps()[self._contact == 0.0]
+        largest_error = max(largest, float(wrong.max(initial=0.0)))
+        stage = max(target, self._forcing * largest_error)
         while self._steps > 0:
             if largest <= stage:
                 if self._exchange(target):
@@ -300,7 +300,9 @@ class ComplementarityProblem:
         """Return the new pressure on the window; under a load of its total."""
         inside = self._model.box.slices
         change, push = self._clipped(), np.zeros(1)
-        pressure = np.multiply(change, self._unit, dtype=float)
+        new = np.zeros(self._window.shape)
+        pressure = new[inside]
+        np.multiply(change, self._unit, out=pressure, dtype=float)
         pressure += self._window[inside]
         np.maximum(pressure, 0.0, out=pressure)
         pressure *= change > -self._pressure
@@ -309,8 +311,6 @@ class ComplementarityProblem:
             pressure[self._plastic] = self._hardness
             push = np.zeros(self._window.shape)
             push[inside] = -self._unit * self._gap
-        new = np.zeros(self._window.shape)
-        new[inside] = pressure
         if self._required_sum is None:
             return new
         return with_sum(new, self._required_sum, self._hardness, push)

@@ -134,7 +134,7 @@ class _DefectCorrection:
 
     def evaluate(self) -> Relaxation:
         """Calculate the gap; return the present state."""
-        gap = linear_combination([(1.0, self._contact.heights), (1.0, self._opening)])
+        gap = self._contact.heights + self._opening
         in_contact = rigid = gap[self._pressure > 0.0]
         highest = float(in_contact.max(initial=-math.inf))
         lowest = float(gap.min())
@@ -172,10 +172,7 @@ class _DefectCorrection:
         if trial is None:
             trial = self._solve_model(self._violations[-1])
         opening = self._opened(trial)
-        correction = Correction(
-            linear_combination([(1.0, trial), (-1.0, self._pressure)]),
-            linear_combination([(1.0, opening), (-1.0, self._opening)]),
-        )
+        correction = Correction(trial - self._pressure, opening - self._opening)
         last, self._last = self._last, correction
         if last is not None and self._is_slow:
             self._length = 1.0
@@ -186,12 +183,9 @@ class _DefectCorrection:
         if self._length == 1.0:  # without the rounding errors of a sum
             self._pressure, self._opening = trial, opening
             return
-        self._pressure = linear_combination(
-            [(1.0, self._pressure), (self._length, correction.pressure)]
-        )
-        self._opening = linear_combination(
-            [(1.0, self._opening), (self._length, correction.opening)]
-        )
+        self._pressure = self._moved(correction, self._length)
+        terms = [(1.0, self._opening), (self._length, correction.opening)]
+        self._opening = linear_combination(terms)
 
     def _load_violation(self) -> float:
         """Return the gap of an atom whose force is what the load lacks."""
@@ -302,21 +296,24 @@ class _DefectCorrection:
         if curvature <= 0.0:  # a shift of the mean of a periodic surface
             return 1.0
         length = -slope / curvature
-        if length < 0.5 or self._same_contact(trial, length * correction.pressure):
-            return length
-        return 1.0
+        same = length < 0.5 or self._same_contact(correction, length, trial)
+        return length if same else 1.0
 
-    def _same_contact(self, trial: np.ndarray, change: np.ndarray) -> bool:
-        """Return whether the same atoms are at the bounds now, in the trial, and after.
+    def _moved(self, correction: Correction, length: float) -> np.ndarray:
+        """Return the pressure after a step along a correction."""
+        terms = [(1.0, self._pressure), (length, correction.pressure)]
+        return linear_combination(terms)
 
-        `change` is that of a step along the correction.
-        """
+    def _same_contact(
+        self, correction: Correction, length: float, trial: np.ndarray
+    ) -> bool:
+        """Return whether the same atoms are at the bounds before and after a step."""
         old, hardness = self._pressure, self._hardness
         if ((trial > 0.0) != (old > 0.0)).any():
             return False
         if hardness < math.inf and ((trial < hardness) != (old < hardness)).any():
             return False
-        new = old + change
+        new = self._moved(correction, length)
         return bool(new.min() >= 0.0 and new.max() <= hardness)
 
 

@@ -174,12 +174,7 @@ class ContactEnergy:
         )
 
     def with_reaction(self, state: EnergyState) -> ContactEnergy:
-        """Return the energy with the reaction of a hard wall from the pressure.
-
-        That of other walls is the same.
-        """
-        if not self.contact.interaction.hard:
-            return self
+        """Return the energy with the reaction of a hard wall from the pressure."""
         wall = self.wall.with_reaction(state.pressure, state.opening, state.height)
         return self.on(self.contact, wall)
 

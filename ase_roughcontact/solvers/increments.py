@@ -10,7 +10,6 @@ slopes and curvatures of the energy along it (see `energy`) cost no convolution:
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +21,8 @@ from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
 _LEAST_CURVATURE = 0.003
 # Slope at which a line search stops, relative to the initial one.
 _REMAINING_SLOPE = 0.3
+# Largest number of lengths that it tries.
+_TRIALS = 40
 
 
 @dataclass(frozen=True)
@@ -82,28 +83,6 @@ def hessian_along(
     return result
 
 
-def energy_along(
-    energy: ContactEnergy, state: EnergyState, increment: Increment
-) -> Callable[[float], tuple[float, float]]:
-    """Return change of energy and slope as a function of the length of a step."""
-    products = [(state.pressure, increment.opening)]
-    products += [(increment.pressure, increment.opening)]
-    linear, square = (energy.area * product for product in dots(products))
-    outside = energy.external(state.height)[0]
-    wall_along = energy.wall.along(
-        state.opening, state.height, increment.opening, increment.height
-    )
-
-    def energy_and_slope(t: float) -> tuple[float, float]:
-        rise, work = wall_along(t)
-        now, force = energy.external(state.height + t * increment.height)
-        change = t * linear + 0.5 * t * t * square + now - outside
-        slope = linear + t * square - energy.area * work - force * increment.height
-        return change + energy.area * rise, slope
-
-    return energy_and_slope
-
-
 def combine(
     energy: ContactEnergy, state: EnergyState, increments: list[Increment]
 ) -> Increment:
@@ -142,30 +121,19 @@ def line_search(
         State at this length.
     """
     accepted = _REMAINING_SLOPE * abs(slope_along(energy, state, increment))
-    whole = moved(energy, state, increment, 1.0)
-    falls = whole.energy - state.energy <= state.rounding
-    if falls and slope_along(energy, whole, increment) <= accepted:
-        return 1.0, whole
-    length = _bisected_length(energy, state, increment, accepted)
-    return length, moved(energy, state, increment, length) if length else None
-
-
-def _bisected_length(
-    energy: ContactEnergy, state: EnergyState, increment: Increment, accepted: float
-) -> float:
-    """Return a length below one with at most the accepted slope, zero if none falls."""
-    along = energy_along(energy, state, increment)
-    low, high = 0.0, 1.0
-    for _ in range(40):
-        length = (low + high) / 2.0
-        change, slope = along(length)
-        falls = change <= state.rounding
-        if falls and abs(slope) <= accepted:
-            return length
+    best: tuple[float, EnergyState | None] = 0.0, None
+    length, high = 1.0, 1.0
+    for _ in range(_TRIALS):
+        new = moved(energy, state, increment, length)
+        slope = slope_along(energy, new, increment)
+        falls = new.energy - state.energy <= state.rounding
+        if falls and (slope <= accepted if length == 1.0 else abs(slope) <= accepted):
+            return length, new
         if falls and slope < 0.0:
-            low = length
+            best = length, new
         else:
             high = length
-        if high - low < 0.05 * low:
+        length = (best[0] + high) / 2.0
+        if high - best[0] < 0.05 * best[0]:
             break
-    return low
+    return best

@@ -19,7 +19,6 @@ D. P. Bertsekas, Constrained Optimization and Lagrange Multiplier Methods (1982)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -143,14 +142,11 @@ class LocalWall:
         self, pressure: np.ndarray, opening: np.ndarray, height: float
     ) -> LinearWall:
         """Return the wall, linearised at the gaps."""
-        gap = self._gap(opening, height)
-        active = gap < self.interaction.cutoff
-        active |= pressure != 0.0
-        residual, stiffness = np.zeros((2, *gap.shape))
-        energy, repulsion, stiffness[active] = self._profile(
-            gap[active], *self._fields(active)
-        )
-        residual[active] = repulsion - pressure[active]
+        active, near, gap = self._near(pressure, opening, height)
+        energy, repulsion, local = self._profile(gap, *self._fields(near))
+        residual, stiffness = np.zeros((2, *active.shape))
+        residual.put(near, repulsion - pressure.take(near))
+        stiffness.put(near, local)
         return LinearWall(
             active,
             residual,
@@ -170,17 +166,19 @@ class LocalWall:
         with the self-compliance c, the wall loses contact: ``r = -q`` and ``D = 0``.
         The norm is that of ``r / sqrt(1 + c D)``.
         """
-        gap = self._gap(opening, height)
-        active = gap < self.interaction.cutoff
-        active |= pressure != 0.0
-        g, q = gap[active], pressure[active]
+        active, near, g = self._near(pressure, opening, height)
+        q = pressure.take(near)
         energy, now, _ = self._profile(g, None, None)
-        w, target, d = self.interaction.inverse(np.maximum(q, 0.0))
-        overlap = w - g
-        held = target + overlap * np.minimum(d, 1.0 / self.compliance) > 0.0
-        r, d = held * (target + d * overlap) - q, held * d
-        residual, stiffness = np.zeros((2, *gap.shape))
-        residual[active], stiffness[active] = r, d
+        w, r, d = self.interaction.inverse(np.maximum(q, 0.0))
+        w -= g
+        held = r + np.minimum(d, 1.0 / self.compliance) * w > 0.0
+        d *= held
+        r += w * d
+        r *= held
+        r -= q
+        residual, stiffness = np.zeros((2, *active.shape))
+        residual.put(near, r)
+        stiffness.put(near, d)
         stored = float(energy.sum())
         return LinearWall(
             active,
@@ -195,28 +193,9 @@ class LocalWall:
 
     def force(self, shape: np.ndarray, height: float) -> float:
         """Return the sum of ``p`` at the gaps ``Z + shape``."""
-        near = shape < self.interaction.cutoff - height
-        return float(self._profile(height + shape[near], *self._fields(near))[1].sum())
-
-    def along(
-        self,
-        opening: np.ndarray,
-        height: float,
-        change: np.ndarray,
-        height_change: float,
-    ) -> Callable[[float], tuple[float, float]]:
-        """Return ``sum V(g + t dg) - V(g)`` and ``sum p(g + t dg) dg`` of t."""
-        gap, gap_change = self._gap(opening, height), change + height_change
-        reached = gap + np.minimum(gap_change, 0.0) < self.interaction.cutoff
-        gap, gap_change = gap[reached], gap_change[reached]
-        fields = self._fields(reached)
-        start = self._profile(gap, *fields)[0]
-
-        def rise_and_work(t: float) -> tuple[float, float]:
-            energy, repulsion, _ = self._profile(gap + t * gap_change, *fields)
-            return float((energy - start).sum()), dot(repulsion, gap_change)
-
-        return rise_and_work
+        near = np.flatnonzero(shape < self.interaction.cutoff - height)
+        gap = height + shape.take(near)
+        return float(self._profile(gap, *self._fields(near))[1].sum())
 
     @cached_property
     def _constant(self) -> float:
@@ -230,10 +209,28 @@ class LocalWall:
         gap += height
         return gap
 
-    def _fields(self, mask: np.ndarray) -> list[np.ndarray | None]:
+    def _near(
+        self, pressure: np.ndarray, opening: np.ndarray, height: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return where the wall is in range or the pressure is not zero.
+
+        Returns
+        -------
+        active : ndarray of bool, shape (n, m)
+        near : ndarray of int, shape (k,)
+            Indices of these atoms in the flat window.
+        gap : ndarray, shape (k,)
+        """
+        gap = self._gap(opening, height)
+        active = gap < self.interaction.cutoff
+        active |= pressure != 0.0
+        near = np.flatnonzero(active)
+        return active, near, gap.take(near)
+
+    def _fields(self, atoms: np.ndarray) -> list[np.ndarray | None]:
         """Return local adhesion and reaction of some atoms."""
         fields = self.adhesion, self.reaction
-        return [None if field is None else field[mask] for field in fields]
+        return [None if field is None else field.take(atoms) for field in fields]
 
     def _profile(
         self, gap: np.ndarray, adhesion: np.ndarray | None, reaction: np.ndarray | None

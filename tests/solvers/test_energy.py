@@ -8,7 +8,6 @@ from ase_roughcontact.interactions import LennardJones93
 from ase_roughcontact.solvers.energy import ContactEnergy
 from ase_roughcontact.solvers.increments import (
     Increment,
-    energy_along,
     hessian_along,
     moved,
     slope_along,
@@ -58,15 +57,6 @@ def test_hessian_is_the_derivative_of_the_slopes(energy, rng):
     ]
     hessian = hessian_along(energy, state, increments)
     np.testing.assert_allclose(hessian, np.array(expected) / (2 * h), rtol=1e-4)
-
-
-@pytest.mark.parametrize("length", [0.0, 0.3, 1.0])
-def test_energy_along_an_increment_is_that_of_the_moved_state(energy, rng, length):
-    state, increment = random_state(energy, rng), random_increment(energy, rng)
-    new = moved(energy, state, increment, length)
-    change, slope = energy_along(energy, state, increment)(length)
-    assert change == pytest.approx(new.energy - state.energy, abs=1e-10)
-    assert slope == pytest.approx(slope_along(energy, new, increment), rel=1e-9)
 
 
 def test_a_combination_is_linear(energy, rng):

@@ -7,9 +7,7 @@ from scipy.optimize import minimize
 from solids import CONTINUA
 
 from ase_roughcontact import RoughSphere, SelfAffine
-from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity import Isotropic
-from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.interactions import (
     HardWall,
     Interaction,
@@ -103,16 +101,6 @@ def test_energy_agrees_with_that_of_the_contact(wall, solid):
 
 
 @pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
-def test_load_and_displacement_control_agree(periodic, wall, solid):
-    contact, load = scene(32, wall, periodic=periodic, solid=solid), 30.0
-    loaded = relax(contact, 0.0, constant(load))[-1]
-    held = relax(contact, loaded.height)[-1]
-    assert normal_force(contact, loaded) == pytest.approx(load, rel=1e-10)
-    assert normal_force(contact, held) == pytest.approx(load, rel=1e-7)
-    assert loaded.energy == pytest.approx(held.energy + load * held.height, rel=1e-10)
-
-
-@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
 @pytest.mark.parametrize("height", [0.0, 40.0])
 def test_a_spring_carries_the_normal_force(wall, height, solid):
     contact = scene(32, wall, solid=solid)
@@ -132,18 +120,6 @@ def test_a_slack_spring_does_not_pull(solid):
     state = relax(contact, 20.0, hook)[-1]
     assert state.height < 5.0
     assert normal_force(contact, state) == pytest.approx(2.0, rel=1e-9)
-
-
-def test_nested_plain_and_warm_starts_agree(solid):
-    contact = scene(64, solid=solid)
-    zero = np.zeros((64, 64))
-    nested = relax(contact, 0.0, constant(100.0))[-1]
-    plain = relax(contact, 30.0, constant(100.0), zero)[-1]
-    other = relax(contact, 0.0, constant(80.0))[-1]
-    warm = relax(contact, other.height, constant(100.0), other.pressure)[-1]
-    for state in (plain, warm):
-        assert abs(state.pressure - nested.pressure).max() < 1e-9
-        assert state.height == pytest.approx(nested.height, abs=1e-9)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -324,24 +300,6 @@ def test_a_wall_defined_by_the_user_relaxes(periodic, solid):
     assert state.energy == pytest.approx(minimum(contact, 0.5), rel=1e-9)
 
 
-@pytest.mark.parametrize("wall", [REPULSIVE, ADHESIVE], ids=["repulsive", "adhesive"])
-def test_results_do_not_depend_on_the_units(wall):
-    length, pressure = 2.0**-32, 2.0**37  # powers of two, for the same rounding
-    force = pressure * length**2
-    si = LennardJones93.adhesive(
-        pressure, length, wall.work_of_adhesion * pressure * length
-    )
-    contact = scene(48, wall)
-    halfspace = FreeHalfSpace((48, 48), length, pressure)
-    scaled = Contact(halfspace, contact.heights * length, si)
-    one = relax(contact, 0.0, constant(40.0), tolerance=1e-6)
-    other = relax(
-        scaled, 0.0, lambda z: (40.0 * force * z, -40.0 * force), None, 1e-6 * force
-    )
-    assert len(one) == len(other)
-    assert other[-1].energy == pytest.approx(one[-1].energy * force * length, rel=1e-10)
-
-
 @pytest.mark.parametrize(
     ("wall", "most"), [(REPULSIVE, 40.0), (ADHESIVE, 150.0)], ids=["rep", "adh"]
 )
@@ -357,14 +315,6 @@ def test_a_wide_contact_takes_few_transforms_from_a_lighter_one():
     before = relax(contact, 0.0, constant(0.8 * load), tolerance=1e-6)[-1]
     start = before.height, constant(load), before.pressure, 1e-6
     assert pairs(relax(contact, *start)) < 100  # 64 without the exact equations
-
-
-def test_a_relaxed_start_costs_one_convolution(solid):
-    contact, load = scene(32, solid=solid), constant(20.0)
-    last = relax(contact, 0.0, load)[-1]
-    before = contact.halfspace.pairs
-    (again,) = relax(contact, last.height, load, last.pressure, tolerance=1e-9)
-    assert again.pairs == contact.halfspace.pairs - before == 1.0
 
 
 def test_a_newton_step_evaluates_the_wall_once_or_twice(solid):
@@ -390,21 +340,6 @@ def test_the_coarse_contact_is_the_same_wall_on_every_other_atom():
     assert coarse.interaction is contact.interaction
     assert coarse.halfspace.spacing == 2.0
     assert np.array_equal(coarse.heights, contact.heights[::2, ::2])
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"height": np.nan}, "height must be"),
-        ({"tolerance": 0.0}, "tolerance must be"),
-        ({"start": np.full((8, 8), np.inf)}, "start must be finite"),
-        ({"start": np.zeros((8, 9))}, "shape"),
-    ],
-)
-def test_bad_input_is_refused(change, message):
-    given = {"height": 0.0, "external": None, "start": None, "tolerance": 1e-6}
-    with pytest.raises(ValueError, match=message):
-        next(newton_krylov(scene(8), **{**given, **change}))
 
 
 def test_a_hard_wall_is_refused():
