@@ -163,7 +163,7 @@ class Interaction(ABC):
     @property
     def plastic(self) -> bool:
         """Whether the pressure of the wall is limited by a hardness."""
-        return self.hardness < math.inf
+        return self.hardness != math.inf  # NaN is refused as a hardness
 
     @property
     def depends_on_history(self) -> bool:
