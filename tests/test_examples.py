@@ -22,11 +22,12 @@ spec = importlib.util.spec_from_file_location(
 )
 results = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(results)
-STORED = [
-    page.stem
-    for page in sorted(ROOT.glob("examples/guide/*.md"))
+STORED = {
+    page.relative_to(ROOT).as_posix(): page.read_text()
+    for page in results.PAGES
     if "<!-- results/" in page.read_text()
-]
+}
+REPORTS = {file.stem: (file, command) for file, command in results.reports()}
 
 
 @pytest.fixture(scope="module")
@@ -81,14 +82,17 @@ def test_python_of_a_page_runs_and_prints_what_the_page_shows(
 
 @pytest.mark.parametrize("page", STORED)
 def test_tables_of_a_page_are_the_stored_results(page):
-    text = (ROOT / "examples" / "guide" / f"{page}.md").read_text()
-    assert results.with_stored(text) == text
+    assert results.with_stored(STORED[page]) == STORED[page]
+
+
+@pytest.mark.parametrize("name", REPORTS)
+def test_stored_tables_are_made_from_their_rows(name):
+    file, command = REPORTS[name]
+    assert results.report(command) == file.read_text().partition("\n")[2]
 
 
 def test_stored_results_are_used_once_and_have_an_existing_command():
-    pages = "".join(
-        (ROOT / "examples" / "guide" / f"{page}.md").read_text() for page in STORED
-    )
+    pages = "".join(STORED.values())
     for file in results.STORED.glob("*.md"):
         assert pages.count(f"<!-- results/{file.stem} -->") == 1, file.stem
         command = file.read_text().partition("\n")[0]

@@ -16,6 +16,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from markdown import table
 
 from ase_roughcontact import (
     HardWall,
@@ -27,7 +28,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.theory import Hertz
-from ase_roughcontact.theory.counted_area import continuum_area, grid_error
+from ase_roughcontact.theory.counted_area import continuum_area
 
 TABLE = Path(__file__).with_name("grid_error.csv")
 CASE = ("shape", "wall", "slope", "hurst", "seed")
@@ -100,14 +101,13 @@ def run():
 
 
 def report():
-    """Print errors for each shape, wall and grid, and how often estimates hold."""
+    """Print the mean and largest errors in % on grids of a0, counted and corrected."""
     grids = defaultdict(dict)
     for row in read():
         state = tuple(row[name] for name in (*CASE, "load"))
         spacing, area = float(row["spacing"]), float(row["area"])
         correction = area - continuum_area(area, float(row["perimeter"]), spacing)
-        estimate = grid_error(float(row["perimeter"]), spacing**2)
-        grids[state][spacing] = area, correction, float(row["continuum"]), estimate
+        grids[state][spacing] = area, correction, float(row["continuum"])
     errors = defaultdict(list)
     fine, finest = SPACINGS[-2:]
     for state, of_grid in grids.items():
@@ -115,28 +115,23 @@ def report():
             continue
         exact = 2 * of_grid[finest][2] - of_grid[fine][2]
         unseen = (float(state[3]), int(state[4])) in UNSEEN
-        for spacing, (area, correction, answer, estimate) in of_grid.items():
-            errors[(unseen, *state[:2], state[5], spacing)].append(
-                [
-                    area / exact - 1,
-                    (area - correction) / exact - 1,
-                    abs(answer - exact) <= 2 * estimate,
-                ]
-            )
-    print("shape, wall, load, spacing: mean and largest error in %, counted, corrected")
-    for (unseen, *key), values in sorted(errors.items()):
-        if not unseen:
-            both = 100 * np.array(values)[:, :2].T
-            print(*key, *(f"{e.mean():6.1f} {abs(e).max():6.1f}" for e in both))
-    print("shape, wall, spacing: errors within twice the estimate, unseen cases")
-    for shape, wall, spacing in product(("flat", "sphere"), WALLS, SPACINGS[:2]):
-        held = [
-            each[2]
-            for key, values in errors.items()
-            for each in values
-            if key[0] and (key[1], key[2], key[4]) == (shape, wall, spacing)
-        ]
-        print(shape, wall, spacing, f"{np.mean(held):.2f} of {len(held)}")
+        for spacing, (area, correction, _) in of_grid.items():
+            both = area / exact - 1, (area - correction) / exact - 1
+            errors[(unseen, *state[:2], state[5], spacing)].append(both)
+    rows = []
+    for shape, counts in (("flat", len(PRESSURES)), ("sphere", len(CONTACT_RADII))):
+        for number in range(counts):
+            cells = []
+            for wall in WALLS:
+                values = errors[False, shape, wall, str(number), 1.0]
+                both = 100 * np.transpose(values)
+                cells += [f"{e.mean():.2g}, {abs(e).max():.2g}" for e in both]
+            name = f"mean pressure {PRESSURES[number]:g} $h'E^*$"
+            if shape == "sphere":
+                name = f"Hertz radius {CONTACT_RADII[number]:g} $a_0$"
+            rows.append((f"{shape}, {name}", *cells))
+    head = "contact | hard, counted | hard, corrected | repulsive, counted"
+    table(f"{head} | repulsive, if corrected", rows)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,7 @@ from pathlib import Path
 
 import codes
 import numpy as np
+from markdown import table
 from problems import TOLERANCE, Problem, optimality_residuals
 from scipy.special import erfinv
 
@@ -114,7 +115,11 @@ def main():
     parser.add_argument("--boundaries", nargs="+", choices=KINDS, default=list(KINDS))
     parser.add_argument("--tolerances", type=Path, help="CSV file of an earlier run")
     parser.add_argument("--csv", type=Path, default=Path("ratios.csv"))
+    parser.add_argument("--report", action="store_true", help="print the stored table")
     options = parser.parse_args()
+    if options.report:
+        report(read(Path(__file__).with_suffix(".csv")))
+        return
     codes.perf_counter = time.process_time
     known = read(options.csv)
     earlier = read(options.tolerances) if options.tolerances else {}
@@ -135,7 +140,7 @@ def main():
                     writer.writerow(row)
                 known[key] = row
                 show(row)
-    table(known)
+    report(known)
 
 
 def read(path):
@@ -158,15 +163,17 @@ def show(row):
     )
 
 
-def table(rows):
+def report(rows):
     """Print the ratios of the faster way of ASPHER, of all sizes and parts."""
     parts = sorted(PARTS)
-    print("| boundary | n |", " | ".join(f"{100 * part:.0f} %" for part in parts), "|")
-    print("|---" * (2 + len(parts)) + "|")
-    for boundary in KINDS:
-        for n in sorted({int(key[1]) for key in rows if key[0] == boundary}):
-            cells = (cell(rows.get((boundary, str(n), str(part)))) for part in parts)
-            print(f"| {boundary} | {n} |", " | ".join(cells), "|")
+    table(
+        " | ".join(("boundary", "n", *(f"{100 * part:.0f} %" for part in parts))),
+        (
+            (boundary, n, *(cell(rows.get((boundary, str(n), str(p)))) for p in parts))
+            for boundary in KINDS
+            for n in sorted({int(key[1]) for key in rows if key[0] == boundary})
+        ),
+    )
 
 
 def cell(row):

@@ -1,6 +1,7 @@
 """Energy lost by a rough sphere on a homogeneous surface, over depth, step and spacing.
 
     python rough_hysteresis.py             # all loops that rough_hysteresis.csv lacks
+    python rough_hysteresis.py --report    # the table of the guide, from its rows
 
 A sphere of radius 200 a0 with random roughness from 12 to 24 a0 and a hard wall with
 Dugdale's attraction, w = 0.1 E* a0 and D = 0.8 a0. The energy lost by a smooth sphere,
@@ -9,10 +10,12 @@ rough one grows with the area that its edge sweeps. Depths and steps are in unit
 (w^2 R/E*^2)^(1/3), energies of (w^5 R^4/E*^2)^(1/3).
 """
 
+import argparse
 import csv
 from pathlib import Path
 
 import numpy as np
+from markdown import table
 
 from ase_roughcontact import (
     DugdaleWall,
@@ -48,8 +51,8 @@ def loop_of(slope, seed, depth, step, spacing):
     return adhesion_loop(atoms, depth * unit, step * unit, **options)
 
 
-def main():
-    """Calculate what is missing, and print all."""
+def run():
+    """Calculate what is missing."""
     if not TABLE.exists():
         TABLE.write_text(",".join(FIELDS) + "\n")
     with TABLE.open(newline="") as file:
@@ -71,8 +74,31 @@ def main():
                     all(step.converged for step in steps),
                 )
             )
-    print(TABLE.read_text())
+
+
+def report():
+    """Print the table of the guide."""
+    with TABLE.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    head = "sphere | depth | step | spacing | energy lost | jumps in, out"
+    table(
+        head + r" | pull-off$/\pi w R$",
+        (
+            (
+                f"rough, seed {row['seed']}" if float(row["slope"]) else "smooth",
+                *(f"{float(row[name]):g}" for name in ("depth", "step", "spacing")),
+                f"{float(row['lost']):.2f}",
+                f"{row['jumps in']}, {row['jumps out']}",
+                f"{float(row['pull-off']):.2f}",
+            )
+            for row in rows
+        ),
+    )
 
 
 if __name__ == "__main__":
-    main()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--report", action="store_true", help="print the table")
+    if not parser.parse_args().report:
+        run()
+    report()

@@ -20,6 +20,7 @@ import matplotlib
 import numpy as np
 from ase.calculators.eam import EAM
 from ase.calculators.emt import EMT
+from markdown import table
 from scipy.special import erfinv
 
 from ase_roughcontact import (
@@ -120,9 +121,9 @@ def solids():
 
 def without_dispersion(solid):
     """Return the continuum with the long waves of a crystal."""
-    table = np.zeros_like(solid.table)
-    table[0] = (-1.0) ** np.arange(len(table)) @ solid.table
-    return replace(solid, table=table)
+    long = np.zeros_like(solid.table)
+    long[0] = (-1.0) ** np.arange(len(long)) @ solid.table
+    return replace(solid, table=long)
 
 
 def flat(solid, wall, seed):
@@ -197,6 +198,29 @@ def draw(table, picture):
     figure.savefig(picture, dpi=100)
 
 
+def report(file):
+    """Print kappa of the rough flats, mean and standard deviation."""
+    found = {}
+    with file.open() as rows:
+        for row in csv.DictReader(rows):
+            if row["study"] == "flats":
+                values = found.setdefault(row["solid"], {}).setdefault(row["wall"], [])
+                values.append(float(row["kappa"]))
+    table(
+        "solid | κ, hard wall | κ, repulsive wall",
+        (
+            (
+                solid.replace("-", " ").replace("Sutton Chen", "Sutton-Chen"),
+                *(
+                    f"{np.mean(walls[wall]):.3f} ± {np.std(walls[wall], ddof=1):.3f}"
+                    for wall in WALLS
+                ),
+            )
+            for solid, walls in found.items()
+        ),
+    )
+
+
 def fraction(loads):
     """Return Eq. (4) relative to the area of Hertz."""
     pressure = mean_contact_pressure(SLOPE, 1.0, 2.0)
@@ -209,7 +233,11 @@ def main(arguments=None):
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--draw", type=Path, help="picture of the table")
     parser.add_argument("--table", type=Path, default=HERE / "solids.csv")
+    parser.add_argument("--report", action="store_true", help="print its kappas")
     options = parser.parse_args(arguments)
+    if options.report:
+        report(options.table)
+        return
     if options.draw:
         draw(options.table, options.draw)
         return

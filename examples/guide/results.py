@@ -5,8 +5,9 @@
 
 A ``text`` block after a ``python`` block is what that code prints. Lines between
 ``<!-- results/NAME -->`` and ``<!-- /results -->`` are those of the file
-``results/NAME.md``, whose first line is the command that measured them. Pages with a
-folder of their name run in a copy of it, with their commands.
+``results/NAME.md``, whose first line is the command that measured them; ``--report``
+runs those that make a table from stored rows. Pages with a folder of their name run in
+a copy of it, with their commands.
 """
 
 import argparse
@@ -17,12 +18,14 @@ import os
 import re
 import shlex
 import shutil
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 GUIDE = Path(__file__).resolve().parent
+PAGES = (*sorted(GUIDE.glob("*.md")), GUIDE.parent / "benchmarks" / "README.md")
 STORED = GUIDE / "results"
 _BLOCK = re.compile(r"(?ms)^```(python|bash|text)\n(.*?)^```$")
 _MARK = re.compile(r"(?s)<!-- results/(\w+) -->\n(.*?)<!-- /results -->")
@@ -33,6 +36,22 @@ def stored(name: str) -> str:
     """Lines of a stored result for a page: numbers, and the command that made them."""
     command, _, text = (STORED / f"{name}.md").read_text().partition("\n")
     return f"{text.strip()}\n\n`{command.removeprefix('$ ')}`\n"
+
+
+def reports() -> Iterator[tuple[Path, list[str]]]:
+    """Yield results that are made from stored rows, and their commands."""
+    for file in sorted(STORED.glob("*.md")):
+        command = file.read_text().partition("\n")[0].removeprefix("$ ")
+        if command.endswith("--report"):
+            yield file, [sys.executable, *command.split()[1:]]
+
+
+def report(command: list[str]) -> str:
+    """Return what a command prints."""
+    run = subprocess.run(
+        command, cwd=GUIDE.parents[1], capture_output=True, text=True, check=True
+    )
+    return run.stdout
 
 
 def with_stored(page: str) -> str:
@@ -102,10 +121,13 @@ def main() -> None:
     """Compare or rewrite the pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="rewrite the pages")
+    parser.add_argument("--report", action="store_true", help="renew stored tables")
     parser.add_argument("pages", nargs="*", help="names of pages; default: all")
     options = parser.parse_args()
     os.environ.setdefault("MPLBACKEND", "Agg")
-    for page in sorted(GUIDE.glob("*.md")):
+    for file, command in reports() if options.report else ():
+        file.write_text(file.read_text().partition("\n")[0] + "\n" + report(command))
+    for page in PAGES:
         if options.pages and page.stem not in options.pages:
             continue
         before = page.read_text()

@@ -4,7 +4,9 @@ const first = /^(learn|getting_started|tutorial|walls|adhesion|cheat_sheet|micro
 
 Scorer = {
   score: ([docname, , , , score]) =>
-    behind.test(docname) ? score / 10 : first.test(docname) ? score + 20 : score,
+    behind.test(docname)
+      ? score / 10
+      : score + (docname.startsWith("reference/names/") ? 8 : first.test(docname) ? 4 : 0),
   objNameMatch: 11,
   objPartialMatch: 6,
   objPrio: { 0: 15, 1: 5, 2: -5 },
