@@ -14,7 +14,7 @@ import numpy as np
 
 from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import QUANTITY, UNITS
-from ase_roughcontact._util.validation import FloatArray, positive
+from ase_roughcontact._util.validation import positive
 from ase_roughcontact.paths.cantilever import (
     CantileverCurve,
     CantileverJump,
@@ -70,15 +70,6 @@ class Loop(PathKind):
     def loop_tolerance(self) -> float:
         """Relative error of the energy balance."""
         return self.tolerance
-
-    def targets(self, bodies: Bodies) -> FloatArray:
-        """Raise an error, as the targets are not known before."""
-        raise ValueError(
-            'kind = "loop" chooses its steps as it runs: run it, or give kind = "steps"'
-        )
-
-    def count(self, bodies: Bodies) -> None:
-        """Return None: the number of states is not known before."""
 
     def smallest_step(self, bodies: Bodies) -> float:
         """Return the step (Å) below which a change of force is an instability."""

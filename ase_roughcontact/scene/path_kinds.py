@@ -57,8 +57,8 @@ class PathKind(Section):
 
     A subclass with a `kind` can be used in scene files: its fields are the keys of
     ``[path]``. It defines `control` and `targets`, from which plan, preview, table and
-    pictures follow; a path that chooses its targets as it runs also defines `planned`
-    and `run`, and whatever it has beyond a sequence of states.
+    pictures follow; a path that chooses its targets as it runs defines `planned` and
+    `run` instead, and whatever it has beyond a sequence of states.
 
     Attributes
     ----------
@@ -95,21 +95,17 @@ class PathKind(Section):
         Keys of other kinds are ignored at their defaults, which older files contain.
         """
         kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
-        given = {key: value for key, value in entries.items() if key != "kind"}
-        types = kind.types()
-        owners = {
-            key: [each for each in PATHS.values() if key in each.types()]
-            for key in given.keys() - types
-        }
-        foreign = [key for key in given if owners.get(key)]
-        wrong = [
-            key
-            for key, value in [(key, given.pop(key)) for key in foreign]
-            if all(value != getattr(each, key) for each in owners[key])
-        ]
-        problems = Problems()
-        if wrong:
-            keys, other = ", ".join(wrong), owners[wrong[0]][0].kind
+        problems, types = Problems(), kind.types()
+        given, foreign = {}, {}
+        for key, value in entries.items():
+            owners = [each for each in PATHS.values() if key in each.types()]
+            if key in types or not owners:
+                given[key] = value
+            elif all(value != getattr(each, key) for each in owners):
+                foreign[key] = owners[0].kind
+        given.pop("kind", None)
+        if foreign:
+            keys, other = ", ".join(foreign), next(iter(foreign.values()))
             with problems.of(cls.title):
                 raise ValueError(
                     f'{keys} need kind = "{other}", got "{kind.kind}": omit {keys}, or '
@@ -166,13 +162,17 @@ class PathKind(Section):
         Raises
         ------
         ValueError
-            If a key is missing or invalid.
+            If a key is missing or invalid, or the path chooses them as it runs.
         """
-        raise NotImplementedError
+        raise ValueError(
+            f'kind = "{self.kind}" chooses its steps as it runs: run it, or give kind '
+            '= "steps"'
+        )
 
     def count(self, bodies: Bodies) -> int | None:
-        """Return the number of states; None if it is not known before they are."""
-        return len(self.targets(bodies))
+        """Return the number of states; None if the path chooses them as it runs."""
+        known = type(self).targets is not PathKind.targets
+        return len(self.targets(bodies)) if known else None
 
     def smallest_step(self, bodies: Bodies) -> float:
         """Return the step (Å) below which a change of force is an instability.

@@ -329,7 +329,8 @@ class Scene(SceneFile):
             _ = self.area_column, self.given_grid, self.shape
         problems.check()
         with problems.of("solver"):
-            _ = self.accuracy, self.fmax, self.max_steps, self.optimizer
+            _ = self.accuracy, self.fmax, self.optimizer
+            integer("max_steps", self.solver.max_steps, 1)
         with problems.of("path"):
             _ = self.planned, self.cantilever
         problems.check()
@@ -371,11 +372,6 @@ class Scene(SceneFile):
     def accuracy(self) -> Accuracy:
         """Accuracy of force and area."""
         return accuracy_of(self.solver.accuracy, self.is_continuum)
-
-    @property
-    def max_steps(self) -> int:
-        """Largest number of steps of the optimizer, for each step of the path."""
-        return integer("max_steps", self.solver.max_steps, 1)
 
     @property
     def optimizer(self) -> Any:
@@ -450,7 +446,7 @@ class Scene(SceneFile):
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
             fmax=self.fmax,
             accuracy=self.solver.accuracy,
-            max_steps=self.max_steps,
+            max_steps=self.solver.max_steps,
             window=self.window,
             hardness=hardness_for(bodies.problem, bodies.symbol, bodies.hardness),
             continuum=self.is_continuum,

@@ -10,7 +10,6 @@ from typing import Any
 
 from ase_roughcontact._util.units import FORCES, UNITS
 from ase_roughcontact._util.validation import (
-    FloatArray,
     finite_array,
     nonnegative,
     positive,
@@ -105,15 +104,6 @@ class Timed(PathKind):
                 UNITS[unit] * float(path.amplitude or 0.0), self.frequency, self.cycles
             )
         return schedule
-
-    def targets(self, bodies: Bodies) -> FloatArray:
-        """Raise an error, as the steps are not known before."""
-        raise ValueError(
-            'kind = "time" chooses its steps as it runs: run it, or give kind = "steps"'
-        )
-
-    def count(self, bodies: Bodies) -> None:
-        """Return None: the number of states is not known before."""
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the largest target."""
