@@ -115,6 +115,7 @@ class ComplementarityProblem:
         contact = (self._pressure > self._gap) & ~self._plastic
         self._contact = contact.astype(model.dtype)
         self._change = np.zeros_like(self._pressure)
+        # work arrays, also for residual, direction and the results of transforms
         self._fields = [np.zeros_like(self._pressure) for _ in range(3)]
         self._height_change = 0.0
         self._steps = _STEPS  # that are left
@@ -168,7 +169,8 @@ class ComplementarityProblem:
     def _clip(self) -> None:
         """Clip the change, and update the gap."""
         clipped = self._clipped()
-        difference, self._change = clipped - self._change, clipped
+        difference = np.subtract(clipped, self._change, out=self._change)
+        self._change, self._fields[0] = clipped, difference
         if difference.any():
             opening = self._model.compliance(difference, difference)
             linear_combination([(1.0, self._gap), (1.0, opening)], out=self._gap)
@@ -194,8 +196,9 @@ class ComplementarityProblem:
 
     def _within_bounds(self) -> np.ndarray:
         """Return ``x`` within its bounds in ``A``, at one of them elsewhere."""
-        lowest = -self._pressure
-        clipped = np.maximum(self._change, lowest)
+        clipped, lowest, _ = self._fields
+        np.negative(self._pressure, out=lowest)
+        np.maximum(self._change, lowest, out=clipped)
         np.copyto(clipped, lowest, where=self._contact == 0.0)
         if self._bounded:
             np.minimum(clipped, self._missing, out=clipped)
@@ -207,11 +210,14 @@ class ComplementarityProblem:
 
         Without a hardness they rise by multiples of themselves.
         """
-        if not self._bounded:  # there is none out of contact
-            return self._pressure + change
-        if gained > 0.0:
-            return (self._pressure + change) * self._contact
-        return (self._missing - change) * self._contact
+        available = self._fields[2]
+        if gained > 0.0 or not self._bounded:
+            np.add(self._pressure, change, out=available)
+        else:
+            np.subtract(self._missing, change, out=available)
+        if self._bounded:  # else there is none out of contact
+            available *= self._contact
+        return available
 
     def _extend(self, gained: float, lacking: float) -> None:
         """Add atoms to ``A`` that can take up a change of the total."""
