@@ -102,8 +102,11 @@ class NewtonEquations:
         if new.residual_norm < _INVERSE_RESIDUAL * self._state.residual_norm:
             return new
         opening = new.opening - self._state.opening
-        refined = self._refined(change, opening, reduction, _INVERSE_FORCING)
-        return new if refined is change else self._changed(refined)
+        left, accepted = self._left(change, opening, _INVERSE_FORCING)
+        if left is None:
+            return new
+        del new, opening  # their memory is needed
+        return self._changed(self._corrected(change, left, accepted, reduction))
 
     def _solution(self, reduction: float) -> np.ndarray | None:
         """Return the flat change that solves the equations of the model."""
@@ -116,12 +119,25 @@ class NewtonEquations:
 
         The change of the opening by the given change is known.
         """
-        system, inside = self._system, self._inside
-        image = system.applied(change, opening[inside])
+        left, accepted = self._left(change, opening, limit)
+        if left is None:
+            return change
+        return self._corrected(change, left, accepted, reduction)
+
+    def _left(
+        self, change: np.ndarray, opening: np.ndarray, limit: float
+    ) -> tuple[np.ndarray | None, float]:
+        """Return the residual of the exact equations, None within a limit, and this."""
+        image = self._system.applied(change, opening[self._inside])
         left = linear_combination([(1.0, self._right), (-1.0, image)])
         accepted = limit * max(norm(self._right), norm(image))
-        if system.exact or norm(left) <= accepted:
-            return change
+        return None if self._system.exact or norm(left) <= accepted else left, accepted
+
+    def _corrected(
+        self, change: np.ndarray, left: np.ndarray, accepted: float, reduction: float
+    ) -> np.ndarray:
+        """Reduce the residual that a change leaves in the exact equations."""
+        system, inside = self._system, self._inside
 
         def apply(change: np.ndarray) -> np.ndarray:
             return system.applied(change, self._increment(change).opening[inside])
