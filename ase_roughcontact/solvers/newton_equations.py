@@ -106,7 +106,9 @@ class NewtonEquations:
         if left is None:
             return new
         del new, opening  # their memory is needed
-        return self._changed(self._corrected(change, left, accepted, reduction))
+        change = self._corrected(change, left, accepted, reduction)
+        del left
+        return self._changed(change)
 
     def _solution(self, reduction: float) -> np.ndarray | None:
         """Return the flat change that solves the equations of the model."""
