@@ -9,7 +9,7 @@ leaves in the pressures :math:`q_k` that the surface remembers (see `contact.cre
 
 with the second derivative from the rates of this step and of the last one: it includes
 atoms that open or close between them. A step of a larger error is repeated at half the
-duration. Durations are those of a part of the schedule divided by powers of two, so
+duration, and so is one in which the pressures change much. Durations are those of a part of the schedule divided by powers of two, so
 that half spaces of few compliances are needed.
 """
 
@@ -38,6 +38,10 @@ from ase_roughcontact.paths.validity import ValidityReport
 # and at most. An oscillation has at least that many steps in a cycle.
 _LEAST, _FIRST, _MOST = 3, 10, 40
 _STEPS_PER_CYCLE = 32
+# Largest change of the pressures in a step, relative to their largest sum, so that force
+# and area are resolved where they change faster than the solid creeps. Parts are not
+# divided further for it, as the contact may jump.
+_LARGEST_CHANGE, _FINEST = 0.1, 16
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
 _GROWTH = 0.1
@@ -227,12 +231,19 @@ class _TimeSteps:
             target = part.target(start, fraction)
             step = self._step(target, begin + fraction * part.duration, elapsed)
             rate = self._rate(before, elapsed)
-            error = self._error(rate, elapsed)
-            if error > self.tolerance and at.level < _MOST:
+            error, change = (
+                self._error(rate, elapsed),
+                self._change(before, rate, elapsed),
+            )
+            coarse = change > _LARGEST_CHANGE and at.level < _FINEST
+            if (error > self.tolerance or coarse) and at.level < _MOST:
                 self.stepper.restart_from(before)
                 at.level, at.done, at.may_grow = at.level + 1, 2 * at.done, False
                 continue
-            at.done, at.may_grow = at.done + 1, error < _GROWTH * self.tolerance
+            at.done += 1
+            at.may_grow = (
+                error < _GROWTH * self.tolerance and change < 0.5 * _LARGEST_CHANGE
+            )
             at.elapsed = elapsed
             self.stepper.remember(PRESSURE_RATE, rate)
             yield self._accepted(target, step)
@@ -261,6 +272,15 @@ class _TimeSteps:
         weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
         weight = float(weights.sum()) + self.creep.flow * elapsed / 12.0
         return weight * elapsed**2 * curvature / scale
+
+    def _change(self, before: State, rate: np.ndarray, elapsed: float) -> float:
+        """Return the change of the pressures in a step, relative to the largest sum."""
+        if not before.pressure.any():
+            return 0.0
+        scale = max(
+            self.position.largest, float(abs(self.stepper.state.pressure).sum())
+        )
+        return elapsed * float(abs(rate).sum()) / scale
 
     def _accepted(self, target: float, step: TimeStep) -> TimeStep:
         pressure = float(abs(self.stepper.state.pressure).sum())
