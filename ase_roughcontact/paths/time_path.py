@@ -9,8 +9,9 @@ leaves in the pressures :math:`q_k` that the surface remembers (see `contact.cre
 
 with the second derivative from the rates of this step and of the last one: it includes
 atoms that open or close between them. A step of a larger error is repeated at half the
-duration, and so is one in which the pressures change much. Durations are those of a part of the schedule divided by powers of two, so
-that half spaces of few compliances are needed.
+duration, and so is one in which the pressures change much. Durations are those of a
+part of the schedule divided by powers of two, so that half spaces of few compliances
+are needed.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ from ase_roughcontact.paths.validity import ValidityReport
 # and at most. An oscillation has at least that many steps in a cycle.
 _LEAST, _FIRST, _MOST = 3, 10, 40
 _STEPS_PER_CYCLE = 32
-# Largest change of the pressures in a step, relative to their largest sum, so that force
-# and area are resolved where they change faster than the solid creeps. Parts are not
-# divided further for it, as the contact may jump.
+# Largest change of the pressures in a step, relative to their largest sum, so that
+# force and area are resolved where they change faster than the solid creeps; and power
+# of two beyond which parts are not divided for it, as the contact may jump.
 _LARGEST_CHANGE, _FINEST = 0.1, 16
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
