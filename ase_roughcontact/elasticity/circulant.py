@@ -42,6 +42,8 @@ class CirculantModel:
         The elastic solid.
     box : Box
         Atoms of the window; an exact model covers all of them.
+    exact_size : int
+        Windows of up to this number of atoms have an exact model.
 
     Attributes
     ----------
@@ -58,11 +60,12 @@ class CirculantModel:
         Whether a uniform pressure has no compliance, as on a periodic half space.
     """
 
-    def __init__(self, halfspace: HalfSpace, box: Box) -> None:
+    def __init__(
+        self, halfspace: HalfSpace, box: Box, exact_size: int = _EXACT_SIZE
+    ) -> None:
         window = Box((0, 0), halfspace.shape)
         self.singular = halfspace.periodic
-        small = math.prod(halfspace.shape) <= _EXACT_SIZE
-        self.exact = halfspace.periodic or small
+        self.exact = _is_exact(halfspace, exact_size)
         points = math.prod(halfspace.grid)
         double = self.exact and points <= _DOUBLE_UP_TO
         self.dtype: np.dtype[np.floating] = np.dtype(
@@ -146,12 +149,20 @@ def _padded(shape: tuple[int, int]) -> tuple[int, int]:
     return n, m
 
 
-def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:
+def _is_exact(halfspace: HalfSpace, exact_size: int) -> bool:
+    """Return whether the model of a half space is to be exact."""
+    return halfspace.periodic or math.prod(halfspace.shape) <= exact_size
+
+
+def covering_model(
+    halfspace: HalfSpace, box: Box, exact_size: int = _EXACT_SIZE
+) -> CirculantModel:
     """Return a model of a box, the last one of the half space if it is the same.
 
     It is kept as ``halfspace.model``: steps of a path often need the same one.
     """
     model: CirculantModel | None = halfspace.model
-    if model is None or not (model.exact or model.box == box):
-        halfspace.model = model = CirculantModel(halfspace, box)
+    exact = _is_exact(halfspace, exact_size)
+    if model is None or model.exact != exact or not (exact or model.box == box):
+        halfspace.model = model = CirculantModel(halfspace, box, exact_size)
     return model

@@ -306,9 +306,8 @@ class ComplementarityProblem:
         """Return the new pressure on the window; under a load of its total."""
         inside = self._model.box.slices
         change, push = self._clipped(), np.zeros(1)
-        new = np.zeros(self._window.shape)
-        pressure = new[inside]
-        np.multiply(change, self._unit, out=pressure, dtype=float)
+        # in an array of its own: operations on parts of rows take much longer
+        pressure = np.multiply(change, self._unit, dtype=float)
         pressure += self._window[inside]
         np.maximum(pressure, 0.0, out=pressure)
         pressure *= change > -self._pressure
@@ -317,6 +316,10 @@ class ComplementarityProblem:
             pressure[self._plastic] = self._hardness
             push = np.zeros(self._window.shape)
             push[inside] = -self._unit * self._gap
+        new = pressure
+        if new.shape != self._window.shape:
+            new = np.zeros(self._window.shape)
+            new[inside] = pressure
         if self._required_sum is None:
             return new
         return with_sum(new, self._required_sum, self._hardness, push)

@@ -48,6 +48,8 @@ _ROUNDING = 1e-14
 # Violation that the solution for an exact model may leave, in units of its rounding
 # error: nothing else makes another step necessary.
 _EXACT_CONTRACTION = 1000.0
+# Windows of up to this number of atoms have an exact model, as outer steps cost more.
+_EXACT_SIZE = 64 * 64
 # Number of steps without progress after which the solver stops.
 _PATIENCE = 10
 
@@ -254,7 +256,7 @@ class _DefectCorrection:
             near = (self._pressure > 0.0) | (self._gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
-            self._model = covering_model(self._halfspace, box)
+            self._model = covering_model(self._halfspace, box, _EXACT_SIZE)
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:

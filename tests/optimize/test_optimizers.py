@@ -327,7 +327,7 @@ def test_wall_that_returns_nan_ends_the_run_with_a_message():
     "solver, options",
     [
         (NewtonKrylov, NewtonKrylovOptions(forcing=0.5, dense_atoms=0)),
-        (ActiveSet, ActiveSetOptions(contraction=0.9)),
+        (ActiveSet, ActiveSetOptions(coarsest=16)),
     ],
     ids=["NewtonKrylov", "ActiveSet"],
 )
