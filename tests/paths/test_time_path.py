@@ -48,8 +48,22 @@ def follow(problem, n, schedule, control="penetrations", tolerance=1e-3, **optio
     return list(follow_schedule(stepper, schedule, tolerance=tolerance))
 
 
-def ting_force(time, half, rate, radius, creep):
-    """Return the force on a sphere that moves down and up at a rate (Ting 1966)."""
+class Cone:
+    """Lower surface that rises with a slope."""
+
+    def __init__(self, slope):
+        self.slope = slope
+
+    def heights(self, shape, spacing, origin):
+        x, y = (o + spacing * np.arange(n) for o, n in zip(origin, shape, strict=True))
+        return self.slope * np.hypot(x[:, None], y)
+
+
+def ting_force(time, half, rate, factor, power, creep):
+    """Return the force of an indenter that moves down and up at a rate (Ting 1966).
+
+    On an elastic solid of unit modulus it is ``factor depth**power``.
+    """
     turned = min(time, half)
     if time > half:
 
@@ -60,25 +74,35 @@ def ting_force(time, half, rate, radius, creep):
         if unbalanced(0.0) < 0.0:
             return 0.0
         turned = brentq(unbalanced, 0.0, half)
-    return (
-        2.0
-        * math.sqrt(radius * rate**3)
-        * quad(lambda s: creep.relaxation(time - s) * math.sqrt(s), 0.0, turned)[0]
+    memory, _ = quad(
+        lambda s: creep.relaxation(time - s) * s ** (power - 1.0), 0.0, turned
     )
+    return factor * power * rate**power * memory
 
 
 @pytest.mark.parametrize("duration", [0.05, 4.0, 30.0])
-def test_approach_and_retraction_of_a_sphere(duration):
-    n = 128
-    depth = (0.4 * n) ** 2 / (10.0 * n)
-    path = Schedule(0.0).ramp(depth, time=duration).ramp(0.0, time=duration)
-    steps = follow(problem_of(n), n, path)
+@pytest.mark.parametrize(
+    ("indenter", "factor", "power", "error"),
+    [
+        # Hertz, with R = 640
+        (RoughSphere(640.0), 4.0 / 3.0 * math.sqrt(640.0), 1.5, 1e-3),
+        # Sneddon, with the slope 0.05; the grid cuts off the apex
+        (Cone(0.05), 2.0 / (0.05 * math.pi), 2.0, 5e-3),
+    ],
+    ids=["sphere", "cone"],
+)
+def test_approach_and_retraction(indenter, factor, power, error, duration):
+    n, depth = 64, 1.0
+    path = Schedule(0.0).ramp(-depth, time=duration).ramp(0.0, time=duration)
+    problem = problem_of(n, indenter=indenter)
+    steps = follow(problem, n, path, control="heights", window="unchecked")
+    rate = depth / duration
     expected = np.array(
-        [ting_force(s.time, duration, depth / duration, 10.0 * n, CREEP) for s in steps]
+        [ting_force(s.time, duration, rate, factor, power, CREEP) for s in steps]
     )
     found = np.array([s.normal_force for s in steps])
     assert all(s.converged for s in steps)
-    assert found == pytest.approx(expected, abs=4e-4 * expected.max())
+    assert found == pytest.approx(expected, abs=error * expected.max())
 
 
 def test_contact_creeps_under_a_constant_load():
