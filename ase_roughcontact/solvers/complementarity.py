@@ -304,25 +304,42 @@ class ComplementarityProblem:
 
     def _result(self) -> np.ndarray:
         """Return the new pressure on the window; under a load of its total."""
-        inside = self._model.box.slices
-        change, push = self._clipped(), np.zeros(1)
-        # in an array of its own: operations on parts of rows take much longer
-        pressure = np.multiply(change, self._unit, dtype=float)
-        pressure += self._window[inside]
-        np.maximum(pressure, 0.0, out=pressure)
-        pressure *= change > -self._pressure
+        inside, new = self._model.box.slices, np.zeros(self._window.shape)
+        _add_change(
+            new[inside],
+            self._window[inside],
+            self._unit,
+            self._clipped(),
+            self._pressure,
+            self._hardness,
+        )
+        push = np.zeros(1)
         if self._bounded:
-            np.minimum(pressure, self._hardness, out=pressure)
-            pressure[self._plastic] = self._hardness
+            np.copyto(new[inside], self._hardness, where=self._plastic)
             push = np.zeros(self._window.shape)
             push[inside] = -self._unit * self._gap
-        new = pressure
-        if new.shape != self._window.shape:
-            new = np.zeros(self._window.shape)
-            new[inside] = pressure
         if self._required_sum is None:
             return new
         return with_sum(new, self._required_sum, self._hardness, push)
+
+
+@rowwise()
+def _add_change(
+    new: np.ndarray,
+    old: np.ndarray,
+    unit: float,
+    change: np.ndarray,
+    pressure: np.ndarray,
+    hardness: float,
+) -> None:
+    """Set ``old + unit x`` within its bounds, zero where ``p + x`` is."""
+    # in an array of its own: operations on parts of rows take much longer
+    result = np.multiply(change, unit, dtype=new.dtype)
+    result += old
+    np.maximum(result, 0.0, out=result)
+    np.minimum(result, hardness, out=result)
+    result *= change > -pressure
+    new[:] = result
 
 
 @rowwise(np.add)
