@@ -149,7 +149,7 @@ class ForceTolerance:
             return None
         # atoms that are about to lose contact carry nothing
         magnitude = abs(state.pressure)
-        mean = float(magnitude.sum()) / max(np.count_nonzero(magnitude), 1)
+        mean = float(magnitude.sum()) / max(int(np.count_nonzero(magnitude)), 1)
         self._mean_force = max(state.contact_pressure, mean) * state.cell_area
         required = self._for(self._mean_force)
         if tolerance <= required:
