@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import sys
+from collections.abc import Mapping
 from dataclasses import asdict
 
+from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
@@ -44,8 +47,9 @@ def plan(options: argparse.Namespace) -> int:
             print(json_line(asdict(step), units_of() | {"target": unit}))
     elif not options.quiet:
         printed = printed_unit(unit)
-        table = planned.table(f"{scene.path.control} ({printed})", UNITS[printed])
-        print("\n".join(filter(None, (f"{bodies(scene)}\n", described, table))))
+        steps = planned.printed(f"{scene.path.control} ({printed})", UNITS[printed])
+        about = [described, ""] if described else []
+        show(entries(bodies(scene).items()), "", *about, *steps)
     return 0 if planned.runs else 2
 
 
@@ -78,7 +82,7 @@ def fit(options: argparse.Namespace) -> int:
     check_picture(options.picture)
     scene = checked_scene(options)
     curve = read_curve(options.curve, options.branch, scene.cantilever)
-    trials = report.print_trial if prints_text(options) else None
+    trials = _print_trial if prints_text(options) else None
     free = [name.strip() for name in options.free.split(",")]
     found = fit_curve(scene, curve, free, trials)
     smooth = None
@@ -88,8 +92,15 @@ def fit(options: argparse.Namespace) -> int:
     if options.json:
         print(_fit_line(found, smooth))
     else:
-        print("\n".join(map(str, filter(None, (found, smooth, options.picture)))))
+        show(*found.parts, *([str(smooth)] if smooth else []))
+        print(options.picture)
     return 0 if found.converged else 1
+
+
+def _print_trial(values: Mapping[str, float], residual: float) -> None:
+    """Print a trial of a fit as a line on the error output."""
+    parameters = ", ".join(f"{name} {value:.5g}" for name, value in values.items())
+    print(f"residual/noise {residual:.4g}: {parameters}", file=sys.stderr, flush=True)
 
 
 def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
@@ -147,7 +158,7 @@ def measure_tradeoff(options: argparse.Namespace) -> int:
             }
             print(json_line(values, units_of()))
     elif not options.quiet:
-        print(study)
+        show(*study.parts)
         print(options.picture)
     return 0 if study.kept else 1
 

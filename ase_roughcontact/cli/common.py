@@ -1,18 +1,18 @@
-"""What several commands share: scenes, errors, and lines of JSON."""
+"""What several commands share: scenes, progress, and lines of JSON."""
 
 from __future__ import annotations
 
 import argparse
 import json
 import math
+import sys
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
+from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
-
-#: Errors that are printed as a line.
-ERRORS = ValueError, RuntimeError, OSError, MemoryError, ImportError
 
 
 def scene_text(options: argparse.Namespace) -> tuple[str, str]:
@@ -37,6 +37,34 @@ def prints_text(options: argparse.Namespace) -> bool:
     return not (options.quiet or options.json)
 
 
+@contextmanager
+def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
+    """Return the function that draws a `Progress` as a bar; None if there is no bar.
+
+    Bars are drawn on terminals, unless nothing or JSON is printed.
+    """
+    if not (prints_text(options) and sys.stdout.isatty()):
+        yield None
+        return
+    from rich.progress import BarColumn, TextColumn
+    from rich.progress import Progress as Bars
+
+    columns = BarColumn(), TextColumn("{task.description}")
+    with Bars(*columns, transient=True, auto_refresh=False) as bars:
+        bar = bars.add_task("")
+
+        def draw(progress: Progress) -> None:
+            bars.update(
+                bar,
+                completed=progress.steps,
+                total=progress.total,
+                description=str(progress),
+                refresh=True,
+            )
+
+        yield draw
+
+
 def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     """Return a line of JSON, with null in place of NaN and infinity.
 
@@ -47,10 +75,6 @@ def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:
     units : mapping
         Units of the values that have one, written under the key ``units``; those of
         other keys are ignored.
-
-    Returns
-    -------
-    str
     """
     used = {key: unit for key, unit in units.items() if key in values}
     return json.dumps(_finite({**values, "units": used}))

@@ -1,65 +1,70 @@
-"""Description of a scene, and of the theory for it."""
+"""Description of a scene and of the theory for it, as names and texts."""
 
 from __future__ import annotations
 
 import math
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.scan_summary import scan_line
 from ase_roughcontact.scene.solid import label_of
+from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
 
-def description(reference: Reference) -> str:
-    """Return a description of the scene and of the theory for it.
-
-    Parameters
-    ----------
-    reference : Reference
-        Theory for the scene.
-
-    Returns
-    -------
-    str
-    """
-    scene, smooth = reference.scene, reference.smooth
-    lines = [bodies(scene)]
-    if reference.explanation:
-        lines.append(f"Theory: {reference.explanation}")
-    if reference.criteria:
-        criteria = "; ".join(map(str, reference.criteria))
-        lines.append(f"Stickiness of flat surfaces with this roughness: {criteria}")
+def bodies(scene: Scene) -> dict[str, str]:
+    """Return descriptions of solid, indenter, roughness and wall."""
+    nm, tip = UNITS["nm"], scene.whole_tip
+    radius = f"radius {scene.radius / nm:.4g} nm"
+    found = {
+        "solid": f"{label_of(scene.substrate, scene.solid)}, spacing "
+        f"{scene.spacing:.3f} Å, {_hardness(scene)}",
+        "indenter": f"sphere of {radius}"
+        if tip is None
+        else f"scanned tip ({radius}, fitted to the scan)",
+    }
+    rough = scene.rough
+    if isinstance(rough, SelfAffine):
+        found["roughness"] = (
+            f"rms slope {rough.rms_slope:.4g}, Hurst exponent {rough.hurst:.3g}, "
+            f"wavelengths from {rough.short_wavelength / nm:.4g} to "
+            f"{rough.long_wavelength / nm:.4g} nm; one realisation"
+        )
+    if scene.scan is not None and scene.topography is not None:
+        found["scan"] = scan_line(scene.topography)
+    found["wall"] = scene.wall.label
     if scene.area_column == "continuum_area":
-        lines.append(_grid(scene))
-    if smooth.pull_off_force > 0.0:
-        lines.append(f"Pull-off force: {pull_off_text(reference)}")
-    return "\n".join(lines)
+        lost = scene.lost_slope
+        found["grid"] = f"continuum on a grid of spacing {scene.grid_change.label}" + (
+            f"; {lost_text(scene.grid_change, lost)}" if lost else ""
+        )
+    return found
 
 
-def bodies(scene: Scene) -> str:
-    """Return a description of solid, indenter, wall and scan.
+def theory(reference: Reference) -> dict[str, str]:
+    """Return descriptions of the theory with which a scene is compared."""
+    scene, smooth = reference.scene, reference.smooth
+    found = {}
+    if reference.explanation:
+        found["theory"] = reference.explanation
+    if reference.criteria:
+        found["stickiness of flats"] = "; ".join(map(str, reference.criteria))
+    if smooth.pull_off_force:
+        found["pull-off force"] = pull_off_text(reference)
+    if not scene.path.columns:
+        found[f"A/A_{smooth.symbol}"] = (
+            f"contact area relative to {smooth.name}, {smooth.sphere}{_bare(scene)}"
+            f"{_without_rim(scene)}"
+        )
+    return found
 
-    Parameters
-    ----------
-    scene : Scene
 
-    Returns
-    -------
-    str
-    """
-    radius = f"radius {scene.radius / UNITS['nm']:.4g} nm"
-    indenter = f"sphere of {radius}"
-    if scene.whole_tip is not None:
-        indenter = f"scanned tip ({radius}, fitted to the scan)"
-    line = (
-        f"{label_of(scene.substrate, scene.solid)}, spacing {scene.spacing:.3f} Å, "
-        f"{_hardness(scene)}; {indenter}, {scene.wall.label}"
-    )
-    if scene.scan is None or scene.topography is None:
-        return line
-    return f"{line}\n{scan_line(scene.topography)}"
+def pull_off_text(reference: Reference) -> str:
+    """Return the pull-off force of theory, with its unit and the theory."""
+    force = reference.smooth.pull_off_force / UNITS["nN"]
+    return f"{force:.4g} nN ({reference.smooth.label})"
 
 
 def _hardness(scene: Scene) -> str:
@@ -69,14 +74,20 @@ def _hardness(scene: Scene) -> str:
     return "elastic" if math.isinf(hardness) else f"hardness {hardness:.3g} GPa"
 
 
-def _grid(scene: Scene) -> str:
-    """Return the grid of the continuum, and what it can't resolve."""
-    change, lost = scene.grid_change, scene.lost_slope
-    line = f"Continuum on a grid of spacing {change.label}"
-    return line + (f"; {lost_text(change, lost)}" if lost else "")
+def _bare(scene: Scene) -> str:
+    """Return on what half space theory is, for a layer."""
+    if not isinstance(scene.solid, Layer):
+        return ""
+    if scene.solid.base_modulus is None:
+        return ", on the material of the layer"
+    return ", on the base without a layer"
 
 
-def pull_off_text(reference: Reference) -> str:
-    """Return the pull-off force of theory, with its unit and the theory."""
-    force = reference.smooth.pull_off_force / UNITS["nN"]
-    return f"{force:.4g} nN ({reference.smooth.label})"
+def _without_rim(scene: Scene) -> str:
+    """Return what the area is under a soft wall with attraction."""
+    if scene.wall.hard or not scene.wall.attractive:
+        return ""
+    return (
+        "; areas are those of the atoms under pressure, while that of theory includes "
+        "the rim under tension, and is larger"
+    )

@@ -6,16 +6,23 @@ import argparse
 import itertools
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from ase_roughcontact._util.printing import number, show, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.common import json_line, prints_text, scene_text
+from ase_roughcontact.cli.common import (
+    json_line,
+    prints_text,
+    progress_bar,
+    scene_text,
+)
+from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.ensemble import (
     MeanArea,
     Progress,
@@ -30,6 +37,9 @@ from ase_roughcontact.ensemble.database import without_password
 from ase_roughcontact.ensemble.scheduler import scheduler_executor
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import load_toml
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 # A value of a list that is separated by commas: a string, a list, a table or others.
 _VALUE = re.compile(r"""(?:"[^"]*"|'[^']*'|\[[^]]*\]|\{[^}]*\}|[^,])+?(?=,|$)""")
@@ -74,8 +84,8 @@ def ensemble(options: argparse.Namespace) -> int:
     if options.error is not None and "roughness.seed" in values:
         raise ValueError("--error chooses the seeds: omit --set roughness.seed")
     scenes = product(scene, values)
-    with _executor(options) as executor:
-        enough, failures = _calculate(options, scenes, executor)
+    with _executor(options) as executor, progress_bar(options) as draw:
+        enough, failures = _calculate(options, scenes, executor, draw)
     if options.error is None:
         _print_mean_areas(options, scene, values)
     if options.table:
@@ -87,7 +97,7 @@ def ensemble(options: argparse.Namespace) -> int:
             f"  ase db {database} record=step -c case,step,normal_force,contact_area"
         )
     for case, message in failures.items():
-        report.print_error(f"case {case}: {message}")
+        print_error(f"case {case}: {message}")
     return 0 if enough and not failures else 1
 
 
@@ -104,21 +114,24 @@ def _executor(options: argparse.Namespace) -> Iterator[Executor | None]:
 
 
 def _calculate(
-    options: argparse.Namespace, scenes: list[Scene], executor: Executor | None
+    options: argparse.Namespace,
+    scenes: list[Scene],
+    executor: Executor | None,
+    draw: Callable | None,
 ) -> tuple[bool, dict[str, str]]:
     """Return whether the error is small enough, and messages of cases that failed."""
     pool: dict[str, Any] = {"executor": executor, "workers": options.workers}
     failures: dict[str, str] = {}
     if options.error is None:
         for progress in run_ensemble(scenes, options.database, **pool):
-            _print_progress(options, progress)
+            _print_progress(options, progress, draw)
             failures = progress.failures
         return True, failures
     enough = True
     for scene in scenes:
         samplings = sample_ensemble(scene, options.database, options.error, **pool)
         for sampling in samplings:
-            _print_progress(options, sampling.progress, sampling.error)
+            _print_progress(options, sampling.progress, draw, sampling.error)
             if sampling.progress.steps == sampling.progress.total:
                 _print_means(options, scene, sampling)
         enough &= sampling.done
@@ -127,13 +140,18 @@ def _calculate(
 
 
 def _print_progress(
-    options: argparse.Namespace, progress: Progress, error: float = math.nan
+    options: argparse.Namespace,
+    progress: Progress,
+    draw: Callable | None,
+    error: float = math.nan,
 ) -> None:
-    """Print the progress, and the largest standard error so far if there is one."""
+    """Show the progress, and the largest standard error so far if there is one."""
     known = math.isfinite(error)
     if options.json:
         values = asdict(progress) | ({"error": error} if known else {})
         print(json_line(values, UNITS_OF_PROGRESS), flush=True)
+    elif draw:
+        draw(progress)
     elif not options.quiet:
         running = f", standard error {100.0 * error:.2g} %" if known else ""
         print(f"{progress}{running}", flush=True)
@@ -145,7 +163,7 @@ def _print_means(options: argparse.Namespace, scene: Scene, sampling: Sampling) 
         for mean in sampling.means:
             print(json_line(asdict(mean), units), flush=True)
     elif not options.quiet:
-        print(means_table(scene, sampling), flush=True)
+        show(*means_table(scene, sampling))
 
 
 def _print_mean_areas(
@@ -163,52 +181,43 @@ def _print_mean_areas(
         means = mean_areas(realisations, options.database)
         if not options.json:
             heading = ", ".join(f"{key} = {value}" for key, value in settings.items())
-            print("\n".join(filter(None, [heading, *_rows(realisations[0], means)])))
+            show(*([heading] if heading else []), _table(realisations[0], means))
             continue
         for mean in means:
             shown = {name: getattr(mean, name) for name in _MEAN}
             print(json_line(settings | shown, units))
 
 
-def _rows(scene: Scene, means: Sequence[MeanArea]) -> list[str]:
-    """Return a heading, and a line for each mean area and its error."""
+def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table:
+    """Return the table of mean areas; with the realisations to expect if wanted."""
     unit = printed_unit(report.target_unit(scene))
-    target = f"{scene.path.control} ({unit})"
-    area = f"mean {report.heading(scene.area_column)}"
-    return [
-        f"{target:>16}   {area:>16}   standard error   realisations",
-        *(
-            f"{mean.target / UNITS[unit]:16.4g}   {mean.mean / UNITS['nm²']:16.4g}   "
-            f"{100.0 * mean.error:12.2g} %   {mean.realisations:12d}"
-            for mean in means
-        ),
+    heads = [
+        f"{scene.path.control} ({unit})",
+        f"mean {report.heading(scene.area_column)}",
     ]
-
-
-def means_table(scene: Scene, sampling: Sampling) -> str:
-    """Return the mean areas of an ensemble, their errors and what is still needed.
-
-    Parameters
-    ----------
-    scene : Scene
-    sampling : Sampling
-
-    Returns
-    -------
-    str
-    """
-    heading, *rows = _rows(scene, sampling.means)
-    lines = [f"{heading}   expected (likely)"]
-    lines += [
-        f"{row}   {mean.expected:8d} ({_range(mean.likely)})"
-        for row, mean in zip(rows, sampling.means, strict=True)
+    heads += ["standard error (%)", "realisations", "expected (likely)"]
+    rows = [
+        (
+            mean.target / UNITS[unit],
+            mean.mean / UNITS["nm²"],
+            number(100.0 * mean.error, 2),
+            mean.realisations,
+            f"{mean.expected} ({_range(mean.likely)})",
+        )
+        for mean in means
     ]
+    count = 5 if more else 4
+    return table(heads[:count], [row[:count] for row in rows])
+
+
+def means_table(scene: Scene, sampling: Sampling) -> list[Any]:
+    """Return the mean areas of an ensemble, their errors and what is still needed."""
     wanted = f"standard error of {100.0 * sampling.wanted:g} %"
-    if sampling.done:
-        return "\n".join([*lines, f"All areas have a {wanted} or less."])
     likely = _range(sampling.likely_missing)
     rest = f"About {sampling.missing} more steps (likely {likely}) for a {wanted}."
-    return "\n".join([*lines, rest])
+    done = f"All areas have a {wanted} or less."
+    means = _table(scene, sampling.means, more=True)
+    return [means, done if sampling.done else rest]
 
 
 def _range(ends: tuple[int, int]) -> str:

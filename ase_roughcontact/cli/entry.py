@@ -10,12 +10,17 @@ import threading
 import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib import metadata
 from typing import NoReturn
 
-from ase_roughcontact.cli.common import ERRORS
-from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.cli.report import print_error
-from ase_roughcontact.ensemble.database import without_password
+from ase_roughcontact.cli.messages import ERRORS, print_error
+from ase_roughcontact.cli.parser import function_of, make_parser
+
+# Packages whose versions matter to results and files.
+_DEPENDENCIES = (
+    *("ase", "numpy", "scipy", "pyfftw", "ducc0", "matscipy", "matplotlib"),
+    *("SurfaceTopography", "distributed"),
+)
 
 
 class _Terminated(KeyboardInterrupt):
@@ -24,10 +29,19 @@ class _Terminated(KeyboardInterrupt):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; return its exit status."""
-    options = make_parser().parse_args(arguments)
+    parser = make_parser()
+    options, unknown = parser.parse_known_args(arguments)
+    if unknown:
+        options.parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     try:
+        if options.version:
+            _print_versions(options.verbose)
+            return 0
+        if options.command is None:
+            parser.print_help()
+            return 0
         with _signals_and_warnings():
-            status = options.function(options)
+            status = function_of(options.function)(options)
         sys.stdout.flush()  # here, where a closed pipe is caught
         return status
     except BrokenPipeError:  # the pager was closed
@@ -42,6 +56,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print(f"\ninterrupted{_what_is_kept(options)}", file=sys.stderr)
         return 128 + signal.SIGINT
+
+
+def _print_versions(verbose: bool) -> None:
+    """Print the version, and those of Python and the dependencies if wanted."""
+    print(f"ase-roughcontact {metadata.version('ase-roughcontact')}")
+    if not verbose:
+        return
+    print(f"Python {sys.version.split()[0]} on {sys.platform}")
+    for name in _DEPENDENCIES:
+        try:
+            print(name, metadata.version(name))
+        except metadata.PackageNotFoundError:
+            print(f"{name}: not installed")
 
 
 @contextmanager
@@ -71,6 +98,8 @@ def _what_is_kept(options: argparse.Namespace) -> str:
         return ""
     again = f"to {options.again}, give the same command again"
     if options.command == "ensemble":
+        from ase_roughcontact.ensemble.database import without_password
+
         database = without_password(options.database)
         return f"; finished steps are saved in {database}; {again}"
     if not (options.out / "sweep.traj").exists():

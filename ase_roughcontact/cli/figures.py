@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 from ase.io import read, write
-from matplotlib.figure import Figure
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
@@ -20,7 +18,8 @@ from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.plot.files import save
+from ase_roughcontact.plot.files import written
+from ase_roughcontact.plot.style import legend_below, letter
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
@@ -31,8 +30,6 @@ from ase_roughcontact.theory import SphereTheory
 NN = UNITS["nN"]
 # Number of maps in a figure.
 _MAPS = 4
-# Space around maps with titles (inches).
-_PADDING = 0.12
 # Maps share their range if their widths differ by at most this factor.
 _SHARED_RANGE = 3.0
 # Part of the largest tension from which points belong to the part under tension, and
@@ -108,24 +105,22 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
     curves = [("fit", fit.fitted, plot.BLUE, 2.0, "-")]
     if smooth is not None:
         curves.append(("smooth sphere", smooth.fitted, plot.ORANGE, 1.2, "--"))
-    figure = Figure(figsize=(5, 7), layout="constrained")
-    upper, lower, detail = figure.subplots(3, 1, height_ratios=(3, 1.3, 3))
-    _draw_curves(upper, fit, curves, size=2)
-    _draw_curves(detail, fit, curves, size=3)
-    _cut_to_tension(detail, fit)
-    for _, force, colour, _, _ in curves:
-        residual = (force - fit.force)[fit.compared] / NN
-        distance = fit.distance[fit.compared] / UNITS["nm"]
-        lower.plot(distance, residual, ".", color=colour, ms=3)
-    lower.axhline(0.0, color="black", lw=0.5)
-    lower.set_ylabel("residual (nN)")
-    lower.sharex(upper)
-    for letter, axes in zip("abc", (upper, lower, detail), strict=True):
-        axes.set_xlabel("distance of the base (nm)")
-        axes.set_title(f"({letter})", loc="left", fontsize="medium")
-    handles, labels = upper.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=2)
-    save(figure, file, dpi=150)
+    with written(file, 5.5) as figure:
+        panels = upper, lower, detail = figure.subplots(3, 1, height_ratios=(3, 1.3, 3))
+        _draw_curves(upper, fit, curves, size=1.5)
+        _draw_curves(detail, fit, curves, size=2.5)
+        _cut_to_tension(detail, fit)
+        for _, force, colour, _, _ in curves:
+            residual = (force - fit.force)[fit.compared] / NN
+            distance = fit.distance[fit.compared] / UNITS["nm"]
+            lower.plot(distance, residual, ".", color=colour, ms=2)
+        lower.axhline(0.0, color="black", lw=0.5)
+        lower.set_ylabel("residual (nN)")
+        lower.sharex(upper)
+        for axes in panels:
+            axes.set_xlabel("distance of the base (nm)")
+        letter(panels)
+        legend_below(figure, [upper])
 
 
 def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> None:
@@ -163,9 +158,9 @@ def draw_tradeoff(study: Tradeoff, file: Path) -> None:
         for c in study.choices
     ]
     front = [n for n, choice in enumerate(study.choices) if choice in study.front]
-    figure = Figure(figsize=(6.5, 4.5), layout="constrained")
-    plot.plot_tradeoff(figure.subplots(), choices, front, study.wanted, study.of)
-    save(figure, file, dpi=120)
+    with written(file, 4.2, width=6.0) as figure:
+        axes = figure.subplots()
+        plot.plot_tradeoff(axes, choices, front, study.wanted, study.of)
 
 
 def _is_compressive(step: LoadStep) -> bool:
@@ -180,30 +175,33 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     forces = np.array([step.normal_force for step in shown])
     areas = _column(shown, scene.area_column)
     along = np.geomspace(forces.min() / _EXTENT, _EXTENT * forces.max(), _POINTS)
+    hertz = scene.hertz_area(along)
     adhesive = [c for c in _smooth(reference) if c.pull_off_force > 0.0]
-    theory = {c.label: c.contact_area(along) for c in adhesive}
-    rough = reference.rough_area(along)
+    theory = {c.label: (along / NN, c.contact_area(along) / hertz) for c in adhesive}
+    rough = reference.rough_area(along) / hertz
     if np.isfinite(rough).any():
-        theory = {"Eq. (4): theory, rough sphere": rough, **theory}
-    figure = Figure(figsize=(5, 5 if adhesive else 4.6), layout="constrained")
-    axes = figure.subplots()
-    plot.plot_curve(
-        axes,
-        forces / NN,
-        areas,
-        scene.hertz_area(forces),
-        {
-            name: (along / NN, area / scene.hertz_area(along))
-            for name, area in theory.items()
-        },
-        [step.converged for step in shown],
-        "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else ""),
-        _column(shown, "area_error"),
-    )
-    if len(shown) < len(steps):
-        axes.set_title("steps under compression", fontsize="medium")
-    _legend_below(figure, [axes])
-    save(figure, file, dpi=150)
+        theory = {"Eq. (4): theory, rough sphere": (along / NN, rough), **theory}
+    light = along[rough <= reference.plateau] / NN
+    if light.size:
+        factor = "" if scene.wall.hard else "3"
+        label = rf"first asperity: theory, $({factor}\rho/R)^{{2/3}}$"
+        theory[label] = light, np.full(light.shape, reference.plateau)
+    with written(file, 3.6) as figure:
+        axes = figure.subplots()
+        plot.plot_curve(
+            axes,
+            forces / NN,
+            areas,
+            scene.hertz_area(forces),
+            theory,
+            [step.converged for step in shown],
+            "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else ""),
+            _column(shown, "area_error"),
+            "simulation" if scene.rough is None else "simulation (one realisation)",
+        )
+        if len(shown) < len(steps):
+            axes.set_title("steps under compression")
+        legend_below(figure, [axes])
 
 
 def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
@@ -223,22 +221,21 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
             radius = max(float(curve.contact_radius(highest)), math.sqrt(area / np.pi))
             depth, force = curve.curve(_EXTENT * radius + scene.spacing)
             theory[curve.label] = first_contact - depth if by_height else depth, force
-    figure = Figure(figsize=(5, 4.6), layout="constrained")
-    axes = figure.subplots()
-    plot.plot_force(
-        axes,
-        [step.height if by_height else step.penetration for step in steps],
-        [step.normal_force for step in steps],
-        theory,
-        None if theory else reference.smooth.pull_off_force or None,
-        f"{label} (Å)",
-        [step.converged for step in steps],
-        f"pull-off: theory, {reference.smooth.sphere}",
-        _column(steps, "height_error" if by_height else "penetration_error"),
-        _column(steps, "force_error"),
-    )
-    _legend_below(figure, [axes])
-    save(figure, file, dpi=150)
+    with written(file, 3.4) as figure:
+        axes = figure.subplots()
+        plot.plot_force(
+            axes,
+            [step.height if by_height else step.penetration for step in steps],
+            [step.normal_force for step in steps],
+            theory,
+            None if theory else reference.smooth.pull_off_force or None,
+            f"{label} (Å)",
+            [step.converged for step in steps],
+            f"pull-off: theory, {reference.smooth.sphere}",
+            _column(steps, "height_error" if by_height else "penetration_error"),
+            _column(steps, "force_error"),
+        )
+        legend_below(figure, [axes])
 
 
 def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> None:
@@ -248,28 +245,33 @@ def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) ->
     deepest = int(np.argmax(_column(touching, "penetration")))
     chosen[np.argmin(abs(chosen - deepest))] = deepest
     shown = [touching[i] for i in np.unique(chosen)]
-    titles = [
-        f"({letter}) {_title(reference.scene, steps, step)}"
-        for letter, step in zip("abcd", shown, strict=False)
-    ]
-    height = 3.6 + 0.3 * max(title.count("\n") for title in titles)
-    layout = ConstrainedLayoutEngine(h_pad=_PADDING)
-    figure = Figure(figsize=(2.6 * len(shown) + 0.8, height), layout=layout)
-    (panels,) = figure.subplots(1, len(shown), squeeze=False)
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
+    titles = [
+        f"({name}) {_title(reference.scene, steps, step)}"
+        for name, step in zip("abcd", shown, strict=False)
+    ]
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]
     label = reference.smooth.label
-    for panel, frame, step, title in zip(panels, frames, shown, titles, strict=True):
-        area = float(reference.smooth.contact_area(step.normal_force))
-        radius = math.sqrt(area / np.pi) if area > 0.0 else None
-        image = plot.plot_contact(panel, frame, radius, largest, circle_label=label)
-        panel.set_title(title)
-    _share_range(panels)
-    for panel in panels:
-        plot.scale_bar(panel, "nm")
-    figure.colorbar(image, ax=panels, label="pressure (GPa)", shrink=0.8)
-    _legend_below(figure, panels)
-    save(figure, folder / "contact.png", dpi=110)
+    rows, columns = -(-len(shown) // 2), min(len(shown), 2)
+    lines = 1 + max(title.count("\n") for title in titles)
+    height = 0.5 + rows * (2.6 / columns + 0.16 * lines)
+    with written(folder / "contact.png", height) as figure:
+        panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+        for panel in panels[len(shown) :]:
+            panel.remove()
+        panels = panels[: len(shown)]
+        for panel, frame, step, title in zip(
+            panels, frames, shown, titles, strict=True
+        ):
+            area = float(reference.smooth.contact_area(step.normal_force))
+            radius = math.sqrt(area / np.pi) if area > 0.0 else None
+            image = plot.plot_contact(panel, frame, radius, largest, circle_label=label)
+            panel.set_title(title)
+        _share_range(panels)
+        for panel in panels:
+            plot.scale_bar(panel, "nm")
+        figure.colorbar(image, ax=panels, label="pressure (GPa)", shrink=0.7)
+        legend_below(figure, panels)
 
 
 def _smooth(reference: Reference) -> tuple[SphereTheory, ...]:
@@ -279,35 +281,18 @@ def _smooth(reference: Reference) -> tuple[SphereTheory, ...]:
 def _title(scene: Scene, steps: Sequence[LoadStep], step: LoadStep) -> str:
     """Return the position of a step on the path."""
     is_zero = abs(step.normal_force) <= step.tolerance
-    title = f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"
+    lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
     if scene.path.control != "load":
         along = scene.path.along
-        title = f"{along} {_short(getattr(step, along))} Å, {title}"
+        lines.insert(0, f"{along} {_short(getattr(step, along))} Å")
     approaches = np.diff([each.penetration for each in steps], prepend=-np.inf) > 0.0
     if not approaches.all():
-        direction = "approach" if approaches[steps.index(step)] else "retraction"
-        title = f"{title}\n{direction}"
-    return title if step.converged else f"{title}\nNOT CONVERGED"
+        lines[-1] += ", approach" if approaches[steps.index(step)] else ", retraction"
+    return "\n".join(lines if step.converged else [*lines, "NOT CONVERGED"])
 
 
 def _short(value: float) -> str:
     return np.format_float_positional(value, precision=3, fractional=False, trim="-")
-
-
-def _legend_below(figure: Figure, panels: Sequence[Any]) -> None:
-    """Replace the legends of all panels by one below them."""
-    handles = {
-        label: line
-        for panel in panels
-        for line, label in zip(*panel.get_legend_handles_labels(), strict=True)
-    }
-    for panel in panels:
-        if panel.get_legend():
-            panel.get_legend().remove()
-    if handles:
-        figure.legend(
-            handles.values(), handles.keys(), loc="outside lower center", frameon=False
-        )
 
 
 def _share_range(panels: Sequence[Any]) -> None:

@@ -1,47 +1,46 @@
-"""Results of a run as one HTML page: input, warnings, figures and numbers."""
+"""Results of a run as one HTML page: warnings, input, results, figures and steps."""
 
 from __future__ import annotations
 
 import base64
-import html
-import math
 from collections.abc import Sequence
+from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
 
+from jinja2 import Environment
+
+from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
-from ase_roughcontact.cli.description import description
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.scene.reference import Reference
 
-# Columns of the table.
-_COLUMNS = (
-    "step",
-    "penetration",
-    "normal_force",
-    "force_error",
-    "contact_area",
-    "area_error",
-    "penetration_error",
-    "contact_stiffness",
-    "mean_pressure",
-    "largest_pressure",
-    "repulsive_atoms",
-    "attractive_atoms",
-    "plastic_atoms",
-)
-_STYLE = """
-body { font-family: sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; }
-table { border-collapse: collapse; font-size: 85%; }
-th, td { padding: 0.2em 0.6em; text-align: right; border-bottom: 1px solid #ddd; }
-td { white-space: nowrap; } .wide { overflow-x: auto; }
-p { white-space: pre-line; }
-pre { background: #f4f4f4; padding: 1em; overflow-x: auto; }
-figure { display: inline-block; margin: 1em 1%; width: 47%; vertical-align: top; }
-figure.maps { width: 98%; } img { max-width: 100%; } figcaption { font-size: 85%; }
-.warning { border-left: 4px solid #d55e00; padding-left: 1em; white-space: pre-line; }
-.failed { color: #d55e00; }
-"""
+# Columns of the table of steps, with those of their errors.
+_COLUMNS = {
+    "step": "",
+    "height": "height_error",
+    "penetration": "penetration_error",
+    "normal_force": "force_error",
+    "contact_area": "area_error",
+    "continuum_area": "area_error",
+    "contact_stiffness": "",
+    "mean_pressure": "",
+    "largest_pressure": "",
+    "repulsive_atoms": "",
+    "attractive_atoms": "",
+    "plastic_atoms": "",
+}
+# Relative error that is left out, as it is below the last digit.
+_NEGLIGIBLE = 5e-5
+_CAPTIONS = {
+    "curve.png": "Contact area relative to a smooth sphere without adhesion (Hertz), "
+    "beside theory. Other realisations of the roughness scatter about it, most at "
+    "light loads, which few asperities carry.",
+    "force.png": "Normal force along the path; negative forces are tensile.",
+    "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
+    "same load.",
+}
 
 
 def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
@@ -60,90 +59,48 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     str
         HTML, without references to other files.
     """
-    scene, path = reference.scene, reference.scene.path
-    figures = {
-        "curve.png": "Contact area relative to a smooth sphere without adhesion.",
-        "force.png": "Normal force along the path.",
-        **path.captions,
-        "contact.png": "Pressure on the atoms in contact.",
-    }
-    scene_text = (folder / "scene.toml").read_text(encoding="utf-8")
-    parts = [
-        f"<h1>{html.escape(folder.resolve().name)}</h1>",
-        _paragraphs(description(reference)),
-        _paragraphs(path.summary(scene, steps)),
-        _warnings(scene.warnings, steps),
-        *(_figure(folder / name, text) for name, text in figures.items()),
-        "<h2>Steps</h2>",
-        _table(steps),
-        "<h2>Scene</h2>",
-        f"<pre>{html.escape(scene_text)}</pre>",
-    ]
-    body = "\n".join(filter(None, parts))
-    title = html.escape(folder.resolve().name)
-    return (
-        f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">\n'
-        f"<title>{title}</title><style>{_STYLE}</style></head>\n"
-        f"<body>{body}</body></html>\n"
-    )
-
-
-def _paragraphs(text: str) -> str:
-    return f"<p>{html.escape(text)}</p>" if text else ""
-
-
-def _warnings(warnings: Sequence[str], steps: Sequence[LoadStep]) -> str:
-    """Return warnings, steps that are no results, and the limits of the model."""
-    lines = [
-        *warnings,
-        *(
-            f"Step {step.step} did not converge: {step.message}"
-            for step in steps
-            if not step.converged
-        ),
-        *report.exceeded_limits(steps),
-    ]
-    if not lines:
-        return "<p>All steps converged within the limits of the model.</p>"
-    return f'<div class="warning">{html.escape(chr(10).join(lines))}</div>'
-
-
-def _figure(file: Path, caption: str) -> str:
-    """Return a figure with its data; empty if there is no such file."""
-    if not file.is_file():
-        return ""
-    kind = "maps" if file.name == "contact.png" else "curve"
-    data = base64.b64encode(file.read_bytes()).decode("ascii")
-    image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
-    text = f"<figcaption>{caption}</figcaption>"
-    return f'<figure class="{kind}">{image}{text}</figure>'
-
-
-def _table(steps: Sequence[LoadStep]) -> str:
-    """Return the table of steps, in the units in which columns are printed."""
-    columns = columns_of(type(steps[0])) if steps else {}
-    shown = {name: columns[name] for name in _COLUMNS if name in columns}
+    scene = reference.scene
+    record = columns_of(type(steps[0]) if steps else LoadStep)
+    other_area = {"contact_area", "continuum_area"} - {scene.area_column}
+    shown = {name: record[name] for name in _COLUMNS if name not in other_area}
     units = {name: printed_unit(each.unit) for name, each in shown.items()}
-    heads = "".join(
-        f'<th title="{html.escape(each.description)}">{name.replace("_", " ")}'
-        + (f" ({units[name]})" if units[name] else "")
-        + "</th>"
-        for name, each in shown.items()
+    captions = _CAPTIONS | dict(scene.path.captions)
+    template = files("ase_roughcontact.cli").joinpath("report.html").read_text("utf-8")
+    environment = Environment(autoescape=True, trim_blocks=True)
+    return environment.from_string(template).render(
+        title=folder.resolve().name,
+        version=version("ase-roughcontact"),
+        warnings=[
+            *scene.warnings,
+            *(
+                f"Step {step.step} did not converge: {step.message}"
+                for step in steps
+                if not step.converged
+            ),
+            *map(": ".join, report.exceeded_limits(steps).items()),
+        ],
+        inputs=report.inputs(reference),
+        results=report.results(reference, steps),
+        figures=[
+            (base64.b64encode((folder / name).read_bytes()).decode(), caption)
+            for name, caption in captions.items()
+            if (folder / name).is_file()
+        ],
+        heads=[
+            (name.replace("_", " "), units[name], each.description)
+            for name, each in shown.items()
+        ],
+        steps=[
+            (not step.converged, [_cell(step, name, units[name]) for name in shown])
+            for step in steps
+        ],
+        scene=(folder / "scene.toml").read_text(encoding="utf-8"),
     )
-    rows = [
-        f"<tr{'' if step.converged else ' class=failed'}>"
-        + "".join(
-            f"<td>{_cell(getattr(step, name), UNITS[units[name]])}</td>"
-            for name in shown
-        )
-        + "</tr>"
-        for step in steps
-    ]
-    body = "\n".join(rows)
-    return f'<div class="wide"><table><tr>{heads}</tr>\n{body}</table></div>'
 
 
-def _cell(value: float, unit: float) -> str:
-    if isinstance(value, int):
-        return str(value)
-    return f"{value / unit:.4g}".replace("e-0", "e-") if math.isfinite(value) else "–"
+def _cell(step: LoadStep, name: str, unit: str) -> tuple[str, str]:
+    """Return a value of a step and its error as text; no error if it is negligible."""
+    value = getattr(step, name) / UNITS[unit] if unit else getattr(step, name)
+    error = getattr(step, _COLUMNS[name]) / UNITS[unit] if _COLUMNS[name] else 0.0
+    text = number(value).replace("-", "\N{MINUS SIGN}")
+    return text, number(error, 2) if error > _NEGLIGIBLE * abs(value) else ""

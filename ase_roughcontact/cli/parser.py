@@ -4,67 +4,103 @@ from __future__ import annotations
 
 import argparse
 import inspect
+import re
 from collections.abc import Callable
-from importlib.metadata import version
+from difflib import get_close_matches
+from importlib import import_module
 from pathlib import Path
-from typing import Any
-
-from ase_roughcontact.cli import commands, runs
-from ase_roughcontact.cli.ensembles import ensemble
-from ase_roughcontact.cli.places import places
+from typing import Any, NoReturn
 
 # Completions of arguments in the format of shtab.
 _FILE = {"bash": "_shtab_compgen_files", "zsh": "_files", "tcsh": "f"}
 _FOLDER = {"bash": "_shtab_compgen_dirs", "zsh": "_files -/", "tcsh": "d"}
 
 
+class _Parser(argparse.ArgumentParser):
+    """Parser that suggests similar words, and imports a command when it is needed."""
+
+    function = ""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the message, with a similar command or option, and exit."""
+        choice = re.search(r"invalid choice: '(.*?)' \(choose from (.*)\)", message)
+        option = re.search(r"unrecognized arguments: (--?[\w-]+)", message)
+        similar: list[str] = []
+        if choice:
+            similar = get_close_matches(choice[1], re.findall(r"[\w-]+", choice[2]))
+        elif option:
+            known = re.findall(r"--[\w-]+", self.format_usage())
+            similar = get_close_matches(option[1], known)
+        hint = f"; did you mean {' or '.join(map(repr, similar))}?" if similar else ""
+        super().error(message + hint)
+
+    def format_help(self) -> str:
+        """Return the help, described by the docstring of the command."""
+        if self.function:
+            text = inspect.getdoc(function_of(self.function)) or ""
+            self.description = text.replace("::\n", ":\n")
+        return super().format_help()
+
+
+def function_of(name: str) -> Callable[[argparse.Namespace], int]:
+    """Return the function of a command by its module and name in this package."""
+    module, _, function = name.partition(".")
+    return getattr(import_module(f"ase_roughcontact.cli.{module}"), function)
+
+
 def make_parser() -> argparse.ArgumentParser:
-    """Return the parser; its option ``function`` is that of the command."""
-    parser = argparse.ArgumentParser(
+    """Return the parser; its option ``function`` is the name of that of the command."""
+    parser = _Parser(
         "ase-roughcontact",
         description="Contact of a rigid rough sphere with an elastic solid.",
     )
-    number = version("ase-roughcontact")
-    parser.add_argument("--version", action="version", version=f"%(prog)s {number}")
-    parser.set_defaults(verbose=False, again="continue", parser=parser)
-    subparsers = parser.add_subparsers(dest="command", required=True, metavar="command")
+    parser.add_argument("--version", action="store_true", help="print the version")
+    parser.add_argument(
+        *("-v", "--verbose"),
+        action="store_true",
+        help="with --version: versions of the dependencies",
+    )
+    parser.set_defaults(again="continue", parser=parser)
+    subparsers = parser.add_subparsers(dest="command", metavar="command")
 
-    def command(
-        name: str, summary: str, function: Callable[[argparse.Namespace], int]
-    ) -> argparse.ArgumentParser:
+    def command(name: str, summary: str, function: str) -> argparse.ArgumentParser:
         added = subparsers.add_parser(
             name,
             help=summary,
-            description=(inspect.getdoc(function) or "").replace("::\n", ":\n"),
+            description=summary,
             formatter_class=argparse.RawDescriptionHelpFormatter,
         )
-        added.set_defaults(function=function)
+        added.function = function
+        added.set_defaults(function=function, parser=added)
         return added
 
-    _add_run(command("run", "run a scene and draw figures", runs.run))
-    plan = command("plan", "print windows, memory and time of a run", commands.plan)
+    _add_run(command("run", "run a scene and draw figures", "runs.run"))
+    plan = command("plan", "print windows, memory and time of a run", "commands.plan")
     _add_scene(plan)
     _add_output(plan)
-    _add_ensemble(command("ensemble", "run many variants of a scene", ensemble))
-    _add_places(command("places", "map area and adhesion over a scan", places))
-    _add_tradeoff(
-        command(
-            "tradeoff",
-            "measure the cost of accuracy in a scene",
-            commands.measure_tradeoff,
-        )
+    _add_ensemble(
+        command("ensemble", "run many variants of a scene", "ensembles.ensemble")
     )
-    _add_fit(command("fit", "fit a scene to a measured force curve", commands.fit))
-    maps = command("maps", "write maps of pressure and gap of a run", runs.write_maps)
+    _add_places(command("places", "map area and adhesion over a scan", "places.places"))
+    summary = "measure the cost of accuracy in a scene"
+    _add_tradeoff(command("tradeoff", summary, "commands.measure_tradeoff"))
+    _add_fit(command("fit", "fit a scene to a measured force curve", "commands.fit"))
+    summary = "write maps of pressure and gap of a run"
+    maps = command("maps", summary, "runs.write_maps")
     _add_folder(maps)
     maps.add_argument(
         "--format", choices=["nc", "npz", "vti"], default="nc", help="default: nc"
     )
-    page = "write the results of a run as one HTML page"
-    _add_folder(command("report", page, runs.write_report))
-    _add_folder(command("figure", "draw the figures of a run again", runs.draw_figures))
-    command("scene", "print the built-in scene as a template", commands.print_scene)
-    completion = command("completion", "print a completion script", commands.completion)
+    summary = "write the results of a run as one HTML page"
+    _add_folder(command("report", summary, "runs.write_report"))
+    summary = "draw the figures of a run again"
+    _add_folder(command("figure", summary, "runs.draw_figures"))
+    summary = "print the built-in scene as a template"
+    command("scene", summary, "commands.print_scene")
+    completion = command(
+        "completion", "print a completion script", "commands.completion"
+    )
+    completion.set_defaults(parser=parser)
     completion.add_argument(
         "shell",
         nargs="?",
@@ -89,7 +125,9 @@ def _add_run(parser: argparse.ArgumentParser) -> None:
         help="fewer steps on a coarse grid, with their errors, in DIR-preview",
     )
     _add_output(parser).add_argument(
-        "--verbose", action="store_true", help="print iterations, FFTs and residuals"
+        *("-v", "--verbose"),
+        action="store_true",
+        help="print iterations, FFTs, residuals and errors",
     )
 
 

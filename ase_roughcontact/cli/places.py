@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.printing import note, number, show, table
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene
+from ase_roughcontact.cli.messages import print_error
 from ase_roughcontact.ensemble.places import Place, as_map, run_places
 from ase_roughcontact.scene import Scene
 
-_HEADER = "   x (nm)    y (nm)   load (nN)   area (nm²)   pull-off force (nN)"
+_HEADS = "x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"
 # Number of points of the scan along its longer side in the figure.
 _POINTS = 256
 # Attributes in the figure, with their units and labels.
@@ -37,13 +38,12 @@ def places(options: argparse.Namespace) -> int:
     """
     scene = checked_scene(options)
     found, failed = list[Place](), 0
-    if not options.quiet:
-        print(_HEADER)
     for place in run_places(scene, options.grid, options.out, workers=options.workers):
         found.append(place)
         failed += not place.converged
         if not options.quiet:
-            print(_row(place), flush=True)
+            row = table(_HEADS, [_row(place)], width=10, header=len(found) == 1)
+            show(row, *([note(place.message, 10, "red")] if place.message else []))
     files = [options.out / "places.csv"]
     if any(place.converged for place in found):
         files.append(options.out / "places.png")
@@ -51,45 +51,42 @@ def places(options: argparse.Namespace) -> int:
     if not options.quiet:
         print("\n".join(map(str, files)))
     if failed:
-        report.print_error(f"{failed} of {len(found)} places have no result")
+        print_error(f"{failed} of {len(found)} places have no result")
     return 1 if failed else 0
 
 
-def _row(place: Place) -> str:
-    row = f"{place.x / UNITS['nm']:9.4g} {place.y / UNITS['nm']:9.4g}"
-    if place.message:
-        return f"{row}   {place.message}"
-    return (
-        f"{row}{place.normal_force / UNITS['nN']:12.4g}"
-        f"{place.contact_area / UNITS['nm²']:13.4g}"
-        f"{place.pull_off_force / UNITS['nN']:22.4g}"
-    )
+def _row(place: Place) -> list[str]:
+    units = UNITS["nm"], UNITS["nm"], UNITS["nN"], UNITS["nm²"], UNITS["nN"]
+    values = place.x, place.y, place.normal_force, place.contact_area
+    pairs = zip((*values, place.pull_off_force), units, strict=True)
+    first, *others = (number(value / unit) for value, unit in pairs)
+    return [f"{first:>10}", *others]
 
 
 def _draw(found: list[Place], scene: Scene, file: Path) -> None:
     """Draw the scan, and maps of the area and of the pull-off force if there is any."""
-    from matplotlib.figure import Figure
-
     from ase_roughcontact import plot
-    from ase_roughcontact.plot.files import save
+    from ase_roughcontact.plot.files import written
+    from ase_roughcontact.plot.style import letter
 
     shown = [name for name in _MAPS if np.nansum(as_map(found, name)[2]) > 0.0]
-    figure = Figure(figsize=(4 * (len(shown) + 1), 3.4), layout="constrained")
-    first, *others = figure.subplots(1, len(shown) + 1, sharex=True, sharey=True)
-    image = first.pcolormesh(*_scan(scene), cmap="gray", shading="nearest")
-    figure.colorbar(image, label="height of the scan (nm)")
-    x, y = np.transpose([(each.x, each.y) for each in found]) / UNITS["nm"]
-    first.plot(x, y, ".", color=plot.ORANGE, ms=3, label="places")
-    first.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)", aspect="equal")
-    for axes, name in zip(others, shown, strict=True):
-        unit, label = _MAPS[name]
-        x, y, values = as_map(found, name)
-        image = axes.pcolormesh(
-            x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit], shading="nearest"
-        )
-        figure.colorbar(image, label=f"{label} ({unit})")
-        axes.set(xlabel="$x$ (nm)", aspect="equal")
-    save(figure, file, dpi=150)
+    count = len(shown) + 1
+    with written(file, 2.4, width=2.6 * count) as figure:
+        panels = first, *others = figure.subplots(1, count, sharex=True, sharey=True)
+        image = first.pcolormesh(*_scan(scene), cmap="gray", shading="nearest")
+        figure.colorbar(image, label="height of the scan (nm)")
+        x, y = np.transpose([(each.x, each.y) for each in found]) / UNITS["nm"]
+        first.plot(x, y, ".", color=plot.ORANGE, ms=3, label="places")
+        first.set_ylabel("$y$ (nm)")
+        for axes, name in zip(others, shown, strict=True):
+            unit, label = _MAPS[name]
+            x, y, values = as_map(found, name)
+            cells = x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit]
+            image = axes.pcolormesh(*cells, shading="nearest")
+            figure.colorbar(image, label=f"{label} ({unit})")
+        for axes in panels:
+            axes.set(xlabel="$x$ (nm)", aspect="equal")
+        letter(panels)
 
 
 def _scan(scene: Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

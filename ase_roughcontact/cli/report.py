@@ -1,150 +1,112 @@
-"""Text printed by a run of a scene."""
+"""The results of a run as printed text: a row for each step, and characteristic values.
+
+The same values and warnings are on its HTML page.
+"""
 
 from __future__ import annotations
 
 import math
-import sys
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
-from operator import attrgetter
-from pathlib import Path
+from collections.abc import Callable, Sequence
+from typing import Any
 
-from ase_roughcontact._util.text import cell, duration
+from ase_roughcontact._util.printing import entries, note, number, table
 from ase_roughcontact._util.units import UNITS, printed_unit
-from ase_roughcontact.cli.description import description, pull_off_text
-from ase_roughcontact.elasticity import Layer
-from ase_roughcontact.ensemble import Progress
+from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.paths.limits import failed_checks
 from ase_roughcontact.paths.record import LoadStep, TimeStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
-# Time of a run before which nothing is said about the time left (s).
-_START = 2.0
 # Error of an area from which a line below the table says so.
 _SHOWN_ERROR = 0.001
+# Width of the columns of the table of steps.
+_WIDTH = 7
+# Labels of columns in the table of steps that differ from those of files.
+_LABELS = {"largest_pressure": "p max"}
 
 
-def print_error(message: object) -> None:
-    """Print an error or a warning as a line on the error output."""
-    print(f"ase-roughcontact: {message}", file=sys.stderr)
-
-
-def print_trial(values: Mapping[str, float], residual: float) -> None:
-    """Print a trial of a fit as a line on the error output.
-
-    Parameters
-    ----------
-    values : mapping of str to float
-        Parameters by name, in the units of the fit.
-    residual : float
-        Root mean square of the residuals relative to the noise.
-    """
-    parameters = ", ".join(f"{name} {value:.5g}" for name, value in values.items())
-    print(f"residual/noise {residual:.4g}: {parameters}", file=sys.stderr, flush=True)
-
-
-def table_header(reference: Reference) -> str:
-    """Return a description of the scene, and the header of the table of steps.
+class StepTable:
+    """Table of the steps of a run, printed row by row.
 
     Parameters
     ----------
     reference : Reference
         Theory for the scene.
-
-    Returns
-    -------
-    str
+    verbose : bool
+        Whether solver, grid and errors of a step are printed below its row.
     """
-    scene, smooth = reference.scene, reference.smooth
-    lines = [description(reference)]
-    if not scene.path.columns:
-        ratio = f"A/A_{smooth.symbol}"
-        lines += [
-            f"{ratio}: contact area relative to theory, {smooth.sphere}{_bare(scene)}",
-            *_without_rim(scene),
-        ]
-    heads = (f"   {head}" for head, _, _ in _columns(reference))
-    return "\n".join([*lines, "", f"    step{''.join(heads)}"])
+
+    def __init__(self, reference: Reference, verbose: bool = False) -> None:
+        self._scene, self._verbose = reference.scene, verbose
+        self._columns = table_columns(reference)
+        self._heads = ["step", *(head for head, _ in self._columns), ""]
+        self._begun = False
+        self._limits: set[str] = set()
+
+    def parts(self, step: LoadStep, restored: bool = False) -> list[Any]:
+        """Return the row of a step and notes on it, headings before the first one.
+
+        Limits of the model that it exceeds are marked by a star, and named when they
+        are new; those that all steps of a path exceed are not.
+
+        Parameters
+        ----------
+        step : LoadStep
+        restored : bool
+            Whether the step is that of an earlier run.
+        """
+        count = self._scene.path.count(self._scene)
+        last = "" if count is None else f"/{count - 1}"
+        row = [f"{step.step}{last}".rjust(max(2 * len(last) - 1, 4))]
+        row += ("restored" if restored and head == "time (s)" else value_of(step)
+                for head, value_of in self._columns)  # fmt: skip
+        checks = failed_checks(step.validity).values()
+        names = [check.name for check in checks if not check.constant]
+        row.append("*" * bool(names))
+        found: list[Any] = []
+        found.append(table(self._heads, [row], width=_WIDTH, header=not self._begun))
+        self._begun = True
+        new = [name for name in names if name not in self._limits]
+        self._limits.update(new)
+        if new:
+            found.append(note(f"* LIMITS: {', '.join(new)}", 10, "yellow"))
+        if not step.converged:
+            found.append(note(_failure(self._scene, step), 10, "bold red"))
+        if self._verbose:
+            found.append(note(_solver(self._scene, step), 10, "dim"))
+        return found
 
 
-def table_row(
-    reference: Reference,
-    step: LoadStep,
-    progress: Progress | None = None,
-    restored: bool = False,
-) -> str:
-    """Return the row of a step in the table of steps.
-
-    Parameters
-    ----------
-    reference : Reference
-        Theory for the scene.
-    step : LoadStep
-    progress : Progress, optional
-        Of the run. The time left is printed if it is at least a second, and the run has
-        taken two: before, most of the time was that of its start.
-    restored : bool
-        Whether the step is that of an earlier run.
-
-    Returns
-    -------
-    str
-        It begins with the number of the step and, if it is known, of the last one.
-    """
-    scene, row = reference.scene, f"{step.step:4d}"
-    count = scene.path.count(scene)
-    if count is not None:
-        row += f"/{count - 1}"
-    row = f"{row:8}"
-    for head, value_of, form in _columns(reference):
-        value, width = value_of(step), len(head) + 3
-        if restored and head == heading("seconds"):
-            row += cell("restored", width)
-        else:
-            row += cell("-", width) if math.isnan(value) else cell(value, width, form)
-    if progress and progress.elapsed > _START and progress.left >= 1.0:
-        row += f"   about {duration(progress.left)} left"
-    return row + limits(step) + _failure(scene, step)
-
-
-def _columns(reference: Reference) -> list[tuple[str, Callable, str]]:
-    """Return headings, values and formats of the table of steps."""
+def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
+    """Return headings and functions of the columns of the table of steps."""
     path, area = reference.scene.path, reference.scene.area_column
 
-    def printed(name: str, form: str, label: str = "") -> tuple[str, Callable, str]:
-        return heading(name, label), lambda step: _printed(step, name), form
+    def column(name: str, label: str = "") -> tuple[str, Callable]:
+        digits = 2 if name.endswith("error") else 4
+        head = heading(name, label or _LABELS.get(name, ""))
+        if name == "seconds":
+            return head, lambda step: f"{step.seconds:.2f}"
+        return head, lambda step: number(float(_printed(step, name)), digits)
 
-    def percent(name: str, error: str, value: str) -> tuple[str, Callable, str]:
-        def part(step: LoadStep) -> float:
-            return _ratio(100.0 * getattr(step, error), abs(getattr(step, value)))
+    def relative(step: LoadStep) -> str:
+        smooth = float(reference.smooth.contact_area(step.normal_force))
+        touches = step.repulsive_atoms > 0
+        return _ratio(getattr(step, area) if touches else math.nan, smooth)
 
-        return f"{name} error (%)", part, ".2g"
-
-    def ratio(name: str, area_of: Callable) -> tuple[str, Callable, str]:
-        def part(step: LoadStep) -> float:
-            smooth = float(reference.smooth.contact_area(step.normal_force))
-            touches = step.repulsive_atoms > 0
-            return _ratio(float(area_of(step)), smooth) if touches else math.nan
-
-        return f"{name:>9}", part, ".4f"
+    def expected(step: LoadStep) -> str:
+        return number(float(reference.relative_area(max(step.normal_force, 0.0))))
 
     if path.columns:
-        return [
-            printed(name, ".2g" if name.endswith("error") else ".5g", label)
-            for name, label in path.columns.items()
-        ]
-    columns = [printed("normal_force", ".4g")]
-    if path.control == "load":
-        columns.append(printed("height_error", ".2g", "height error"))
-    else:
-        columns.insert(0, printed(path.control, ".4f"))
-        columns.append(percent("load", "force_error", "normal_force"))
-    columns += [printed(area, ".4g"), percent("area", "area_error", area)]
-    columns.append(ratio(f"A/A_{reference.smooth.symbol}", attrgetter(area)))
+        return [column(name, label) for name, label in path.columns.items()]
+    names = ["normal_force", "penetration"]
+    if path.control != "load":
+        names = [path.control, "normal_force"]
+    found = [*map(column, names), column(area)]
+    found.append((f"A/A_{reference.smooth.symbol}", relative))
     if reference.rough_above is not None:
-        columns.append(ratio("Eq. (4)", lambda s: reference.rough_area(s.normal_force)))
-    return [*columns, printed("seconds", ".2f")]
+        found.append(("theory", expected))
+    return [*found, column("largest_pressure"), column("seconds")]
 
 
 def target_unit(scene: Scene) -> str:
@@ -153,199 +115,116 @@ def target_unit(scene: Scene) -> str:
     return columns_of()["normal_force" if control == "load" else control].unit
 
 
-def limits(step: LoadStep) -> str:
-    """Return the end of a row: names of the limits of the model that a step exceeds.
-
-    Those that all steps of a path exceed are listed below the table only.
-    """
-    checks = failed_checks(step.validity).values()
-    names = [check.name for check in checks if not check.constant]
-    return f"   LIMITS: {', '.join(names)}" if names else ""
-
-
-def solver_line(step: LoadStep) -> str:
-    """Return a line on the work of the solver in a step.
-
-    Parameters
-    ----------
-    step : LoadStep
-
-    Returns
-    -------
-    str
-    """
-    return (
-        f"          {step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
-        f"{step.window}, grid {step.grid}, {_printed(step, 'memory'):.2g} GB; largest "
-        f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; error "
-        f"of the height {step.height_error:.2g} Å"
-    )
-
-
-def summary(
-    reference: Reference,
-    steps: Sequence[LoadStep],
-    folder: Path,
-    pictures: Sequence[str],
-) -> str:
-    """Return characteristic values of a path, and the files of its results.
-
-    Parameters
-    ----------
-    reference : Reference
-        Theory for the scene.
-    steps : sequence of LoadStep
-    folder : path
-    pictures : sequence of str
-        Names of the files of figures.
-
-    Returns
-    -------
-    str
-    """
-    scene = reference.scene
-    values: tuple[str, ...] = (scene.path.summary(scene, steps),)
-    if not any(values):
-        values = (
-            _first_contact(scene, steps),
-            _largest_tension(reference, steps),
-            _errors(scene, steps),
-        )
-    lines = ["", *filter(None, values), *exceeded_limits(steps)]
-    return "\n".join([*lines, file_list(folder, pictures)])
-
-
-def file_list(folder: Path, pictures: Sequence[str]) -> str:
-    """Return the list of the files of a run.
-
-    Parameters
-    ----------
-    folder : path
-    pictures : sequence of str
-        Names of the files of figures.
-
-    Returns
-    -------
-    str
-    """
-    lines = [f"Results are in {folder}:"]
-    lines += [f"  {folder / name}" for name in pictures]
-    if not pictures:
-        lines.append("  (no figures, as nothing touched)")
-    lines += [
-        f"  {folder / 'curve.csv'}",
-        f"  {folder / 'sweep.traj'}, all atoms",
-        f"  {folder / 'view.traj'}, for viewing:",
-        f"    ase gui -R=-60x {folder / 'view.traj'}",
-        "  (purple: in contact, light blue: attracted; heights are enlarged)",
-    ]
-    return "\n".join(lines)
-
-
-def _bare(scene: Scene) -> str:
-    """Return on what half space theory is, for a layer."""
-    if not isinstance(scene.solid, Layer):
-        return ""
-    if scene.solid.base_modulus is None:
-        return ", on the material of the layer"
-    return ", on the base without a layer"
-
-
-def _without_rim(scene: Scene) -> list[str]:
-    """Return a line on what the area is under a soft wall with attraction."""
-    if scene.wall.hard or not scene.wall.attractive:
-        return []
-    return [
-        "Areas are those of the atoms under pressure; that of theory includes the rim "
-        "under tension, and is larger."
-    ]
-
-
-def _first_contact(scene: Scene, steps: Sequence[LoadStep]) -> str:
-    if scene.path.control != "height" or not steps:
-        return ""
-    height = steps[0].height + steps[0].penetration
-    return f"The sphere touches the flat surface at a height of {height:.4g} Å."
-
-
-def _errors(scene: Scene, steps: Sequence[LoadStep]) -> str:
-    """Return a line on the estimated errors of the areas of a coarse grid."""
-    parts = [
-        step.area_error / getattr(step, scene.area_column)
-        for step in steps
-        if getattr(step, scene.area_column)
-    ]
-    parts = [part for part in parts if math.isfinite(part)]  # the others are not known
-    if not parts or max(parts) < _SHOWN_ERROR:
-        return ""
-    ends = dict.fromkeys(f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
-    return (
-        f"Estimated errors of the areas: {' to '.join(ends)} %; nine of ten are below "
-        "twice that."
-    )
-
-
-def _largest_tension(reference: Reference, steps: Sequence[LoadStep]) -> str:
-    """Return a line on the largest tension of the converged steps, if there is one."""
-    force = min((s.normal_force for s in steps if s.converged), default=0.0)
-    if force >= 0.0:
-        return ""
-    line = f"Largest tension of the path: {-force / UNITS['nN']:.4g} nN"
-    if reference.smooth.pull_off_force > 0.0:
-        line += f"; pull-off force: {pull_off_text(reference)}"
-    return f"{line}."
-
-
-def exceeded_limits(steps: Sequence[LoadStep]) -> list[str]:
-    """Return a line for each limit of the model that a step exceeds.
-
-    Parameters
-    ----------
-    steps : sequence of LoadStep
-
-    Returns
-    -------
-    list of str
-        With a heading; empty if all limits are kept.
-    """
-    counts = Counter(
-        check for step in steps for check in failed_checks(step.validity).values()
-    )
-    lines = [
-        f"  {check.name} {check.sign} {check.limit:g} in {count} of {len(steps)} "
-        f"steps: {check.reason}"
-        for check, count in counts.items()
-    ]
-    return ["Outside of the validity of the model:", *lines] if lines else []
-
-
 def heading(column: str, label: str = "") -> str:
     """Return the heading of a column, with the unit in which it is printed."""
     entry = columns_of(TimeStep)[column]
-    return f"{label or entry.label} ({printed_unit(entry.unit)})"
+    unit = printed_unit(entry.unit)
+    return (label or entry.label or column.replace("_", " ")) + (
+        f" ({unit})" * bool(unit)
+    )
 
 
-def _printed(step: LoadStep, column: str) -> float:
-    """Return the value of a column in the unit in which it is printed."""
+def inputs(reference: Reference) -> dict[str, str]:
+    """Return descriptions of the scene and of the theory for it."""
+    return bodies(reference.scene) | theory(reference)
+
+
+def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
+    """Return characteristic values of a path by their names."""
+    scene = reference.scene
+    found = dict(scene.path.summary(scene, steps))
+    if found or not steps:
+        return found
+    if scene.path.control == "height":
+        height = steps[0].height + steps[0].penetration
+        found["first contact"] = f"at a height of {height:.4g} Å"
+    force = min((step.normal_force for step in steps if step.converged), default=0.0)
+    if force < 0.0:
+        found["largest tension"] = f"{-force / UNITS['nN']:.4g} nN"
+        if reference.smooth.pull_off_force:
+            found["largest tension"] += f"; pull-off force: {pull_off_text(reference)}"
+    area = scene.area_column
+    parts = [s.area_error / getattr(s, area) for s in steps if getattr(s, area)]
+    parts = [part for part in parts if math.isfinite(part)]  # the others are not known
+    if parts and max(parts) >= _SHOWN_ERROR:
+        ends = dict.fromkeys(f"{100.0 * part:.2g}" for part in (min(parts), max(parts)))
+        found["errors of areas"] = (
+            f"{' to '.join(ends)} %, estimated; nine of ten are below twice that"
+        )
+    return found
+
+
+def exceeded_limits(steps: Sequence[LoadStep]) -> dict[str, str]:
+    """Return the limits of the model that steps exceed, and why they are limits."""
+    counts = Counter(
+        check for step in steps for check in failed_checks(step.validity).values()
+    )
+    return {
+        f"{check.name} {check.sign} {check.limit:g}": f"in {count} of {len(steps)} "
+        f"steps: {check.reason}"
+        for check, count in counts.items()
+    }
+
+
+def summary(reference: Reference, steps: Sequence[LoadStep]) -> list[Any]:
+    """Return characteristic values of a path, and the limits that it exceeds."""
+    parts: list[Any] = []
+    values, limits = results(reference, steps), exceeded_limits(steps)
+    if values:
+        parts += ["", entries(values.items())]
+    if limits:
+        title = note("Outside of the validity of the model:", style="yellow")
+        parts += ["", title, entries(limits.items())]
+    return [*parts, ""]
+
+
+def files_table(pictures: Sequence[str]) -> Any:
+    """Return the table of the files of a run, given the names of its figures."""
+    files = {
+        "curve.csv": "all columns of the table",
+        "sweep.traj": "all atoms",
+        "view.traj": "for viewing, with heights enlarged; purple: in contact, light "
+        "blue: attracted",
+        **dict.fromkeys(pictures, "figure"),
+    }
+    if not pictures:
+        files["no figures,"] = "as nothing touched"
+    return entries(files.items())
+
+
+def _solver(scene: Scene, step: LoadStep) -> str:
+    """Return the work of the solver in a step, and the errors of its results."""
+    errors = {
+        "area": _ratio(step.area_error, getattr(step, scene.area_column), 2),
+        "load": _ratio(step.force_error, abs(step.normal_force), 2),
+        "height": f"{number(step.height_error, 2)} Å",
+    }
     return (
-        getattr(step, column) / UNITS[printed_unit(columns_of(TimeStep)[column].unit)]
+        f"{step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
+        f"{step.window}, grid {step.grid}, {_printed(step, 'memory'):.2g} GB; largest "
+        f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; errors "
+        f"(area and load are relative): "
+        + ", ".join(f"{name} {error}" for name, error in errors.items())
     )
 
 
 def _failure(scene: Scene, step: LoadStep) -> str:
-    """Return why a step is no result; empty if it is one."""
-    if step.converged:
-        return ""
+    """Return why a step is no result."""
     touches = step.repulsive_atoms or step.attractive_atoms
     if scene.path.control == "load" and not touches:
         target = float(scene.targets[step.step])
         if target < 0.0:
-            return f"   PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
+            return f"PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
     unit = " (forces in eV/Å)" if "force" in step.message else ""
-    return f"   NOT CONVERGED: {step.message}{unit}"
+    return f"NOT CONVERGED: {step.message}{unit}"
 
 
-def _ratio(value: float, reference: float) -> float:
-    """Return a ratio, NaN if it is undefined."""
-    defined = math.isfinite(value) and reference > 0.0
-    return value / reference if defined else math.nan
+def _printed(step: LoadStep, column: str) -> float:
+    """Return the value of a column in the unit in which it is printed."""
+    unit = printed_unit(columns_of(TimeStep)[column].unit)
+    return getattr(step, column) / UNITS[unit]
+
+
+def _ratio(value: float, reference: float, digits: int = 4) -> str:
+    """Return a ratio as text, "-" if it is undefined."""
+    return number(value / reference if reference > 0.0 else math.nan, digits)

@@ -8,18 +8,19 @@ from dataclasses import asdict
 from pathlib import Path
 
 from ase_roughcontact._util.files import refuse_link, replaced
+from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import (
-    ERRORS,
     checked_scene,
     json_line,
     prints_text,
+    progress_bar,
     scene_text,
 )
-from ase_roughcontact.cli.page import page
+from ase_roughcontact.cli.messages import ERRORS, print_error
 from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
 from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene
@@ -108,20 +109,20 @@ def _relax(
     meter.add(["path"] * restored)
     meter.progress()
     validity = "raise" if options.strict else "ignore"  # the table has them
-    for step in scene.run(folder, validity, text):
-        if not steps and prints_text(options):
-            print(report.table_header(reference))
-        steps.append(step)
-        if len(steps) > restored:
-            meter.add(["path"])
-        if prints_text(options):
-            progress, old = meter.progress(), len(steps) <= restored
-            row = report.table_row(reference, step, progress, old)
-            print(row, flush=True)
-        if options.verbose:
-            print(report.solver_line(step), flush=True)
-        if options.json:
-            print(json_line(asdict(step), units_of(scene.path.record)), flush=True)
+    table = report.StepTable(reference, options.verbose)
+    with progress_bar(options) as draw:
+        for step in scene.run(folder, validity, text):
+            if not steps and prints_text(options):
+                show(entries(report.inputs(reference).items()), "")
+            steps.append(step)
+            if len(steps) > restored:
+                meter.add(["path"])
+            if prints_text(options):
+                show(*table.parts(step, restored=len(steps) <= restored))
+            if options.json:
+                print(json_line(asdict(step), units_of(scene.path.record)), flush=True)
+            if draw and costs:
+                draw(meter.progress())
 
 
 def _write_results(
@@ -132,9 +133,12 @@ def _write_results(
     """Draw figures, print where they are, and return which of them failed."""
     pictures, failure = _drawn(reference, steps, options.out)
     if prints_text(options):
-        print(report.summary(reference, steps, options.out, pictures), flush=True)
+        show(*report.summary(reference, steps))
+        print(f"Results are in {options.out}:")
+        show(report.files_table(pictures))
+        print(f"To view it: ase gui -R=-60x {options.out / 'view.traj'}", flush=True)
     if failure:
-        report.print_error(failure)
+        print_error(failure)
     return failure
 
 
@@ -177,6 +181,8 @@ def write_report(options: argparse.Namespace) -> int:
     Input, warnings, figures and numbers of a finished or interrupted run are on a page
     that needs no other file.
     """
+    from ase_roughcontact.cli.page import page  # imports jinja2
+
     folder = options.folder
     reference = reference_for(Scene.of_results(folder))
     steps = list(read_steps(folder / "sweep.traj"))

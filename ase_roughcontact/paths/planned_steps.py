@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.text import cell, duration
+from ase_roughcontact._util.printing import entries, number, table
+from ase_roughcontact._util.text import duration
 
 # Number of steps that a plan lists; each of them stands for several of longer paths.
 _MOST_LISTED = 500
@@ -86,8 +88,8 @@ class Plan:
         """Whether all steps can be calculated."""
         return self.fits and not any(step.problem for step in self.steps)
 
-    def table(self, heading: str, unit: float) -> str:
-        """Return the plan as text.
+    def printed(self, heading: str, unit: float) -> list[Any]:
+        """Return the plan as texts and a table.
 
         Parameters
         ----------
@@ -98,40 +100,38 @@ class Plan:
 
         Returns
         -------
-        str
+        list
+            For `ase_roughcontact._util.printing.show`.
         """
-        lines = [f"{heading:>15}      window        grid  memory (GB)  time (s)"]
-        last_problem = ""
-        for step in self.steps:
-            target = cell(step.target / unit, 15, ".5g")
-            if step.problem:
-                same = step.problem == last_problem
-                reason = "for the same reason" if same else step.problem
-                lines.append(f"{target}   CAN'T RUN: {reason}")
-            else:
-                lines.append(
-                    f"{target}{cell(step.window, 12)}{cell(step.grid, 12)}"
-                    f"{cell(step.memory / 1e9, 13, '.2f')}"
-                    f"{cell(step.seconds, 10, '.2g')}"
-                )
-            last_problem = step.problem
-        number = sum(step.count for step in self.steps)
-        if number > len(self.steps):
-            lines += ["", f"These are {len(self.steps)} of {number} steps."]
-        bad = sum(step.count for step in self.steps if step.problem)
+        heads = [heading, "window", "grid", "memory (GB)", "time (s)"]
+        rows = [
+            [
+                number(step.target / unit),
+                *((step.window, step.grid) if step.window else ("CAN'T RUN", "")),
+                *(number(value, 2) for value in (step.memory / 1e9, step.seconds)),
+            ]
+            for step in self.steps
+        ]
+        total, bad = (
+            sum(step.count for step in steps)
+            for steps in (self.steps, [step for step in self.steps if step.problem])
+        )
+        parts = [table(heads, rows), ""]
+        if total > len(self.steps):
+            parts += [f"These are {len(self.steps)} of {total} steps.", ""]
         if bad:
-            advice = f" To run all, {self.advice}." if self.advice else ""
-            lines += ["", f"{bad} of {number} steps can't run.{advice}"]
-        verdict = "" if self.fits else ": NOT ENOUGH"
-        lines += [
-            "",
-            f"In all about {duration(max(self.seconds, 1.0))}, and at most "
-            f"{self.memory / 1e9:.2g} GB of the "
-            f"{self.available / 1e9:.2g} GB that are free{verdict}.",
+            reasons = dict.fromkeys(each.problem for each in self.steps if each.problem)
+            parts += [f"{bad} of {total} steps can't run:", *reasons]
+            parts += [f"To run all, {self.advice}.", ""] if self.advice else [""]
+        time, memory, free = self.seconds, self.memory / 1e9, self.available / 1e9
+        return [
+            *parts,
+            f"In all about {duration(max(time, 1.0))}, and at most {memory:.2g} GB of "
+            f"the {free:.2g} GB that are free{'' if self.fits else ': NOT ENOUGH'}.",
             "",
             "Left out:",
+            entries(("-", reason) for reason in self.left_out),
         ]
-        return "\n".join([*lines, *(f"- {reason}" for reason in self.left_out)])
 
 
 def thinned(

@@ -93,8 +93,8 @@ def plot_force(
     """Plot force against penetration or height; tension is negative.
 
     The axes are limited to the simulation and the pull-off force; theories outside of
-    them are left out. A path that reverses
-    is drawn as two: up to its largest force, and from there on.
+    them are left out. A path that reverses is drawn as two: up to where it is furthest
+    from its beginning, and from there on.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def plot_force(
     bars = {"xerr": _twice(depth_error, x), "yerr": _twice(force_error, x) / NN}
     axes.errorbar(x, y, **bars, fmt="none", ecolor=GREY, lw=1)
     y = np.where(ok, y, np.nan)
-    peak = int(np.nanargmax(y)) if ok.any() else 0
+    peak = int(np.argmax(abs(x - x[0])))  # where the path reverses
     label = "simulation"
     if 0 < peak < x.size - 1:
         label, up = "retraction", slice(peak + 1)

@@ -2,13 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
 
 from ase_roughcontact._util.files import replaced
+from ase_roughcontact.plot.style import WIDTH, style
+
+
+@contextmanager
+def written(file: Path, height: float, width: float = WIDTH) -> Iterator[Figure]:
+    """Yield a figure in the printed style, and write it to a file.
+
+    Parameters
+    ----------
+    file : path
+        Its ending is the format; PNG without one.
+    height, width : float
+        Of the figure (inches).
+    """
+    with style():
+        figure = Figure(figsize=(width, height))
+        yield figure
+        with replaced(file) as name:
+            figure.savefig(name, format=_format(file))
 
 
 def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:
@@ -21,9 +41,8 @@ def draw_file(file: Path, draw: Callable[..., Any], *values: Any) -> None:
         Called with axes and the values.
     *values
     """
-    figure = Figure(figsize=(5, 4), layout="constrained")
-    draw(figure.subplots(), *values)
-    save(figure, file, dpi=150)
+    with written(file, 2.8) as figure:
+        draw(figure.subplots(), *values)
 
 
 def check_picture(file: Path) -> None:
@@ -37,12 +56,6 @@ def check_picture(file: Path) -> None:
         raise ValueError(
             f"a picture ends in one of .{', .'.join(sorted(formats))}; got {file.name}"
         )
-
-
-def save(figure: Figure, file: Path, dpi: float) -> None:
-    """Write a figure, in the format of the file's ending, or PNG without one."""
-    with replaced(file) as name:
-        figure.savefig(name, format=_format(file), dpi=dpi)
 
 
 def _format(file: Path) -> str:

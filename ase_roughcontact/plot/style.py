@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from typing import Any
 
 from cycler import cycler
 from matplotlib import rc_context
@@ -10,8 +12,12 @@ from matplotlib import rc_context
 # Palette of Okabe and Ito, suitable for all kinds of colour vision.
 BLUE, ORANGE, GREY = "#0072B2", "#D55E00", "#7F7F7F"
 COLOURS = (BLUE, ORANGE, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+#: Width of a journal column (inches).
+WIDTH = 3.4
 DASHES = ("--", ":", "-.")
 LINES = ("-", *DASHES)
+# Length of labels of which two are beside each other in a legend.
+_SHORT = 20
 
 
 def style() -> AbstractContextManager:
@@ -33,11 +39,12 @@ def style() -> AbstractContextManager:
     sides = {"xtick.top": True, "ytick.right": True}
     return rc_context(
         {
-            "figure.figsize": (3.4, 2.6),
+            "figure.figsize": (WIDTH, 2.6),
             "figure.constrained_layout.use": True,
             "savefig.dpi": 300,
             "font.size": 8,
             "axes.linewidth": 0.6,
+            "axes.titlesize": 8,
             "axes.prop_cycle": cycler(color=COLOURS),
             "lines.linewidth": 1.0,
             "lines.markersize": 3.5,
@@ -48,3 +55,26 @@ def style() -> AbstractContextManager:
             **sides,
         }
     )
+
+
+def letter(panels: Sequence[Any]) -> None:
+    """Write (a), (b), ... at the upper left of panels."""
+    for name, panel in zip("abcdefgh", panels, strict=False):
+        panel.set_title(f"({name})", loc="left")
+
+
+def legend_below(figure: Any, panels: Sequence[Any]) -> None:
+    """Replace the legends of all panels by one below them."""
+    handles = {
+        label: line
+        for panel in panels
+        for line, label in zip(*panel.get_legend_handles_labels(), strict=True)
+    }
+    for panel in panels:
+        if panel.get_legend():
+            panel.get_legend().remove()
+    if handles:
+        columns = 1 + (max(map(len, handles)) < _SHORT)
+        figure.legend(
+            handles.values(), handles.keys(), loc="outside lower center", ncols=columns
+        )

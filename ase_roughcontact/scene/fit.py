@@ -6,10 +6,12 @@ import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from ase_roughcontact._util.printing import Printed, number, table
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, lookup
 from ase_roughcontact.scene.fit_parameters import FREE
@@ -38,7 +40,7 @@ _RANGE_UNCERTAINTY = math.log(2.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class Fit(Printed):
     """Result of `fit_curve`.
 
     Attributes
@@ -88,27 +90,31 @@ class Fit:
     far_force: float
     warnings: tuple[str, ...] = ()
 
-    def __str__(self) -> str:
-        """Return parameters with standard errors, correlations, noise and warnings."""
-        lines = [
-            f"{name:<18}{value:12.5g} ± {error:.2g} {unit} ({self._parts(i)})"
-            for i, (name, value, error, unit) in enumerate(
-                zip(self.names, self.values, self.errors, self.units, strict=True)
-            )
+    @property
+    def parts(self) -> list[Any]:
+        """Parameters with standard errors, correlations, noise and warnings."""
+        heads = ["parameter", "value", "± error", "unit", *self.contributions]
+        noise = ["noise", number(self.noise / UNITS["nN"], 3), "", "nN"]
+        rows = [
+            [
+                name,
+                number(self.values[i], 5),
+                number(self.errors[i], 2),
+                self.units[i],
+                *(number(errors[i], 2) for errors in self.contributions.values()),
+            ]
+            for i, name in enumerate(self.names)
         ]
-        lines.append(f"{'noise':<18}{self.noise / UNITS['nN']:12.3g} nN")
-        lines += [
-            f"correlation of {a} and {b}: {self.correlation[i, j]:.3f}"
-            for i, a in enumerate(self.names)
-            for j, b in enumerate(self.names[:i])
+        return [
+            table(heads, [*rows, [*noise, *("" for _ in self.contributions)]], left=1),
+            *(
+                f"correlation of {a} and {b}: {self.correlation[i, j]:.3f}"
+                for i, a in enumerate(self.names)
+                for j, b in enumerate(self.names[:i])
+            ),
+            *(f"warning: {warning}" for warning in self.warnings),
+            *(() if self.converged else ("NOT CONVERGED",)),
         ]
-        lines += [f"warning: {warning}" for warning in self.warnings]
-        return "\n".join(lines if self.converged else [*lines, "NOT CONVERGED"])
-
-    def _parts(self, number: int) -> str:
-        """Return the contributions to the error of a parameter."""
-        parts = self.contributions.items()
-        return ", ".join(f"{name} {values[number]:.2g}" for name, values in parts)
 
 
 def fit_curve(

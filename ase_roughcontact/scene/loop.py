@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import QUANTITY, UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.paths.cantilever import (
@@ -43,10 +44,10 @@ class Loop(PathKind):
     columns = {
         "penetration": "depth",
         "normal_force": "force",
-        "force_error": "error",
         "contact_stiffness": "stiffness",
         "contact_area": "area",
-        "area_error": "error",
+        "largest_pressure": "p max",
+        "seconds": "time",
     }
     captions = {
         "loop.png": "Force of the tip held at each height; arrows: instabilities.",
@@ -115,7 +116,7 @@ class Loop(PathKind):
         return (
             f"Cantilever of {self.cantilever:.4g} N/m: if the contact still pulls with "
             f"more than about {force:.2g} nN at a depth of {depth / _NM:.3g} nm, the "
-            "tip\njumps in beyond it: then give a larger deepest, or a stiffer "
+            "tip jumps in beyond it: then give a larger deepest, or a stiffer "
             f"cantilever.\n\n{text}"
         )
 
@@ -137,26 +138,26 @@ class Loop(PathKind):
         loop = self.result(bodies, states)
         return loop.approach[-1], loop.pull_off_force
 
-    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> str:
-        """Return the number of instabilities, forces and energies."""
-        loop, curve = self.result(bodies, states), None
-        count = len(loop.approach_jumps), len(loop.retraction_jumps)
-        lines = [
-            f"States: {len(states)}; instabilities: {count[0]} on approach, {count[1]} "
-            "on retraction",
-            f"Pull-off force of the simulation: {loop.pull_off_force / _NN:.4g} nN",
-            f"Dissipated energy: {loop.dissipated_energy:.4g} eV",
-        ]
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
+        """Return numbers of states and instabilities, forces and energies."""
+        loop = self.result(bodies, states)
+        jumps = len(loop.approach_jumps), len(loop.retraction_jumps)
+        found = {
+            "states": str(len(states)),
+            "instabilities": f"{jumps[0]} on approach, {jumps[1]} on retraction",
+            "pull-off force": f"{loop.pull_off_force / _NN:.4g} nN (simulation)",
+            "dissipated energy": f"{number(loop.dissipated_energy)} eV",
+        }
         with suppress(ValueError):  # the loop itself is valid
             curve = self._curve(loop)
-        if curve is not None:
-            lines += [
-                f"With a cantilever of {self.cantilever:.4g} N/m:",
-                f"  snap-in: {_jump(curve.snap_in)}",
-                f"  pull-off: {_jump(curve.pull_off)}",
-                f"  dissipated energy: {curve.dissipated_energy:.4g} eV",
-            ]
-        return "\n".join(lines)
+            if curve is not None:
+                found |= {
+                    "cantilever": f"{self.cantilever:.4g} N/m",
+                    "cantilever snap-in": _jump(curve.snap_in),
+                    "cantilever pull-off": _jump(curve.pull_off),
+                    "cantilever dissipation": f"{number(curve.dissipated_energy)} eV",
+                }
+        return found
 
     def draw(
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path

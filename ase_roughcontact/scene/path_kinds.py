@@ -69,8 +69,8 @@ class PathKind(Section):
     resumes : bool
         Whether a run is resumed, and not started anew.
     columns : mapping of str to str
-        Columns of the printed table, with their labels; by default load, area, their
-        errors, and the area relative to theory.
+        Columns of the printed table, with their labels; by default load, depth, area,
+        the area relative to theory, the largest pressure, and the time.
     captions : mapping of str to str
         Names of the pictures that `draw` makes, with their captions.
     """
@@ -212,9 +212,9 @@ class PathKind(Section):
         """Return the last state of the loading, and the largest tension (eV/Å)."""
         return states[-1], max(0.0, -min(state.normal_force for state in states))
 
-    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> str:
-        """Return characteristic values, one on each line; empty if there are none."""
-        return ""
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> Mapping[str, str]:
+        """Return characteristic values by their names; none by default."""
+        return {}
 
     def draw(
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path

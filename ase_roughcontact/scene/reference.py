@@ -39,6 +39,9 @@ class Reference:
         apply.
     criteria : tuple of Criterion
         Whether rough flats stick, by several theories; empty without adhesion.
+    plateau : float
+        Area relative to the smooth sphere while the first asperity carries the load:
+        (rho/R)^(2/3), or (3 rho/R)^(2/3) under a soft wall; NaN with adhesion.
 
     References
     ----------
@@ -51,6 +54,25 @@ class Reference:
     explanation: str = ""
     rough_above: float | None = None
     criteria: tuple[theory.Criterion, ...] = ()
+    plateau: float = math.nan
+
+    def relative_area(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the contact area by theory, relative to that of the smooth sphere.
+
+        It is that of Eq. (4), or of the first asperity if that is larger.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            eV/Å.
+
+        Returns
+        -------
+        ndarray
+            NaN where neither applies.
+        """
+        smooth = self.smooth.contact_area(normal_force)
+        return np.fmax(self.rough_area(normal_force) / smooth, self.plateau)
 
     def rough_area(self, normal_force: ArrayLike) -> FloatArray:
         """Return the contact area by Eq. (4) of the paper.
@@ -90,7 +112,8 @@ def reference_for(scene: Scene) -> Reference:
             return Reference(scene, smooth, explanation=plastic)
         if scene.bodies.rough_theory.single_asperity:
             return Reference(scene, smooth, explanation=_SINGLE.format(smooth.name))
-        return Reference(scene, smooth, explanation=plastic, rough_above=0.0)
+        found = Reference(scene, smooth, explanation=plastic, rough_above=0.0)
+        return found if plastic else _with_first_asperity(found)
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
     if scene.rough is None:
         return reference
@@ -102,6 +125,22 @@ def reference_for(scene: Scene) -> Reference:
         scene.bodies.kappa_repulsive,
     )
     return replace(reference, criteria=criteria)
+
+
+def _with_first_asperity(rough: Reference) -> Reference:
+    """Add what theory says of light loads, unless the sphere is as sharp itself."""
+    scene, law = rough.scene, "Eq. (4) of Pastewka & Robbins (2016)"
+    factor = 1.0 if scene.wall.hard else theory.ASPERITY_FACTOR_REPULSIVE
+    system = replace(scene.bodies.rough_theory, asperity_factor=factor)
+    if system.single_asperity:
+        return replace(rough, explanation=law)
+    plateau = float(theory.low_load_plateau(system.asperity_radius, scene.radius))
+    explanation = (
+        f"{law} above about {system.asperity_load / UNITS['nN']:.2g} nN; at lighter "
+        f"loads the first asperity, A/A_Hertz = {plateau:.3g}, about which a single "
+        "realisation scatters"
+    )
+    return replace(rough, explanation=explanation, plateau=plateau)
 
 
 def _plastic(scene: Scene) -> str:

@@ -7,7 +7,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from ase_roughcontact._util.text import cell
+from ase_roughcontact._util.printing import Printed, number, table
 from ase_roughcontact._util.units import UNITS
 
 #: Sources of errors that are numerical, which a plan may combine.
@@ -58,7 +58,7 @@ class Choice:
 
 
 @dataclass(frozen=True)
-class Tradeoff:
+class Tradeoff(Printed):
     """Choices of a scene, and the cheapest plan for a wanted error; printed as a table.
 
     Attributes
@@ -135,52 +135,52 @@ class Tradeoff:
         groups = ([c for c in self.choices if c.source == name] for name in NUMERICAL)
         return [min(group, key=lambda c: c.error) for group in groups if group]
 
-    def __str__(self) -> str:
-        labels = "choice", *(choice.label for choice in self.choices)
-        width = 1 + max(map(len, labels))
-        front = self.front
-        lines = [
-            f"{'source':<14}{'choice':<{width}}{f'{self.of} error':>12}  cost (1e6)  "
-            "time (s)  memory (GB)"
-        ]
-        lines += [
-            f"{c.source:<14}{c.label:<{width}}{cell(c.error_text, 12)}"
-            f"{cell(c.cost / 1e6, 12, '.3g')}{cell(c.seconds, 10, '.2g')}"
-            f"{cell(c.memory / UNITS['GB'], 13, '.2f')}" + ("  *" if c in front else "")
+    @property
+    def parts(self) -> list[Any]:
+        """The table of choices, what it means, and the plan."""
+        heads = ["source", "choice", f"{self.of} error", "cost (1e6)", "time (s)"]
+        rows = [
+            (
+                c.source,
+                c.label,
+                c.error_text,
+                number(c.cost / 1e6, 3),
+                number(c.seconds, 2),
+                number(c.memory / UNITS["GB"], 2),
+                "*" if c in self.front else "",
+            )
             for c in self.choices
         ]
-        lines += [
+        of_what = ", relative to the penetration" if self.of == "height" else ""
+        parts = [
+            table([*heads, "memory (GB)", ""], rows, left=2),
             "",
-            f"Errors: largest relative error of the {self.of} of "
-            f"{len(self.steps)} steps"
-            + (", relative to the penetration" if self.of == "height" else "")
-            + ", with all",
-            "other numerical choices as accurate as possible: of grids and theory "
-            "against a grid finer",
-            "than any choice, all others on one grid. <: below the estimated error of "
-            "the finest grid.",
+            f"Errors: largest relative error of the {self.of} of {len(self.steps)} "
+            f"steps{of_what}, with all other numerical choices as accurate as "
+            "possible: of grids and theory against a grid finer than any choice, all "
+            "others on one grid. <: below the estimated error of the finest grid.",
             "Cost: FFT pairs times points of the grid. *: no other choice of this "
-            "source is both",
-            f"cheaper and more accurate. Steps: {', '.join(self.steps)}.",
+            "source is both cheaper and more accurate. "
+            f"Steps: {', '.join(self.steps)}.",
             *(f"Left out: {text}." for text in self.left_out),
             "",
         ]
         if not self.plan:
-            return "\n".join([*lines, self._why_no_plan])
+            return [*parts, self._why_no_plan]
         surface = "another surface" if self.realisations else "other steps"
-        lines += [
+        verdict = "kept" if self.kept else "NOT KEPT, ask for a smaller error"
+        parts += [
             f"Cheapest plan for an error of {self.wanted:g}:",
             "",
             self.toml,
             "",
-            f"On {surface} its error was at most {self.checked:.2e}: "
-            + ("kept." if self.kept else "NOT KEPT, ask for a smaller error."),
+            f"On {surface} its error was at most {self.checked:.2e}: {verdict}.",
         ]
-        if self.realisations:
-            lines.append(
-                f"For the mean over surfaces: {self.realisations} realisations."
-            )
-        return "\n".join(lines)
+        count = self.realisations
+        return [
+            *parts,
+            *([f"For the mean over surfaces: {count} realisations."] if count else []),
+        ]
 
     @property
     def _why_no_plan(self) -> str:

@@ -7,6 +7,7 @@ import re
 import runpy
 import subprocess
 import sys
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from ase import Atoms
 from ase.io import read
 from small_scene import SMALL
 
+from ase_roughcontact import __version__
 from ase_roughcontact.atoms.view import TAG_INDENTER
 from ase_roughcontact.cli import ensembles, main
 from ase_roughcontact.ensemble import Progress
@@ -104,7 +106,7 @@ def test_steps_before_an_error_are_drawn(scene, tmp_path, capsys):
     scene.write_text(text.replace('optimizer = "LBFGS"\nfmax = 1e-4', ""))
     assert main(["run", str(scene), "--out", str(out)]) == 2
     printed = capsys.readouterr()
-    assert "edge" in printed.err and str(out / "contact.png") in printed.out
+    assert "edge" in printed.err and "contact.png" in printed.out
     assert len(read(out / "view.traj", ":")) == 1
     for name in ("curve.png", "force.png", "contact.png"):
         assert (out / name).exists()
@@ -113,10 +115,10 @@ def test_steps_before_an_error_are_drawn(scene, tmp_path, capsys):
 def test_an_interrupted_run_prints_the_command_that_draws_it(
     scene, tmp_path, capsys, monkeypatch
 ):
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ase_roughcontact.cli.report.table_row", interrupted)
+    monkeypatch.setattr("ase_roughcontact.cli.report.StepTable.parts", interrupted)
     out = str(tmp_path / "out")
     assert main(["run", str(scene), "--out", out]) == 130
     assert f"ase-roughcontact figure {out}" in capsys.readouterr().err
@@ -172,7 +174,7 @@ def test_trajectories_of_other_programs_are_refused(info, scene, tmp_path, capsy
 def test_rows_begin_with_the_number_of_the_step(scene, tmp_path, capsys):
     main(["run", str(scene), "--out", str(tmp_path / "out")])
     lines = capsys.readouterr().out.splitlines()
-    shown = [line.split()[0] for line in lines if line.strip()[:1].isdigit()]
+    shown = [line.split()[0] for line in lines if re.match(r" *\d+/", line)]
     assert shown == ["0/1", "1/1"]
 
 
@@ -195,9 +197,9 @@ def test_plan_marks_steps_that_can_not_run(tmp_path, capsys):
     file = tmp_path / "deep.toml"
     file.write_text(SMALL.replace("last = 0.6", "last = 60.0"))
     assert main(["plan", str(file)]) == 2
-    lines = capsys.readouterr().out.splitlines()[2:]
-    assert "32x30" in lines[1] and "CAN'T RUN" not in lines[1]
-    assert "CAN'T RUN: the contact is about" in lines[2]
+    text = capsys.readouterr().out
+    assert text.count("CAN'T RUN") == 1
+    assert "1 of 2 steps can't run:\nthe contact is about" in text
 
 
 def test_plan_and_run_of_a_load_for_which_memory_is_missing_have_one_status(
@@ -341,10 +343,59 @@ def test_progress_in_json_has_null_if_the_time_left_is_unknown(
     assert first["units"] == last["units"] == {"elapsed": "s", "left": "s"}
 
 
-def test_version_is_printed(capsys):
-    with pytest.raises(SystemExit):
-        main(["--version"])
-    assert capsys.readouterr().out.startswith("ase-roughcontact 0")
+def test_versions_are_printed_without_importing_the_dependencies():
+    code = "import sys; from ase_roughcontact.cli import main; main(sys.argv[1:]); "
+    code += "print({'ase', 'numpy', 'rich', 'matplotlib'} & sys.modules.keys())"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "--version", "-v"], capture_output=True, text=True
+    )
+    first, *others, imported = done.stdout.splitlines()
+    assert first == f"ase-roughcontact {__version__}" and imported == "set()"
+    names = [line.split()[0].strip(":") for line in others]
+    assert names[:4] == ["Python", "ase", "numpy", "scipy"]
+    assert main(["--version"]) == 0
+
+
+def test_without_a_command_help_is_printed(capsys):
+    assert main([]) == 0
+    assert capsys.readouterr().out.startswith("usage: ase-roughcontact ")
+
+
+@pytest.mark.parametrize(
+    "words, hint",
+    [
+        (["rnu"], "did you mean 'run'?"),
+        (["run", "--jsn"], "did you mean '--json'?"),
+        (["maps", "out", "--format", "np"], "did you mean 'npz'?"),
+        (["ensemble", "--schedular=a"], "did you mean '--scheduler'?"),
+    ],
+)
+def test_similar_commands_and_options_are_suggested(words, hint, capsys):
+    with pytest.raises(SystemExit) as status:
+        main(words)
+    assert status.value.code == 2 and hint in capsys.readouterr().err
+
+
+def test_rows_are_in_colour_and_progress_is_a_bar_on_a_terminal_only(scene, tmp_path):
+    command = [sys.executable, "-m", "ase_roughcontact", "run", str(scene)]
+    options = {"env": os.environ | {"TERM": "xterm-256color", "COLUMNS": "100"}}
+    piped = subprocess.run(
+        [*command, "--out", str(tmp_path / "a")], capture_output=True, **options
+    ).stdout
+    master, slave = os.openpty()
+    with subprocess.Popen(
+        [*command, "--out", str(tmp_path / "b")], stdout=slave, **options
+    ) as process:
+        os.close(slave)
+        shown = b""
+        with suppress(OSError):  # the end of the output
+            while part := os.read(master, 65536):
+                shown += part
+    os.close(master)
+    assert process.returncode == 0
+    assert b"\x1b" not in piped and "━".encode() not in piped
+    assert b"\x1b[1m" in shown and "2/2 steps" in shown.decode()
+    assert max(map(len, piped.decode().splitlines()[:-10])) <= 80
 
 
 def test_scene_prints_the_built_in_scene(capsys):
@@ -407,7 +458,7 @@ def test_help_lists_commands_and_files(arguments, capsys):
 def test_help_states_what_an_option_is_by_default(command, option, value, capsys):
     with pytest.raises(SystemExit):
         main([command, "--help"])
-    text = " ".join(capsys.readouterr().out.split())
+    text = " ".join(capsys.readouterr().out.split()).replace("- ", "-")
     described = text.rpartition(f" {option} ")[2]
     assert described.partition("(default: ")[2].startswith(f"{value})")
 
@@ -431,6 +482,7 @@ class Interrupt:
         if name == "numpy":
             os.kill(os.getpid(), signal.SIGINT)
 
+sys.argv = ["ase-roughcontact", "plan"]
 signal.signal(signal.SIGINT, signal.default_int_handler)  # as in a terminal
 sys.meta_path.insert(0, Interrupt())
 runpy.run_module("ase_roughcontact", run_name="__main__")

@@ -38,7 +38,7 @@ def script(tmp_path_factory):
     "line, expected",
     [
         (["p"], ["places", "plan"]),
-        (["--v"], ["--version"]),
+        (["--ver"], ["--verbose", "--version"]),
         (
             ["run", "--"],
             [

@@ -39,14 +39,16 @@ def test_the_page_has_the_scene_as_text(steps):
 
 
 def test_the_page_has_a_row_for_each_step_with_units(steps):
-    assert steps.count("<tr") == 3
-    for head in ("normal force (nN)", "contact stiffness (N/m)", "mean pressure (GPa)"):
-        assert f">{head}<" in steps
+    table = steps[steps.index('<table class="steps">') :]
+    assert table.count("<tr") == 3
+    heads = ("normal force", "nN"), ("contact stiffness", "N/m"), ("height", "Å")
+    for name, unit in heads:
+        assert f'>{name}<br><span class="unit">({unit})</span>' in table
 
 
 def test_steps_that_are_no_results_are_warnings(steps):
     assert "Step 0 did not converge: " in steps
-    assert steps.count("<tr class=failed>") == 2
+    assert steps.count('<tr class="failed">') == 2
 
 
 def test_numbers_of_atoms_are_whole(tmp_path):
@@ -66,9 +68,9 @@ def loop(tmp_path_factory):
 def test_the_page_of_a_loop_has_its_values_and_force_curves(loop):
     _, text = loop
     for words in (
-        "Pull-off force of the simulation: ",
-        "With a cantilever of 60 N/m:",
-        "snap-in: from ",
+        "<th>pull-off force</th>",
+        "<th>cantilever</th><td>60 N/m",
+        "<th>cantilever snap-in</th><td>from ",
     ):
         assert words in text
     for caption in ("tip held at each height", "curve of the cantilever", "Pressure"):

@@ -1,17 +1,24 @@
 """Printed output and figures of a run."""
 
-import re
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 from ase_roughcontact import plot
+from ase_roughcontact._util.printing import entries, plain
 from ase_roughcontact.cli.figures import draw, write_view
-from ase_roughcontact.cli.report import summary, table_header, table_row
-from ase_roughcontact.ensemble import Progress
+from ase_roughcontact.cli.report import (
+    StepTable,
+    exceeded_limits,
+    files_table,
+    inputs,
+    results,
+    summary,
+    table_columns,
+)
 from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.scene.reference import reference_for
+from ase_roughcontact.theory import asperity_radius
 
 SMOOTH = """
 [substrate]
@@ -45,10 +52,23 @@ def run(tmp_path_factory):
 # Text
 
 
-def test_the_header_of_an_adhesive_scene_has_theory_and_pull_off_force(run):
-    header = table_header(run[0])
-    assert "Maugis-Dugdale" in header and "Pull-off force: " in header
-    assert "A/A_MD" in header and "depth (Å)" in header and "Eq. (4)" not in header
+def row_of(reference, step, **options):
+    """Words of the row of a step, and the notes below it."""
+    text = plain(*StepTable(reference).parts(step, **options)).splitlines()
+    place = next(i for i, line in enumerate(text) if line.split()[0][0].isdigit())
+    return text[place].split(), " ".join(" ".join(text[place + 1 :]).split())
+
+
+def test_an_adhesive_scene_is_described_with_theory_and_pull_off_force(run):
+    described = inputs(run[0])
+    assert "Maugis-Dugdale" in described["theory"] and "A/A_MD" in described
+    assert described["pull-off force"].endswith("nN (Maugis-Dugdale: theory, smooth "
+                                                "sphere, w = 0.5 J/m²)")  # fmt: skip
+    heads = [head for head, _ in table_columns(run[0])]
+    assert heads[:3] == ["depth (Å)", "load (nN)", "area (nm²)"]
+    assert "theory" not in heads and "theory" not in inputs(
+        reference_for(Scene.parse(SMOOTH))
+    )
 
 
 @pytest.mark.parametrize(
@@ -59,154 +79,126 @@ def test_the_area_of_a_soft_adhesive_wall_is_said_to_lack_the_rim(kind, without_
     scene = Scene.parse(SMOOTH + f'[interaction]\nkind = "{kind}"\n')
     if scene.interaction.kind != "repulsive":
         scene = adhesive(SMOOTH, 0.5, kind)
-    header = table_header(reference_for(scene))
-    assert ("rim under tension" in header) == without_rim
-
-
-def test_the_wall_is_printed_by_its_label(run):
-    for wall in ("hard", "repulsive"):
-        scene = Scene.parse(f'{SMOOTH}[interaction]\nkind = "{wall}"\n')
-        assert scene.wall.label in table_header(reference_for(scene)).splitlines()[0]
+    described = inputs(reference_for(scene))
+    (area,) = (text for name, text in described.items() if name.startswith("A/"))
+    assert ("rim under tension" in area) == without_rim
+    assert described["wall"] == scene.wall.label
 
 
 def test_rows_have_the_area_relative_to_theory_and_the_time(run):
     reference, steps, _ = run
-    rows = [table_row(reference, step).split() for step in steps]
-    assert rows[0][-2:] == ["-", f"{steps[0].seconds:.2f}"]
-    assert float(rows[2][-2]) == pytest.approx(1.0, abs=0.2)
+    assert row_of(reference, steps[0])[0][4:] == ["-", "0", f"{steps[0].seconds:.2f}"]
+    assert float(row_of(reference, steps[2])[0][4]) == pytest.approx(1.0, abs=0.2)
+    assert row_of(reference, steps[2], restored=True)[0][-1] == "restored"
 
 
-def test_the_summary_compares_the_largest_tension_with_the_pull_off_force(run):
-    reference, steps, folder = run
-    text = summary(reference, steps, folder, ["curve.png"])
+def test_at_light_loads_theory_is_that_of_the_first_asperity():
+    for kind, factor in (("hard", 1.0), ("repulsive", 3.0)):
+        text = ROUGH.replace("radius = 60.0", "radius = 3000.0")
+        scene = Scene.parse(f'{text}[interaction]\nkind = "{kind}"\n')
+        reference = reference_for(scene)
+        rho = factor * asperity_radius(scene.rough)
+        plateau = (rho / scene.radius) ** (2 / 3)
+        light, heavy = reference.relative_area([1e-3 * NANONEWTON, 1e6 * NANONEWTON])
+        assert light == pytest.approx(plateau)
+        assert heavy == pytest.approx(1.0, rel=0.02)
+        assert f"A/A_Hertz = {plateau:.3g}" in inputs(reference)["theory"]
+
+
+def test_the_largest_tension_is_compared_with_the_pull_off_force(run):
+    reference, steps, _ = run
     tension = -min(step.normal_force for step in steps) / NANONEWTON
-    assert f"{tension:.4g} nN; pull-off force: " in text
-    assert "theory, smooth sphere, w = 0.5 J/m²" in text
-    assert "tension" not in summary(reference, steps[2:3], folder, [])
+    text = results(reference, steps)["largest tension"]
+    assert text.startswith(f"{tension:.4g} nN; pull-off force: ")
+    assert results(reference, steps[2:3]) == {}
+    lost = replace(steps[1], normal_force=-100.0, converged=False)
+    assert results(reference, [*steps, lost])["largest tension"] == text
 
 
 def test_errors_of_areas_are_a_range_or_one_number(run):
-    reference, steps, folder = run
+    reference, steps, _ = run
     large, small = (
         replace(steps[2], area_error=part * steps[2].contact_area)
         for part in (0.17, 0.05)
     )
-    assert "of the areas: 17 %; nine" in summary(reference, [large], folder, [])
-    text = summary(reference, [large, small], folder, [])
-    assert "of the areas: 5 to 17 %; nine" in text
+    for shown, text in (([large], "17 %, "), ([large, small], "5 to 17 %, ")):
+        assert results(reference, shown)["errors of areas"].startswith(text)
 
 
 @pytest.mark.parametrize("part, printed", [(0.002, True), (0.0005, False)])
 def test_errors_of_areas_below_a_thousandth_are_not_printed(run, part, printed):
-    reference, steps, folder = run
+    reference, steps, _ = run
     step = replace(steps[2], area_error=part * steps[2].contact_area)
-    text = summary(reference, [step], folder, [])
-    assert ("Estimated errors of the areas" in text) == printed
+    assert ("errors of areas" in results(reference, [step])) == printed
 
 
 def test_errors_of_areas_are_those_of_the_area_that_is_asked_for(run):
-    reference, steps, folder = run
-    step = replace(steps[2], contact_area=1.0, continuum_area=2.0, area_error=0.3)
-    assert "of the areas: 30 %; nine" in summary(reference, [step], folder, [])
-    of_continuum = reference.scene.with_values({"substrate.model": "continuum"})
-    text = summary(replace(reference, scene=of_continuum), [step], folder, [])
-    assert "of the areas: 15 %; nine" in text
-
-
-@pytest.mark.parametrize(
-    "control, errors",
-    [
-        ("penetration", {"load error (%)": "5", "area error (%)": "30"}),
-        ("load", {"height error (Å)": "0.03", "area error (%)": "30"}),
-    ],
-)
-def test_rows_have_the_errors_that_their_headings_name(run, control, errors):
     reference, steps, _ = run
-    scene = reference.scene
-    scene = replace(scene, path=replace(scene.path, control=control))
-    reference = replace(reference, scene=scene)
-    step = replace(
-        steps[2],
-        normal_force=-2.0,
-        force_error=0.1,
-        contact_area=10.0,
-        area_error=3.0,
-        height_error=0.03,
-        penetration_error=0.07,
-    )
-    heads = re.split(r" {2,}", table_header(reference).splitlines()[-1].strip())
-    cells = dict(zip(heads, table_row(reference, step).split(), strict=True))
-    assert errors.items() <= cells.items()
+    step = replace(steps[2], contact_area=1.0, continuum_area=2.0, area_error=0.3)
+    assert results(reference, [step])["errors of areas"].startswith("30 %, ")
+    of_continuum = reference.scene.with_values({"substrate.model": "continuum"})
+    found = results(replace(reference, scene=of_continuum), [step])
+    assert found["errors of areas"].startswith("15 %, ")
+
+
+def test_errors_of_steps_are_printed_with_verbose(run):
+    reference, steps, _ = run
+    values = {"normal_force": -2.0, "contact_area": 10.0, "height_error": 0.03}
+    step = replace(steps[2], force_error=0.1, area_error=3.0, **values)
+    text = plain(*StepTable(reference, verbose=True).parts(step))
+    shown = " ".join(text.split())
+    assert shown.endswith("area 0.30, load 0.050, height 0.030 Å")
 
 
 def test_limits_that_all_steps_exceed_are_only_below_the_table(run):
-    reference, steps, folder = run
+    reference, steps, _ = run
     small = [replace(step, validity="R/a0 = 0.5 < 1") for step in steps[:3]]
     steep = replace(steps[3], validity="R/a0 = 0.5 < 1; slope = 0.6 > 0.5")
-    assert "LIMITS" not in table_row(reference, small[0])
-    assert table_row(reference, steep).endswith("LIMITS: slope")
-    text = summary(reference, [*small, steep], folder, [])
-    assert "  R/a0 < 1 in 4 of 4 steps: " in text
-    assert "  slope > 0.5 in 1 of 4 steps: " in text
-
-
-def test_steps_that_are_not_converged_do_not_count_as_tension(run):
-    reference, steps, folder = run
-    lost = replace(steps[1], normal_force=-100.0, converged=False)
-    texts = [summary(reference, s, folder, []) for s in (steps, [*steps, lost])]
-    assert texts[0] == texts[1]
+    words, note = row_of(reference, small[0])
+    assert words[-1] != "*" and not note
+    assert row_of(reference, steep)[1] == "* LIMITS: slope"
+    limits = exceeded_limits([*small, steep])
+    assert limits["R/a0 < 1"].startswith("in 4 of 4 steps: ")
+    assert limits["slope > 0.5"].startswith("in 1 of 4 steps: ")
 
 
 def test_a_pulled_off_indenter_is_marked_with_the_requested_load(run):
     text = SMOOTH.replace('"penetration"', '"load"')
     scene = adhesive(text.replace("[-4.0, 0.0, 2.0, 0.0, -4.0]", "[1.0, -60.0]"), 0.5)
     lost = replace(run[1][0], step=1, converged=False, message="stalled at a force")
-    row = table_row(reference_for(scene), lost)
-    assert row.endswith("PULLED OFF: no contact at -60 nN")
-    row = table_row(reference_for(scene), replace(lost, repulsive_atoms=1))
-    assert row.endswith("NOT CONVERGED: stalled at a force (forces in eV/Å)")
+    reference = reference_for(scene)
+    assert row_of(reference, lost)[1] == "PULLED OFF: no contact at -60 nN"
+    _, note = row_of(reference, replace(lost, repulsive_atoms=1))
+    assert note == "NOT CONVERGED: stalled at a force (forces in eV/Å)"
 
 
-def test_lines_with_results_of_theory_name_the_system(run):
-    lines = [line for line in table_header(run[0]).splitlines() if "w = " in line]
-    assert len(lines) == 3
-    assert all(re.search("[Tt]heory.*smooth sphere, w = 0.5 J/m²", x) for x in lines)
-
-
-@pytest.mark.parametrize(
-    "elapsed, left, end",
-    [
-        (3.0, 80.2, "about 0:01:20 left"),
-        (3.0, 1e30, "about 3.2e+22 years left"),
-        (3.0, 0.2, ""),
-        (0.5, 24.0, ""),  # nearly all of the time was that of the start
-        (0.5, np.nan, ""),
-    ],
-)
-def test_a_row_has_the_time_left_if_it_is_a_second_and_known(run, elapsed, left, end):
+def test_the_height_of_first_contact_is_that_of_a_path_of_heights(run):
     reference, steps, _ = run
-    row = table_row(reference, steps[0], Progress(1, 3, elapsed, left))
-    assert row.endswith(end)
-    assert ("left" in row) == bool(end)
-
-
-def test_the_summary_of_a_path_of_heights_has_the_height_of_first_contact(run):
-    reference, steps, folder = run
-    assert "touches" not in summary(reference, steps, folder, [])
+    assert "first contact" not in results(reference, steps)
     scene = reference.scene
     scene = replace(scene, path=replace(scene.path, control="height"))
-    text = summary(replace(reference, scene=scene), steps, folder, [])
+    found = results(replace(reference, scene=scene), steps)
     height = next(step.height for step in steps if step.penetration == 0.0)
-    assert f"at a height of {height:.4g} Å." in text
+    assert found["first contact"] == f"at a height of {height:.4g} Å"
 
 
 @pytest.mark.parametrize("size", [1.0, 1e7, 1e300])
-def test_columns_are_separated_whatever_the_size_of_the_numbers(run, size):
+def test_rows_fit_80_columns_whatever_the_size_of_the_numbers(run, size):
     reference, steps, _ = run
-    values = {"penetration": -1.5 * size, "normal_force": -size, "seconds": size}
-    large = replace(steps[2], contact_area=size, **values)
-    headings = len(re.split(r" {2,}", table_header(reference).splitlines()[-1].strip()))
-    assert len(table_row(reference, large).split()) == headings
+    values = {"penetration": -1.5 * size, "normal_force": -size}
+    large = replace(steps[2], contact_area=size, seconds=1e5, **values)
+    lines = plain(*StepTable(reference).parts(large)).splitlines()
+    assert len(lines[-1].split()) == 1 + len(table_columns(reference))
+    assert max(map(len, lines)) <= 80
+
+
+def test_the_output_of_a_run_fits_80_columns(run):
+    reference, steps, _ = run
+    parts = [entries(inputs(reference).items())]
+    for step in steps:
+        parts += StepTable(reference, verbose=True).parts(step)
+    parts += [*summary(reference, steps), files_table(["curve.png"])]
+    assert max(map(len, plain(*parts).splitlines())) <= 80
 
 
 # Figures
@@ -258,8 +250,8 @@ def test_maps_have_titles_and_share_a_range(run, monkeypatch):
     monkeypatch.setattr(plot, "plot_contact", collect)
     draw(*run)
     titles = [panel.get_title() for panel in panels]
-    assert titles[1].startswith("(b) penetration 2 Å, ")
-    directions = [title.splitlines()[1] for title in titles]
+    assert titles[1].startswith("(b) penetration 2 Å\n")
+    directions = [title.split(", ")[1] for title in titles]
     assert directions == ["approach", "approach", "retraction"]
     assert len({panel.get_xlim() for panel in panels}) == 1
 

@@ -77,7 +77,7 @@ def test_plan_run_and_page_show_what_was_read_from_a_scan(scene, tmp_path, capsy
     texts = []
     for command in (["plan", scene], ["run", scene, "--out", "results"]):
         main(command)
-        texts.append(capsys.readouterr().out)
+        texts.append(" ".join(capsys.readouterr().out.split()))
     main(["report", "results"])
     texts.append((tmp_path / "results" / "report.html").read_text())
     for text in texts:
@@ -102,4 +102,4 @@ def test_the_plan_of_a_loop_says_what_its_cantilever_holds(tmp_path, capsys):
     (tmp_path / "loop.toml").write_text(LOOP.replace("60.0", "0.2"))
     main(["plan", str(tmp_path / "loop.toml")])
     note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.03"
-    assert note in capsys.readouterr().out
+    assert note in " ".join(capsys.readouterr().out.split())

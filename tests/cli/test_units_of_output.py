@@ -38,6 +38,7 @@ COLUMNS = {
     "penetration": "penetration",
     "height": "height",
     "time": "seconds",
+    "p max": "largest_pressure",
 }
 # Dimensions of the main columns, as powers of energy and length.
 DIMENSIONS = {
@@ -48,7 +49,6 @@ DIMENSIONS = {
     "energy": (1, 0),
     "max_force": (1, -1),
 }
-# Units of costs.
 # Quantities that estimated errors belong to.
 ERRORS = {
     "area_error": "contact_area",
@@ -101,21 +101,30 @@ def lines_of_json(*arguments):
 
 def stated(text, word, unit):
     """Return the value between a word and a unit, in ASE's units."""
+    text = re.sub(r"\n {3,}", " ", text)  # lines that were wrapped
     found = re.search(rf"{word}[^0-9\n]*?(-?[0-9.]+(?:e[+-]?\d+)?) ?{unit}\b", text)
     assert found, f"no {word} in {unit}"
     return float(found[1]) * UNITS[unit]
 
 
 def table_of(text):
-    """Return the columns of a printed table, by heading.
+    """Return the columns of a printed table, by heading: name, and unit below it.
 
-    Headings are separated by two or more blanks; rows begin with a number.
+    Headings are aligned at the right with the numbers, and rows begin with a number.
     """
-    lines = iter(text.splitlines())
-    head = next(line for line in lines if "(s)" in line)
-    names = re.split(r"\s{2,}", head.strip())
-    rows = [line.split() for line in lines if re.match(r"\s*-?\d", line)]
-    return {name: [row[i] for row in rows] for i, name in enumerate(names)}
+    lines = text.splitlines()
+    units = next(i for i, line in enumerate(lines) if line.endswith("(s)"))
+    count = len(lines[units + 1].split())
+    body = [line.rstrip(" *") for line in lines[units + 1 :]]
+    body = [line for line in body if re.match(r" *-?\d", line)]
+    body = [line for line in body if len(line.split()) == count]
+    rows = [line.split() for line in body]
+    ends = [found.end() for found in re.finditer(r"\S+", body[0])]
+    columns = {}
+    for i, (start, end) in enumerate(zip([0, *ends], ends, strict=False)):
+        parts = (line[start:end].strip() for line in lines[units - 1 : units + 1])
+        columns[" ".join(filter(None, parts))] = [row[i] for row in rows]
+    return columns
 
 
 def numbers_of(texts):
@@ -124,7 +133,7 @@ def numbers_of(texts):
 
 def unit_of(name):
     """Return the word and the unit of a heading."""
-    found = re.fullmatch(r"(\w+) \(([^\d%]+)\)", name)
+    found = re.fullmatch(r"([\w ]+) \(([^\d%]+)\)", name)
     return found.groups() if found else (name, None)
 
 
@@ -168,31 +177,27 @@ def test_columns_of_the_printed_table_are_those_of_curve_csv(case):
             numbers_of(texts), expected, rtol=6e-4, atol=0.006, err_msg=name
         )
         seen.add(COLUMNS[word])
-    parts = column(records, "area_error") / column(records, "contact_area")
-    printed_parts = numbers_of(table_of(text)["area error (%)"])
-    np.testing.assert_allclose(printed_parts, 100.0 * parts, rtol=0.05)
-    assert ("load error (%)" in table_of(text)) == (control != "load")
-    if control == "load":
-        heights = numbers_of(table_of(text)["height error (Å)"])
-        np.testing.assert_allclose(heights, column(records, "height_error"), rtol=0.05)
-    assert {"normal_force", "contact_area", "seconds"} <= seen
-    assert (control in seen) == (control != "load")
+    expected = "largest_pressure" if control == "load" else control
+    assert {"normal_force", "contact_area", "seconds", expected} <= seen
 
 
 def test_printed_ratios_are_those_of_the_formulas(case):
     wall, _, _, text, records = case
     table = table_of(text)
     if wall == "sticky":  # the law of Maugis and Dugdale is no formula
-        assert "A/A_Hertz" not in table and "Eq. (4)" not in table
+        assert "A/A_Hertz" not in table and "theory" not in table
         return
     radius, modulus = 60.0 * 2.5, 100.0 * UNITS["GPa"]
     force, area = column(records, "normal_force"), column(records, "contact_area")
     hertz = np.pi * (0.75 * force * radius / modulus) ** (2.0 / 3.0)
     found = numbers_of(table["A/A_Hertz"])
-    np.testing.assert_allclose(found, area / hertz, atol=6e-5)
+    np.testing.assert_allclose(found, area / hertz, rtol=3e-4)
     kappa = {"hard": 2.0, "repulsive": 2.9}[wall]
     ratio = erf(np.sqrt(np.pi) / 2.0 * force / hertz * kappa / (0.1 * modulus))
-    np.testing.assert_allclose(numbers_of(table["Eq. (4)"]), ratio, atol=6e-5)
+    if wall == "hard":  # (rho/R)^(2/3), for the waves of 4 a0 and H = 0.8
+        rho = 4.0 * 2.5 / (2.0 * np.pi * 0.1) * np.sqrt(2.0 * 1.2 / 0.2)
+        ratio = np.maximum(ratio, (rho / radius) ** (2.0 / 3.0))
+    np.testing.assert_allclose(numbers_of(table["theory"]), ratio, rtol=3e-4)
 
 
 def test_the_heading_of_a_run_states_the_scene(case):
@@ -218,10 +223,10 @@ def test_adhesion_is_printed_in_joule_per_square_metre_and_pull_off_in_nanonewto
 def test_the_height_of_first_contact_is_printed_for_paths_of_heights(case):
     _, control, _, text, records = case
     if control != "height":
-        assert "height of" not in text
+        assert "first contact" not in text
         return
     touch = column(records, "height") + column(records, "penetration")
-    assert stated(text, "touch", "Å") == pytest.approx(touch[0], rel=1e-3)
+    assert stated(text, "first contact", "Å") == pytest.approx(touch[0], rel=1e-3)
 
 
 def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
@@ -229,12 +234,12 @@ def test_memory_is_printed_in_gigabytes_and_residual_forces_in_ase_s_unit(case):
     text = printed("run", file, "--out", file.parent / "out", "--verbose")
     number = r"([0-9.]+(?:e[+-]?\d+)?)"
     for name, pattern in {
-        "memory": rf"{number} GB",
+        "memory": rf"{number} GB;",
         "max_force": rf"force {number} eV/Å",
         "tolerance": rf"tolerance {number} eV/Å",
     }.items():
         unit = UNITS["GB"] if name == "memory" else 1.0
-        found = numbers_of(re.findall(pattern, text)) * unit
+        found = numbers_of(re.findall(pattern, " ".join(text.split()))) * unit
         np.testing.assert_allclose(found, column(records, name), rtol=0.05)
     planned = [line["memory"] for line in lines_of_json("plan", file)]
     shown = next(v for k, v in table_of(printed("plan", file)).items() if "GB" in k)

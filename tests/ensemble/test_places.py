@@ -168,7 +168,7 @@ def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch
     options = ["--grid", "2x1", "--workers", "1", "--out", out]
     assert main(["places", scene, *options]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "contact" not in lines[1] and len(lines) == 5
+    assert "contact" not in lines[2] and len(lines) == 6
     assert (tmp_path / "out" / "places.png").exists()
     (figure,) = figures
     panels, bars = figure.axes[:3], figure.axes[3:]

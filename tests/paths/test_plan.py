@@ -12,6 +12,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
+from ase_roughcontact._util.printing import plain
 from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
@@ -85,9 +86,9 @@ def test_step_beyond_the_roughness_has_a_problem_and_the_others_are_planned():
     assert [bool(step.window) for step in plan.steps] == [True, False]
     assert "which is defined up to 256 spacings" in plan.steps[1].problem
     assert plan.fits and not plan.runs
-    text = plan.table("height (Å)", 1.0)
-    assert "CAN'T RUN: atoms can touch beyond" in text
-    assert "1 of 2 steps can't run. To run all, give the roughness a domain" in text
+    text = " ".join(plain(*plan.printed("height (Å)", 1.0)).split())
+    assert "CAN'T RUN" in text and "1 of 2 steps can't run: atoms can touch" in text
+    assert "To run all, give the roughness a domain" in text
 
 
 @pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])
@@ -129,7 +130,7 @@ def test_unknown_control_or_window_is_an_error(words):
 
 def test_plan_as_text_has_a_line_for_every_step():
     scene = Scene.default()
-    text = scene.plan().table("load (nN)", 1.0)
+    text = plain(*scene.plan().printed("load (nN)", 1.0))
     assert len(text.splitlines()) > len(scene.targets) + 3
     assert "In all about" in text and "Left out:" in text
 

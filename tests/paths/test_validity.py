@@ -301,11 +301,11 @@ def test_limits_are_in_table_csv_trajectory_and_json(scene, tmp_path, capsys):
     text = capsys.readouterr().out
     assert "hardness 0.369 GPa" in text
     entry = r"mean pressure/hardness = \d+\.\d+ > 1"
-    rows = [line for line in text.splitlines() if re.match(" +[01]/1", line)]
-    assert len(rows) == 2
-    names = "   LIMITS: mean pressure/hardness, largest pressure/hardness"
-    assert all(names in row and "=" not in row for row in rows)
-    assert "mean pressure/hardness > 1 in 2 of 2 steps: the contact deforms" in text
+    rows = [line for line in text.splitlines() if re.match(" *[01]/1", line)]
+    assert len(rows) == 2 and all(row.endswith(" *") for row in rows)
+    names = "* LIMITS: mean pressure/hardness, largest pressure/hardness\n"
+    assert text.count(names) == 1
+    assert re.search(r"mean pressure/hardness > 1 +in 2 of 2 steps: the contact", text)
     with open(out / "curve.csv", newline="") as file:
         assert all(re.match(entry, row["validity"]) for row in csv.DictReader(file))
     frame = read(out / "sweep.traj")
@@ -399,8 +399,8 @@ def test_loops_mark_states_outside_of_the_limits(tmp_path, capsys):
         warnings.simplefilter("error", ValidityWarning)
         assert main([*command, str(tmp_path / "out")]) == 0
     text = capsys.readouterr().out
-    assert re.search(r"   LIMITS: .*largest pressure/hardness", text)
-    assert not re.search(r"   LIMITS: .*adhesive zone", text)  # in all states
-    assert re.search(r"adhesive zone at the tip/a0 < 5 in (\d+) of \1 steps", text)
-    assert re.search(r"largest pressure/hardness > 1 in \d+ of \d+ steps: the", text)
+    assert re.search(r"LIMITS: .*largest pressure/hardness", text)
+    assert not re.search(r"LIMITS: .*adhesive zone", text)  # in all states
+    assert re.search(r"adhesive zone at the tip/a0 < 5 +in (\d+) of \1 steps", text)
+    assert re.search(r"largest pressure/hardness > 1 +in \d+ of \d+ steps", text)
     assert main([*command, str(tmp_path / "strict"), "--strict"]) == 2

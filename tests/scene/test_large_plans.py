@@ -5,6 +5,7 @@ import time
 
 import pytest
 
+from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
@@ -89,12 +90,12 @@ def test_long_paths_are_listed_in_part():
     ends = [long.steps[i].target for i in (0, -1)]
     assert ends == [short.steps[i].target for i in (0, -1)]
     assert long.seconds == pytest.approx(2000 * short.seconds, rel=0.5)
-    assert "These are 500 of 1000000 steps." in long.table("load (eV/Å)", 1.0)
+    assert "These are 500 of 1000000 steps." in long.printed("load (eV/Å)", 1.0)
 
 
 def test_the_advice_is_given_once_and_suffices_for_all_steps():
     scene = Scene.parse(SMALL_DOMAIN)
-    text = scene.plan().table("load (eV/Å)", 1.0)
+    text = " ".join(plain(*scene.plan().printed("load (eV/Å)", 1.0)).split())
     (side,) = re.findall("give the roughness a domain of ([0-9]+) a0", text)
     assert "2 of 4 steps can't run" in text
     larger = scene.with_values({"roughness.domain": float(side)})

@@ -14,7 +14,7 @@ from ase_roughcontact import (
     load_path,
     substrate,
 )
-from ase_roughcontact.cli.report import table_header
+from ase_roughcontact.cli.description import bodies, theory
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS
 from ase_roughcontact.scene import Scene
@@ -71,7 +71,7 @@ def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():
 
 
 def first_line(made):
-    return table_header(reference_for(made)).splitlines()[0]
+    return bodies(made)["solid"]
 
 
 @pytest.mark.parametrize(
@@ -102,10 +102,8 @@ def test_the_first_line_of_a_run_names_the_solid(lines, label):
     [("", "the base without a layer"), ("rigid_base = true", "material of the layer")],
 )
 def test_the_theory_beside_a_layer_names_its_half_space(lines, half_space):
-    *_, theory, _, _ = table_header(
-        reference_for(scene(f"{LAYER}\n{lines}"))
-    ).splitlines()
-    assert theory.startswith("A/A_Hertz") and theory.endswith(half_space)
+    described = theory(reference_for(scene(f"{LAYER}\n{lines}")))
+    assert described["A/A_Hertz"].endswith(half_space)
 
 
 LOOP = 'kind = "loop"\ndeepest = 0.2\n'

@@ -1,5 +1,6 @@
 """Kinds of path, with one that is added from outside of the package."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,7 +34,8 @@ class Oscillation(PathKind):
         return path.mean + path.amplitude * np.cos(phase)
 
     def summary(self, bodies, states):
-        return f"Largest force: {max(state.normal_force for state in states):.4g} eV/Å"
+        force = max(state.normal_force for state in states)
+        return {"largest force": f"{force:.4g} eV/Å"}
 
     def draw(self, bodies, states, folder):
         forces = [state.normal_force for state in states]
@@ -69,14 +71,15 @@ def test_the_commands_know_a_kind_from_outside(tmp_path, capsys):
     file, folder = tmp_path / "scene.toml", tmp_path / "out"
     file.write_text(TEXT)
     assert main(["plan", str(file)]) == 0
-    assert "height (Å)" in capsys.readouterr().out
+    assert re.search(r"height .*\n +\(Å\)", capsys.readouterr().out)
     assert main(["run", str(file), "--out", str(folder)]) == 0
     lines = capsys.readouterr().out.splitlines()
-    start = lines.index("    step   height (Å)   force (nN)")
+    start = next(i for i, line in enumerate(lines) if line.startswith("step"))
+    assert lines[start - 1].split() == ["height", "force"]
     rows = [line.split() for line in lines[start + 1 : start + 10]]
     assert [float(row[1]) for row in rows] == HEIGHTS
     assert [row[0] for row in rows] == [f"{number}/8" for number in range(9)]
-    assert any(line.startswith("Largest force: ") for line in lines)
+    assert any(line.startswith("largest force ") for line in lines)
     assert (folder / "oscillation.png").stat().st_size > 5000
     assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0  # resumed
     assert main(["report", str(folder)]) == 0

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ase_roughcontact.cli.description import description
+from ase_roughcontact.cli.description import theory
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
 
@@ -134,7 +134,7 @@ def test_description_of_a_rough_adhesive_scene_lists_criteria_of_stickiness():
     reference = reference_for(adhesive(ROUGH, 0.5))
     names = ["Fuller-Tabor", "Persson-Tosatti", "Pastewka-Robbins"]
     assert [criterion.name for criterion in reference.criteria] == names
-    assert "with this roughness: Fuller-Tabor: " in description(reference)
+    assert theory(reference)["stickiness of flats"].startswith("Fuller-Tabor: ")
     assert reference_for(adhesive(SMOOTH, 0.5)).criteria == ()
     one_wave = ROUGH + "short_wavelength = 16.0\n"
     assert len(reference_for(adhesive(one_wave, 0.5)).criteria) == 3
