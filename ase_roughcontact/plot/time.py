@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.plot.files import save
-from ase_roughcontact.plot.style import BLUE, GREY, ORANGE
+from ase_roughcontact.plot.files import written
+from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, letter
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
 
@@ -69,8 +67,8 @@ def draw_time_path(file: Path, steps: Sequence[Any]) -> None:
     file : path
     steps : sequence of TimeStep
     """
-    figure = Figure(figsize=(9, 4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    plot_over_time(left, steps)
-    plot_over_depth(right, steps)
-    save(figure, file, dpi=150)
+    with written(file, 5.2) as figure:
+        panels = upper, lower = figure.subplots(2, 1)
+        plot_over_time(upper, steps)
+        plot_over_depth(lower, steps)
+        letter(panels)

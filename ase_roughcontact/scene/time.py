@@ -137,7 +137,7 @@ class Timed(PathKind):
             cantilever=self.stiffness or 0.0,
         )
 
-    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> str:
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return largest forces, and the energies lost."""
         steps: Any = states
         nn = UNITS["nN"]
@@ -147,17 +147,17 @@ class Timed(PathKind):
             for a, b in pairwise(steps)
         )
         jumps = [step.lost_energy for step in steps if step.lost_energy]
-        lines = [
-            f"Largest force: {max(forces):.4g} nN",
-            f"Pull-off force: {max(0.0, -min(forces)):.4g} nN",
-            f"Energy dissipated by the solid: {dissipated:.4g} eV",
-        ]
+        found = {
+            "largest force": f"{max(forces):.4g} nN",
+            "pull-off force": f"{max(0.0, -min(forces)):.4g} nN",
+            "dissipated energy": f"{dissipated:.4g} eV, by the solid",
+        }
         if jumps:
-            lines.append(
-                f"Energy lost in {len(jumps)} instabilities at the instantaneous "
-                f"modulus: {sum(jumps):.4g} eV"
+            found["lost energy"] = (
+                f"{sum(jumps):.4g} eV, in {len(jumps)} instabilities at the "
+                "instantaneous modulus"
             )
-        return "\n".join(lines)
+        return found
 
     def draw(
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
