@@ -106,6 +106,15 @@ class AdhesionLoop:
         )
         return cls(*branches, *jumps)
 
+    def __str__(self) -> str:
+        return (
+            f"AdhesionLoop: {len(self.approach)} states and {len(self.approach_jumps)} "
+            f"instabilities on approach, {len(self.retraction)} and "
+            f"{len(self.retraction_jumps)} on retraction; pull-off force "
+            f"{self.pull_off_force:.4g} eV/Å, dissipated energy "
+            f"{self.dissipated_energy:.4g} eV"
+        )
+
     @property
     def pull_off_force(self) -> float:
         """Largest tension during retraction, zero without any (eV/Å).

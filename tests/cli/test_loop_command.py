@@ -35,6 +35,7 @@ def test_the_loop_of_a_scene_is_that_of_its_atoms():
     options = {"deepest": 1.5, "step": 0.5, "tolerance": 0.01, "accuracy": "fast"}
     direct = adhesion_loop(scene.atoms(), **options, validity="ignore")
     assert loop.pull_off_force == direct.pull_off_force > 0.0
+    assert f"pull-off force {loop.pull_off_force:.4g} eV/Å" in str(loop)
     forces = [state.normal_force for state in scene.relax(validity="ignore")]
     states = (*loop.approach, *loop.retraction[1:])
     assert forces == [state.normal_force for state in states]
