@@ -18,6 +18,7 @@ SMALL = {
     "hertz_optimizers": {"SIZE": 12},
     "load_sweep": {"RADIUS": 100.0},
     "cantilever": {"STEPS": 25},
+    "pull_off_rates": {"RATES": (10.0,)},
     "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
     "adhesion_hysteresis": {"DEEPEST": -0.7},

@@ -145,7 +145,9 @@ def _edge_zone(step: RelaxedStep) -> float:
         return math.nan
     adhesion = step.contact.adhesion  # relative, None if it is uniform
     work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
-    width = halfspace.contact_modulus * wall.attraction_range**2 / work
+    creep = step.problem.solid.creep  # the zone is narrowest in the relaxed solid
+    modulus = halfspace.contact_modulus * (creep.relaxed if creep else 1.0)
+    width = modulus * wall.attraction_range**2 / work
     return 0.25 * math.pi * width / halfspace.spacing
 
 

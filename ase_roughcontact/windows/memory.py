@@ -18,7 +18,7 @@ _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
 # Bytes of Python and its libraries, and bytes beside them that are not checked: reading
 # the limits would take a tenth of a step in a small window.
-_BASE, _UNCHECKED = 130e6, 100e6
+_BASE, _UNCHECKED = 160e6, 100e6
 
 
 def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
