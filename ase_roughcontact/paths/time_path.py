@@ -43,6 +43,9 @@ _STEPS_PER_CYCLE = 32
 # force and area are resolved where they change faster than the solid creeps; and power
 # of two beyond which parts are not divided for it, as the contact may jump.
 _LARGEST_CHANGE, _FINEST = 0.1, 16
+# Sum of the pressures below which errors and changes do not count, in units of E*:
+# about the pressure of one atom in contact.
+_SMALLEST_PRESSURE = 0.05
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
 _GROWTH = 0.1
@@ -264,24 +267,26 @@ class _TimeSteps:
         """Return the estimated error of a step; zero without one before."""
         state = self.stepper.state
         last = state.history.get(PRESSURE_RATE)
-        scale = max(self.position.largest, float(abs(state.pressure).sum()))
-        if last is None or not scale:
+        if last is None:
             return 0.0
         change = float(abs(rate - last).sum())
         curvature = 2.0 * change / (elapsed + self.position.elapsed)
         x = elapsed / np.array(self.creep.times)
         weights = np.array(self.creep.compliances) * x / (12.0 + 2.0 * x**2)
         weight = float(weights.sum()) + self.creep.flow * elapsed / 12.0
-        return weight * elapsed**2 * curvature / scale
+        return weight * elapsed**2 * curvature / self._scale()
 
     def _change(self, before: State, rate: np.ndarray, elapsed: float) -> float:
         """Return the change of the pressures in a step, relative to the largest sum."""
         if not before.pressure.any():
             return 0.0
-        scale = max(
-            self.position.largest, float(abs(self.stepper.state.pressure).sum())
-        )
-        return elapsed * float(abs(rate).sum()) / scale
+        return elapsed * float(abs(rate).sum()) / self._scale()
+
+    def _scale(self) -> float:
+        """Return the largest sum of the pressures so far, at least that of an atom."""
+        modulus = self.stepper.problem.solid.contact_modulus
+        now = float(abs(self.stepper.state.pressure).sum())
+        return max(self.position.largest, now, _SMALLEST_PRESSURE * modulus)
 
     def _accepted(self, target: float, step: TimeStep) -> TimeStep:
         pressure = float(abs(self.stepper.state.pressure).sum())

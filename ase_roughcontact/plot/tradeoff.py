@@ -12,7 +12,7 @@ from matplotlib.transforms import Bbox
 from ase_roughcontact.plot.style import COLOURS, GREY
 
 _MARKERS = "osD^v<>P"
-# Smallest error that is told from zero, relative to the wanted one.
+# Smallest error that is distinguished from zero, relative to the wanted one.
 _SMALLEST = 1e-3
 # Size of the markers of the first source, and by how much those of the next ones are
 # larger, which lie behind, so that none hides another; distances of labels (points).
