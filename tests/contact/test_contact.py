@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from ase_roughcontact.contact import Contact
-from ase_roughcontact.elasticity import Crystal
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.interactions import HardWall, LennardJones93
 
@@ -76,9 +75,8 @@ def test_at_equilibrium_the_substrate_pushes_back_with_the_normal_force(
     u = relax(contact, 0.0, gtol=1e-9)
     elastic = contact.halfspace.elastic_pressure(u)
     normal_force = contact.evaluate(u, 0.0).normal_force
-    # rounding errors of the energy stop scipy at 1.6e-8 on the crystal
-    error = 2e-8 if isinstance(solid, Crystal) else 1e-8
-    assert elastic.sum() == pytest.approx(normal_force, rel=error)
+    # rounding errors of the energy stop scipy at 1e-8 to 2e-8, depending on the BLAS
+    assert elastic.sum() == pytest.approx(normal_force, rel=4e-8)
 
 
 def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
