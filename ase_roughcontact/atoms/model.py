@@ -15,7 +15,7 @@ from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
 from ase_roughcontact.atoms.history import history_of
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
-from ase_roughcontact.contact.creep import past_of, with_depths
+from ase_roughcontact.contact.creep import check_past, past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
@@ -87,11 +87,13 @@ class ContactModel:
             return
         window = self.problem.window(self.grid.window, self.grid.origin)
         flat = State(window, 0.0, np.zeros(window.shape), None, new)
-        state = with_depths(flat, self.contact.halfspace)
+        check_past(new, self.problem.solid.creep)
+        halfspace = self.contact.halfspace
+        if isinstance(halfspace.solid, Scaled):  # also after an interrupted time step
+            halfspace = halfspace.softened(1.0)
+        state = with_depths(flat, halfspace)
         creep = past_of(state) if state.depths else (None, None)
-        self.contact = self.contact.changed(
-            self.contact.halfspace, state.plastic_depth, *creep
-        )
+        self.contact = self.contact.changed(halfspace, state.plastic_depth, *creep)
         self.history = new
 
     def follow(self, contact: Contact, history: Mapping[str, np.ndarray]) -> None:
@@ -148,6 +150,7 @@ class ContactModel:
 
 
 def _check_element(atoms: Atoms, solid: ElasticSolid | None) -> None:
+    solid = solid.elastic if solid is not None else None
     if not isinstance(solid, Crystal):
         return
     others = atoms.numbers[:-1] != atomic_numbers[solid.symbol]

@@ -46,7 +46,7 @@ def time_path(
         Stiffness of the cantilever (eV/Å^2), for `bases`.
     tolerance : float
         Largest error of a time step, relative to the largest force of the path so far.
-        The steps follow from it.
+        The steps follow from it; their errors add up while the solid remembers them.
     validity, output
         See `load_path`. Results are of the class `TimeStep`, with the time, the stored
         energy and the power that is dissipated.
@@ -65,7 +65,7 @@ def time_path(
         If not exactly one schedule is given, the solid is not viscoelastic, the
         cantilever is missing, or as `load_path` does.
     TypeError
-        If `output.record` is not derived from `TimeStep`.
+        If the path is no `Schedule`, or `output.record` not derived from `TimeStep`.
 
     Notes
     -----
@@ -73,6 +73,9 @@ def time_path(
     see `Creep.over`. An instability of the quasi-static contact is a fast motion here,
     which the steps resolve; one that remains at the instantaneous modulus is a jump at
     a time.
+
+    The z of the atoms is the displacement by the pressure of the moment; the depth that
+    the past adds is the field ``creep_depth`` in the `info` of frames.
 
     Examples
     --------
@@ -91,6 +94,11 @@ def time_path(
     control, schedule = single_path(
         penetrations=penetrations, heights=heights, loads=loads, bases=bases
     )
+    if not isinstance(schedule, Schedule):
+        raise TypeError(
+            f"{control} must be a Schedule, such as Schedule(0.0).ramp(1.0, rate=2.0), "
+            f"got {schedule!r}"
+        )
     if (control == "bases") != (cantilever is not None):
         raise ValueError(
             "bases need the stiffness of the cantilever, and only they do, got "

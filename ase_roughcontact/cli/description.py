@@ -76,9 +76,10 @@ def _hardness(scene: Scene) -> str:
 
 def _bare(scene: Scene) -> str:
     """Return on what half space theory is, for a layer."""
-    if not isinstance(scene.solid, Layer):
+    solid = scene.solid.elastic
+    if not isinstance(solid, Layer):
         return ""
-    if scene.solid.base_modulus is None:
+    if solid.base_modulus is None:
         return ", on the material of the layer"
     return ", on the base without a layer"
 

@@ -59,8 +59,11 @@ class StepTable:
         count = self._scene.path.count(self._scene)
         last = "" if count is None else f"/{count - 1}"
         row = [f"{step.step}{last}".rjust(max(2 * len(last) - 1, 4))]
-        row += ("restored" if restored and head == "time (s)" else value_of(step)
-                for head, value_of in self._columns)  # fmt: skip
+        hidden = "" if self._scene.path.columns or not restored else "time (s)"
+        row += (
+            "restored" if head == hidden else value_of(step)
+            for head, value_of in self._columns
+        )
         checks = failed_checks(step.validity).values()
         names = [check.name for check in checks if not check.constant]
         row.append("*" * bool(names))

@@ -167,7 +167,7 @@ def draw_figures(options: argparse.Namespace) -> int:
     """
     folder = options.folder
     scene = Scene.of_results(folder)
-    steps = list(read_steps(folder / "sweep.traj"))
+    steps = list(read_steps(folder / "sweep.traj", scene.path.record))
     pictures, _ = _drawn(reference_for(scene), steps, folder)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
@@ -185,7 +185,8 @@ def write_report(options: argparse.Namespace) -> int:
 
     folder = options.folder
     reference = reference_for(Scene.of_results(folder))
-    steps = list(read_steps(folder / "sweep.traj"))
+    record = reference.scene.path.record
+    steps = list(read_steps(folder / "sweep.traj", record))
     _drawn(reference, steps, folder)
     file = folder / "report.html"
     with replaced(file) as name:

@@ -33,6 +33,16 @@ def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {k: q for k, q in history.items() if k.startswith(CREEP_PRESSURE)}
 
 
+def check_past(history: Mapping[str, np.ndarray], creep: Creep | None) -> None:
+    """Raise `ValueError` if a surface has the past of another solid."""
+    found, terms = len(creep_pressures(history)), creep.terms if creep else 0
+    if found not in (0, terms):
+        raise ValueError(
+            f"the surface has crept in a solid with a series of {found} terms, but "
+            f"that of this solid has {terms}: start from new atoms"
+        )
+
+
 def before_step(state: State, step: CreepStep) -> State:
     r"""Return a state as a time step finds it, with :math:`e_k q_k + c_k p`.
 

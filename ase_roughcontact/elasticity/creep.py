@@ -14,22 +14,21 @@ shares.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import nnls
+from scipy.optimize import brentq, nnls
 
 from ase_roughcontact._util.validation import finite_array, positive, positive_array
 
-# Rates below this part of the largest one are those of a flow.
-_NO_RATE = 1e-12
 # Relative moduli below which a term is left out of a fit.
 _NEGLIGIBLE = 1e-6
-# Rounding that the sum of relative moduli may exceed one by.
-_ROUNDING = 1e-12
+# Rounding of the sum of relative moduli, and relative distance of a zero from a pole.
+_ROUNDING = 1e-13
 
 
 class CreepStep(NamedTuple):
@@ -89,9 +88,11 @@ class Creep:
     flow: float = 0.0
 
     def __post_init__(self) -> None:
-        values, times = _terms(compliances=self.compliances, times=self.times)
         if not 0.0 <= self.flow < np.inf:
             raise ValueError(f"flow must be finite and at least 0, got {self.flow}")
+        values, times = tuple[float, ...](), tuple[float, ...]()
+        if len(self.compliances) or len(self.times) or not self.flow:
+            values, times = _terms(compliances=self.compliances, times=self.times)
         object.__setattr__(self, "compliances", values)
         object.__setattr__(self, "times", times)
 
@@ -112,29 +113,35 @@ class Creep:
         Returns
         -------
         Creep
-            With as many terms, converted exactly: the retardation times are the
-            inverse eigenvalues of
-            :math:`\delta_{jk}/\tau_k - \sqrt{g_j g_k/(\tau_j \tau_k)}`.
+            With as many terms, one for each distinct time: the retardation rates are
+            the zeros of the Laplace transform :math:`s \hat E(s)`, which lie between
+            the relaxation rates.
 
         Raises
         ------
         ValueError
             If the series is not valid.
         """
-        moduli, times = _terms(moduli=moduli, times=times)
-        if sum(moduli) > 1.0 + _ROUNDING:
+        given = _terms(moduli=moduli, times=times)
+        if sum(given[0]) > 1.0 + _ROUNDING:
             raise ValueError(
                 "moduli are relative to the instantaneous modulus, so that their sum "
-                f"is at most 1, got {sum(moduli):g}"
+                f"is at most 1, got {sum(given[0]):g}"
             )
-        rates, weights = _inverted(np.array(moduli) / times, np.array(times), -1.0)
-        flows = rates <= _NO_RATE * max(1.0 / np.array(times), default=0.0)
-        kept = ~flows
-        return cls(
-            tuple((weights[kept] / rates[kept]).tolist()),
-            tuple((1.0 / rates[kept]).tolist()),
-            float(weights[flows].sum()),
-        )
+        rates, inverse = np.unique(1.0 / np.array(given[1]), return_inverse=True)
+        g = np.bincount(inverse, given[0])
+        rest = 1.0 - float(g.sum())
+        fluid = rest <= _ROUNDING
+
+        def modulus(x: float) -> float:  # at the rate -x of Laplace's transform
+            return (0.0 if fluid else rest) - float((g * x / (rates - x)).sum())
+
+        lowest = [] if fluid else [0.1 * rest * rates[0]]
+        zeros = np.array(list(_zeros(modulus, [*lowest, *rates])))
+        slopes = (g * rates / (rates - zeros[:, None]) ** 2).sum(axis=1)
+        flow = 1.0 / float((g / rates).sum()) if fluid else 0.0
+        values = 1.0 / (zeros * slopes)
+        return cls(tuple(values.tolist()), tuple((1.0 / zeros).tolist()), flow)
 
     @classmethod
     def standard_solid(cls, relaxed: float, time: float) -> Creep:
@@ -165,7 +172,7 @@ class Creep:
         """Number of fields that the surface has to remember, with that of the flow."""
         return len(self.compliances) + bool(self.flow)
 
-    def times_part(self, part: float) -> Creep:
+    def scaled(self, part: float) -> Creep:
         """Return the creep of two solids pressed together, of which one is elastic.
 
         Parameters
@@ -184,13 +191,21 @@ class Creep:
 
     def relaxation_series(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the relative moduli and times of the relaxation, converted exactly."""
-        weights = np.array(self.compliances) / self.times
-        rates, times = 1.0 / np.array(self.times), np.array(self.times)
-        if self.flow:
-            weights, rates = np.append(weights, self.flow), np.append(rates, 0.0)
-            times = np.append(times, np.inf)
-        rates, weights = _inverted(weights, times, 1.0)
-        return weights / rates, 1.0 / rates
+        poles = sorted(zip(1.0 / np.array(self.times), self.compliances, strict=True))
+        rates, values = np.array(poles).reshape(-1, 2).T
+
+        def compliance(x: float) -> float:  # at the rate -x of Laplace's transform
+            parts = float((values * rates / (rates - x)).sum())
+            return 1.0 + parts - self.flow / x
+
+        total = 1.0 + float(values.sum())
+        fastest = 10.0 * (total * max(rates, default=0.0) + self.flow)
+        slowest = self.flow / total
+        lowest = [0.1 * min(slowest, min(rates, default=slowest))] if self.flow else []
+        zeros = np.array(list(_zeros(compliance, [*lowest, *rates, fastest])))
+        slopes = (values * rates / (rates - zeros[:, None]) ** 2).sum(axis=1)
+        slopes = slopes + self.flow / zeros**2
+        return 1.0 / (zeros * slopes), 1.0 / zeros
 
     def relaxation(self, time: np.ndarray | float) -> np.ndarray:
         """Return E(t) relative to E(0), of the shape of the times."""
@@ -215,9 +230,7 @@ class Creep:
         rate = 1j * np.asarray(frequency, dtype=float)
         terms = 1.0 / (1.0 + rate[..., None] * np.array(self.times))
         compliance = 1.0 + terms @ np.array(self.compliances)
-        if self.flow:
-            compliance = compliance + self.flow / rate
-        return 1.0 / compliance
+        return rate / (rate * compliance + self.flow) if self.flow else 1.0 / compliance
 
     def over(self, elapsed: float) -> CreepStep:
         r"""Return the coefficients of a step over which the pressure is linear in time.
@@ -352,18 +365,15 @@ def _terms(**series: Sequence[float]) -> list[tuple[float, ...]]:
     return [tuple(each.tolist()) for each in values]
 
 
-def _inverted(
-    weights: np.ndarray, times: np.ndarray, sign: float
-) -> tuple[np.ndarray, np.ndarray]:
-    r"""Return rates and weights of the inverse of a sum of poles.
+def _zeros(
+    function: Callable[[float], float], edges: Sequence[float]
+) -> Iterator[float]:
+    """Yield the zeros of a function between poles, one in each interval.
 
-    .. math:: \left[1 \pm \sum_k \frac{w_k}{s + 1/t_k}\right]^{-1}
-              = 1 \mp \sum_j \frac{w_j'}{s + r_j},
-
-    with the eigenvalues :math:`r_j` of :math:`\mathrm{diag}(1/t_k) \pm v v^T`,
-    :math:`v_k = \sqrt{w_k}`, and its eigenvectors :math:`x_j`,
-    :math:`w_j' = (v \cdot x_j)^2`.
+    Those within rounding of a pole, of terms that are negligible, are left out.
     """
-    v = np.sqrt(weights)
-    rates, vectors = np.linalg.eigh(np.diag(1.0 / times) + sign * np.outer(v, v))
-    return rates, (v @ vectors) ** 2
+    for low, high in pairwise(edges):
+        ends = math.log(low) + _ROUNDING, math.log(high) - _ROUNDING
+        values = [function(math.exp(end)) for end in ends]
+        if ends[0] < ends[1] and values[0] * values[1] < 0.0:
+            yield math.exp(brentq(lambda y: function(math.exp(y)), *ends, xtol=1e-15))

@@ -105,6 +105,11 @@ class ElasticSolid(ABC):
         """Whether the solid defines `cell_compliance`."""
         return type(self).cell_compliance is not ElasticSolid.cell_compliance
 
+    @property
+    def elastic(self) -> ElasticSolid:
+        """The solid itself; of a viscoelastic one the instantaneous solid."""
+        return self
+
     def check(self, spacing: float) -> None:
         """Raise an error if the solid can't be that of a square grid of atoms.
 

@@ -29,6 +29,11 @@ class Scaled(ElasticSolid):
     factor: float
 
     @property
+    def elastic(self) -> ElasticSolid:
+        """The solid that is scaled."""
+        return self.solid.elastic
+
+    @property
     def contact_modulus(self) -> float:  # type: ignore[override]
         """Modulus of the far field (pressure)."""
         return self.solid.contact_modulus / self.factor
@@ -120,6 +125,8 @@ class Viscoelastic(Scaled):
     def __post_init__(self) -> None:
         if not isinstance(self.solid, ElasticSolid):
             object.__setattr__(self, "solid", Isotropic(self.solid))
+        if self.solid.creep is not None:
+            raise ValueError(f"the instantaneous solid must be elastic: {self.solid}")
 
     @property
     def relaxed(self) -> ElasticSolid:
@@ -127,10 +134,6 @@ class Viscoelastic(Scaled):
         if not self.creep.relaxed:
             raise ValueError("a fluid relaxes to no solid: its creep has a flow")
         return Softened(self.solid, 1.0 / self.creep.relaxed)
-
-    def during(self, elapsed: float) -> ElasticSolid:
-        """Return the elastic solid of a time step; see `Creep.over`."""
-        return Softened(self.solid, self.creep.over(elapsed).compliance)
 
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the solid in files."""

@@ -56,6 +56,6 @@ def hardness_for(problem: Problem, symbol: str, hardness: float | None = None) -
     """
     if problem.wall.plastic:  # what is plastic is within the model
         return problem.wall.hardness
-    if hardness is None and isinstance(problem.solid, Layer):
+    if hardness is None and isinstance(problem.solid.elastic, Layer):
         return math.nan
     return hardness_of(symbol, problem.spacing, hardness)

@@ -331,7 +331,7 @@ class TimeStep(LoadStep):
     lost_energy: float = column(
         lambda s: 0.0,
         "energy lost since the last step in an instability at the instantaneous "
-        "modulus; zero without one",
+        "modulus; zero if the forces of both steps may explain the change of energy",
         "eV",
     )
 

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ase_roughcontact._util.validation import finite, positive
+from ase_roughcontact._util.validation import finite, integer, positive
 
 
 class Part(NamedTuple):
@@ -52,7 +52,8 @@ class Schedule:
     Raises
     ------
     ValueError
-        If a number is not finite, or a duration, rate or frequency is not positive.
+        If a number is not finite, a duration is negative, or a rate or frequency is not
+        positive.
 
     Examples
     --------
@@ -99,6 +100,9 @@ class Schedule:
                 "times must begin at 0 and be as many as the targets, got "
                 f"{len(times)} times and {len(targets)} targets"
             )
+        for before, after in pairwise(times):
+            if after < before:
+                raise ValueError(f"times must not decrease, got {after} after {before}")
         durations = [b - a for a, b in pairwise(times)]
         parts = [Part(*each) for each in zip(durations, targets[1:], strict=True)]
         return cls(targets[0], parts)
@@ -134,10 +138,11 @@ class Schedule:
         return self._with(Part(0.0, target))
 
     def oscillate(
-        self, amplitude: float, frequency: float, cycles: float = 3
+        self, amplitude: float, frequency: float, cycles: int = 3
     ) -> Schedule:
         """Return a schedule that goes on with ``amplitude sin(2 pi frequency t)``."""
-        positive(amplitude=amplitude, frequency=frequency, cycles=cycles)
+        positive(amplitude=amplitude, frequency=frequency)
+        integer("cycles", cycles, 1)
         return self._with(Part(cycles / frequency, self.last, amplitude, frequency))
 
     def at(self, time: float) -> float:

@@ -15,6 +15,7 @@ from ase_roughcontact.contact import Contact, Problem, State
 from ase_roughcontact.contact.creep import (
     after_step,
     before_step,
+    check_past,
     past_of,
     with_depths,
 )
@@ -250,6 +251,7 @@ class Stepper:
                 if creep
                 else f"only a viscoelastic solid needs a time, got {moment}"
             )
+        check_past(self.state.history, creep)
         if creep:
             self._creep_step = creep.over(elapsed)
             self.state = before_step(self.state, self._creep_step)
@@ -351,7 +353,9 @@ class Stepper:
         ):
             wider = self._set_contact(wider)
             run = self._relax(wider, support, statistics)
+        softness = 1.0
         if self._creep_step is not None:
+            softness = self._creep_step.compliance
             run = self._ended(run, self._creep_step)
         self.state, self.run = run.state, run
         self._check_load(target, run, statistics)
@@ -369,7 +373,7 @@ class Stepper:
             continuum=self.options.continuum,
             lost_slope=self.options.lost_slope,
         )
-        _check_residuals(relaxed)
+        _check_residuals(relaxed, softness)
         if statistics.converged and self._continuous:
             self._extrapolation.add(along, run.state, run.fields.pressure)
         return relaxed
@@ -445,10 +449,13 @@ def _spring(stiffness: float, base: float, height: float) -> tuple[float, float]
     return 0.5 * stiffness * extension**2, stiffness * extension
 
 
-def _check_residuals(relaxed: RelaxedStep) -> None:
-    """Mark a step whose forces or gaps are above the tolerance as not converged."""
+def _check_residuals(relaxed: RelaxedStep, softness: float = 1.0) -> None:
+    """Mark a step whose forces or gaps are above the tolerance as not converged.
+
+    Over a time step the solid is softer than between steps.
+    """
     statistics, halfspace, state = relaxed.statistics, relaxed.halfspace, relaxed.fields
-    stiffness = halfspace.cell_area / halfspace.self_compliance
+    stiffness = halfspace.cell_area / (softness * halfspace.self_compliance)
     limit = statistics.tolerance
     if not relaxed.contact.interaction.hard and state.pressure.any():
         limit = min(limit, largest_error(relaxed.contact, state.pressure))

@@ -46,6 +46,8 @@ _LARGEST_CHANGE, _FINEST = 0.1, 16
 # Sum of the pressures below which errors and changes do not count, in units of E*:
 # about the pressure of one atom in contact.
 _SMALLEST_PRESSURE = 0.05
+# Energy below which none is lost, in units of E* a0^3.
+_NO_ENERGY = 1e-6
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
 _GROWTH = 0.1
@@ -312,6 +314,8 @@ class _TimeSteps:
         lost = work - (step.energy - last.energy) - 0.5 * sum(powers) * elapsed
         unknown = abs(forces[1] - forces[0]) * abs(change)
         unknown += abs(powers[1] - powers[0]) * elapsed
+        problem = self.stepper.problem
+        unknown += _NO_ENERGY * problem.solid.contact_modulus * problem.spacing**3
         return lost if lost > unknown else 0.0
 
     def _conjugate(self, target: float, step: TimeStep) -> float:

@@ -144,7 +144,7 @@ def _with_tip(solid: ElasticSolid, name: str, creep: Creep | None) -> ElasticSol
     if creep is None:
         return both
     return Viscoelastic(
-        both, creep.times_part(both.contact_modulus / solid.contact_modulus)
+        both, creep.scaled(both.contact_modulus / solid.contact_modulus)
     )
 
 

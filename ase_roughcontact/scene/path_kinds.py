@@ -96,16 +96,18 @@ class PathKind(Section):
         """
         kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
         problems, types = Problems(), kind.types()
-        given, foreign = {}, {}
+        given, foreign = {}, dict[str, list[str]]()
         for key, value in entries.items():
             owners = [each for each in PATHS.values() if key in each.types()]
             if key in types or not owners:
                 given[key] = value
             elif all(value != getattr(each, key) for each in owners):
-                foreign[key] = owners[0].kind
+                foreign[key] = [each.kind for each in owners]
         given.pop("kind", None)
         if foreign:
-            keys, other = ", ".join(foreign), next(iter(foreign.values()))
+            keys = ", ".join(foreign)
+            of_all = [k for k in PATHS if all(k in each for each in foreign.values())]
+            other = of_all[0] if of_all else next(iter(foreign.values()))[0]
             with problems.of(cls.title):
                 raise ValueError(
                     f'{keys} need kind = "{other}", got "{kind.kind}": omit {keys}, or '

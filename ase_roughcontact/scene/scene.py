@@ -30,7 +30,7 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, TimeStep
 from ase_roughcontact.paths.resume import OtherPathError
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
@@ -333,12 +333,31 @@ class Scene(SceneFile):
             integer("max_steps", self.solver.max_steps, 1)
         with problems.of("path"):
             _ = self.planned, self.cantilever
+            self._check_time()
         problems.check()
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
             check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
+
+    def _check_time(self) -> None:
+        """Raise an error if only one of solid and path depends on time."""
+        timed = issubclass(self.path.record, TimeStep)
+        if timed and self.solid.creep is None:
+            raise ValueError(
+                'kind = "time" needs a viscoelastic solid: give relaxation_moduli and '
+                "relaxation_times in [substrate]"
+            )
+        if self.solid.creep is not None and not timed:
+            raise ValueError(
+                'the solid of relaxation_moduli is viscoelastic: give kind = "time"'
+            )
+        if self.control == "bases" and self.wall.purely_hard:
+            raise ValueError(
+                'control = "base" needs a wall other than kind = "hard", such as '
+                '"repulsive"'
+            )
 
     @property
     def control(self) -> str:

@@ -140,7 +140,7 @@ def tradeoff(
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
-    if of == _PRESCRIBED[scene.control]:
+    if of == _PRESCRIBED.get(scene.control):
         raise ValueError(
             f"the path prescribes the {of}, which has no error: ask for that of the "
             f"area or the {'height' if of == 'force' else 'force'}"

@@ -124,3 +124,28 @@ def test_errors_of_measured_moduli_say_what_is_wrong():
         fit_relaxation([1.0, 2.0], [1.0, 2.0], [1.0])
     with pytest.raises(ValueError, match="the solid is elastic"):
         fit_relaxation([1.0, 10.0], [1.0, 1.0], [1e-9, 1e-9])
+
+
+def test_series_over_twenty_decades_are_converted():
+    times, moduli = np.logspace(-10.0, 10.0, 20), np.full(20, 0.99 / 20)
+    creep = Creep.of_relaxation(moduli, times)
+    assert creep.relaxed == pytest.approx(0.01, rel=1e-12)
+    found, found_times = creep.relaxation_series()
+    assert found_times[::-1] == pytest.approx(times, rel=1e-12)
+    assert found == pytest.approx(moduli, rel=1e-11)
+
+
+def test_maxwell_fluid_has_no_terms_but_its_flow():
+    creep = Creep.of_relaxation([1.0], [2.0])
+    assert creep == Creep((), (), flow=0.5)
+    assert creep.terms == 1 and creep.relaxed == 0.0
+    assert creep.compliance(3.0) == pytest.approx(2.5)
+    assert creep.relaxation(2.0) == pytest.approx(np.exp(-1.0))
+    assert creep.modulus(0.0) == 0.0
+
+
+def test_equal_times_are_one_term():
+    expected = Creep.of_relaxation([0.6], [1.0])
+    found = Creep.of_relaxation([0.3, 0.3], [1.0, 1.0])
+    assert found.times == pytest.approx(expected.times)
+    assert found.compliances == pytest.approx(expected.compliances)

@@ -272,3 +272,20 @@ def test_an_elastic_solid_says_what_is_needed():
     stepper = stepper_of(problem_of(16, creep=None), 16)
     with pytest.raises(ValueError, match="needs a Viscoelastic solid, got"):
         follow_schedule(stepper, Schedule(0.0).hold(1.0))
+
+
+@pytest.mark.parametrize("relaxed", [0.2, 0.001])
+def test_steps_of_a_long_hold_converge(relaxed):
+    creep = Creep.standard_solid(relaxed, 1.0)
+    path = Schedule(0.0).step(1.0).hold(60.0 / relaxed)
+    steps = follow(problem_of(64, creep=creep), 64, path, window="auto")
+    assert [s.message for s in steps if not s.converged] == []
+
+
+def test_the_past_of_another_series_is_refused():
+    stepper = stepper_of(problem_of(32), 32)
+    list(follow_schedule(stepper, Schedule(0.0).ramp(0.5, time=1.0)))
+    other = stepper_of(problem_of(32, creep=Creep([1.0, 1.0], [1.0, 2.0])), 32)
+    other.state = stepper.state
+    with pytest.raises(ValueError, match="a series of 1 terms, but that"):
+        list(follow_schedule(other, Schedule(0.5).hold(1.0)))

@@ -130,3 +130,31 @@ def test_commands_run_plan_and_continue(tmp_path, capsys):
     before = (folder / "curve.csv").read_text()
     assert main(["run", str(file), "--out", str(folder)]) == 0
     assert (folder / "curve.csv").read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[substrate]\ncontact_modulus = 2.0\n" + PATH, "give relaxation_moduli and"),
+        (SOLID + "[path]\nvalues = [1.0]\n", 'viscoelastic: give kind = "time"'),
+        (
+            SOLID + PATH.replace("penetration", "base") + "cantilever = 1.0\n",
+            "needs a wall other than kind",
+        ),
+        (SOLID + "[path]\nrate = 1.0\ndwell = 1.0\n", 'give kind = "time"'),
+    ],
+)
+def test_a_scene_is_checked_before_it_is_run(text, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(text).check()
+
+
+def test_results_in_time_are_drawn_again(tmp_path, capsys):
+    file, folder = tmp_path / "rubber.toml", tmp_path / "out"
+    file.write_text(TEXT)
+    assert main(["run", str(file), "--out", str(folder)]) == 0
+    (folder / "time.png").unlink()
+    assert main(["figure", str(folder)]) == 0
+    assert (folder / "time.png").exists()
+    assert main(["report", str(folder)]) == 0
+    assert "over time" in (folder / "report.html").read_text()
