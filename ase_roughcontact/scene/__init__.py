@@ -11,7 +11,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``build``                         from the sections to a `Problem` in units of ASE
 ``solid``, ``sphere``             the elastic solid, and the radius of the sphere
 ``bodies``                        what is built, and theory for it
-``scene``                         `Scene`: problem, solver and steps; checks and runs
+``scene``                         `Scene`: problem, solver and steps
 ``plan``, ``results``             plans of paths, and folders of results
 ================================  ====================================================
 
@@ -27,10 +27,11 @@ from ase_roughcontact.scene.config import (
     SubstrateConfig,
     TopographyConfig,
 )
+from ase_roughcontact.scene.file import default_text
 from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
-from ase_roughcontact.scene.scene import NANONEWTON, Scene, default_text
+from ase_roughcontact.scene.scene import NANONEWTON, Scene
 from ase_roughcontact.scene.time import Timed
 
 PathConfig = Steps

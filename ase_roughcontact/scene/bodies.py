@@ -76,12 +76,42 @@ class SceneBodies:
         )
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact area of a smooth sphere; see `Scene.hertz_area`."""
+        """Return the contact area of a smooth sphere without adhesion.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+        """
         hertz = theory.Hertz(self.radius, self.contact_modulus)
         return hertz.contact_area(normal_force)
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact area by Eq. (4); see `Scene.predicted_area`."""
+        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
+
+        Adhesion changes kappa. The area is NaN if `inverse_kappa` is not positive. With
+        a hardness of the wall the contact fraction is `plastic_contact_fraction`, and
+        the area of a smooth sphere at least N/H.
+
+        Parameters
+        ----------
+        normal_force : array_like
+            Normal forces (eV/Å).
+
+        Returns
+        -------
+        ndarray
+            Areas (Å^2).
+
+        References
+        ----------
+        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
+        """
         rough, hardness = self.rough, self.problem.wall.hardness
         if rough is None:
             area = self.hertz_area(normal_force)

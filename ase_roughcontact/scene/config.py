@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from ase_roughcontact._util.validation import grid_shape, lookup
 from ase_roughcontact.interactions import WALLS, wall_parameters
 from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import Section, kind_of, plain_values
+from ase_roughcontact.windows.regrid import GridChange
 
 # Element of the atoms if none is named.
 SYMBOL = "Cu"
@@ -64,6 +66,35 @@ class SubstrateConfig(Section):
     def of_atoms(self) -> bool:
         """Whether the solid follows from the forces between atoms."""
         return bool(self.calculator or self.files)
+
+    @property
+    def area_column(self) -> str:
+        """Column of the contact area that the model asks for."""
+        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
+        return lookup(self.model, columns, "model")
+
+    @property
+    def grid_change(self) -> GridChange | None:
+        """The given grid relative to that of the atoms; None if none is given."""
+        change = GridChange.of(self.refine, self.coarsen, self.spacing)
+        if change and self.area_column != "continuum_area":
+            raise ValueError(
+                'refine, coarsen and a spacing of a0/2 need model = "continuum": the '
+                "grid of the model of atoms is their lattice"
+            )
+        return change
+
+    @property
+    def window_shape(self) -> tuple[int, int] | None:
+        """Shape of the window of atoms; None if it is chosen for each step."""
+        if not isinstance(self.shape, str):
+            return grid_shape(self.shape)
+        if self.periodic:
+            raise ValueError(
+                'shape = "auto" needs a free half space: give the shape of the '
+                "periodic cell, [n, m]"
+            )
+        return lookup(self.shape, {"auto": None}, "shape")
 
 
 @dataclass(frozen=True)

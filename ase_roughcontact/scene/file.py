@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -26,6 +27,30 @@ from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.section import Problems, Section
 
 AnyFile = TypeVar("AnyFile", bound="SceneFile")
+
+
+def read_text(file: str | Path) -> str:
+    """Return the text of a scene file.
+
+    Parameters
+    ----------
+    file : path
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If the file can't be read.
+    """
+    try:
+        return Path(file).read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{file} is not a TOML file: it is not text") from error
+    except OSError as error:
+        raise ValueError(f"can't read the scene {file}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -84,6 +109,82 @@ class SceneFile:
                 sections[title] = section.of(entries).located(Path(name).parent, copied)
         problems.check()
         return cls(**sections)
+
+    @classmethod
+    def read(cls: type[AnyFile], file: str | Path) -> AnyFile:
+        """Read a scene file.
+
+        Parameters
+        ----------
+        file : path
+            TOML, see ``ase-roughcontact scene``.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            If the file can't be read, is not TOML, or has an invalid value. The error
+            names file, section and key.
+        """
+        return cls._read(Path(file))
+
+    @classmethod
+    def of_results(cls: type[AnyFile], folder: str | Path) -> AnyFile:
+        """Read the scene of a folder of results, with the files copied to it.
+
+        Parameters
+        ----------
+        folder : path
+            With ``scene.toml``; see `Scene.run`.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ValueError
+            See `read`.
+        """
+        return cls._read(Path(folder) / "scene.toml", copied=True)
+
+    @classmethod
+    def _read(cls: type[AnyFile], file: Path, copied: bool = False) -> AnyFile:
+        scene = cls.parse(cls.text_of(file), str(file), copied)
+        scene.check(str(file))
+        return scene
+
+    text_of = staticmethod(read_text)
+
+    @classmethod
+    def default(cls: type[AnyFile]) -> AnyFile:
+        """Return the built-in scene."""
+        return cls.parse(default_text(), "default.toml")
+
+    def check(self, name: str = "scene") -> None:
+        """Raise an error if a value is out of range or inconsistent with others.
+
+        Parameters
+        ----------
+        name : str
+            Name of the file for error messages.
+
+        Raises
+        ------
+        ValueError
+            With file, section and key of all that is wrong, as far as it does not
+            depend on each other.
+        MemoryError
+            If the roughness needs more memory than is free.
+        """
+        if len({Path(file).name for file in self.files}) < len(set(self.files)):
+            raise ValueError(
+                f"{name}: the files of a scene must have different names, as they are "
+                f"copied to the folder of its results, got {', '.join(self.files)}"
+            )
 
     @property
     def sections(self) -> dict[str, Section]:
@@ -180,28 +281,9 @@ class SceneFile:
         return contents
 
 
-def read_text(file: str | Path) -> str:
-    """Return the text of a scene file.
-
-    Parameters
-    ----------
-    file : path
-
-    Returns
-    -------
-    str
-
-    Raises
-    ------
-    ValueError
-        If the file can't be read.
-    """
-    try:
-        return Path(file).read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{file} is not a TOML file: it is not text") from error
-    except OSError as error:
-        raise ValueError(f"can't read the scene {file}: {error}") from error
+def default_text() -> str:
+    """Return the text of the built-in scene file."""
+    return files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")
 
 
 def load_toml(text: str) -> dict[str, Any]:

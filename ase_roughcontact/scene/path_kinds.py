@@ -17,10 +17,11 @@ from ase_roughcontact._util.validation import (
     integer,
     lookup,
 )
+from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.loading import follow_path, targets_of
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, TimeStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene.section import (
     Problems,
@@ -43,6 +44,11 @@ class Bodies(Protocol):
     @property
     def spacing(self) -> float:
         """Atomic spacing (Å)."""
+        ...
+
+    @property
+    def solid(self) -> ElasticSolid:
+        """Elastic solid below the surface."""
         ...
 
     @property
@@ -157,6 +163,13 @@ class PathKind(Section):
     def stiffness(self) -> float | None:
         """Stiffness of a cantilever on which the tip is (eV/Å^2); None without one."""
         return None
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise an error if the solid or the wall needs another kind of path."""
+        if bodies.solid.creep is not None and not issubclass(self.record, TimeStep):
+            raise ValueError(
+                'the solid of relaxation_moduli is viscoelastic: give kind = "time"'
+            )
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return loads (eV/Å), penetrations or heights (Å) of the steps.

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import closing, suppress
 from pathlib import Path
 
 from ase_roughcontact._util.files import replaced
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.resume import OtherPathError
+from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.file import SceneFile, read_text
 
 #: Files that are the results of a scene.
@@ -75,6 +79,51 @@ def write_inputs(scene: SceneFile, file: Path, text: str | None = None) -> None:
         if other.parent.resolve() != file.parent.resolve():
             with replaced(file.parent / other.name) as name:
                 shutil.copy(other, name)
+
+
+def write_results(
+    scene: SceneFile,
+    folder: Path,
+    path: Callable[..., Generator[LoadStep, None, None]],
+    report: ValidityReport,
+    text: str | None,
+) -> Iterator[LoadStep]:
+    """Relax the steps of a scene and write them into a folder; see `Scene.run`.
+
+    Parameters
+    ----------
+    scene : SceneFile
+    folder : path
+    path : callable
+        Returns the steps, for the files in which they are stored.
+    report : ValidityReport
+    text : str or None
+        See `write_inputs`.
+
+    Yields
+    ------
+    LoadStep
+    """
+    folder = results_folder(folder)
+    check_folder(scene, folder, ["places.csv"] if scene.path.resumes else RESULTS)
+    files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
+    try:
+        with closing(path(**files)) as steps:
+            for number, step in enumerate(steps):
+                if number == 0:  # from here on, no other run writes into the folder
+                    write_inputs(scene, folder / "scene.toml", text)
+                report(number, step.validity)
+                yield step
+    except OtherPathError as error:
+        found: list[str] = []
+        with suppress(ValueError, OSError):
+            found = changes(scene, folder)
+        if not found:
+            raise
+        raise ValueError(
+            f"{another_scene(folder, found)}; a path can be extended only by steps "
+            "after its last one"
+        ) from error
 
 
 def results_folder(folder: str | Path) -> Path:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Generator, Iterator
-from contextlib import closing, suppress
 from dataclasses import asdict, dataclass, replace
-from functools import cached_property
-from importlib.resources import files
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +14,7 @@ from ase import Atoms
 from numpy.typing import ArrayLike
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact._util.validation import grid_shape, integer, lookup, positive
+from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.contact import Problem
@@ -30,23 +28,17 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.paths.record import LoadStep, TimeStep
-from ase_roughcontact.paths.resume import OtherPathError
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.bodies import SceneBodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import SECTIONS
-from ase_roughcontact.scene.file import SceneFile, read_text
+from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.plan import check_targets, plan_targets
 from ase_roughcontact.scene.results import (
-    RESULTS,
-    another_scene,
-    changes,
-    check_folder,
-    results_folder,
-    write_inputs,
+    write_results,
 )
 from ase_roughcontact.scene.scan_summary import scan_warnings
 from ase_roughcontact.scene.section import Problems
@@ -91,65 +83,10 @@ class Scene(SceneFile):
         """Return the sections, without what was built from them."""
         return {title: getattr(self, title) for title in SECTIONS}
 
-    @classmethod
-    def read(cls, file: str | Path) -> Scene:
-        """Read a scene file.
-
-        Parameters
-        ----------
-        file : path
-            TOML, see ``ase-roughcontact scene``.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        ValueError
-            If the file can't be read, is not TOML, or has an invalid value. The error
-            names file, section and key.
-        """
-        return cls._read(Path(file))
-
-    @classmethod
-    def of_results(cls, folder: str | Path) -> Scene:
-        """Read the scene of a folder of results, with the files copied to it.
-
-        Parameters
-        ----------
-        folder : path
-            With ``scene.toml``; see `run`.
-
-        Returns
-        -------
-        Scene
-
-        Raises
-        ------
-        ValueError
-            See `read`.
-        """
-        return cls._read(Path(folder) / "scene.toml", copied=True)
-
-    @classmethod
-    def _read(cls, file: Path, copied: bool = False) -> Scene:
-        scene = cls.parse(cls.text_of(file), str(file), copied)
-        scene.check(str(file))
-        return scene
-
-    text_of = staticmethod(read_text)
-
-    @classmethod
-    def default(cls) -> Scene:
-        """Return the built-in scene."""
-        return cls.parse(default_text(), "default.toml")
-
     def with_grid(self, change: GridChange) -> Scene:
         """Return the scene with a given grid, in place of that for its accuracy."""
-        values: dict[str, Any] = {
-            f"substrate.{key}": value for key, value in asdict(change).items()
-        }
+        given = asdict(change)
+        values: dict[str, Any] = {f"substrate.{key}": given[key] for key in given}
         if GridChange.of(spacing=self.substrate.spacing) is not None:
             values["substrate.spacing"] = None
         return self.with_values(values)
@@ -205,41 +142,11 @@ class Scene(SceneFile):
         return self.bodies.problem.heterogeneity
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact area of a smooth sphere without adhesion.
-
-        Parameters
-        ----------
-        normal_force : array_like
-            Normal forces (eV/Å).
-
-        Returns
-        -------
-        ndarray
-            Areas (Å^2).
-        """
+        """Return the contact areas of a smooth sphere; see `SceneBodies.hertz_area`."""
         return self.bodies.hertz_area(normal_force)
 
     def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact area predicted by Eq. (4), by Hertz for a smooth sphere.
-
-        Adhesion changes kappa. The area is NaN if `SceneBodies.inverse_kappa` is not
-        positive. With a hardness of the wall the contact fraction is
-        `plastic_contact_fraction`, and the area of a smooth sphere at least N/H.
-
-        Parameters
-        ----------
-        normal_force : array_like
-            Normal forces (eV/Å).
-
-        Returns
-        -------
-        ndarray
-            Areas (Å^2).
-
-        References
-        ----------
-        L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
-        """
+        """Return the contact areas by theory; see `SceneBodies.predicted_area`."""
         return self.bodies.predicted_area(normal_force)
 
     @property
@@ -262,30 +169,17 @@ class Scene(SceneFile):
     @property
     def area_column(self) -> str:
         """Column of the contact area that answers the scene's question."""
-        columns = {"atoms": "contact_area", "continuum": "continuum_area"}
-        return lookup(self.substrate.model, columns, "model")
+        return self.substrate.area_column
 
     @property
     def is_continuum(self) -> bool:
         """Whether the scene asks for the continuum, and not for the model of atoms."""
         return self.area_column == "continuum_area"
 
-    @property
-    def given_grid(self) -> GridChange | None:
-        """The grid that the scene gives; None if it is chosen for the accuracy."""
-        given = self.substrate
-        change = GridChange.of(given.refine, given.coarsen, given.spacing)
-        if change and not self.is_continuum:
-            raise ValueError(
-                'refine, coarsen and a spacing of a0/2 need model = "continuum": the '
-                "grid of the model of atoms is their lattice"
-            )
-        return change
-
     @cached_property
     def grid_change(self) -> GridChange:
         """The grid relative to that of the atoms, given or chosen for the accuracy."""
-        given = self.given_grid
+        given = self.substrate.grid_change
         if given is not None or not self.is_continuum:
             return given or GridChange()
         indenter = self.surface, self.wall, self.spacing
@@ -302,62 +196,26 @@ class Scene(SceneFile):
         return self.grid_change.surface(self.surface, self.spacing)
 
     def check(self, name: str = "scene") -> None:
-        """Raise an error if a value is out of range or inconsistent with others.
-
-        Parameters
-        ----------
-        name : str
-            Name of the file for error messages.
-
-        Raises
-        ------
-        ValueError
-            With file, section and key of all that is wrong, as far as it does not
-            depend on each other.
-        MemoryError
-            If the roughness needs more memory than is free.
-        """
-        names, problems = {Path(file).name for file in self.files}, Problems(name)
-        if len(names) < len(set(self.files)):
-            raise ValueError(
-                f"{name}: the files of a scene must have different names, as they are "
-                f"copied to the folder of its results, got {', '.join(self.files)}"
-            )
+        """Raise an error if a value can't be used; see `SceneFile.check`."""
+        super().check(name)
+        problems = Problems(name)
         with problems.of():
             _ = self.bodies
         with problems.of("substrate"):
-            _ = self.area_column, self.given_grid, self.shape
+            _ = self.area_column, self.substrate.grid_change, self.shape
         problems.check()
         with problems.of("solver"):
             _ = self.accuracy, self.fmax, self.optimizer
             integer("max_steps", self.solver.max_steps, 1)
         with problems.of("path"):
             _ = self.planned, self.cantilever
-            self._check_time()
+            self.path.check(self)
         problems.check()
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
             check_roughness(points_of(self.surface, spacing))
         except MemoryError as error:
             raise MemoryError(f"{name}: [roughness] {error}") from error
-
-    def _check_time(self) -> None:
-        """Raise an error if only one of solid and path depends on time."""
-        timed = issubclass(self.path.record, TimeStep)
-        if timed and self.solid.creep is None:
-            raise ValueError(
-                'kind = "time" needs a viscoelastic solid: give relaxation_moduli and '
-                "relaxation_times in [substrate]"
-            )
-        if self.solid.creep is not None and not timed:
-            raise ValueError(
-                'the solid of relaxation_moduli is viscoelastic: give kind = "time"'
-            )
-        if self.control == "bases" and self.wall.purely_hard:
-            raise ValueError(
-                'control = "base" needs a wall other than kind = "hard", such as '
-                '"repulsive"'
-            )
 
     @property
     def control(self) -> str:
@@ -401,15 +259,7 @@ class Scene(SceneFile):
     @property
     def shape(self) -> tuple[int, int] | None:
         """Shape of the window of atoms; None if it is chosen for each step."""
-        shape = self.substrate.shape
-        if not isinstance(shape, str):
-            return grid_shape(shape)
-        if self.substrate.periodic:
-            raise ValueError(
-                'shape = "auto" needs a free half space: give the shape of the '
-                "periodic cell, [n, m]"
-            )
-        return lookup(shape, {"auto": None}, "shape")
+        return self.substrate.window_shape
 
     @property
     def window(self) -> str:
@@ -449,17 +299,7 @@ class Scene(SceneFile):
         )
 
     def stepper(self, frames: ProblemAtoms) -> Stepper:
-        """Return what relaxes the steps of the path.
-
-        Parameters
-        ----------
-        frames : ProblemAtoms
-            Atoms on which an optimizer of ASE works.
-
-        Returns
-        -------
-        Stepper
-        """
+        """Return what relaxes the steps of the path, with the atoms for an optimizer."""
         bodies = self.bodies
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
@@ -510,21 +350,19 @@ class Scene(SceneFile):
         domain of the roughness is too small, the advised one is planned as well, as a
         larger one may be rougher.
         """
-        plan, change = self._plan_of_domain(), self.grid_change
-        if not plan.domain:
-            return plan
-        side = math.ceil(plan.domain / change.refine) * change.coarsen
-        larger = self.with_values({"roughness.domain": f"{side} a0"}).plan()
-        advice = f"give the roughness a domain of {side} a0 or more"
-        return replace(plan, advice=larger.advice or advice)
-
-    def _plan_of_domain(self) -> Plan:
         expected, scene = self.expected_contact, self
         points = points_of(expected.indenter, expected.spacing)
         if self.shape and points > LARGEST_DOMAIN**2:
             scene = replace(self, roughness=None)
         path = self.control, self.targets
-        return plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
+        plan = plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
+        if not plan.domain:
+            return plan
+        change = self.grid_change
+        side = math.ceil(plan.domain / change.refine) * change.coarsen
+        larger = self.with_values({"roughness.domain": f"{side} a0"}).plan()
+        advice = f"give the roughness a domain of {side} a0 or more"
+        return replace(plan, advice=larger.advice or advice)
 
     def loop(self, validity: str = "warn") -> AdhesionLoop:
         """Approach and retract; see `adhesion_loop`.
@@ -593,9 +431,9 @@ class Scene(SceneFile):
         text : str, optional
             Text of the scene's file, with its comments; by default `toml`.
 
-        Yields
-        ------
-        LoadStep
+        Returns
+        -------
+        iterator of LoadStep
 
         Raises
         ------
@@ -607,35 +445,5 @@ class Scene(SceneFile):
         """
         self.check()
         self.check_path()
-        report = ValidityReport(validity)
-        folder = results_folder(folder)
-        resume = self.path.resumes
-        check_folder(self, folder, ["places.csv"] if resume else RESULTS)
-        file = folder / "scene.toml"
-        files: dict[str, Any] = {
-            "trajectory": folder / "sweep.traj",
-            "csv": folder / "curve.csv",
-        }
-        try:
-            path = self.relax(resume=resume, validity="ignore", **files)
-            with closing(path):
-                for number, step in enumerate(path):
-                    if number == 0:  # from here on, no other run writes into the folder
-                        write_inputs(self, file, text)
-                    report(number, step.validity)
-                    yield step
-        except OtherPathError as error:
-            found: list[str] = []
-            with suppress(ValueError, OSError):
-                found = changes(self, folder)
-            if not found:
-                raise
-            raise ValueError(
-                f"{another_scene(folder, found)}; a path can be extended only by steps "
-                "after its last one"
-            ) from error
-
-
-def default_text() -> str:
-    """Return the text of the built-in scene file."""
-    return files("ase_roughcontact").joinpath("default.toml").read_text("utf-8")
+        path = partial(self.relax, resume=self.path.resumes, validity="ignore")
+        return write_results(self, Path(folder), path, ValidityReport(validity), text)

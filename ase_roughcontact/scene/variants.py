@@ -36,7 +36,9 @@ def most_accurate(scene: Scene) -> Scene:
     }
     if scene.is_continuum:
         values |= {"substrate.refine": None, "substrate.coarsen": None}
-        if scene.given_grid is not None and isinstance(scene.substrate.spacing, str):
+        if scene.substrate.grid_change is not None and isinstance(
+            scene.substrate.spacing, str
+        ):
             values["substrate.spacing"] = None
     is_given = "cutoff" in scene.interaction.entries()
     if "cutoff" in scene.wall.parameters and not is_given:
