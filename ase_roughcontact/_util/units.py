@@ -52,13 +52,28 @@ WORKS: dict[str, float] = {
     **dict.fromkeys(("eV/Å^2", "eV/Å²"), 1.0),
 }
 
+#: Units of times in seconds.
+TIMES: dict[str, float] = {
+    "s": 1.0,
+    "ms": 1e-3,
+    **dict.fromkeys(("us", "\u00b5s", "\u03bcs"), 1e-6),
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+}
+
+#: Units of frequencies in hertz.
+FREQUENCIES: dict[str, float] = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6}
+
 #: Value of each unit in ASE's units (Å, eV, s).
 UNITS: dict[str, float] = {
     **LENGTHS,
     **FORCES,
     **PRESSURES,
     **WORKS,
-    **dict.fromkeys(("", "Å^2", "eV", "s", "eV/s", "bytes"), 1.0),
+    **TIMES,
+    **FREQUENCIES,
+    **dict.fromkeys(("", "Å^2", "eV", "eV/s", "bytes"), 1.0),
     "nm²": 100.0,
     "GB": 1e9,
 }
@@ -90,7 +105,7 @@ def quantity(
     """
     found = QUANTITY.fullmatch(text)
     if not found:
-        known = ("nm", "nN", "GPa", "J/m^2")
+        known = ("nm", "nN", "GPa", "J/m^2", "s", "Hz", "nm/s")
         unit = example or next((k for k in known if k in units), next(iter(units)))
         raise ValueError(
             f"{name} must be a number, or a string of a number and a unit such as "
@@ -101,8 +116,17 @@ def quantity(
 
 def units_like(unit: str) -> Mapping[str, float]:
     """Return the units of the same dimension as one of `UNITS`; none for ""."""
-    tables = LENGTHS, FORCES, PRESSURES, WORKS
+    tables = LENGTHS, FORCES, PRESSURES, WORKS, TIMES, FREQUENCIES
     return next((table for table in tables if unit in table), {})
+
+
+def per_time(units: Mapping[str, float]) -> dict[str, float]:
+    """Return the units of rates, such as "nm/s", of a quantity with some units."""
+    return {
+        f"{unit}/{time}": value / seconds
+        for unit, value in units.items()
+        for time, seconds in TIMES.items()
+    }
 
 
 # Units in which columns are printed, by their unit.

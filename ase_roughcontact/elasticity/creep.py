@@ -125,8 +125,8 @@ class Creep:
         given = _terms(moduli=moduli, times=times)
         if sum(given[0]) > 1.0 + _ROUNDING:
             raise ValueError(
-                "moduli are relative to the instantaneous modulus, so that their sum "
-                f"is at most 1, got {sum(given[0]):g}"
+                "relaxation moduli are relative to the instantaneous modulus, so that "
+                f"their sum is at most 1, got {sum(given[0]):g}"
             )
         rates, inverse = np.unique(1.0 / np.array(given[1]), return_inverse=True)
         g = np.bincount(inverse, given[0])

@@ -22,12 +22,15 @@ DEFAULT_RADIUS = 1000.0
 
 @dataclass(frozen=True)
 class SubstrateConfig(Section):
-    """``[substrate]``: moduli and hardness in GPa, lengths in Å without a unit."""
+    """``[substrate]``: moduli and hardness in GPa, lengths in Å, times in s."""
 
     title = "substrate"
-    units = dict.fromkeys(
-        ("contact_modulus", "elastic_constants", "hardness", "layer_modulus"), "GPa"
-    )
+    units = {
+        "relaxation_times": "s",
+        **dict.fromkeys(
+            ("contact_modulus", "elastic_constants", "hardness", "layer_modulus"), "GPa"
+        ),
+    }
     file_keys = ("potential", "crystal")
 
     symbol: str = ""

@@ -50,7 +50,7 @@ def read_text(file: str | Path) -> str:
     except UnicodeDecodeError as error:
         raise ValueError(f"{file} is not a TOML file: it is not text") from error
     except OSError as error:
-        raise ValueError(f"can't read the scene {file}: {error}") from error
+        raise ValueError(f"can't read the scene {file}: {error.strerror}") from error
 
 
 @dataclass(frozen=True)

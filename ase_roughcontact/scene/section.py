@@ -88,7 +88,8 @@ class Section:
         """Return the types that each key accepts."""
         hints = get_type_hints(cls)
         types = {each.name: _members(hints[each.name]) for each in fields(cls)}
-        return types | {key: (*types[key], str) for key in cls.units}
+        numbers = (key for key in cls.units if tuple not in types[key])
+        return types | {key: (*types[key], str) for key in numbers}
 
     def entries(self) -> dict[str, Any]:
         """Return the values by key, None for keys that are not given."""

@@ -162,6 +162,12 @@ def creep_of(substrate: SubstrateConfig) -> Creep | None:
         return None
     if moduli is None or times is None:
         raise ValueError("give both relaxation_moduli and relaxation_times")
+    if not len(moduli) == len(times) > 0:
+        raise ValueError(
+            "give as many relaxation_moduli as relaxation_times, at least one, got "
+            f"{len(moduli)} and {len(times)}"
+        )
+    positive(relaxation_moduli=min(moduli), relaxation_times=min(times))
     return Creep.of_relaxation(moduli, times)
 
 
@@ -299,7 +305,7 @@ def _crystal(substrate: SubstrateConfig) -> Crystal:
             Path(file).open("rb").close()  # an error of a folder, too
             changed = Path(file).stat().st_mtime_ns
         except OSError as error:
-            raise ValueError(f"can't read {file}: {error}") from error
+            raise ValueError(f"can't read {file}: {error.strerror}") from error
     if substrate.crystal:
         solid = _read_crystal(file, changed)
         if solid.symbol != substrate.symbol:
