@@ -105,7 +105,7 @@ def quantity(
     """
     found = QUANTITY.fullmatch(text)
     if not found:
-        known = ("nm", "nN", "GPa", "J/m^2", "s", "Hz", "nm/s")
+        known = ("nm", "nN", "GPa", "J/m^2", "s", "Hz", "nm/s", "nN/s")
         unit = example or next((k for k in known if k in units), next(iter(units)))
         raise ValueError(
             f"{name} must be a number, or a string of a number and a unit such as "

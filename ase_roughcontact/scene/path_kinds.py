@@ -275,9 +275,9 @@ class Steps(PathKind):
                 "give either values, or first, last and steps, got "
                 f"{', '.join(given) or 'none of them'}"
             )
-        targets = finite_array("values", self.values)
-        if targets.ndim != 1 or not targets.size:
-            raise ValueError(f"values must have at least one step, got {self.values}")
+        targets = finite_array("values", list(self.values or ()))
+        if not targets.size:
+            raise ValueError("values must have at least one step, got none")
         return targets
 
     def _interval(self) -> FloatArray:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.units import FORCES, UNITS, per_time
 from ase_roughcontact._util.validation import (
     finite_array,
     nonnegative,
@@ -25,11 +25,14 @@ from ase_roughcontact.scene.section import lengths
 
 @dataclass(frozen=True)
 class Timed(PathKind):
-    """``[path]`` of kind "time": targets and times (s), or rates (nm/s, nN/s)."""
+    """``[path]`` of kind "time": targets and times (s), or rates (nm/s, nN/s).
+
+    A rate is that of all changes of the target, or there is one for each of them.
+    """
 
     kind = "time"
     record = TimeStep
-    units = {"cantilever": "N/m"}
+    units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
     columns = {
         "time": "time",
         "penetration": "depth",
@@ -43,7 +46,7 @@ class Timed(PathKind):
     control: str = "load"
     values: tuple | None = None
     times: tuple | None = None
-    rate: float | None = None
+    rate: float | str | tuple | None = None
     dwell: float = 0.0
     amplitude: float | str | None = None
     frequency: float | None = None
@@ -87,35 +90,62 @@ class Timed(PathKind):
         unit = self.unit
         units = FORCES if unit in FORCES else lengths(bodies.spacing)
         path: Timed = self.plain(["values", "amplitude"], units, unit)
-        values = UNITS[unit] * finite_array("values", path.values or ())
-        if values.ndim != 1 or not values.size:
+        values = (
+            UNITS[unit] * finite_array("values", list(path.values or ()))
+        ).tolist()
+        if not values:
             raise ValueError("give values, the targets between which the path goes")
         if (self.times is None) == (self.rate is None):
             raise ValueError("give either times, one for each value, or a rate")
         positive(tolerance=self.tolerance)
         nonnegative(dwell=self.dwell)
-        if self.times is not None:
-            if self.dwell:
-                raise ValueError("a dwell needs a rate: repeat the value in times")
-            schedule = Schedule.through(
-                finite_array("times", self.times).tolist(), values.tolist()
-            )
+        if self.times is None:
+            schedule = self._at_rates(values, units)
+        elif self.dwell:
+            raise ValueError("a dwell needs a rate: repeat the value in times")
         else:
-            positive(rate=self.rate)
-            rate = self.rate * UNITS["nN" if unit in FORCES else "nm"]  # type: ignore
-            schedule = Schedule(float(values[0]))
-            for before, value in pairwise(values.tolist()):
-                schedule = schedule.ramp(value, rate=rate)
-                if self.dwell and value == self._deepest(values) and value != before:
-                    schedule = schedule.hold(self.dwell)
+            times = finite_array("times", list(self.times)).tolist()
+            schedule = Schedule.through(times, values)
         if (path.amplitude is None) != (self.frequency is None):
-            raise ValueError(
-                "an oscillation needs both amplitude (Å) and frequency (Hz)"
-            )
+            raise ValueError("an oscillation needs both amplitude and frequency (Hz)")
         if self.frequency is not None:
             schedule = schedule.oscillate(
                 UNITS[unit] * float(path.amplitude or 0.0), self.frequency, self.cycles
             )
+        if not schedule.duration:
+            raise ValueError(
+                "the path takes no time: give values that differ, such as [0, 20], or "
+                "later times"
+            )
+        return schedule
+
+    def _at_rates(self, values: list[float], units: Mapping[str, float]) -> Schedule:
+        """Return the schedule at given rates, with a dwell at the deepest target."""
+        changes, unit = len(values) - 1, "nN" if "nN" in units else "nm"
+        if not changes:
+            raise ValueError(
+                "a rate needs two values or more, between which the path goes, got "
+                "one: give values such as [0, 20], or times"
+            )
+        try:
+            rates = self.plain(["rate"], per_time(units), f"{unit}/s").rate
+        except ValueError as error:
+            raise ValueError(
+                f'rate must be a number ({unit}/s), or a string such as "20 {unit}/s", '
+                f"got {self.rate!r}"
+            ) from error
+        rates = rates if isinstance(rates, tuple) else (rates,) * changes
+        if len(rates) != changes:
+            raise ValueError(
+                "give one rate, or one for each change from a value to the next: "
+                f"{changes}, got {len(rates)}"
+            )
+        positive(rate=min(rates))
+        schedule = Schedule(values[0])
+        for rate, (before, value) in zip(rates, pairwise(values), strict=True):
+            schedule = schedule.ramp(value, rate=rate * UNITS[unit])
+            if self.dwell and value == self._deepest(values) and value != before:
+                schedule = schedule.hold(self.dwell)
         return schedule
 
     def planned(self, bodies: Bodies) -> PathKind:

@@ -62,6 +62,20 @@ def test_a_rate_and_a_dwell_are_a_schedule():
     assert schedule.at(1.2) == pytest.approx(2.0 * NM)
 
 
+def test_units_of_times_and_rates_are_converted():
+    scene = with_path(rate="0.24 um/min", dwell="500 ms")
+    assert scene.path.schedule(scene).duration == pytest.approx(0.5 + 0.5 + 0.5)
+    solid = Scene.parse(TEXT.replace("[0.1, 2.0]", '["100 ms", 2.0]')).solid
+    assert solid.creep.times == Scene.parse(TEXT).solid.creep.times
+
+
+def test_each_change_of_the_target_may_have_a_rate():
+    scene = with_path(rate=[4.0, "1 nm/s"])
+    schedule = scene.path.schedule(scene)
+    assert schedule.duration == pytest.approx(0.5 + 1.0 + 2.0)
+    assert schedule.at(2.5) == pytest.approx(1.0 * NM)
+
+
 def test_times_and_an_oscillation_are_a_schedule():
     scene = with_path(
         rate=None, dwell=0.0, times=[0, 1, 1], amplitude="1 A", frequency=2.0, cycles=1
@@ -87,7 +101,12 @@ def test_rates_of_loads_are_in_nanonewtons():
         ({"rate": None, "times": [0, 1], "dwell": 0.0}, "as many as the targets"),
         ({"rate": -1.0}, "rate must be"),
         ({"dwell": -1.0}, "dwell must be"),
-        ({"amplitude": 1.0}, "both amplitude .* and frequency"),
+        ({"rate": "4 nN/s"}, 'such as "20 nm/s", got .4 nN/s'),
+        ({"rate": [4.0]}, "one for each change from a value to the next: 2, got 1"),
+        ({"values": [1.0]}, "two values or more"),
+        ({"values": [1.0, 1.0]}, "takes no time"),
+        ({"times": "1 s", "rate": None}, "times must be a list of numbers"),
+        ({"amplitude": 1.0}, "both amplitude and frequency"),
         ({"control": "base"}, "needs the stiffness of the cantilever"),
         ({"cantilever": 1.0}, "needs the stiffness of the cantilever"),
     ],
@@ -95,6 +114,20 @@ def test_rates_of_loads_are_in_nanonewtons():
 def test_errors_of_the_path_name_what_is_missing(keys, message):
     with pytest.raises(ValueError, match=message):
         with_path(**keys).check()
+
+
+@pytest.mark.parametrize(
+    ("moduli", "message"),
+    [
+        ("[0.5]", "as many relaxation_moduli as relaxation_times, .* got 1 and 2"),
+        ("[-0.5, 0.5]", "relaxation_moduli must be a finite number > 0, got -0.5"),
+        ("[0.9, 0.5]", "relaxation moduli are .* their sum is at most 1, got 1.4"),
+    ],
+)
+def test_errors_of_the_solid_name_keys_of_the_file(moduli, message):
+    text = TEXT.replace("[0.5, 0.3]", moduli)
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(text).check()
 
 
 def test_errors_of_the_solid_name_what_is_missing():
