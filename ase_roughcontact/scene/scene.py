@@ -299,7 +299,7 @@ class Scene(SceneFile):
         )
 
     def stepper(self, frames: ProblemAtoms) -> Stepper:
-        """Return what relaxes the steps of the path, with the atoms for an optimizer."""
+        """Return what relaxes the steps; `frames` has the atoms of an optimizer."""
         bodies = self.bodies
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
