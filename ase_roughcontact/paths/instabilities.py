@@ -64,6 +64,19 @@ class AdhesionLoop:
         until nothing acts on the indenter.
     approach_jumps, retraction_jumps : tuple of Jump
         The instabilities on either branch.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import LennardJones93, RoughContact, RoughSphere
+    >>> from ase_roughcontact import adhesion_loop, substrate
+    >>> sphere = RoughSphere(radius=20.0)
+    >>> atoms = substrate('Cu', (16, 16), sphere, spacing=1.0)
+    >>> atoms.calc = RoughContact(sphere, 1.0, LennardJones93.adhesive(1.0, 1.0, 0.05))
+    >>> loop = adhesion_loop(atoms, deepest=0.1, step=0.1, validity='ignore')
+    >>> print(f'{loop.pull_off_force:.1f} eV/Å, lost {loop.dissipated_energy:.1f} eV')
+    5.3 eV/Å, lost 0.2 eV
+    >>> len(loop.approach_jumps), loop.approach[-1].converged
+    (1, True)
     """
 
     approach: tuple[LoadStep, ...]

@@ -118,7 +118,23 @@ MISSING: dict[type, Any] = {str: "", float: math.nan, int: -1, bool: False}
 
 @dataclass(frozen=True)
 class LoadStep:
-    """Result of one load step; its attributes are the output columns."""
+    """Result of one load step; its attributes are the output columns.
+
+    `load_path` and the other paths make them. Forces are in eV/Å, areas in Å^2; the
+    guide lists all columns, `columns_of` their descriptions and units.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> (step,) = load_path(atoms, loads=[10.0], window='auto')
+    >>> step.repulsive_atoms, step.window, step.converged
+    (89, '14x14', True)
+    >>> print(f'{step.contact_area:.0f} ± {step.area_error:.0f} Å^2')
+    580 ± 0 Å^2
+    """
 
     step: int = column(lambda s: s.number, "number of the step, from zero")
     height: float = column(lambda s: s.height, "height of the indenter", "Å", "height")

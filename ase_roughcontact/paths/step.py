@@ -149,6 +149,20 @@ class Stepper:
     ValueError
         If the control is unknown, or the indenter is not bounded and the window is
         automatic.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import HardWall, Problem, RoughSphere
+    >>> from ase_roughcontact import StepOptions, Stepper
+    >>> from ase_roughcontact.elasticity import Isotropic
+    >>> from ase_roughcontact.elasticity.lattice import Box
+    >>> problem = Problem(RoughSphere(200.0), Isotropic(0.9), HardWall(), spacing=2.5)
+    >>> first = Box(start=(-4, -4), shape=(8, 8))
+    >>> stepper = Stepper(problem, 'loads', first, StepOptions(window='auto'))
+    >>> [stepper.step(number, load).repulsive_atoms for number, load in [(0, 1), (1, 10)]]
+    [21, 69]
+    >>> stepper.state.pressure.shape
+    (16, 16)
     """
 
     def __init__(

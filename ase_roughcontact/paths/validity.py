@@ -34,6 +34,18 @@ class Validity:
     ------
     ValueError
         If the action is unknown.
+
+    Examples
+    --------
+    >>> from ase_roughcontact import RoughContact, RoughSphere, Validity
+    >>> from ase_roughcontact import load_path, substrate
+    >>> sphere = RoughSphere(radius=200.0)
+    >>> atoms = substrate('Cu', (8, 8), sphere, fixed=False)
+    >>> atoms.calc = RoughContact(sphere, contact_modulus=0.9)
+    >>> soft = Validity('ignore', hardness=0.01)  # eV/Å^3
+    >>> (step,) = load_path(atoms, loads=[2.0], window='auto', validity=soft)
+    >>> step.validity
+    'largest pressure/hardness = 1.73 > 1'
     """
 
     action: str = "warn"

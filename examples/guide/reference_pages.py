@@ -14,6 +14,10 @@ PACKAGES = {
     "theory": "Theory",
     "analysis": "Analysis",
     "elasticity": "Solids",
+    "interactions": "Walls",
+    "topography": "Indenters",
+    "optimize": "Optimizers",
+    "plot": "Figures",
 }
 
 
