@@ -159,7 +159,8 @@ class Stepper:
     >>> problem = Problem(RoughSphere(200.0), Isotropic(0.9), HardWall(), spacing=2.5)
     >>> first = Box(start=(-4, -4), shape=(8, 8))
     >>> stepper = Stepper(problem, 'loads', first, StepOptions(window='auto'))
-    >>> [stepper.step(number, load).repulsive_atoms for number, load in [(0, 1), (1, 10)]]
+    >>> steps = [stepper.step(number, load) for number, load in enumerate([1.0, 10.0])]
+    >>> [step.repulsive_atoms for step in steps]
     [21, 69]
     >>> stepper.state.pressure.shape
     (16, 16)
