@@ -59,8 +59,9 @@ class ActiveSet(ContactOptimizer):
     Active-set iteration with preconditioned conjugate gradients for the pressure in
     the contact. The force that `fmax` bounds is the one that closes the gap of an atom:
     ``E* a0/1.122`` times the largest gap in contact or overlap outside of it, which may
-    not exceed 1e-6 spacings in any case. The indenter may be fixed or under a load.
-    After a run, `optimality_residuals` returns the errors of the conditions.
+    not exceed 1e-6 spacings in any case. The indenter may be fixed, under a load, or on
+    a `Hookean` spring. After a run, `optimality_residuals` returns the errors of the
+    conditions.
 
     Parameters
     ----------
@@ -93,7 +94,6 @@ class ActiveSet(ContactOptimizer):
 
     solver = staticmethod(active_set)
     hard_walls = True
-    springs = False
 
     @property
     def optimality_residuals(self) -> OptimalityResiduals:
@@ -108,10 +108,11 @@ class ActiveSet(ContactOptimizer):
         """
         if self.state is None:
             raise RuntimeError("there are no residuals before the first step")
-        load = None if self.indenter.fixed else self.atoms.calc.parameters["load"]
-        return optimality_residuals(
-            self.contact, self.state.pressure, self.state.height, load
-        )
+        height, load = self.state.height, None
+        if not self.indenter.fixed:
+            load = self.atoms.calc.parameters["load"]
+            load -= self.indenter.springs_at(height)[1]
+        return optimality_residuals(self.contact, self.state.pressure, height, load)
 
 
 def default_optimizer(wall: Interaction) -> type[ContactOptimizer]:

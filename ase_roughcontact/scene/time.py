@@ -67,16 +67,11 @@ class Timed(PathKind):
         return self.cantilever * UNITS["N/m"]
 
     def check(self, bodies: Bodies) -> None:
-        """Raise an error if the solid or the wall needs another kind of path."""
+        """Raise an error if the solid needs another kind of path."""
         if bodies.solid.creep is None:
             raise ValueError(
                 'kind = "time" needs a viscoelastic solid: give relaxation_moduli and '
                 "relaxation_times in [substrate]"
-            )
-        if self.control == "base" and bodies.wall.purely_hard:
-            raise ValueError(
-                'control = "base" needs a wall other than kind = "hard", such as '
-                '"repulsive"'
             )
 
     def schedule(self, bodies: Bodies) -> Schedule:

@@ -4,7 +4,8 @@ Find the pressure :math:`p` on the window and the height :math:`Z` of the indent
 
 .. math:: g = Z + h + G p \ge 0, \qquad p \ge 0, \qquad g p = 0,
 
-where :math:`Z` or the load :math:`a_0^2 \sum p` is given. With a hardness :math:`H` of
+where :math:`Z`, the load :math:`a_0^2 \sum p`, or stiffness and end of a spring are
+given, see `hold`. With a hardness :math:`H` of
 the wall, :math:`p \le H`, and :math:`g \le 0` where :math:`p = H`. The solution is the
 minimum of the convex energy :math:`\tfrac12 p \cdot G p + (Z + h) \cdot p` over these
 pressures.
@@ -39,6 +40,7 @@ from ase_roughcontact.solvers.coarsening import (
     refine,
 )
 from ase_roughcontact.solvers.defect_correction import defect_correction
+from ase_roughcontact.solvers.hold import Hold
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import (
     External,
@@ -77,8 +79,8 @@ def active_set(
     height : float
         Height of the indenter (length): fixed, or the initial one if there is a load.
     external : callable, optional
-        Energy and force of the load on the indenter at a height; the force must not
-        depend on the height. By default the height is fixed.
+        Energy and force of load and springs on the indenter at a height; the force is
+        constant or linear in the height. By default the height is fixed.
     start : ndarray, shape (n, m), optional
         Initial pressure, up to a constant if periodic. By default it comes from coarser
         grids.
@@ -99,46 +101,41 @@ def active_set(
     ------
     ValueError
         If the wall is not hard or is attractive, the start does not have the shape of
-        the window, the load is negative, depends on the height or is larger than the
+        the window, the load is negative, not linear in the height or larger than the
         hardness times the area, or no load reaches the height of a periodic surface.
     """
-    _check(contact, height, external, tolerance)
+    _check(contact, height, external is None, tolerance)
+    hold = Hold.of(contact, height, external)
     halfspace = contact.halfspace
     start = checked_start(contact, start)
     if start is not None:
         start = _nonnegative(contact, start)
-    load = None if external is None else -external(height)[1]
-    if load is not None:
-        _check_capacity(contact, load)
+    if hold.load is not None:
+        _check_capacity(contact, hold.load)
     least = force_per_gap(halfspace) * options.largest_gap * halfspace.spacing
-    if load is not None and load <= least:
+    if hold.load is not None and hold.load <= least:
         # carried by the lowest atom, which coarser grids may not contain
         height, start = -float(contact.heights.min()), np.zeros(halfspace.shape)
-        load = load or None
+        hold = Hold(height, hold.load or None)
     gap = gap_tolerance(halfspace, tolerance, options.largest_gap)
-    for state in _solve(contact, height, load, start, gap, options):
+    for state in _solve(contact, hold, start, gap, options):
         energy = state.energy + contact.plastic_work
         if external is not None:
             if state.converged:
-                _check_load(external, (height, state.height))
+                force = halfspace.cell_area * float(state.pressure.sum())
+                hold.check(external, state.height, force)
             energy += external(state.height)[0]
         yield replace(state, energy=energy)
 
 
-def _check(
-    contact: Contact, height: float, external: External | None, tolerance: float
-) -> None:
+def _check(contact: Contact, height: float, fixed: bool, tolerance: float) -> None:
     """Raise `ValueError` if there is no solution that this solver can find."""
     wall = contact.interaction
     if not wall.purely_hard:
         raise ValueError(f"ActiveSet is for the hard wall, got {wall}")
     finite(height=height)
     positive(tolerance=tolerance)
-    if external is not None:
-        reach = float(np.ptp(contact.heights)) + contact.halfspace.spacing
-        first = contact.first_contact
-        _check_load(external, (height, first - reach, first + reach))
-    else:
+    if fixed:
         check_height(contact, height)
 
 
@@ -152,25 +149,6 @@ def check_height(contact: Contact, height: float) -> None:
             f"height must be above {full_contact:g}, at which all of the periodic "
             f"surface is in contact whatever the load, got {height:g}: give a load "
             "instead"
-        )
-
-
-def _check_load(external: External, heights: tuple[float, ...]) -> None:
-    """Raise `ValueError` unless the load is nonnegative and equal at all heights."""
-    loads = [-external(height)[1] for height in heights]
-    if not all(math.isclose(load, loads[0], rel_tol=1e-9) for load in loads):
-        values = ", ".join(
-            f"{load:g} at height {height:g}"
-            for load, height in zip(loads, heights, strict=True)
-        )
-        raise ValueError(
-            "ActiveSet does not support a spring on the indenter: the load is "
-            f"{values}; give a constant load, or fix the height"
-        )
-    if not 0.0 <= loads[0] < math.inf:
-        raise ValueError(
-            "a hard wall carries no tension: load must be finite and >= 0, "
-            f"got {loads[0]:g}"
         )
 
 
@@ -195,24 +173,26 @@ def _nonnegative(contact: Contact, start: np.ndarray) -> np.ndarray:
 
 def _solve(
     contact: Contact,
-    height: float,
-    load: float | None,
+    hold: Hold,
     start: np.ndarray | None,
     tolerance: float,
     options: ActiveSetOptions,
 ) -> Iterator[Relaxation]:
-    """Solve on a window, cropped where possible; `height` is a guess under a load."""
+    """Solve on a window, cropped where possible."""
     halfspace, shape, pairs = contact.halfspace, contact.halfspace.shape, 0.0
+    height, load = hold.height, hold.load  # the height is a guess under a load
     if start is None and load is not None:
         start, pairs = _full_contact(contact, load)
     if start is None and can_coarsen(contact, options.coarsest):
         coarse = coarsen(contact)
         gap = _COARSE_GAP * coarse.halfspace.spacing
-        states = list(_solve(coarse, height, load, None, gap, options))
+        states = list(_solve(coarse, hold, None, gap, options))
         pairs += _share(coarse, contact) * sum(state.pairs for state in states)
         start = refine(states[-1].pressure, shape)
-        if load is not None:
+        if load is not None or hold.softness:
             height = states[-1].height - gap
+    elif start is not None:
+        height += hold.softness * halfspace.cell_area * float(start.sum())
     can_crop = not (halfspace.periodic or halfspace.solid.bulges)
     box = window = Box((0, 0), shape)
     if start is not None and can_crop:
@@ -223,9 +203,7 @@ def _solve(
     while True:
         required, cropped = box, crop(contact, box)
         pressure = None if start is None else start[box.slices]
-        for state in defect_correction(
-            cropped, height, load, pressure, tolerance, options
-        ):
+        for state in defect_correction(cropped, hold, pressure, tolerance, options):
             if state.converged and can_crop:
                 required = box.union(reachable(contact, state.height))
             state = replace(
@@ -238,7 +216,7 @@ def _solve(
             pairs = 0.0
         if required == box:
             return
-        start, height = state.pressure, state.height
+        start = state.pressure
         box = _worthwhile(required, window)
 
 

@@ -8,8 +8,9 @@ pressure and, under a load, the change :math:`s` of the height so that with
           p + x = H,\ g' \le 0:
 
 open, in elastic, or, if the wall has a finite hardness :math:`H`, in plastic contact.
-:math:`C` is the model; under a load :math:`\sum x = 0`, else :math:`s = 0`. With the
-sets :math:`A` of atoms in elastic and :math:`P` in plastic contact, repeat
+:math:`C` is the model; under a load :math:`\sum x = 0`, on a spring
+:math:`s = \kappa \sum x`, else :math:`s = 0`. With the sets :math:`A` of atoms in
+elastic and :math:`P` in plastic contact, repeat
 
 1. *Clip*: :math:`x = \max(-p, \min(x, H - p))` in :math:`A`, :math:`x = H - p` in
    :math:`P`, :math:`x = -p` elsewhere. Under a load, move the pressures in :math:`A`
@@ -87,6 +88,9 @@ class ComplementarityProblem:
         Sum of the pressures under a load; None if the height is given.
     hardness : float
         Largest pressure; infinity for an elastic contact.
+    yielding : float
+        By how much the indenter on a spring rises per sum of the pressures (length per
+        pressure); zero without a spring.
     """
 
     def __init__(
@@ -97,8 +101,10 @@ class ComplementarityProblem:
         violation: float,
         required_sum: float | None,
         hardness: float,
+        yielding: float,
     ) -> None:
         self._model, self._hardness = model, hardness
+        self._yielding = yielding / model.self_compliance
         self._bounded = hardness < math.inf
         self._required_sum, self._loaded = required_sum, required_sum is not None
         self._window, self._unit = pressure, violation / model.self_compliance
@@ -155,7 +161,8 @@ class ComplementarityProblem:
 
         There the model of a periodic surface is singular.
         """
-        if self._loaded or not (self._model.singular and self._contact.all()):
+        singular = self._model.singular and not self._yielding
+        if self._loaded or not (singular and self._contact.all()):
             return
         pressure, missing = self._pressure + self._change, self._missing - self._change
         if not self._bounded or self._gap.mean() > 0.0:
@@ -172,8 +179,16 @@ class ComplementarityProblem:
         difference = np.subtract(clipped, self._change, out=self._change)
         self._change, self._fields[0] = clipped, difference
         if difference.any():
-            opening = self._model.compliance(difference, difference)
+            opening = self._opened(difference, difference)
             linear_combination([(1.0, self._gap), (1.0, opening)], out=self._gap)
+
+    def _opened(self, change: np.ndarray, out: np.ndarray) -> np.ndarray:
+        """Return the opening of the gap by a change, with that by the spring."""
+        raised = self._yielding and self._yielding * total(change)
+        opening = self._model.compliance(change, out)
+        if raised:
+            opening += raised
+        return opening
 
     def _clipped(self) -> np.ndarray:
         """Return the change clipped to the bounds; under a load, of no total."""
@@ -268,7 +283,7 @@ class ComplementarityProblem:
                 z -= mean / count
             z *= self._contact
             linear_combination([(work / last_work, direction), (1.0, z)], out=direction)
-            opening = self._model.compliance(direction, buffer)
+            opening = self._opened(direction, buffer)
             length, last_work = work / dot(direction, opening), work
             opened = _advance(
                 self._change, self._gap, length, direction, opening, self._contact

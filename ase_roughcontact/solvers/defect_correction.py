@@ -2,6 +2,8 @@ r"""Defect correction for the contact with a hard wall on one grid.
 
 The energy :math:`E(p) = \tfrac12 p \cdot G p + (Z + h) \cdot p` is minimised over
 pressures :math:`p \ge 0`, at a height :math:`Z` or under a load :math:`a_0^2 \sum p`.
+A spring of stiffness k is a uniform compliance in addition to :math:`G`: it is without
+force at Z, and the indenter higher by :math:`a_0^2 \sum p / k`.
 
 1. Calculate the gap :math:`g = Z + h + G p` by a convolution. Under a load, :math:`Z`
    makes the smallest and the largest gap in contact opposite. Stop if the violation,
@@ -35,6 +37,7 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.bounds import with_sum
 from ase_roughcontact.solvers.complementarity import ComplementarityProblem
 from ase_roughcontact.solvers.dense import DenseContact
+from ase_roughcontact.solvers.hold import Hold
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import (
     Relaxation,
@@ -64,8 +67,7 @@ class Correction:
 
 def defect_correction(
     contact: Contact,
-    height: float,
-    load: float | None,
+    hold: Hold,
     start: np.ndarray | None,
     tolerance: float,
     options: ActiveSetOptions,
@@ -76,10 +78,8 @@ def defect_correction(
     ----------
     contact : Contact
         The wall counts as hard.
-    height : float
-        Height of the indenter (length); ignored if there is a load.
-    load : float, optional
-        Positive load (force).
+    hold : Hold
+        What holds the indenter; its height is ignored if there is a load.
     start : ndarray, shape (n, m), optional
         Nonnegative initial pressure.
     tolerance : float
@@ -92,7 +92,7 @@ def defect_correction(
         The start, and the state after each step. The last one is converged, or has a
         message.
     """
-    solver = _DefectCorrection(contact, height, load, start, tolerance, options)
+    solver = _DefectCorrection(contact, hold, start, tolerance, options)
     while True:
         state = solver.evaluate()
         yield state
@@ -107,23 +107,25 @@ class _DefectCorrection:
     def __init__(
         self,
         contact: Contact,
-        height: float,
-        load: float | None,
+        hold: Hold,
         start: np.ndarray | None,
         tolerance: float,
         options: ActiveSetOptions,
     ) -> None:
         self._contact, self._halfspace = contact, contact.halfspace
-        self._height, self._tolerance = height, tolerance
+        self._height, self._tolerance = hold.height, tolerance
         self._options = options
         self._hardness = contact.interaction.hardness
-        self._total = None if load is None else load / self._halfspace.cell_area
+        area = self._halfspace.cell_area
+        self._total = None if hold.load is None else hold.load / area
+        self._yielding = hold.softness * area  # of a spring to the sum of pressures
         self._pairs = 0.0
-        self._pressure = initial_pressure(contact, load, start)
+        self._pressure = initial_pressure(contact, hold.load, start)
         self._opening = self._opened(self._pressure)
-        if load is None:
-            undeformed = contact.heights + height
-            factor = start_factor(self._pressure, self._opening, undeformed)
+        if hold.load is None:
+            undeformed = contact.heights + hold.height
+            exact = self._yielding > 0.0 and self._hardness == math.inf
+            factor = start_factor(self._pressure, self._opening, undeformed, exact)
             self._pressure = factor * self._pressure
             self._opening *= factor
         # a cold start takes more steps
@@ -154,13 +156,16 @@ class _DefectCorrection:
         self._violations.append(violation)
         converged = violation <= self._tolerance
         pairs, self._pairs = self._pairs, 0.0
-        energy = 0.5 * dot(self._pressure, self._opening)
+        rise = self._yielding * total(self._pressure)
+        energy = 0.5 * (
+            dot(self._pressure, self._opening) - rise * total(self._pressure)
+        )
         if self._hardness < math.inf:
             flowed = gap[self._pressure >= self._hardness]
             energy -= self._hardness * float(np.minimum(flowed, 0.0).sum())
         return Relaxation(
             pressure=self._pressure,
-            height=self._height,
+            height=self._height + rise,
             energy=self._halfspace.cell_area * energy,
             error=violation * force_per_gap(self._halfspace),
             converged=converged,
@@ -222,12 +227,13 @@ class _DefectCorrection:
         if not self._dense.suits(self._pressure):
             return None
         halfspace, required = self._halfspace, self._total
-        before = halfspace.pairs
+        before, rise = halfspace.pairs, self._yielding * total(self._pressure)
+        fixed = required is None and not self._yielding
         found = self._dense.solve(
             self._pressure,
-            self._opening,
-            self._height,
-            None if required is None else lambda height: (0.0, required),
+            self._opening - rise,
+            self._height + rise,
+            None if fixed else self._support,
             0.3 * self._tolerance / halfspace.self_compliance,
         )
         self._pairs += halfspace.pairs - before
@@ -235,6 +241,12 @@ class _DefectCorrection:
             return None
         trial = np.maximum(found.pressure, 0.0)
         return trial if required is None else trial * (required / trial.sum())
+
+    def _support(self, height: float) -> tuple[float, float]:
+        """Return the stiffness of a spring per area, and the sum of the pressures."""
+        if self._total is not None:
+            return 0.0, self._total
+        return 1.0 / self._yielding, (height - self._height) / self._yielding
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""
@@ -244,7 +256,13 @@ class _DefectCorrection:
         if model.exact:
             contraction = _EXACT_CONTRACTION * float(np.finfo(model.dtype).eps)
         problem = ComplementarityProblem(
-            model, self._pressure, self._gap, violation, self._total, self._hardness
+            model,
+            self._pressure,
+            self._gap,
+            violation,
+            self._total,
+            self._hardness,
+            self._yielding,
         )
         trial = problem.solve(max(0.3 * self._tolerance / violation, contraction))
         self._pairs += (model.work - before) / math.prod(self._halfspace.grid)
@@ -260,11 +278,13 @@ class _DefectCorrection:
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:
-        """Return ``G p``, and count its transforms."""
+        """Return ``G p``, with that of a spring, and count its transforms."""
         self._pairs += 1.0
-        displacement = self._halfspace.displacement(pressure)
-        scale(displacement, displacement, -1.0)
-        return displacement
+        opening = self._halfspace.displacement(pressure)
+        scale(opening, opening, -1.0)
+        if self._yielding:
+            opening += self._yielding * total(pressure)
+        return opening
 
     def _combined(self, corrections: list[Correction], trial: np.ndarray) -> np.ndarray:
         """Return the pressure of the least energy in the span of the corrections.

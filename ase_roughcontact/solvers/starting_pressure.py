@@ -56,14 +56,15 @@ def winkler_foundation(
 
 
 def start_factor(
-    pressure: np.ndarray, opening: np.ndarray, undeformed: np.ndarray
+    pressure: np.ndarray, opening: np.ndarray, undeformed: np.ndarray, exact: bool
 ) -> float:
     """Return a factor for a pressure: that of the least energy if it is below 0.5.
 
     The energy at a given height is ``p . G p / 2 + p . h``, with the opening ``G p``
-    and the undeformed gap ``h``.
+    and the undeformed gap ``h``. On a soft spring any error of the sum moves the
+    indenter far: there the factor is always the exact one.
     """
     curvature, slope = dot(pressure, opening), dot(pressure, undeformed)
-    if -slope >= 0.5 * curvature:
+    if -slope >= 0.5 * curvature and not (exact and curvature > 0.0):
         return 1.0
     return -slope / curvature if slope < 0.0 else 0.0

@@ -97,10 +97,15 @@ def test_other_constraints_are_refused_by_name(optimizer, constraint):
 
 
 @pytest.mark.filterwarnings("ignore:the load of")
-def test_hard_wall_supports_a_spring_on_a_fixed_indenter_only():
-    spring = Hookean(LAST, (4.0, 4.0, -2.0), 0.7, rt=0.0)
-    with pytest.raises(ValueError, match="ActiveSet does not support a spring"):
-        ActiveSet(make_atoms(spring, HardWall()))
+def test_hard_wall_with_a_spring_on_the_indenter():
+    spring = Hookean(LAST, (4.0, 4.0, -2.0), 0.7, rt=0.5)
+    atoms = make_atoms(spring, HardWall())
+    load = atoms.calc.parameters["load"]
+    optimizer = ActiveSet(atoms)
+    assert optimizer.run(fmax=1e-8)
+    expected = load + 0.7 * (atoms.positions[-1, 2] + 2.0 - 0.5)
+    assert atoms.calc.state(atoms).normal_force == pytest.approx(expected, rel=1e-9)
+    assert optimizer.optimality_residuals.load_error == pytest.approx(0.0, abs=1e-9)
     atoms = make_atoms([FixAtoms([LAST]), spring], HardWall())
     assert ActiveSet(atoms).run(fmax=1e-8)
 

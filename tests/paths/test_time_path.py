@@ -253,6 +253,49 @@ def test_error_decreases_with_the_tolerance():
     assert errors[1] < 0.25 * errors[0]
 
 
+@pytest.mark.parametrize("window", ["fixed", "auto"])
+def test_base_of_a_cantilever_over_a_hard_wall(window):
+    n, radius, stiffness, base = 48, 480.0, 20.0, -0.8
+    path = Schedule(0.5).step(base).hold(100.0).ramp(0.5, time=1.0)
+    problem = problem_of(n, radius=radius)
+    held = {"cantilever": stiffness, "window": window}
+    steps = follow(problem, n, path, "bases", **held)
+    bases = np.array([path.at(step.time) for step in steps])
+    forces = np.array([step.normal_force for step in steps])
+    deflections = np.array([step.height for step in steps]) - bases
+    assert all(step.converged for step in steps)
+    assert forces[1:] == pytest.approx(stiffness * deflections[1:], abs=1e-9)
+    assert forces[0] == forces[-1] == 0.0
+    assert deflections[-1] == pytest.approx(0.0, abs=1e-12)
+
+    def hertz(modulus):
+        def excess(depth):
+            force = 4.0 / 3.0 * modulus * math.sqrt(radius * depth**3)
+            return force + stiffness * (base + depth)
+
+        return -stiffness * (base + brentq(excess, 0.0, -base))
+
+    held = [s.normal_force for s in steps if 0.0 < s.time <= 100.0]
+    assert forces[1] == pytest.approx(hertz(1.0), rel=3e-3)
+    assert held[-1] == pytest.approx(hertz(CREEP.relaxed), rel=3e-3)
+
+
+def test_a_hard_wall_under_a_cantilever_is_the_limit_of_stiff_walls():
+    n, path = 48, Schedule(0.5).step(-2.0)
+    forces = []
+    for core in (0.3, 0.1, 0.0):
+        wall = LennardJones93.repulsive(1.0, core) if core else HardWall()
+        start = Schedule(
+            path.first + core, [p._replace(end=p.end + core) for p in path.parts]
+        )
+        problem = problem_of(n, wall, radius=150.0)
+        steps = follow(problem, n, start, "bases", cantilever=4.0)
+        forces.append(steps[-1].normal_force)
+    soft, stiff, hard = forces
+    assert abs(stiff - hard) < 0.5 * abs(soft - hard)
+    assert stiff == pytest.approx(hard, rel=0.02)
+
+
 def test_layer_on_a_rigid_base_creeps():
     creep = Creep([1.0], [1.0])
     problem = problem_of(48, creep=creep, solid=Layer(1.0, 3.0, poisson=0.3))

@@ -170,10 +170,6 @@ def test_commands_run_plan_and_continue(tmp_path, capsys):
     [
         ("[substrate]\ncontact_modulus = 2.0\n" + PATH, "give relaxation_moduli and"),
         (SOLID + "[path]\nvalues = [1.0]\n", 'viscoelastic: give kind = "time"'),
-        (
-            SOLID + PATH.replace("penetration", "base") + "cantilever = 1.0\n",
-            "needs a wall other than kind",
-        ),
         (SOLID + "[path]\nrate = 1.0\ndwell = 1.0\n", 'give kind = "time"'),
     ],
 )

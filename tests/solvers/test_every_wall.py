@@ -36,6 +36,12 @@ every_wall = pytest.mark.parametrize("name", WALLS)
 repulsive_walls = pytest.mark.parametrize("name", ["hard", "plastic", "repulsive"])
 
 
+def two_springs(height):
+    """Energy and force of a spring with a stop on the way to the surface."""
+    near, far = spring(1.0, -20.0)(height), spring(5.0, -0.4)(height)
+    return near if height > -0.4 else tuple(np.add(near, far))
+
+
 def make(name, n=32, **options):
     return contact_of(rough_sphere((n, n)), WALLS[name], **options)
 
@@ -49,6 +55,22 @@ def test_load_and_height_control_agree(name, periodic, solid):
     assert_allclose(held.pressure, loaded.pressure, atol=1e-6)
     assert_allclose(held.pressure.sum(), LOAD, rtol=1e-6)
     assert_allclose(loaded.energy, held.energy + LOAD * held.height, rtol=1e-8)
+
+
+@every_wall
+@pytest.mark.parametrize("stiffness", [0.01, 3.0, 1e4])
+def test_a_spring_leads_to_the_contact_under_its_force(name, stiffness, periodic):
+    contact = make(name, periodic=periodic)
+    loaded = solve(contact, LOAD, tolerance=1e-9)
+    held = spring(stiffness, loaded.height - LOAD / stiffness)
+    repulsive = name in ("hard", "plastic", "repulsive")
+    start = None if repulsive else 0.99 * loaded.pressure
+    state = solve(contact, held, loaded.height, start, 1e-9)
+    assert_allclose(state.pressure, loaded.pressure, atol=1e-6)
+    assert_allclose(state.height, loaded.height, atol=1e-6)
+    stored = 0.5 * LOAD**2 / stiffness
+    expected = loaded.energy - LOAD * loaded.height + stored
+    assert_allclose(state.energy, expected, rtol=1e-6)
 
 
 @every_wall
@@ -135,7 +157,8 @@ def test_bad_input_is_refused(name, change, message):
     ("name", "support", "message"),
     [
         ("hard", constant(-2.0), r"load must be finite and >= 0, got -2"),
-        ("hard", spring(1.0, 0.0), "does not support a spring on the indenter"),
+        ("hard", spring(-1.0, 0.0), "load must not decrease with the height"),
+        ("hard", two_springs, "ActiveSet needs a load that is constant or that of a"),
         ("plastic", constant(60.0), "load 60 .* hardness 0.05 times .* 51.2"),
     ],
 )
