@@ -34,7 +34,13 @@ def bodies(scene: Scene) -> dict[str, str]:
         )
     if scene.scan is not None and scene.topography is not None:
         found["scan"] = scan_line(scene.topography)
-    found["wall"] = scene.wall.label
+    wall = scene.wall
+    found["wall"] = wall.label + (
+        f", {wall.work_of_adhesion / UNITS['J/m^2']:.3g} J/m², range of the attraction "
+        f"{wall.attraction_range / nm:.3g} nm"
+        if wall.attractive
+        else ""
+    )
     if scene.area_column == "continuum_area":
         lost = scene.lost_slope
         found["grid"] = f"continuum on a grid of spacing {scene.grid_change.label}" + (

@@ -7,7 +7,9 @@ Two elastic bodies are replaced by a rigid one and one with the contact modulus
 The work of adhesion is that of van der Waals forces across vacuum,
 :math:`w = 2 \sqrt{\gamma_1 \gamma_2}`, with the surface energies :math:`\gamma = A/(24
 \pi D_0^2)` of the Hamaker constants A and :math:`D_0 = 0.165` nm. Water films, chemical
-bonds and charges add to it; contamination reduces it.
+bonds and charges add to it; contamination reduces it. :math:`D_0` is also a typical
+range of the attraction: the Lennard-Jones form of two half spaces with the same
+Hamaker constant and w has its minimum at :math:`\sqrt{3} D_0/2` = 0.143 nm.
 
 References
 ----------
@@ -27,8 +29,8 @@ from ase.data import atomic_names, atomic_numbers
 from ase_roughcontact._util.validation import shown
 from ase_roughcontact.elasticity.material import CRYSTALS, TABLES, crystal_modulus
 
-# Cutoff of van der Waals forces (nm), see Israelachvili.
-_CUTOFF = 0.165
+#: Cutoff :math:`D_0` of van der Waals forces (nm), a typical range of the attraction.
+ATTRACTION_RANGE = 0.165
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ def _isotropic(young: float, poisson: float) -> float:
 
 def _from_hamaker(constant: float) -> float:
     """Return a surface energy (J/m^2) for a Hamaker constant (1e-20 J)."""
-    return constant * 1e-20 / (24.0 * math.pi * (_CUTOFF * 1e-9) ** 2)
+    return constant * 1e-20 / (24.0 * math.pi * (ATTRACTION_RANGE * 1e-9) ** 2)
 
 
 def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float:

@@ -262,6 +262,8 @@ def make_wall(
     values = {}
     for name, parameter in wall.parameters.items():
         value = parameters.get(name, parameter.default)
+        if value is None and parameter.optional:
+            continue
         if value is None:
             unit = f" ({parameter.unit})" if parameter.unit else ""
             raise ValueError(f"kind = {kind!r} needs {name}{unit}")

@@ -54,23 +54,21 @@ def nine_three_inverse(
     return distance / inverse, exact, stiffness
 
 
-def smooth_tail(
-    x: np.ndarray, length: float, stiffness: float, work: float
-) -> np.ndarray:
-    """Return the tail with the cubic pressure ``-k x (1 - x/D)^2``, zero beyond D.
+def smooth_tail(x: np.ndarray, length: float, work: float) -> np.ndarray:
+    """Return the tail with the pressure ``-(12 w/D^2) x (1 - x/D)^2``, zero beyond D.
 
-    x is the gap beyond the minimum, D the length and k the stiffness. The depth of the
-    minimum, ``k D^2/12``, is passed as the work so that the energy at x = 0 is exact.
+    x is the gap beyond the minimum, D the length, and the work w the depth of the
+    minimum.
     """
-    rows = np.zeros((3, x.size))
-    if length == 0.0:  # so short that it is lost to rounding
-        return rows
     t = np.minimum(x / length, 1.0)
-    rest = 1.0 - t
-    rows[0] = -work * rest**3 * (1.0 + 3.0 * t)
-    rows[1] = -stiffness * length * t * rest**2
-    rows[2] = stiffness * rest * (1.0 - 3.0 * t)
-    return rows
+    rest, tension = 1.0 - t, 12.0 * work / length
+    return np.stack(
+        (
+            -work * rest**3 * (1.0 + 3.0 * t),
+            -tension * t * rest**2,
+            tension / length * rest * (1.0 - 3.0 * t),
+        )
+    )
 
 
 def switched_off(rows: np.ndarray, x: np.ndarray, width: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import nonnegative, positive
 from ase_roughcontact.interactions.base import Interaction, Profile
 from ase_roughcontact.interactions.forms import (
@@ -18,7 +19,11 @@ from ase_roughcontact.interactions.forms import (
     switched_off,
     taylor,
 )
-from ase_roughcontact.interactions.parameter import WORK_OF_ADHESION, Parameter
+from ase_roughcontact.interactions.parameter import (
+    RANGE,
+    WORK_OF_ADHESION,
+    Parameter,
+)
 
 # Number of gaps evaluated at once, so that the intermediate arrays fit into the cache.
 _CHUNK = 1 << 13
@@ -54,10 +59,10 @@ class LennardJones93(Interaction):
     `repulsive`
         no tail: the branch is shifted to zero at :math:`r_0`;
     `adhesive`
-        a short tail with the cubic pressure :math:`p = -k x (1 - x/D)^2` of
-        :math:`x = g - r_0` between 0 and :math:`D = \sqrt{12 w/k}`. Energy, pressure
-        and stiffness are continuous at both ends, the work of adhesion is :math:`w` and
-        the largest tension :math:`4kD/27`;
+        a short tail with the cubic pressure :math:`p = -(12 w/D^2) x (1 - x/D)^2` of
+        :math:`x = g - r_0` between 0 and the range :math:`D`. The work of adhesion is
+        :math:`w` and the largest tension :math:`16 w/9D`. By default :math:`D =
+        \sqrt{12 w/k}`, with which also the stiffness is continuous at both ends;
     `full`
         the 9-3 form itself, brought to zero between `onset` and `cutoff` by the factor
         :math:`1 - 10 t^3 + 15 t^4 - 6 t^5`.
@@ -143,6 +148,7 @@ class LennardJones93(Interaction):
         spacing: float,
         work_of_adhesion: float,
         *,
+        attraction_range: float | None = None,
         stiffness: float | None = None,
         core: float | None = None,
     ) -> LennardJones93:
@@ -154,6 +160,9 @@ class LennardJones93(Interaction):
             As for `repulsive`.
         work_of_adhesion : float
             w (energy per area); zero gives the repulsive wall.
+        attraction_range : float, optional
+            D, from the minimum to the end of the tail (length); by default
+            ``sqrt(12 w/k)`` with the stiffness k.
 
         Returns
         -------
@@ -165,8 +174,10 @@ class LennardJones93(Interaction):
         )
         if work_of_adhesion == 0.0:
             return wall
+        if attraction_range is None:
+            attraction_range = math.sqrt(12.0 * work_of_adhesion / wall.stiffness)
         return AdhesiveLennardJones93(
-            wall.distance, wall.stiffness, work_of_adhesion, wall.core
+            wall.distance, wall.stiffness, work_of_adhesion, wall.core, attraction_range
         )
 
     @staticmethod
@@ -303,17 +314,21 @@ class AdhesiveLennardJones93(LennardJones93):
     """9-3 wall with a short tail, see `LennardJones93.adhesive`."""
 
     kind = "adhesive"
-    parameters = {"work_of_adhesion": WORK_OF_ADHESION}
+    parameters = {"work_of_adhesion": WORK_OF_ADHESION, "attraction_range": RANGE}
 
     distance: float
     stiffness: float
     work_of_adhesion: float
     core: float
+    attraction_range: float
 
     def __post_init__(self) -> None:
         """Check the parameters."""
         super().__post_init__()
-        positive(work_of_adhesion=self.work_of_adhesion)
+        positive(
+            work_of_adhesion=self.work_of_adhesion,
+            attraction_range=self.attraction_range,
+        )
 
     @classmethod
     def for_substrate(
@@ -325,20 +340,12 @@ class AdhesiveLennardJones93(LennardJones93):
     @property
     def cutoff(self) -> float:  # type: ignore[override]
         """Gap at which the tail ends."""
-        return self.distance + math.sqrt(12.0 * self.work_of_adhesion / self.stiffness)
-
-    @property
-    def attraction_range(self) -> float:  # type: ignore[override]
-        """Distance D from the minimum to the end of the tail (length)."""
-        return self.cutoff - self.distance
+        return self.distance + self.attraction_range
 
     def _set_tail(self, rows: np.ndarray, gap: np.ndarray) -> None:
         beyond = np.flatnonzero(gap >= self.distance)
         rows[:, beyond] = smooth_tail(
-            gap[beyond] - self.distance,
-            self.attraction_range,
-            self.stiffness,
-            self.work_of_adhesion,
+            gap[beyond] - self.distance, self.attraction_range, self.work_of_adhesion
         )
 
 
@@ -350,7 +357,8 @@ class FullLennardJones93(LennardJones93):
     label = "Lennard-Jones 9-3 wall"
     parameters = {
         "work_of_adhesion": WORK_OF_ADHESION,
-        "cutoff": Parameter("a0", default=10.0, above=1.0),
+        "attraction_range": RANGE,
+        "cutoff": Parameter("a0", optional=True),
     }
 
     distance: float
@@ -375,7 +383,15 @@ class FullLennardJones93(LennardJones93):
         cls, contact_modulus: float, spacing: float, **parameters: float
     ) -> Interaction:
         """Make the wall for a substrate; see `LennardJones93.full`."""
-        return cls.full(distance=spacing, **parameters)
+        distance = parameters.pop("attraction_range", spacing)
+        cutoff = parameters.get("cutoff", math.inf)
+        if cutoff <= distance:
+            unit = UNITS["nm"]
+            raise ValueError(
+                f"cutoff must be larger than attraction_range, {distance / unit:.4g} "
+                f"nm, got {cutoff / unit:.4g} nm"
+            )
+        return cls.full(distance=distance, **parameters)
 
     @property
     def stiffness(self) -> float:  # type: ignore[override]

@@ -22,6 +22,8 @@ class Parameter:
         file must give the parameter; with a bool it is true or false.
     above, below : float
         Limits between which the value must lie, in the unit of the file.
+    optional : bool
+        Whether the file need not give it, although there is no default here.
 
     Raises
     ------
@@ -33,6 +35,7 @@ class Parameter:
     default: float | None = None
     above: float = 0.0
     below: float = math.inf
+    optional: bool = False
 
     def __post_init__(self) -> None:
         """Check the unit."""
@@ -83,3 +86,5 @@ class Parameter:
 
 #: Work of adhesion: at most some ten times that of metals, or it is in another unit.
 WORK_OF_ADHESION = Parameter("J/m^2", below=10.0)
+#: Range of the attraction; materials have one, see `build`.
+RANGE = Parameter("a0", optional=True)

@@ -107,7 +107,7 @@ class _AdaptivePath:
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
         self._size = self.largest
-        self._least = -np.inf  # force of the retraction, sought there only
+        self._least = 0.0  # force of a branch
 
     def states(self, top: float, bottom: float) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""

@@ -309,24 +309,45 @@ def least_force(before: LoadStep, after: LoadStep) -> tuple[float, float]:
         Where both tangents intersect if the force has a minimum between them, which may
         be a kink (Å, eV/Å); else the minimum of `interpolated`.
     """
-    distance = after.height - before.height
-    first, last = (-s.contact_stiffness * distance for s in (before, after))
-    if first < 0.0 < last:
-        rise = after.normal_force - before.normal_force
-        share = (last - rise) / (last - first)
-        if 0.0 < share < 1.0:
-            height = before.height + share * distance
-            return height, before.normal_force + share * first
+    height, force, slope = _columns([before, after])
+    (share,), (bound,) = _kinks(height, force, slope)
+    if bound > -np.inf:
+        return float(height[0] + share * (height[1] - height[0])), float(bound)
     heights, forces, _ = interpolated([before, after])
     least = int(np.argmin(forces))
     return float(heights[least]), float(forces[least])
 
 
+def _columns(states: Sequence[LoadStep]) -> FloatArray:
+    """Return heights, forces and their slopes."""
+    rows = [(s.height, s.normal_force, -s.contact_stiffness) for s in states]
+    return np.array(rows).T
+
+
+def _kinks(
+    height: FloatArray, force: FloatArray, slope: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return where the tangents of neighbouring states intersect in a minimum.
+
+    That is, the part of the way from the first to the second state, and the force
+    there; minus infinity if they do not, or not between the states.
+    """
+    distance, rise = np.diff(height), np.diff(force)
+    first, last = slope[:-1] * distance, slope[1:] * distance
+    minimum = (first < 0.0) & (last > 0.0)
+    share = np.full(len(distance), np.nan)
+    np.divide(last - rise, last - first, out=share, where=minimum)
+    between = (share > 0.0) & (share < 1.0)
+    return share, np.where(between, force[:-1] + share * first, -np.inf)
+
+
 def _interpolated(states: Sequence[LoadStep]) -> FloatArray:
-    """Return heights, forces and slopes between states without an instability."""
-    height = np.array([state.height for state in states])
-    force = np.array([state.normal_force for state in states])
-    slope = -np.array([state.contact_stiffness for state in states])
+    """Return heights, forces and slopes between states without an instability.
+
+    The force is not below the tangents at two states, which the polynomial is where
+    the force has a kink.
+    """
+    height, force, slope = _columns(states)
     if len(states) == 1:
         return np.array([height, force, np.nan_to_num(slope)])
     slope = np.where(np.isfinite(slope), slope, np.gradient(force, height))
@@ -335,6 +356,8 @@ def _interpolated(states: Sequence[LoadStep]) -> FloatArray:
     number = np.arange(len(states))
     between = np.interp(np.arange(POINTS * number[-1] + 1) / POINTS, number, height)
     forces = curve(between)
+    _, least = _kinks(height, force, slope)
+    forces[:-1] = np.maximum(forces[:-1], np.repeat(least, POINTS))
     forces[::POINTS] = force  # without rounding
     return np.array([between, forces, curve(between, 1)])
 

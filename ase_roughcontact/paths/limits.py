@@ -14,8 +14,11 @@ import numpy as np
 
 from ase_roughcontact.paths.errors import LARGEST_PART_OF_CELL
 from ase_roughcontact.paths.relaxed import RelaxedStep
+from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.fixed import at_edge
 
+#: Least zones of attraction around a point contact and at the edge of a contact, in a0.
+LEAST_TIP_ZONE, LEAST_EDGE_ZONE = 5.0, 7.0
 # Separates the entries of the column.
 _SEPARATOR = "; "
 
@@ -147,8 +150,7 @@ def _edge_zone(step: RelaxedStep) -> float:
     work = wall.work_of_adhesion * (1.0 if adhesion is None else adhesion.max())
     creep = step.problem.solid.creep  # the zone is narrowest in the relaxed solid
     modulus = halfspace.contact_modulus * (creep.relaxed if creep else 1.0)
-    width = modulus * wall.attraction_range**2 / work
-    return 0.25 * math.pi * width / halfspace.spacing
+    return edge_zone(modulus, work, wall.attraction_range) / halfspace.spacing
 
 
 #: Limits of the model.
@@ -229,7 +231,7 @@ CHECKS = (
     Check(
         "adhesive zone at the tip/a0",
         "<",
-        5.0,
+        LEAST_TIP_ZONE,
         "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
         "contact attracts, and the pull-off force may be wrong by more than 1 %",
         _tip_zone,
@@ -238,7 +240,7 @@ CHECKS = (
     Check(
         "adhesive zone at the edge/a0",
         "<",
-        7.0,
+        LEAST_EDGE_ZONE,
         "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,

@@ -11,6 +11,7 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Creep, ElasticSolid, Viscoelastic
 from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.named_materials import (
+    ATTRACTION_RANGE,
     combined_modulus,
     material,
     work_of_adhesion,
@@ -158,6 +159,8 @@ def _wall(
     materials = scene.substrate.material, scene.sphere.material
     if "work_of_adhesion" in missing and all(materials):
         parameters["work_of_adhesion"] = work_of_adhesion(*materials)
+    if "attraction_range" in missing and all(materials):
+        parameters["attraction_range"] = f"{ATTRACTION_RANGE} nm"
     if "hardness" in missing and not math.isnan(hardness):
         parameters["hardness"] = hardness / UNITS["GPa"]
     return make_wall(kind, solid.contact_modulus, spacing, parameters)

@@ -27,6 +27,7 @@ FREE = {
     "work_of_adhesion": ("interaction.work_of_adhesion", "J/m²"),
     "contact_modulus": ("substrate.contact_modulus", "GPa"),
     "radius": ("sphere.radius", "nm"),
+    "attraction_range": ("interaction.attraction_range", "nm"),
 }
 # Relative change of a parameter for differences of explicit functions.
 _CHANGE = 1e-6
@@ -54,6 +55,7 @@ def value_of(scene: Scene, name: str) -> float:
         "work_of_adhesion": scene.wall.work_of_adhesion,
         "contact_modulus": scene.contact_modulus,
         "radius": scene.radius,
+        "attraction_range": scene.wall.attraction_range,
     }
     return values[name] / UNITS[FREE[name][1]]
 

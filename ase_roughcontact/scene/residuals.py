@@ -82,7 +82,7 @@ class Residuals:
         self._scene, self._curve = scene, curve
         self.tolerance = scene.path.loop_tolerance
         self._free = tuple(name for name in free if name in FREE)
-        self._with_range = scene.wall.attractive
+        self._with_range = scene.wall.attractive and "attraction_range" not in free
         lines = tuple(name for name in free if name in BASELINE)
         self._baseline = curve.baseline(lines)
         self.names = *self._free, *lines, "height_offset"

@@ -161,10 +161,12 @@ class Scene(SceneFile):
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the scan; empty if there are none, or no scan."""
-        if self.topography is None:
-            return []
-        return scan_warnings(self.topography, self.radius, self.whole_tip is not None)
+        """Warnings about the scan, and a range of the wall that is not resolved."""
+        found = self.bodies.range_warnings(self.grid_change.spacing(self.spacing))
+        if self.topography is not None:
+            whole = self.whole_tip is not None
+            found += scan_warnings(self.topography, self.radius, whole)
+        return found
 
     @property
     def area_column(self) -> str:

@@ -18,6 +18,17 @@ from ase_roughcontact.theory.smooth_sphere import CURVE_POINTS, SphereTheory
 _SMALLEST, _LARGEST = 1e-8, 1e4
 
 
+def edge_zone(
+    contact_modulus: float, work_of_adhesion: float, attraction_range: float
+) -> float:
+    """Return the width of Dugdale's zone at the edge of a large contact.
+
+    It is pi E* D^2/(4 w); for the parameters see `MaugisDugdale`.
+    """
+    width = contact_modulus * attraction_range**2 / work_of_adhesion
+    return 0.25 * np.pi * width
+
+
 @dataclass(frozen=True)
 class MaugisDugdale(SphereTheory):
     """Maugis and Dugdale: a tension of finite range; see `SphereTheory`.

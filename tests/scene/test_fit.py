@@ -106,15 +106,16 @@ def forces_and_derivatives(scene, heights, free=(), with_range=False):
 
 
 def test_derivatives_are_those_of_differences():
-    touch = scene().first_contact
-    heights = touch - np.array([2.0, 0.5])
-    _, derivatives = forces_and_derivatives(scene(), heights, FREE)
+    made = scene().with_values({"interaction.attraction_range": "0.12 nm"})
+    heights = made.first_contact - np.array([2.0, 0.5])
+    _, derivatives = forces_and_derivatives(made, heights, FREE)
     values = {"work_of_adhesion": 0.1, "contact_modulus": 30.0, "radius": 3.0}
+    values["attraction_range"] = made.wall.attraction_range / UNITS["nm"]
     for i, (name, value) in enumerate([*values.items(), ("height", 10.0)]):
         step = 1e-4 * value
 
         def force(x, name=name, value=value):
-            changed, shift = scene(), x - value
+            changed, shift = made, x - value
             if name in FREE:
                 key, unit = FREE[name]
                 unit, shift = unit.replace("²", "^2"), 0.0

@@ -166,7 +166,7 @@ WALL = 'kind = "full"\nwork_of_adhesion = '
             "cutoff = 3\nexponent = 2",
             "has no cutoff, got 3; .* no exponent",
         ),
-        ("interaction", f"{WALL}1.0\ncutoff = 1.0", "cutoff must be > 1 a0, got 1.0"),
+        ("interaction", f"{WALL}1.0\ncutoff = 1.0", "cutoff must be larger than attr"),
         ("interaction", f"{WALL}50.0", r"> 0 and < 10 J/m\^2, got 50.0"),
         ("path", "values = 0.3", "values must be a list of numbers, got"),
         ("path", "values = ['1']", "values must be a list of numbers, got"),
