@@ -16,6 +16,9 @@ from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE, LEAST_TIP_ZONE
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.topography import HeightMap, SelfAffine
 
+# Square of the part of the necessary range below which there is a warning.
+_RESOLVED = 0.25
+
 
 @dataclass(frozen=True, eq=False)
 class SceneBodies:
@@ -79,7 +82,9 @@ class SceneBodies:
         )
 
     def range_warnings(self, spacing: float) -> list[str]:
-        """Return a warning if a grid does not resolve the range of the attraction.
+        """Return a warning if a grid is far too coarse for the range of the attraction.
+
+        The limits of the model report it, too, but only after the first step.
 
         Parameters
         ----------
@@ -94,7 +99,7 @@ class SceneBodies:
         zone = edge_zone(modulus, work, length) / spacing
         tip_zone = math.sqrt(2.0 * self.radius * length) / spacing
         shares = zone / LEAST_EDGE_ZONE, (tip_zone / LEAST_TIP_ZONE) ** 4
-        if min(shares) >= 1.0:
+        if min(shares) >= _RESOLVED:
             return []
         least = length / math.sqrt(min(shares))  # zones grow with D^2 and D^(1/2)
         nm = UNITS["nm"]
