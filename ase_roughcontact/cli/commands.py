@@ -81,7 +81,13 @@ def fit(options: argparse.Namespace) -> int:
 
     check_picture(options.picture)
     scene = checked_scene(options)
-    curve = read_curve(options.curve, options.branch, scene.cantilever)
+    curve = read_curve(
+        options.curve,
+        options.branch,
+        scene.cantilever,
+        options.sensitivity,
+        options.columns,
+    )
     trials = _print_trial if prints_text(options) else None
     free = [name.strip() for name in options.free.split(",")]
     found = fit_curve(scene, curve, free, trials)

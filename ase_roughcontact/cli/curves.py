@@ -1,44 +1,69 @@
-"""Measured force curves from CSV files."""
+"""Measured force curves from files: quantities, units, directions, calibration."""
 
 from __future__ import annotations
 
-import csv
 import math
-import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from ase_roughcontact._util.units import FORCES, LENGTHS, UNITS
-from ase_roughcontact._util.validation import FloatArray, finite, lookup, shown
+from ase_roughcontact._util.units import FORCES, LENGTHS, UNITS, quantity
+from ase_roughcontact._util.validation import FloatArray, positive
+from ase_roughcontact.cli.curve_tables import Column, read_table
 from ase_roughcontact.scene.force_curve import ForceCurve
 
-# Key of the number of a line in its row.
-_LINE = "line of the file"
 # Relative difference up to which stiffnesses of the cantilever are the same.
 _SAME_STIFFNESS = 0.02
-_HEAD = re.compile(r"\s*([^([]*?)\s*(?:[([](.*)[])])?\s*")
+# Part of the points at either end whose slope tells where the contact is: 1/10.
+_TENTH = 10
+# Units of columns of curve.csv without one in their heads.
+_OWN_UNITS = {"penetration": "Å", "normal_force": "eV/Å"}
+# Names of columns by what they are, the best ones first. Whether a height is positive
+# away from the surface or towards it follows from the force.
+_NAMES = {
+    "depth": ("depth", "penetration", "indentation"),
+    "distance": ("distance",),
+    "height": (
+        *("height sensor", "height (measured)", "measuredheight"),
+        *("capacitivesensorheight", "straingaugeheight", "smoothedmeasuredheight"),
+        *("smoothedcapacitivesensorheight", "smoothedstraingaugeheight", "zsnsr"),
+        *("lvdt", "z sensor", "height", "height (piezo)", "piezo", "z piezo"),
+        *("calc ramp", "ramp", "z"),
+    ),
+    "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
+    "force": ("force", "normal_force"),
+}
 
 
 def read_curve(
-    file: Path, branch: str | None = None, stiffness: float | None = None
+    file: Path,
+    branch: str | None = None,
+    stiffness: float | None = None,
+    sensitivity: str = "",
+    heads: Sequence[str] = (),
 ) -> ForceCurve:
     """Read a force curve.
 
     Parameters
     ----------
     file : path
-        CSV with a header, separated by commas, or by semicolons or tabs with decimal
-        points or commas; lines that begin with # are left out. Columns are ``depth
-        (nm)`` and ``force (nN)``; or ``distance (nm)`` of the base with ``deflection
-        (nm)`` of the cantilever and ``force (nN)``, one of which may be left out if the
-        stiffness is given; or those of ``curve.csv``. Units are in parentheses or
-        brackets.
+        A table in CSV with a header, separated by commas, or by semicolons or tabs with
+        decimal points or commas; lines that begin with # are left out. Columns are
+        ``depth (nm)`` and ``force (nN)``; or ``distance (nm)`` of the base, or its
+        height, with ``deflection (nm)`` of the cantilever, also in V, and ``force
+        (nN)``, one of which may be left out if the stiffness is known; or those of
+        ``curve.csv``. Or a text export of NanoScope or JPK, or, with afmformats, a file
+        of an instrument, with approach and retraction.
     branch : str, optional
-        Value of the column ``branch``: "approach" or "retraction".
+        "approach" or "retraction".
     stiffness : float, optional
-        Of the cantilever (eV/Å^2). By default it is that of forces and deflections,
-        infinite without the latter.
+        Of the cantilever (eV/Å^2). By default it is that of the file, or of forces and
+        deflections, infinite without the latter.
+    sensitivity : str, optional
+        Deflection per V: ``"50 nm/V"``; by default that of the file.
+    heads : sequence of str
+        Names and units of the columns in place of those in the file.
 
     Returns
     -------
@@ -47,80 +72,138 @@ def read_curve(
     Raises
     ------
     ValueError
-        If a column is missing, a value is not a finite number, or forces over
-        deflections are not the stiffness.
+        If a column or its unit is missing, a value is not a finite number, or forces
+        over deflections are not the stiffness.
     """
-    rows = _rows(file)
-    if branch is not None:
-        rows = [row for row in rows if row.get("branch") == branch]
-        if not rows:
-            raise ValueError(f"{file} contains no rows of the branch {branch!r}")
-    columns: dict[str, FloatArray] = {}
-    for head in rows[0]:
-        found = _HEAD.fullmatch(head or "")
-        name, unit = (found[1].lower(), found[2]) if found else ("", None)
-        if name in _COLUMNS:
-            default, units = _COLUMNS[name]
-            factor = lookup(unit or default, units, f"unit of {name}")
-            columns[name] = factor * _numbers(file, head, rows)
-    force = columns.get("force", columns.get("normal_force"))
-    depth = columns.get("depth", columns.get("penetration"))
-    bend = columns.get("deflection")
+    table = read_table(file, branch, heads)
+    if table.stiffness is not None:
+        stiffness = _checked(file, table.stiffness, stiffness, "its header gives")
+    length = table.sensitivity
+    if sensitivity:
+        units = {f"{unit}/V": value for unit, value in LENGTHS.items()}
+        length = quantity("sensitivity", sensitivity, units, "nm/V")
+        positive(sensitivity=length)
+    parts: list[dict[str, FloatArray]] = []
+    for way, columns in table.segments:
+        part = _quantities(file, columns, length)
+        if way is not None and "distance" in part:
+            falls = part["distance"][0] > part["distance"][-1]
+            if falls != (way == "approach"):  # as NanoScope may write it
+                part = {name: values[::-1] for name, values in part.items()}
+        parts.append(part)
+    found = {
+        name: np.concatenate([part[name] for part in parts])
+        for name in parts[0]
+        if all(name in part for part in parts)
+    }
+    force, depth, bend = (found.get(k) for k in ("force", "depth", "deflection"))
     if bend is not None and force is not None and np.ptp(bend) > 0.0:
         # a slope, as either may have another zero
-        stiffness = _checked(file, float(np.polyfit(bend, force, 1)[0]), stiffness)
+        slope = float(np.polyfit(bend, force, 1)[0])
+        stiffness = _checked(file, slope, stiffness, "forces over deflections give")
     if stiffness is not None:
         if force is None and bend is not None:
             force = stiffness * bend
         if bend is None and force is not None:
             bend = force / stiffness
-    if depth is None and bend is not None and "distance" in columns:
-        depth = -(columns["distance"] + bend)
+    if depth is None and bend is not None and "distance" in found:
+        depth = -(found["distance"] + bend)
     if force is None or depth is None:
-        raise ValueError(_missing(file, list(rows[0]), stiffness))
+        given = [column.head for column in table.segments[0][1]]
+        raise ValueError(_missing(file, given, stiffness))
     return ForceCurve(depth, force, math.inf if stiffness is None else stiffness)
 
 
-def _rows(file: Path) -> list[dict]:
-    """Return the rows by the heads of the columns, with their lines under `_LINE`."""
-    text = file.read_text(encoding="utf-8-sig", errors="replace")
-    lines = {
-        number: line
-        for number, line in enumerate(text.splitlines(), start=1)
-        if line.strip() and line[0] != "#"
-    }
-    head = next(iter(lines.values()), "")
-    rows = csv.DictReader(lines.values(), delimiter=max(",;\t", key=head.count))
-    numbered = [
-        {**row, _LINE: number}
-        for row, number in zip(rows, list(lines)[1:], strict=False)
+def _quantities(
+    file: Path, columns: Sequence[Column], sensitivity: float | None
+) -> dict[str, FloatArray]:
+    """Return depth, distance, deflection and force as far as there are columns.
+
+    Of several columns of a quantity the best one is taken.
+    """
+    found: dict[str, FloatArray] = {}
+    doubts = []  # columns without a unit that is known
+    for name in (name for names in _NAMES.values() for name in names):
+        for column in (each for each in columns if each.name == name):
+            kind = next(kind for kind, names in _NAMES.items() if name in names)
+            unit = column.unit or _OWN_UNITS.get(name, "")
+            if kind == "deflection" and unit in FORCES:
+                kind = "force"
+            units = FORCES if kind == "force" else LENGTHS
+            if kind == "deflection" and sensitivity:
+                units = units | {"V": sensitivity}
+            if unit in units and kind not in found:
+                found[kind] = units[unit] * column.numbers(file)
+            elif unit not in units:
+                doubts.append(column)
+    if "height" in found:
+        found.setdefault("distance", _away(found.pop("height"), found))
+    if doubts and not _enough(found):
+        raise ValueError(_without_units(file, doubts))
+    return found
+
+
+def _enough(found: Mapping[str, FloatArray]) -> bool:
+    force = "force" in found or "deflection" in found
+    return force and ("depth" in found or "distance" in found)
+
+
+def _away(height: FloatArray, found: Mapping[str, FloatArray]) -> FloatArray:
+    """Return heights that are positive away from the surface.
+
+    In contact, where the force is steepest, it falls with the height of the base.
+    """
+    force = found.get("force", found.get("deflection"))
+    if force is None:
+        return height
+    order, count = np.argsort(height), max(len(height) // _TENTH, 2)
+    slopes = [
+        np.polyfit(height[end] - height[end].mean(), force[end], 1)[0]
+        for end in (order[:count], order[-count:])
     ]
-    if not numbered:
-        raise ValueError(f"{file} contains no rows")
-    return numbered
+    return height if max(slopes, key=abs) < 0.0 else -height
 
 
-def _checked(file: Path, slope: float, stiffness: float | None) -> float:
-    """Return the stiffness of a cantilever, which a table must not contradict."""
+def _without_units(file: Path, columns: Sequence[Column]) -> str:
+    """Return the message for columns that can't be converted."""
+    if all(column.unit == "V" for column in columns):
+        return (
+            f"{file}: the deflection {columns[0].head} in V needs the sensitivity of "
+            'the instrument: --sensitivity "50 nm/V"'
+        )
+    texts = [
+        f"{column.head} has "
+        + (f"the unknown unit {column.unit!r}" if column.unit else "no unit")
+        for column in columns
+    ]
+    return (
+        f"{file}: {', '.join(texts)}. Write it behind the names in the first line, "
+        '"Height (nm)", or give names and units of all columns: --columns "height '
+        '(nm), deflection (nm)"; lengths may be in nm, um or m, forces in pN, nN or N, '
+        "deflections also in V"
+    )
+
+
+def _checked(file: Path, found: float, stiffness: float | None, source: str) -> float:
+    """Return the stiffness of a cantilever, which a file must not contradict."""
     if stiffness is None:
-        return slope
-    if not math.isclose(slope, stiffness, rel_tol=_SAME_STIFFNESS):
+        return found
+    if not math.isclose(found, stiffness, rel_tol=_SAME_STIFFNESS):
         unit = UNITS["N/m"]
         raise ValueError(
-            f"{file}: forces over deflections give a cantilever of {slope / unit:.4g} "
-            f"N/m, the scene {stiffness / unit:.4g} N/m: correct cantilever in [path], "
-            "or leave out the column that is wrong"
+            f"{file}: {source} a cantilever of {found / unit:.4g} N/m, the scene or "
+            f"its header {stiffness / unit:.4g} N/m: correct cantilever in [path], or "
+            "what is wrong in the file"
         )
     return stiffness
 
 
-def _missing(file: Path, heads: list, stiffness: float | None) -> str:
+def _missing(file: Path, heads: Sequence[str], stiffness: float | None) -> str:
     """Return the message for a table without the necessary columns."""
-    got = ", ".join(str(head) for head in heads if head != _LINE)
     message = (
-        f"{file} needs the columns distance (nm) and force (nN), or distance (nm) and "
-        f"deflection (nm), or depth (nm) and force (nN), got {got}: rename them, such "
-        "as the height of the piezo, positive away from the surface, to distance"
+        f"{file} needs the columns distance (nm) or height (nm), and force (nN) or "
+        f"deflection (nm), or depth (nm) and force (nN), got {', '.join(heads)}: "
+        "rename them, or give names and units of all columns: --columns"
     )
     if stiffness is None:
         message += (
@@ -129,29 +212,3 @@ def _missing(file: Path, heads: list, stiffness: float | None) -> str:
             'cantilever = "5 N/m"'
         )
     return message
-
-
-# Columns with their default unit, that of curve.csv, and the known ones.
-_COLUMNS = {
-    "depth": ("nm", LENGTHS),
-    "distance": ("nm", LENGTHS),
-    "deflection": ("nm", LENGTHS),
-    "force": ("nN", FORCES),
-    "penetration": ("Å", LENGTHS),
-    "normal_force": ("eV/Å", FORCES),
-}
-
-
-def _numbers(file: Path, head: str, rows: list[dict]) -> FloatArray:
-    numbers = []
-    for row in rows:
-        try:
-            number = float(row[head].replace(",", "."))
-            finite(**{head: number})
-        except (AttributeError, ValueError) as error:
-            raise ValueError(
-                f"{file}, line {row[_LINE]}: {head} must be a finite number, got "
-                f"{shown(row[head])}: correct the line, or delete it"
-            ) from error
-        numbers.append(number)
-    return np.array(numbers)

@@ -199,17 +199,30 @@ def _add_tradeoff(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_fit(parser: argparse.ArgumentParser) -> None:
-    _add_path(parser, "curve", metavar="CSV", type=Path, help="force curve")
+    _add_path(parser, "curve", type=Path, help="force curve: table, or export")
     _add_path(parser, "scene", help="scene file (TOML)")
     parser.add_argument(
         "--free",
         metavar="NAMES",
         default="work_of_adhesion",
         help="comma-separated: work_of_adhesion, contact_modulus, radius, "
-        "force_offset, force_slope (default: %(default)s)",
+        "attraction_range, force_offset, force_slope (default: %(default)s)",
     )
     parser.add_argument(
-        "--branch", choices=["approach", "retraction"], help="rows of a column branch"
+        "--branch", choices=["approach", "retraction"], help="one branch of the curve"
+    )
+    parser.add_argument(
+        "--sensitivity",
+        metavar="LENGTH",
+        help='of the deflection: "50 nm/V" (default: that in the file)',
+    )
+    parser.add_argument(
+        "--columns",
+        metavar="NAMES",
+        type=lambda text: [name.strip() for name in text.split(",")],
+        default=[],
+        help='names and units of all columns in place of those in the file: "height '
+        '(m), deflection (V)"',
     )
     _add_picture(parser, "fit.png")
     output = parser.add_mutually_exclusive_group()

@@ -17,8 +17,8 @@ from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.windows.fixed import at_edge
 
-#: Least zones of attraction around a point contact and at the edge of a contact, in a0.
-LEAST_TIP_ZONE, LEAST_EDGE_ZONE = 5.0, 7.0
+#: Least width of the zone of attraction at the edge of a contact, in a0.
+LEAST_EDGE_ZONE = 7.0
 # Separates the entries of the column.
 _SEPARATOR = "; "
 
@@ -231,7 +231,7 @@ CHECKS = (
     Check(
         "adhesive zone at the tip/a0",
         "<",
-        LEAST_TIP_ZONE,
+        5.0,
         "the atoms do not resolve sqrt(2 R D), the radius in which a sphere in point "
         "contact attracts, and the pull-off force may be wrong by more than 1 %",
         _tip_zone,

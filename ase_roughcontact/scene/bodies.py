@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE, LEAST_TIP_ZONE
+from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.topography import HeightMap, SelfAffine
 
-# Square of the part of the necessary range below which there is a warning.
+# Part of the necessary zone at the edge below which there is a warning: surfaces jump
+# atom by atom, in many steps.
 _RESOLVED = 0.25
 
 
@@ -97,19 +98,16 @@ class SceneBodies:
         modulus = self.contact_modulus * (creep.relaxed if creep else 1.0)
         work, length = wall.work_of_adhesion, wall.attraction_range
         zone = edge_zone(modulus, work, length) / spacing
-        tip_zone = math.sqrt(2.0 * self.radius * length) / spacing
-        shares = zone / LEAST_EDGE_ZONE, (tip_zone / LEAST_TIP_ZONE) ** 4
-        if min(shares) >= _RESOLVED:
+        if zone >= _RESOLVED * LEAST_EDGE_ZONE:
             return []
-        least = length / math.sqrt(min(shares))  # zones grow with D^2 and D^(1/2)
-        nm = UNITS["nm"]
+        least, nm = length * math.sqrt(LEAST_EDGE_ZONE / zone), UNITS["nm"]
         number = theory.MaugisDugdale(self.radius, modulus, work, least).parameter
         return [
             f"the grid of {spacing / nm:.3g} nm does not resolve the range of the "
-            f"attraction, {length / nm:.3g} nm: the zones of attraction at the edge of "
-            f"a contact and at the tip are {zone:.2g} and {tip_zone:.2g} spacings "
-            f"wide, and should be {LEAST_EDGE_ZONE:g} and {LEAST_TIP_ZONE:g}. Take a "
-            f'finer grid, or attraction_range = "{1.01 * least / nm:.3g} nm", for '
+            f"attraction, {length / nm:.3g} nm: at the edge of a contact its zone is "
+            f"{zone:.2g} spacings wide, and should be {LEAST_EDGE_ZONE:g} or more. "
+            "Take a finer grid, or attraction_range = "
+            f'"{1.01 * least / nm:.3g} nm", for '
             f"which Maugis' parameter is {number:.2g}: from 3 on, the pull-off force "
             "is within about 1 % of that of shorter ranges"
         ]

@@ -1,0 +1,270 @@
+"""Columns of force curves: tables, text exports of Bruker and JPK, binary formats."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray, finite, shown
+
+# Number of bytes at the beginning of a file that tell text from other formats.
+_FIRST = 4096
+# Name and unit: "Height (nm)", "Force [nN]".
+_HEAD = re.compile(r"\s*([^([]*?)\s*(?:[([](.*)[])])?\s*")
+# Branches in the names of columns of NanoScope (Height_Sensor_nm_Ex, Calc_Ramp_Rt_nm),
+# of segments of JPK, and by numbers in afmformats.
+_WAYS = {"Ex": "approach", "Rt": "retraction"}
+_SEGMENTS = {"extend": "approach", "retract": "retraction"}
+_NUMBERS = {0: "approach", 1: "retraction"}
+# Stiffness of the cantilever and length per V in headers of NanoScope and JPK.
+_NUMBER = r"([-+\d.eE]+)"
+_CALIBRATION = (
+    ("N/m", re.compile(rf"(?:\\Spring Constant|# springConstant): {_NUMBER}")),
+    ("nm", re.compile(rf"\\@Sens\. DeflSens: V {_NUMBER} nm/V")),
+    ("m", re.compile(rf"# sensitivity: {_NUMBER}")),
+)
+
+
+@dataclass(frozen=True)
+class Column:
+    """Column of a table.
+
+    Attributes
+    ----------
+    head : str
+        As it is in the file.
+    name : str
+        In lower case, without the unit.
+    unit : str or None
+        None if the file gives none.
+    cells : sequence of (int, str, float or None)
+        Lines of the file, and what they contain.
+    """
+
+    head: str
+    name: str
+    unit: str | None
+    cells: Sequence[tuple[int, str | float | None]]
+
+    def numbers(self, file: Path) -> FloatArray:
+        """Return the values, or raise `ValueError` with the line of a wrong one."""
+        numbers = []
+        for line, cell in self.cells:
+            try:
+                value = float(str(cell).replace(",", "."))
+                finite(**{self.head: value})
+            except ValueError as error:
+                raise ValueError(
+                    f"{file}, line {line}: {self.head} must be a finite number, got "
+                    f"{shown(cell)}: correct the line, or delete it"
+                ) from error
+            numbers.append(value)
+        return np.array(numbers)
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """Columns of a file with a force curve.
+
+    Attributes
+    ----------
+    segments : list of (str or None, list of Column)
+        Approach and retraction, or None for rows in the order of the measurement.
+    stiffness, sensitivity : float or None
+        Of the cantilever (eV/Å^2), and its deflection per V (Å), if the file has them.
+    """
+
+    segments: list[tuple[str | None, list[Column]]]
+    stiffness: float | None = None
+    sensitivity: float | None = None
+
+
+def read_table(
+    file: Path, branch: str | None = None, heads: Sequence[str] = ()
+) -> CurveTable:
+    """Read the columns of a file.
+
+    Parameters
+    ----------
+    file : path
+    branch : str, optional
+        "approach" or "retraction": a value of the column ``branch``, or a segment.
+    heads : sequence of str
+        Names and units of the columns in place of those in the file, which may have
+        none.
+
+    Returns
+    -------
+    CurveTable
+
+    Raises
+    ------
+    ValueError
+        If there are no rows, or no names of columns.
+    ImportError
+        If the file is not text, and afmformats is missing.
+    """
+    with open(file, "rb") as opened:
+        is_text = b"\0" not in opened.read(_FIRST)
+    if not is_text:
+        table = _of_instrument(file)
+    else:
+        text = file.read_text(encoding="utf-8-sig", errors="replace")
+        lines = {i: x for i, x in enumerate(text.splitlines(), start=1) if x.strip()}
+        is_jpk = re.search(r"^# segment: ", text, re.M)
+        found = _jpk(lines) if is_jpk else _columns(file, lines, branch, heads)
+        table = CurveTable(found, *_calibration(text))
+    segments = [each for each in table.segments if branch in (None, each[0])]
+    if not any(column.cells for _, columns in segments for column in columns):
+        raise ValueError(f"{file} contains no rows" + _of(branch))
+    return replace(table, segments=segments)
+
+
+def _of(branch: str | None) -> str:
+    return "" if branch is None else f" of the branch {branch!r}"
+
+
+def _columns(
+    file: Path, lines: dict[int, str], branch: str | None, heads: Sequence[str]
+) -> list[tuple[str | None, list[Column]]]:
+    """Return the columns of a table, and of an export of NanoScope."""
+    kept = {i: x for i, x in lines.items() if x[0] not in "#\\" and x[:2] != '"\\'}
+    head = next(iter(kept.values()), "")
+    delimiter = max(",;\t", key=head.count)
+    rows = dict(zip(kept, csv.reader(kept.values(), delimiter=delimiter), strict=True))
+    first = next(iter(rows.values()), [])
+    if not _are_numbers(first):
+        del rows[next(iter(rows))]
+    elif not heads:
+        raise ValueError(
+            f"{file} begins with numbers, not with names of columns: give them, "
+            'such as --columns "distance (nm), force (nN)"'
+        )
+    first = [each.strip() for each in heads or first]
+    if "branch" in first and branch is not None:
+        at = first.index("branch")
+        rows = {i: row for i, row in rows.items() if row[at : at + 1] == [branch]}
+    found: dict[str | None, list[Column]] = {}
+    for number, head in enumerate(first):
+        name, unit, way = _parsed(head)
+        cells = [(i, (*row, *len(first) * [None])[number]) for i, row in rows.items()]
+        if way:  # the shorter branch ends with empty cells
+            cells = [(i, cell) for i, cell in cells if cell]
+        elif "branch" in first:
+            way = branch
+        found.setdefault(way, []).append(Column(head, name, unit, cells))
+    return list(found.items())
+
+
+def _parsed(head: str) -> tuple[str, str | None, str | None]:
+    """Return name, unit and branch of a head."""
+    words = head.split("_")
+    at = next((i for i, word in enumerate(words) if word in _WAYS), None)
+    if at is None:
+        found = _HEAD.fullmatch(head)
+        return (found[1].lower(), found[2], None) if found else ("", None, None)
+    # the unit is the word after or before the branch: Calc_Ramp_Ex_nm, Defl_nm_Ex
+    unit = at + 1 if at + 1 < len(words) else at - 1
+    name = " ".join(word for i, word in enumerate(words) if i not in (at, unit))
+    return name.lower(), words[unit], _WAYS[words[at]]
+
+
+def _jpk(lines: dict[int, str]) -> list[tuple[str | None, list[Column]]]:
+    """Return approach and retraction of a text export of JPK, without pauses."""
+    segments: list[tuple[dict[str, str], list[tuple[int, list[str]]]]] = [({}, [])]
+    for number, line in lines.items():
+        header, rows = segments[-1]
+        if line[0] != "#":
+            rows.append((number, line.split()))
+            continue
+        if rows:  # a new segment
+            header, rows = {}, []
+            segments.append((header, rows))
+        key, _, value = line[1:].strip().partition(": ")
+        header[key] = value
+    found: list[tuple[str | None, list[Column]]] = []
+    for header, rows in segments:
+        way = _SEGMENTS.get(header.get("segment", ""))
+        names, units = (header.get(key, "").split() for key in ("columns", "units"))
+        units += len(names) * [""]
+        if way:
+            found.append(
+                (
+                    way,
+                    [
+                        Column(
+                            name,
+                            name.lower(),
+                            units[i] or None,
+                            [(n, (*row, *len(names) * [None])[i]) for n, row in rows],
+                        )
+                        for i, name in enumerate(names)
+                    ],
+                )
+            )
+    return found
+
+
+def _calibration(text: str) -> tuple[float | None, float | None]:
+    """Return stiffness (eV/Å^2) and sensitivity (Å/V) that a header contains."""
+    values = []
+    for unit, pattern in _CALIBRATION:
+        found = pattern.search(text)
+        values.append(float(found[1]) * UNITS[unit] if found else None)
+    stiffness, nanometres, metres = values
+    return stiffness, nanometres or metres
+
+
+def _of_instrument(file: Path) -> CurveTable:
+    """Return the curve of a file in a format of an instrument."""
+    try:
+        import afmformats
+    except ImportError as error:
+        raise ImportError(
+            f"{file} needs the package afmformats: install the extra curves: pip "
+            "install '.[curves]' in the folder of the source code; or export the curve "
+            "as text"
+        ) from error
+    try:
+        curves = afmformats.load_data(file)
+    except (Exception, afmformats.errors.AFMFileFormatError) as error:
+        raise ValueError(f"cannot read a force curve from {file}: {error}") from error
+    if len(curves) != 1:
+        raise ValueError(
+            f"{file} contains {len(curves)} force curves, not one: export one of them"
+        )
+    (curve,) = curves
+    number, stiffness = curve["segment"], curve.metadata.get("spring constant")
+    segments: list[tuple[str | None, list[Column]]] = [
+        (
+            way,
+            [
+                Column(
+                    name, name, unit, list(enumerate(curve[name][number == segment]))
+                )
+                for name, unit in _AFMFORMATS.items()
+                if name in curve
+            ],
+        )
+        for segment, way in _NUMBERS.items()
+    ]
+    if stiffness is not None:
+        stiffness *= UNITS["N/m"]
+    return CurveTable(segments, stiffness)
+
+
+# Columns of afmformats, in SI units.
+_AFMFORMATS = {"force": "N", "height (measured)": "m", "height (piezo)": "m"}
+
+
+def _are_numbers(cells: Iterable[str]) -> bool:
+    try:
+        return all(np.isfinite(float(cell.replace(",", "."))) for cell in cells)
+    except ValueError:
+        return False
