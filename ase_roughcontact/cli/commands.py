@@ -57,13 +57,14 @@ def fit(options: argparse.Namespace) -> int:
     """Fit parameters of a scene to a measured force curve by least squares.
 
     The derivatives follow from the relaxed states. Data, fit and residuals are drawn.
-    The curve is a CSV file with the columns "distance (nm)" of the base, positive away
+    The curve is a table with the columns "distance (nm)" of the base, positive away
     from the surface, and "force (nN)" or "deflection (nm)" of the cantilever, negative
-    in tension; or "force (nN)" and "depth (nm)" = -(distance + deflection). The zero of
-    the depth is fitted. With force_offset among the free parameters the zero of the
-    force is fitted, too, and with force_slope a drift that is linear in the height of
-    the base. Beside it, the work of adhesion of a smooth sphere is fitted by the theory
-    (DMT, JKR, Maugis-Dugdale) that applies.
+    in tension; or "force (nN)" and "depth (nm)" = -(distance + deflection); or a file
+    of NanoScope, JPK or another instrument. The zero of the depth is fitted. With
+    force_offset among the free parameters the zero of the force is fitted, too, and
+    with force_slope a drift that is linear in the height of the base. Beside it, the
+    work of adhesion of a smooth sphere is fitted by the theory (DMT, JKR,
+    Maugis-Dugdale) that applies.
 
     Errors contain the noise, the range of the attraction, to a factor of two, and the
     grid; they are printed one by one, too. It warns of residuals far above the noise or
