@@ -29,6 +29,8 @@ _SMALLEST_FORCE = 0.05
 _ROUNDING = 1e-3
 #: Default of the smallest step, relative to the largest.
 SMALLEST_STEP = 1 / 256
+# Smallest step at a kink of the force, where no energy is lost, relative to others.
+_AT_KINK = 1 / 16
 # Number of the largest steps of an approach by default.
 _STEPS_DOWN = 10
 
@@ -123,7 +125,7 @@ class _AdaptivePath:
         new, halved = self._relax(height), False
         while (between := self._height_between(new)) is not None:
             size = abs(new.height - self._last.height)
-            if size <= self.smallest:
+            if size <= self.smallest * (_AT_KINK if self._balanced(new) else 1.0):
                 if jumped(self._last, new):
                     self._size, halved = self.largest, True  # on the new branch
                 break
@@ -138,11 +140,14 @@ class _AdaptivePath:
 
     def _height_between(self, new: LoadStep) -> float | None:
         """Return a height at which to relax before a new state, None to accept it."""
-        if not balanced(self._last, new, self.tolerance, self._smallest_force):
+        if not self._balanced(new):
             return 0.5 * (self._last.height + new.height)
         height, force = least_force(self._last, new)
         known = min(self._least, new.normal_force)
         return height if force < known - self.tolerance * abs(force) else None
+
+    def _balanced(self, new: LoadStep) -> bool:
+        return balanced(self._last, new, self.tolerance, self._smallest_force)
 
     def _relax(self, height: float) -> LoadStep:
         return self.stepper.step(self._last.step + 1, height, self.record)

@@ -307,13 +307,14 @@ def least_force(before: LoadStep, after: LoadStep) -> tuple[float, float]:
     -------
     height, force : float
         Where both tangents intersect if the force has a minimum between them, which may
-        be a kink (Å, eV/Å); else the minimum of `interpolated`.
+        be a kink (Å, eV/Å); else the minimum of a cubic polynomial.
     """
     height, force, slope = _columns([before, after])
-    (share,), (bound,) = _kinks(height, force, slope)
-    if bound > -np.inf:
+    (share,) = _kinks(height, force, slope)
+    if 0.0 < share < 1.0:
+        bound = force[0] + share * slope[0] * (height[1] - height[0])
         return float(height[0] + share * (height[1] - height[0])), float(bound)
-    heights, forces, _ = interpolated([before, after])
+    heights, forces, _ = _polynomial(height, force, slope)
     least = int(np.argmin(forces))
     return float(heights[least]), float(forces[least])
 
@@ -324,42 +325,46 @@ def _columns(states: Sequence[LoadStep]) -> FloatArray:
     return np.array(rows).T
 
 
-def _kinks(
-    height: FloatArray, force: FloatArray, slope: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _kinks(height: FloatArray, force: FloatArray, slope: FloatArray) -> FloatArray:
     """Return where the tangents of neighbouring states intersect in a minimum.
 
-    That is, the part of the way from the first to the second state, and the force
-    there; minus infinity if they do not, or not between the states.
+    That is, the part of the way from the first to the second state, which is below 0 or
+    above 1 if they do so elsewhere; NaN if they do not.
     """
     distance, rise = np.diff(height), np.diff(force)
     first, last = slope[:-1] * distance, slope[1:] * distance
-    minimum = (first < 0.0) & (last > 0.0)
     share = np.full(len(distance), np.nan)
-    np.divide(last - rise, last - first, out=share, where=minimum)
-    between = (share > 0.0) & (share < 1.0)
-    return share, np.where(between, force[:-1] + share * first, -np.inf)
+    minimum = (first < 0.0) & (last > 0.0)
+    return np.divide(last - rise, last - first, out=share, where=minimum)
 
 
 def _interpolated(states: Sequence[LoadStep]) -> FloatArray:
     """Return heights, forces and slopes between states without an instability.
 
-    The force is not below the tangents at two states, which the polynomial is where
-    the force has a kink.
+    The force is not below the tangents at two states and their intersection, as the
+    polynomial is where the force has a kink.
     """
     height, force, slope = _columns(states)
-    if len(states) == 1:
+    columns = _polynomial(height, force, slope)
+    share = np.clip(_kinks(height, force, slope), 0.0, 1.0)
+    least = np.nan_to_num(
+        force[:-1] + share * slope[:-1] * np.diff(height), nan=-np.inf
+    )
+    columns[1, :-1] = np.maximum(columns[1, :-1], np.repeat(least, POINTS))
+    columns[1, ::POINTS] = force  # without rounding
+    return columns
+
+
+def _polynomial(height: FloatArray, force: FloatArray, slope: FloatArray) -> FloatArray:
+    """Return heights, forces and slopes on cubic polynomials."""
+    if len(height) == 1:
         return np.array([height, force, np.nan_to_num(slope)])
     slope = np.where(np.isfinite(slope), slope, np.gradient(force, height))
     upward = np.argsort(height)
     curve = CubicHermiteSpline(height[upward], force[upward], slope[upward])
-    number = np.arange(len(states))
+    number = np.arange(len(height))
     between = np.interp(np.arange(POINTS * number[-1] + 1) / POINTS, number, height)
-    forces = curve(between)
-    _, least = _kinks(height, force, slope)
-    forces[:-1] = np.maximum(forces[:-1], np.repeat(least, POINTS))
-    forces[::POINTS] = force  # without rounding
-    return np.array([between, forces, curve(between, 1)])
+    return np.array([between, curve(between), curve(between, 1)])
 
 
 def _lost_energy(
