@@ -144,7 +144,8 @@ class _AdaptivePath:
             return 0.5 * (self._last.height + new.height)
         height, force = least_force(self._last, new)
         known = min(self._least, new.normal_force)
-        return height if force < known - self.tolerance * abs(force) else None
+        error = self.tolerance * max(abs(force), self._smallest_force)
+        return height if force < known - error else None
 
     def _balanced(self, new: LoadStep) -> bool:
         return balanced(self._last, new, self.tolerance, self._smallest_force)
