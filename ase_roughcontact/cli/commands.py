@@ -68,11 +68,11 @@ def fit(options: argparse.Namespace) -> int:
 
     Errors contain the noise, the range of the attraction, to a factor of two, and the
     grid; they are printed one by one, too. It warns of residuals far above the noise or
-    of one sign over a part of the curve, of a free part that is not at zero force, of
-    parameters that can't both be determined, and, before the first trial, of what seems
-    a wrong sign. Each trial, in which the scene is pressed in and pulled off
-    again, prints a line on the error output: the residuals relative to the noise, and
-    the parameters.
+    of one sign over a part of the curve, of a snap-in or a pull-off at another height
+    of the base, of a free part that is not at zero force, of parameters that can't both
+    be determined, and, before the first trial, of what seems a wrong sign. Each trial,
+    in which the scene is pressed in and pulled off again, prints a line on the error
+    output: the residuals relative to the noise, and the parameters.
 
     Exit status: 0 the fit has converged, 1 it has not, 2 the scene or the table is
     invalid.

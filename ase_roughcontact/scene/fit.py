@@ -32,6 +32,9 @@ _PROGRESS = 1e-3
 # Mean of residuals of one sign in a row, relative to its standard error, that is no
 # noise.
 _SYSTEMATIC = 6.0
+# Residual of the height of the base at a jump, less the error by the grid, relative to
+# its standard error, that is not that of the scene: 1.7 is half a step of the base.
+_OFF_AT_JUMP = 4.0
 # Correlation from which two parameters can't be distinguished.
 _CORRELATED = 0.99
 # Standard uncertainty of the logarithm of the range of the attraction, which a scene
@@ -71,8 +74,9 @@ class Fit(Printed):
         Median of the measured forces furthest from the surface (eV/Å).
     warnings : tuple of str
         Reasons to doubt the fit: residuals far above the noise of neighbouring points,
-        or of one sign over a part of the curve, a free tip with a force that is not
-        fitted, parameters that are nearly one, or a curve that seems reversed.
+        or of one sign over a part of the curve, a snap-in or a pull-off elsewhere, a
+        free tip with a force that is not fitted, parameters that are nearly one, or a
+        curve that seems reversed.
     """
 
     names: tuple[str, ...]
@@ -260,7 +264,9 @@ def _fitted(
         "range": sum(abs(by_range[:, part].sum(1)) for part in parts) * problem.scale,
         "grid": abs(to_parameters @ by_grid) * problem.scale,
     }
-    fitted, kept = problem.forces(x), compared[: len(curve.depth)]
+    fitted, kept = problem.forces(x), compared[:count]
+    at_jumps = np.sign(residuals) * np.maximum(abs(residuals) - abs(by_grid), 0.0)
+    doubts = _warnings(problem, curve, fitted, kept, noise, correlation)
     return Fit(
         problem.names,
         problem.units,
@@ -275,8 +281,23 @@ def _fitted(
         noise,
         converged,
         curve.far_force,
-        tuple(_warnings(problem, curve, fitted, kept, noise, correlation)),
+        (*doubts, *_jump_warnings(curve, at_jumps[count:])),
     )
+
+
+def _jump_warnings(curve: ForceCurve, residuals: FloatArray) -> Iterator[str]:
+    """Yield warnings of jumps that are not where they were measured."""
+    for branch, residual in zip(curve.branches, residuals, strict=False):
+        if abs(residual) > _OFF_AT_JUMP:
+            name = "snap-in" if branch.direction < 0.0 else "pull-off"
+            yield (
+                f"the {name} of the fit is {abs(residual):.1f} standard errors "
+                f"{'above' if residual > 0.0 else 'below'} the measured one: the range "
+                "of the attraction is another one (--free attraction_range, or a wall "
+                "of another kind), or another force acts in contact, such as a "
+                "capillary one, which the work of adhesion then contains; the errors "
+                "do not contain this"
+            )
 
 
 def _systematic(

@@ -1,0 +1,95 @@
+"""Fits of curves with forces that are not in the scene, and of curves without noise."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.paths.instabilities import AdhesionLoop
+from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.fit import fit_curve
+from ase_roughcontact.scene.force_curve import ForceCurve
+
+NN = UNITS["nN"]
+BASELINE = ["force_offset", "force_slope"]
+SCENE = """
+[substrate]
+spacing = "0.5 nm"
+contact_modulus = 70.0
+hardness = inf
+shape = {shape}
+[sphere]
+radius = "20 nm"
+[interaction]
+kind = "{kind}"
+work_of_adhesion = {work}
+attraction_range = "0.165 nm"
+[path]
+kind = "loop"
+deepest = "0.1 nm"
+tolerance = 5e-3
+cantilever = 5.0
+"""
+
+
+def scene(kind, work=0.05, shape='"auto"'):
+    return Scene.parse(SCENE.format(kind=kind, work=work, shape=shape))
+
+
+def curve_of(scene, noise=0.1 * NN, capillary=0.0):
+    """Curve at equal steps of the base, with a further tension in contact (nN)."""
+    loop = scene.loop(validity="ignore")
+    branches = (
+        tuple(
+            replace(s, normal_force=s.normal_force - NN * capillary)
+            if s.repulsive_atoms
+            else s
+            for s in branch
+        )
+        for branch in (loop.approach, loop.retraction)
+    )
+    loop = AdhesionLoop(*branches, loop.approach_jumps, loop.retraction_jumps)
+    exact = cantilever_curve(loop, scene.cantilever)
+    highest = max(exact.approach.distance.max(), exact.retraction.distance.max())
+    base = np.linspace(exact.approach.distance[-1], highest + 10.0, 150)
+    down, up = (
+        np.interp(base, *(values[order] for values in (each.distance, each.force)))
+        for each in (exact.approach, exact.retraction)
+        for order in [np.argsort(each.distance, kind="stable")]
+    )
+    force = np.append(down[::-1], up[1:])
+    force += noise * np.random.default_rng(1).normal(size=force.size)
+    tip = np.append(base[::-1], base[1:]) + force / scene.cantilever
+    return ForceCurve(30.0 - tip, force, scene.cantilever)
+
+
+@pytest.mark.parametrize("kind", ["adhesive", "full"])
+def test_a_fit_of_the_right_scene_has_no_warnings(kind):
+    found = fit_curve(scene(kind, work=0.06), curve_of(scene(kind)))
+    assert found.warnings == ()
+    assert abs(found.values[0] - 0.05) < 2.0 * found.errors[0]
+
+
+@pytest.mark.parametrize("baseline", [[], BASELINE])
+def test_a_van_der_waals_tail_is_noticed_by_a_wall_of_short_range(baseline):
+    free = ["work_of_adhesion", *baseline]
+    found = fit_curve(scene("adhesive", work=0.06), curve_of(scene("full")), free)
+    text = " ".join(found.warnings)
+    assert "the snap-in of the fit is" in text and "--free attraction_range" in text
+
+
+def test_a_capillary_force_is_noticed_at_the_snap_in():
+    found = fit_curve(scene("full", work=0.06), curve_of(scene("full"), capillary=5.0))
+    assert found.values[0] > 0.08  # of 0.05: the force acts like adhesion in contact
+    (warning,) = found.warnings
+    assert "the snap-in of the fit is" in warning and "capillary" in warning
+
+
+@pytest.mark.parametrize("shape", ["[24, 24]", '"auto"'])
+def test_a_fit_of_a_curve_without_noise_converges_on_any_window(shape):
+    curve = curve_of(scene("adhesive", shape="[20, 20]"), noise=0.0)
+    found = fit_curve(scene("adhesive", work=0.06, shape=shape), curve)
+    assert found.converged
+    assert found.values[0] == pytest.approx(0.05, rel=0.01)
