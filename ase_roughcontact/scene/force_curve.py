@@ -125,9 +125,15 @@ class ForceCurve:
     @property
     def doubts(self) -> list[str]:
         """What in the forces is unusual; empty if there is nothing."""
-        near = float(np.median(self.force[np.argsort(self.base)[: self._tenth]]))
+        upward = np.argsort(self.base)
+        near = float(np.median(self.force[upward[: self._tenth]]))
         if near >= self.far_force - _FALLS * self.noise:
             return []
+        for count in self._tenth, _NEAR:  # it may turn in tension, but under repulsion
+            nearest = upward[:count]
+            base, force = self.base[nearest], self.force[nearest]
+            if np.cov(base, force)[0, 1] < -self.noise * base.std():
+                return []
         far, low = (f"{force / UNITS['nN']:.3g}" for force in (self.far_force, near))
         return [
             f"the force is {far} nN where the base is highest and {low} nN where it is "

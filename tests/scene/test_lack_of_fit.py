@@ -72,6 +72,13 @@ def test_a_fit_of_the_right_scene_has_no_warnings(kind):
     assert abs(found.values[0] - 0.05) < 2.0 * found.errors[0]
 
 
+def test_a_curve_that_turns_in_tension_has_not_the_wrong_sign():
+    stiff = {"path.deepest": "0.05 nm", "path.cantilever": "20 N/m"}
+    curve = curve_of(scene("adhesive").with_values(stiff))
+    nearest = curve.force[np.argmin(curve.base)]
+    assert nearest < -0.5 * NN and curve.doubts == []
+
+
 @pytest.mark.parametrize("baseline", [[], BASELINE])
 def test_a_van_der_waals_tail_is_noticed_by_a_wall_of_short_range(baseline):
     free = ["work_of_adhesion", *baseline]
