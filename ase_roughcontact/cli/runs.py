@@ -26,6 +26,7 @@ from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
+from ase_roughcontact.scene.results import stored_steps
 
 
 def run(options: argparse.Namespace) -> int:
@@ -101,6 +102,8 @@ def _relax(
     count = scene.path.count(scene)
     if scene.path.resumes:
         restored = count_steps(folder / "sweep.traj")
+    else:
+        restored = len(stored_steps(scene, folder))
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
         restored = min(restored, count)

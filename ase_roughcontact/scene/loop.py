@@ -38,6 +38,7 @@ class Loop(PathKind):
 
     kind = "loop"
     resumes = False
+    evaluated = ("cantilever",)
     control = "height"
     along = "penetration"
     units = {"cantilever": "N/m"}
@@ -99,6 +100,12 @@ class Loop(PathKind):
             "smallest_step": SMALLEST_STEP * step,
             "tolerance": path.tolerance,
         }
+
+    def is_complete(self, states: Sequence[LoadStep]) -> bool:
+        """Return whether nothing acts on the indenter after it was pressed in."""
+        last = states[-1]
+        free = last.repulsive_atoms + last.attractive_atoms == 0
+        return free and last.height > min(state.height for state in states)
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the deepest penetration."""

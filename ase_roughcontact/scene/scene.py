@@ -427,7 +427,8 @@ class Scene(SceneFile):
         ----------
         folder : path
             Folder of the files, created if necessary. A run of this scene in it, or of
-            one with a shorter path, is resumed; a loop is started anew.
+            one with a shorter path, is resumed. A loop that is not complete is started
+            anew; of a complete one the states are kept.
         validity : {"warn", "raise", "ignore"}
             What to do if a step exceeds a limit of the model; see `load_path`.
         text : str, optional

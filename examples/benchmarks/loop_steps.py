@@ -132,7 +132,7 @@ def report():
         )
     table(
         "wall | settings | pull-off force | largest tension on approach | "
-        "energy lost | states, with fine steps",
+        "energy lost | states, fine",
         lines,
     )
 

@@ -11,11 +11,12 @@ from small_scene import LOOP, SMALL
 
 from ase_roughcontact import adhesion_loop
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.atoms.trajectory import count_steps
+from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.loop import write_curve
+from ase_roughcontact.scene.results import stored_steps
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +121,31 @@ def test_an_interrupted_loop_says_that_it_starts_anew(tmp_path, capsys, monkeypa
     assert main(["run", str(scene), "--out", str(tmp_path)]) == 130
     assert "to start anew, give the same command again" in capsys.readouterr().err
     assert count_steps(tmp_path / "sweep.traj") == 1
+
+
+def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatch):
+    folder = tmp_path / "loop"
+    shutil.copytree(run, folder)
+    soft = Scene.parse(LOOP).with_values({"path.cantilever": 1e3})
+    monkeypatch.setattr(Scene, "relax", lambda *_, **__: pytest.fail("calculated"))
+    (tmp_path / "loop.toml").write_text(soft.toml)
+    command = ["run", str(tmp_path / "loop.toml"), "--out", str(folder), "--quiet"]
+    assert main(command) == 0
+    assert Scene.of_results(folder).cantilever == pytest.approx(1e3 * UNITS["N/m"])
+    for name in "curve.csv", "cantilever.csv":
+        same = (folder / name).read_bytes() == (run / name).read_bytes()
+        assert same == (name == "curve.csv")
+
+
+def test_a_loop_that_is_not_complete_is_started_anew(run, tmp_path):
+    scene, states = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
+    assert stored_steps(scene, run) == states
+    assert not scene.path.is_complete(states[:-1])
+    deepest = min(range(len(states)), key=lambda i: states[i].height)
+    assert not scene.path.is_complete(states[: deepest + 1])
+    assert not scene.path.is_complete(states[:1])
+    assert stored_steps(scene.with_values({"path.tolerance": 0.02}), run) == []
+    assert stored_steps(scene, tmp_path) == []
 
 
 def test_a_file_in_place_of_the_folder_of_a_loop_is_an_error(tmp_path, capsys):

@@ -6,6 +6,7 @@ import pytest
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.printing import entries, plain
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli.figures import draw, write_view
 from ase_roughcontact.cli.report import (
     StepTable,
@@ -82,7 +83,11 @@ def test_the_area_of_a_soft_adhesive_wall_is_said_to_lack_the_rim(kind, without_
     described = inputs(reference_for(scene))
     (area,) = (text for name, text in described.items() if name.startswith("A/"))
     assert ("rim under tension" in area) == without_rim
-    assert described["wall"] == scene.wall.label
+    label, *numbers = described["wall"].split(", ")
+    assert label == scene.wall.label
+    if scene.wall.attractive:
+        nm = scene.wall.attraction_range / UNITS["nm"]
+        assert numbers == ["0.5 J/m²", f"range of the attraction {nm:.3g} nm"]
 
 
 def test_rows_have_the_area_relative_to_theory_and_the_time(run):
