@@ -200,11 +200,20 @@ class _Trials:
         self._problem, self._callback = problem, callback
         self._least, self._in_vain = math.inf, 0
         self.best, self.distance = problem.start, math.inf
+        self.doubts: list[str] = []
 
     def residuals(self, x: FloatArray) -> FloatArray:
         """Return the residuals of a trial; StopIteration if it is the last one."""
         problem = self._problem
-        residuals, jacobian, compared = problem.of(x)
+        try:
+            residuals, jacobian, compared = problem.of(x)
+        except (ValueError, RuntimeError, MemoryError) as error:
+            if self._least == math.inf:
+                raise
+            self.doubts = [
+                f"the fit ended at a trial that can't be calculated: {error}"
+            ]
+            raise StopIteration from error
         if self._callback is not None:
             values = dict(zip(problem.names, problem.values(x).tolist(), strict=True))
             self._callback(values, math.sqrt(np.mean(residuals**2)))
@@ -281,7 +290,7 @@ def _fitted(
         noise,
         converged,
         curve.far_force,
-        (*doubts, *_jump_warnings(curve, at_jumps[count:])),
+        (*trials.doubts, *doubts, *_jump_warnings(curve, at_jumps[count:])),
     )
 
 

@@ -37,7 +37,8 @@ def test_every_material_has_a_source_for_each_value():
 
 
 def test_the_table_of_the_guide_has_the_values_of_the_materials():
-    rows = re.findall(r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)", GUIDE.read_text(), re.M)
+    text = GUIDE.read_text().partition("### Hardness")[0]
+    rows = re.findall(r"^\| (\w+)[^|]*\| ([\d.]+) \| ([\d.]*)", text, re.M)
     table = {name: (modulus, energy) for name, modulus, energy in rows}
     assert table.keys() == MATERIALS.keys()
     for name, (modulus, energy) in table.items():

@@ -499,6 +499,24 @@ def test_a_fit_without_progress_ends_and_is_not_converged(measured, monkeypatch)
     assert 1 < len(trials) <= 7  # two with progress
 
 
+def test_a_trial_that_fails_leaves_the_best_one_so_far(measured, monkeypatch):
+    exact, trials, known = Residuals.of, [], set()
+
+    def failing(self, x):
+        if len(known) == 2 and x.tobytes() not in known:
+            raise RuntimeError("the window is too small")
+        known.add(x.tobytes())
+        return exact(self, x)
+
+    monkeypatch.setattr(Residuals, "of", failing)
+    start = scene(0.05)
+    found = fit_curve(start, measured, callback=lambda *trial: trials.append(trial))
+    assert len(trials) == 2 and not found.converged
+    assert found.warnings[0].endswith("can't be calculated: the window is too small")
+    best = min(trials, key=lambda trial: trial[1])[0]
+    assert found.values[0] == pytest.approx(best["work_of_adhesion"])
+
+
 def test_wrong_fits_are_refused(measured):
     def fit(depth, free):
         fit_curve(scene(), ForceCurve(depth, np.zeros(3)), free)
