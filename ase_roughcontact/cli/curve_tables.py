@@ -110,12 +110,14 @@ def read_table(
     ImportError
         If the file is not text, and afmformats is missing.
     """
-    with open(file, "rb") as opened:
-        is_text = b"\0" not in opened.read(_FIRST)
-    if not is_text:
+    data = file.read_bytes()
+    if b"\0" in data[:_FIRST]:
         table = _of_instrument(file)
     else:
-        text = file.read_text(encoding="utf-8-sig", errors="replace")
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:  # of older programs
+            text = data.decode("latin-1")
         lines = {i: x for i, x in enumerate(text.splitlines(), start=1) if x.strip()}
         is_jpk = re.search(r"^# segment: ", text, re.M)
         found = _jpk(lines) if is_jpk else _columns(file, lines, branch, heads)

@@ -168,8 +168,8 @@ def _without_units(file: Path, columns: Sequence[Column]) -> str:
     """Return the message for columns that can't be converted."""
     if all(column.unit == "V" for column in columns):
         return (
-            f"{file}: the deflection {columns[0].head} in V needs the sensitivity of "
-            'the instrument: --sensitivity "50 nm/V"'
+            f"{file}: {columns[0].head} needs the sensitivity of the instrument: "
+            '--sensitivity "50 nm/V"'
         )
     texts = [
         f"{column.head} has "

@@ -44,7 +44,7 @@ def volts(file):
     bases, bend = [base for base, _ in measured()], bends()
     height, volts = joined(bases, bend)
     table = rows("\t", height / 1e3, volts / SENSITIVITY)
-    file.write_text(f"Height [µm]\tDeflection [V]\n{table}\n")
+    file.write_text(f"Height [µm]\tDeflection [V]\n{table}\n", encoding="latin-1")
 
 
 def nanoscope(file):
@@ -161,7 +161,7 @@ def test_missing_names_units_and_sensitivities_are_asked_for(tmp_path):
     for text, message in (
         ("Height,Deflection (nm)\n", r"Height has no unit\. Write it behind .*Height"),
         ("Height (nm),Defl (ft)\n", r"Defl \(ft\) has the unknown unit 'ft'"),
-        ("Height (nm),Deflection (V)\n", r'in V needs the sens.*--sensitivity "50 nm'),
+        ("Height (nm),Deflection (V)\n", r'\(V\) needs the sens.*--sensitivity "50 nm'),
         ("", "begins with numbers, not with names of columns: give them, such as"),
         ("Z,pulse\n", r"Z has no unit"),
         ("time,pulse\n", r"needs the columns .* got time, pulse: rename them, or give"),
