@@ -8,7 +8,8 @@ import zlib
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.grid import SurfaceGrid
+#: Key in the `info` of a frame of the depth by which its surface has crept.
+CREEP_DEPTH = "creep_depth"
 
 
 def info_of(frame: Atoms) -> dict:
@@ -16,10 +17,10 @@ def info_of(frame: Atoms) -> dict:
     return frame.info.get("data", {}) | frame.info
 
 
-def field_of(frame: Atoms, key: str) -> np.ndarray:
-    """Return a field that `snapshot` has compressed, shape (n, m)."""
+def field_of(frame: Atoms, key: str, shape: tuple[int, int]) -> np.ndarray:
+    """Return a field that `snapshot` has compressed, of the shape of the window."""
     raw = zlib.decompress(base64.b64decode(info_of(frame)[key] + "=="))
-    return np.frombuffer(raw, "<f8").reshape(SurfaceGrid.of(frame).window)
+    return np.frombuffer(raw, "<f8").reshape(shape)
 
 
 def as_text(field: np.ndarray) -> str:

@@ -10,6 +10,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import max_abs, rowwise
 from ase_roughcontact._util.validation import surface
+from ase_roughcontact.atoms.fields import CREEP_DEPTH, field_of, info_of
 from ase_roughcontact.atoms.indenter import check_surface
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface
@@ -107,12 +108,20 @@ class SurfaceGrid:
 
 
 def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
-    """Return the displacement of the surface atoms, shape of the grid (Å)."""
-    return atoms.positions[:-1, 2].reshape(grid.shape)
+    """Return the displacement of the surface atoms, shape of the grid (Å).
+
+    That by the present pressure: the surface of a frame is lower by what it has crept.
+    """
+    values = atoms.positions[:-1, 2].reshape(grid.shape)
+    if CREEP_DEPTH in info_of(atoms):
+        return values + field_of(atoms, CREEP_DEPTH, grid.window)
+    return values
 
 
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:
     """Move the surface atoms to a displacement, shape of the grid (Å)."""
+    for info in (atoms.info, atoms.info.get("data", {})):
+        info.pop(CREEP_DEPTH, None)
     atoms.positions[:-1, 2] = values.ravel()
 
 

@@ -15,9 +15,12 @@ from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
 INDENTED = "indented"
+#: Key in the `info` of atoms of the creep of their solid.
+CREEP = "creep"
 
 
 def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
@@ -44,16 +47,27 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
     info = info_of(atoms)
     for key in info.keys() - history.keys():
         if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _creeps(key):
-            history[key] = field_of(atoms, key)
+            history[key] = field_of(atoms, key, grid.window)
     return history
 
 
+def creep_of(atoms: Atoms) -> Creep | None:
+    """Return the creep of the solid in which a surface has crept, None without."""
+    parameters = info_of(atoms).get(CREEP)
+    return Creep(**parameters) if parameters else None
+
+
 def set_history(
-    atoms: Atoms, grid: SurfaceGrid, history: Mapping[str, np.ndarray]
+    atoms: Atoms,
+    grid: SurfaceGrid,
+    history: Mapping[str, np.ndarray],
+    creep: Creep | None,
 ) -> None:
-    """Set what a surface has kept, in place of what it had."""
-    for key in [INDENTED, *filter(_creeps, atoms.info)]:
+    """Set what a surface has kept, and in which solid, in place of what it had."""
+    for key in [INDENTED, CREEP, *filter(_creeps, atoms.info)]:
         atoms.info.pop(key, None)
+    if creep:
+        atoms.info[CREEP] = creep.todict()
     for key in list(filter(_is_kept, atoms.arrays)):
         del atoms.arrays[key]
     n, m = grid.window

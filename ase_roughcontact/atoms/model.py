@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from ase.data import atomic_numbers
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
-from ase_roughcontact.atoms.history import history_of
+from ase_roughcontact.atoms.history import creep_of, history_of
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.creep import check_past, past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
@@ -87,11 +87,12 @@ class ContactModel:
             return
         window = self.problem.window(self.grid.window, self.grid.origin)
         flat = State(window, 0.0, np.zeros(window.shape), None, new)
-        check_past(new, self.problem.solid.creep)
+        crept = replace(flat, creep=creep_of(atoms))
+        check_past(crept, self.problem.solid.creep)
         halfspace = self.contact.halfspace
         if isinstance(halfspace.solid, Scaled):  # also after an interrupted time step
             halfspace = halfspace.softened(1.0)
-        state = with_depths(flat, halfspace)
+        state = with_depths(crept, halfspace)
         creep = past_of(state) if state.depths else (None, None)
         self.contact = self.contact.changed(halfspace, state.plastic_depth, *creep)
         self.history = new

@@ -22,7 +22,7 @@ from ase_roughcontact.atoms.calculator import (
 )
 from ase_roughcontact.atoms.exchange import set_window
 from ase_roughcontact.atoms.grid import SurfaceGrid, displacement, set_displacement
-from ase_roughcontact.atoms.history import history_of, set_history
+from ase_roughcontact.atoms.history import creep_of, history_of, set_history
 from ase_roughcontact.atoms.model import ContactModel, problem_for
 from ase_roughcontact.atoms.snapshot import pressure_of, snapshot
 from ase_roughcontact.atoms.substrate import in_cell, surface_atoms
@@ -89,6 +89,7 @@ class PathAtoms:
             model.elastic_pressure(self.atoms),
             displacement(self.atoms, grid)[:n, :m].copy(),
             history_of(self.atoms, grid),
+            creep=creep_of(self.atoms),
         )
         return self._shown
 
@@ -113,7 +114,7 @@ class PathAtoms:
         atoms.positions[-1, 2] = state.height
         grid = SurfaceGrid.of(atoms) if shown is None else model_of(atoms).grid
         if shown is None or shown.history is not state.history:
-            set_history(atoms, grid, state.history)
+            set_history(atoms, grid, state.history, state.creep)
         if grid.shape != grid.window and contact.creep_pressure is not None:
             model_of(atoms).follow(contact, state.history)
         if grid.shape == grid.window:
@@ -166,6 +167,7 @@ class PathAtoms:
             pressure_of(frame) + forces / self.problem.spacing**2,
             displacement(frame, grid).copy(),
             history_of(frame, grid),
+            creep=creep_of(frame),
         )
 
     def _adopt_model(

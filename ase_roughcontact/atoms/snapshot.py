@@ -18,14 +18,19 @@ from ase.constraints import FixAtoms
 from ase.units import GPa
 
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.atoms.fields import as_text, field_of, info_of
+from ase_roughcontact.atoms.fields import CREEP_DEPTH, as_text, field_of, info_of
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     displacement,
     set_displacement,
     surface_above,
 )
-from ase_roughcontact.atoms.history import INDENTED, history_of, set_history
+from ase_roughcontact.atoms.history import (
+    INDENTED,
+    creep_of,
+    history_of,
+    set_history,
+)
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.substrate import surface_atoms
 from ase_roughcontact.contact.state import PLASTIC_DEPTH
@@ -38,8 +43,6 @@ TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC = 0, 1, 2, 4
 
 # Key of the mask of the atoms that touch a hard wall with attraction.
 _TOUCHING = "touching"
-#: Key in the `info` of a snapshot of the depth by which its surface has crept.
-CREEP_DEPTH = "creep_depth"
 
 
 def snapshot(atoms: Atoms, **info: Any) -> Atoms:
@@ -93,6 +96,7 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     depth = contact_of(atoms).creep_depth
     if depth is not None:
         info[CREEP_DEPTH] = as_text(depth)
+        frame.positions[:-1, 2] -= depth.ravel()
     frame.info.update(
         normal_force=state.normal_force,
         contact_area=state.contact_area,
@@ -130,7 +134,7 @@ def pressure_of(frame: Atoms) -> np.ndarray:
         If the frame has no pressures in its `info`.
     """
     try:
-        return field_of(frame, "pressure")
+        return field_of(frame, "pressure", SurfaceGrid.of(frame).window)
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise ValueError(
             "the frame has no pressures in its info: it was not made by snapshot() of "
@@ -142,7 +146,7 @@ def pressure_of(frame: Atoms) -> np.ndarray:
 def contact_of_frame(frame: Atoms) -> np.ndarray:
     """Return the mask of the atoms in contact of a snapshot; see `pressure_of`."""
     if _TOUCHING in info_of(frame):
-        return field_of(frame, _TOUCHING) > 0.0
+        return field_of(frame, _TOUCHING, SurfaceGrid.of(frame).window) > 0.0
     return pressure_of(frame) > 0.0
 
 
@@ -159,20 +163,10 @@ def plastic_depth_of(frame: Atoms) -> np.ndarray:
     ndarray, shape (n, m)
         Depth by which the surface has flowed (Å); zero if the wall has no hardness.
     """
+    window = SurfaceGrid.of(frame).window
     if "plastic_depth" not in info_of(frame):
-        return np.zeros(SurfaceGrid.of(frame).window)
-    return field_of(frame, "plastic_depth")
-
-
-def creep_depth_of(frame: Atoms) -> np.ndarray:
-    """Return the depth by which a viscoelastic surface has crept, shape (n, m) (Å).
-
-    It is what the pressures of the past would leave if the present one were taken away
-    at once, and not part of the positions of a frame; zero for elastic solids.
-    """
-    if CREEP_DEPTH not in info_of(frame):
-        return np.zeros(SurfaceGrid.of(frame).window)
-    return field_of(frame, CREEP_DEPTH)
+        return np.zeros(window)
+    return field_of(frame, "plastic_depth", window)
 
 
 def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
@@ -180,7 +174,7 @@ def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:
     gap = surface_above(frame, grid, indenter) - frame.positions[:-1, 2]
     if info_of(frame).get(INDENTED):
         gap += plastic_depth_of(frame).ravel()
-    return gap + creep_depth_of(frame).ravel()
+    return gap
 
 
 def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
@@ -222,7 +216,8 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
     atoms.cell, atoms.pbc = frame.cell, frame.pbc
     if INDENTER_KEY in frame.info:
         atoms.info[INDENTER_KEY] = frame.info[INDENTER_KEY]
-    set_history(atoms, SurfaceGrid.of(atoms), history_of(frame, grid))
+    history = history_of(frame, grid)
+    set_history(atoms, SurfaceGrid.of(atoms), history, creep_of(frame))
     if any(isinstance(constraint, FixAtoms) for constraint in frame.constraints):
         atoms.set_constraint(FixAtoms([len(atoms) - 1]))
     return atoms

@@ -64,6 +64,8 @@ def time_path(
     ValueError
         If not exactly one schedule is given, the solid is not viscoelastic, the
         cantilever is missing, or as `load_path` does.
+    RuntimeError
+        If a load is a tension that the contact does not hold.
     TypeError
         If the path is no `Schedule`, or `output.record` not derived from `TimeStep`.
 
@@ -74,8 +76,10 @@ def time_path(
     which the steps resolve; one that remains at the instantaneous modulus is a jump at
     a time.
 
-    The z of the atoms is the displacement by the pressure of the moment; the depth that
-    the past adds is the field ``creep_depth`` in the `info` of frames.
+    The z of the atoms is the displacement by the pressure of the moment, from which
+    forces follow. In frames it is the surface, lower by the depth that the past adds,
+    the field ``creep_depth`` of their `info`. A calculation that starts from a frame
+    takes both into account.
 
     Examples
     --------

@@ -33,13 +33,13 @@ def creep_pressures(history: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     return {k: q for k, q in history.items() if k.startswith(CREEP_PRESSURE)}
 
 
-def check_past(history: Mapping[str, np.ndarray], creep: Creep | None) -> None:
+def check_past(state: State, creep: Creep | None) -> None:
     """Raise `ValueError` if a surface has the past of another solid."""
-    found, terms = len(creep_pressures(history)), creep.terms if creep else 0
-    if found not in (0, terms):
+    if creep_pressures(state.history) and state.creep != creep:
         raise ValueError(
-            f"the surface has crept in a solid with a series of {found} terms, but "
-            f"that of this solid has {terms}: start from new atoms"
+            f"the surface has crept in a solid with {state.creep or 'another series'}, "
+            f"but this solid has {creep or 'no creep'}: use the former solid, or start "
+            "from new atoms"
         )
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.lattice import Box, carried
 
 #: Key of the depth by which the surface has flowed, in `State.history` (length).
@@ -40,6 +41,8 @@ class State:
         pressures of a viscoelastic past; see `contact.creep`.
     depths : mapping of str to ndarray of shape (n, m)
         Depths that pressures of the history cause, as far as they are known (length).
+    creep : Creep or None
+        Of the solid in which the surface has crept.
     """
 
     window: Box
@@ -48,6 +51,7 @@ class State:
     displacement: np.ndarray | None = None
     history: Mapping[str, np.ndarray] = field(default_factory=dict)
     depths: Mapping[str, np.ndarray] = field(default_factory=dict)
+    creep: Creep | None = None
 
     @classmethod
     def flat(cls, window: Box, height: float) -> State:
@@ -78,7 +82,7 @@ class State:
             name: carried(values, self.window, window)
             for name, values in self.history.items()
         }
-        return State(window, self.height, pressure, None, history)
+        return State(window, self.height, pressure, None, history, creep=self.creep)
 
 
 def without_rounding(pressure: np.ndarray) -> np.ndarray:

@@ -266,10 +266,11 @@ class Stepper:
                 if creep
                 else f"only a viscoelastic solid needs a time, got {moment}"
             )
-        check_past(self.state.history, creep)
+        check_past(self.state, creep)
         if creep:
             self._creep_step = creep.over(elapsed)
-            self.state = before_step(self.state, self._creep_step)
+            aged = before_step(self.state, self._creep_step)
+            self.state = replace(aged, creep=creep)
         relaxed = self._relaxed(number, target, moment)
         result = record.of(relaxed)
         fields = relaxed.fields

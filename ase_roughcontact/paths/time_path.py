@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.identity import differences
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE
@@ -48,6 +49,8 @@ _LARGEST_CHANGE, _FINEST = 0.1, 16
 _SMALLEST_PRESSURE = 0.05
 # Energy below which none is lost, in units of E* a0^3.
 _NO_ENERGY = 1e-6
+# A contact is lost if it lacks more than this part of a tension.
+_LOST_PART = 0.1
 # A step is followed by one of twice its duration if its error is below this part of the
 # tolerance: it grows eightfold.
 _GROWTH = 0.1
@@ -136,6 +139,11 @@ def follow_schedule(
     -------
     generator of LoadStep
         The first state, and those at the end of each time step, after they are written.
+
+    Raises
+    ------
+    RuntimeError
+        If a load is a tension that the contact does not hold.
     """
     positive(tolerance=tolerance)
     output = output or Output(record=TimeStep)
@@ -210,7 +218,7 @@ class _TimeSteps:
         """Yield the states of a schedule from the present position on."""
         position = self.position
         if self._last is None:
-            yield self._accepted(schedule.first, self._step(schedule.first, 0.0, 0.0))
+            yield self._sudden(schedule.first, 0.0)
         for number, (begin, start, part) in enumerate(schedule.timed_parts()):
             if number < position.part:
                 continue
@@ -219,7 +227,7 @@ class _TimeSteps:
                 self.stepper.remember(PRESSURE_RATE, None)
                 if part.duration == 0.0:
                     position.level, position.done = 0, 1
-                    yield self._accepted(part.end, self._step(part.end, begin, 0.0))
+                    yield self._sudden(part.end, begin)
             if part.duration > 0.0:
                 yield from self._part(begin, start, part)
 
@@ -246,6 +254,7 @@ class _TimeSteps:
                 self.stepper.restart_from(before)
                 at.level, at.done, at.may_grow = at.level + 1, 2 * at.done, False
                 continue
+            self._check_held(target, step, before)
             at.done += 1
             at.may_grow = (
                 error < _GROWTH * self.tolerance and change < 0.5 * _LARGEST_CHANGE
@@ -253,6 +262,25 @@ class _TimeSteps:
             at.elapsed = elapsed
             self.stepper.remember(PRESSURE_RATE, rate)
             yield self._accepted(target, step)
+
+    def _sudden(self, target: float, time: float) -> TimeStep:
+        """Return the state after a sudden change of the target."""
+        before = self.stepper.state
+        step = self._step(target, time, 0.0)
+        self._check_held(target, step, before)
+        return self._accepted(target, step)
+
+    def _check_held(self, target: float, step: TimeStep, before: State) -> None:
+        """Raise `RuntimeError` if the surface does not hold the indenter at a load."""
+        lost = step.normal_force - target > _LOST_PART * abs(target)
+        if self.stepper.control != "loads" or step.converged or not lost:
+            return
+        self.stepper.restart_from(before)
+        raise RuntimeError(
+            f"the contact is lost at the time {step.time:g}: it holds no tension of "
+            f"{-target:g} eV/Å ({-target / UNITS['nN']:g} nN). The steps before are "
+            "kept; end the loads there, or give heights or the base of a cantilever"
+        )
 
     def _step(self, target: float, time: float, elapsed: float) -> TimeStep:
         number = self._last[1].step + 1 if self._last else 0

@@ -314,7 +314,8 @@ class AutoWindow:
     def _flattened(self, state: State, support: Support) -> State:
         """Return the state without displacement, a free indenter at first contact."""
         height = state.height if support.fixed else self.first_contact
-        return replace(State.flat(state.window, height), history=state.history)
+        flat = State.flat(state.window, height)
+        return replace(flat, history=state.history, creep=state.creep)
 
 
 def _with_history(state: State) -> Box | None:

@@ -24,6 +24,7 @@ from ase_roughcontact import (
     substrate,
     time_path,
 )
+from ase_roughcontact.atoms.snapshot import pressure_of, restore
 from ase_roughcontact.atoms.view import with_columns
 
 pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
@@ -132,6 +133,57 @@ def test_frames_have_the_gap_of_the_crept_surface(tmp_path):
     assert "creep_pressure_1" in frame.info
     gap = with_columns(frame, atoms.calc.parameters["indenter"]).arrays["gap"][:-1]
     assert gap == pytest.approx(state.gap.ravel(), abs=1e-9)
+
+
+def test_frames_have_the_surface_of_the_moment(tmp_path):
+    atoms, file = atoms_on(HardWall()), tmp_path / "p.traj"
+    path = Schedule(0.0).ramp(2.0, time=1.0).hold(1.0)
+    step = list(time_path(atoms, path, output=Output(trajectory=file)))[-1]
+    frame = read(file)
+    touching = pressure_of(frame).ravel() > 0.0
+    assert touching.sum() == step.repulsive_atoms > 50
+    r = frame.positions[:-1, :2] - frame.positions[-1, :2]
+    sphere = frame.positions[-1, 2] + (r**2).sum(axis=1) / (2.0 * 200.0)
+    z = frame.positions[:-1, 2]
+    assert z[touching] == pytest.approx(sphere[touching], abs=1e-4)
+    assert (z - sphere).max() < 1e-4
+
+
+@pytest.mark.parametrize("rebuilt", [False, True])
+def test_a_frame_is_a_calculation_again(tmp_path, rebuilt):
+    atoms, file = atoms_on(SOFT), tmp_path / "p.traj"
+    path = Schedule(0.0).ramp(2.0, time=1.0)
+    list(time_path(atoms, path, output=Output(trajectory=file), accuracy=1e-6))
+    frame = read(file)
+    again = restore(frame, 0.8) if rebuilt else frame
+    energy = frame.get_potential_energy()
+    again.calc = RoughContact(**atoms.calc.parameters)
+    assert again.get_potential_energy() == pytest.approx(energy, rel=1e-9)
+    assert abs(again.get_forces()[:-1]).max() < 1e-4
+    hold = Schedule(2.0).hold(0.5)
+    expected = list(time_path(atoms, hold, accuracy=1e-6))[-1]
+    found = list(time_path(again, hold, accuracy=1e-6))[-1]
+    assert found.normal_force == pytest.approx(expected.normal_force, rel=1e-6)
+
+
+def test_atoms_with_the_past_of_another_solid_are_refused(tmp_path):
+    file = tmp_path / "p.traj"
+    atoms = atoms_on(HardWall())
+    list(
+        time_path(
+            atoms, Schedule(0.0).ramp(2.0, time=1.0), output=Output(trajectory=file)
+        )
+    )
+    other = Creep.standard_solid(relaxed=0.3, time=2.0)
+    for crept in (atoms, read(file)):
+        slower = Viscoelastic(0.8, other)
+        crept.calc = RoughContact(RoughSphere(200.0), interaction=SOFT, solid=slower)
+        with pytest.raises(
+            ValueError, match=r"has crept in .*3\.33.* but this .*6\.66"
+        ):
+            list(time_path(crept, Schedule(2.0).hold(1.0)))
+        with pytest.raises(ValueError, match="has crept in"):
+            crept.get_potential_energy()
 
 
 def test_base_of_a_cantilever_balances_the_force():

@@ -330,5 +330,25 @@ def test_the_past_of_another_series_is_refused():
     list(follow_schedule(stepper, Schedule(0.0).ramp(0.5, time=1.0)))
     other = stepper_of(problem_of(32, creep=Creep([1.0, 1.0], [1.0, 2.0])), 32)
     other.state = stepper.state
-    with pytest.raises(ValueError, match="a series of 1 terms, but that"):
+    with pytest.raises(
+        ValueError, match=r"has crept in a solid with Creep\(comp.* but"
+    ):
         list(follow_schedule(other, Schedule(0.5).hold(1.0)))
+
+
+@pytest.mark.parametrize("window", ["fixed", "auto"])
+@pytest.mark.parametrize("sudden", [False, True])
+def test_a_path_ends_where_the_contact_is_lost_under_a_tension(window, sudden):
+    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
+    stepper = stepper_of(problem_of(32, wall, radius=20.0), 32, "loads", window=window)
+    path = Schedule(1.0)
+    path = path.step(-50.0) if sudden else path.ramp(-50.0, time=50.0)
+    steps = []
+    with pytest.raises(RuntimeError, match="the contact is lost at the time"):
+        for step in follow_schedule(stepper, path.hold(1.0), tolerance=0.1):
+            steps.append(step)
+    assert all(step.converged for step in steps)
+    # between JKR and the work of adhesion on the glassy solid with a larger contact
+    assert sudden or -50.0 < steps[-1].normal_force < -1.5 * math.pi * 20.0 * 0.05
+    held = stepper.run.fields.normal_force
+    assert held == pytest.approx(steps[-1].normal_force, rel=1e-6)
