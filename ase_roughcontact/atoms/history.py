@@ -61,7 +61,7 @@ def set_history(
     atoms: Atoms,
     grid: SurfaceGrid,
     history: Mapping[str, np.ndarray],
-    creep: Creep | None,
+    creep: Creep | None = None,
 ) -> None:
     """Set what a surface has kept, and in which solid, in place of what it had."""
     for key in [INDENTED, CREEP, *filter(_creeps, atoms.info)]:
