@@ -1,0 +1,125 @@
+"""Work of adhesion at pull-off over the speed of the contact's edge.
+
+    python edge_speed.py            # calculates the rows that edge_speed.csv lacks
+    python edge_speed.py --report   # prints the table
+
+A smooth and a rough sphere are pressed into a standard linear solid (relaxed modulus a
+tenth of the instantaneous one), held until it has relaxed, and pulled off at rates over
+five decades. At the largest tension, radius a and force N of the contact give the work
+of adhesion that JKR theory with the relaxed modulus needs,
+``w = (4 E a^3/3R - N)^2/(8 pi E a^3)``, and the radii around it the speed of the edge.
+Beside it is that of a long crack, B. N. J. Persson, E. A. Brener, Phys. Rev. E 71,
+036123 (2005), Eqs. 14 and 15, with the largest tension of the wall at its tip.
+"""
+
+import csv
+import math
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import quad, trapezoid
+from scipy.optimize import brentq
+
+import ase_roughcontact as rc
+
+FILE = Path(__file__).with_suffix(".csv")
+A0, RADIUS, WORK = 2.5, 100.0, 0.05  # Å, Å, eV/Å^2
+MODULUS, RELAXED = 1.0, 0.1  # eV/Å^3
+CREEP = rc.Creep.standard_solid(relaxed=RELAXED / MODULUS, time=1.0)  # s
+DWELL = 200.0  # s
+RATES = np.logspace(-4, 1, 6)  # Å/s
+ROUGH = rc.SelfAffine(0.1, 0.8, 4 * A0, 32 * A0, domain=64 * A0, seed=1)
+WALL = rc.LennardJones93.adhesive(RELAXED, A0, WORK)
+COLUMNS = "sphere", "rate", "speed", "pull_off", "work", "dissipated"
+
+
+def retraction(rate, roughness):
+    """Return speed of the edge, pull-off force, work of adhesion, dissipated energy."""
+    sphere = rc.RoughSphere(RADIUS, roughness)
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
+    solid = rc.Viscoelastic(MODULUS, CREEP)
+    atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
+    path = rc.Schedule(3.0).hold(DWELL).ramp(-60.0, rate=rate)
+    steps = []
+    for step in rc.time_path(atoms, path, window="auto", tolerance=2e-3):
+        if step.time >= DWELL:
+            steps.append(step)
+            if not step.repulsive_atoms + step.attractive_atoms:
+                break
+    time, force, depth, power = (
+        np.array([getattr(step, name) for step in steps])
+        for name in ("time", "normal_force", "penetration", "dissipation")
+    )
+    at = int(force.argmin())
+    near = range(max(at - 4, 0), min(at + 5, len(steps) - 1))
+    radii = [jkr_radius(force[i], depth[i]) for i in near]
+    speed = -np.polyfit(time[list(near)], radii, 1)[0]
+    radius = jkr_radius(force[at], depth[at])
+    work = RELAXED / (2.0 * np.pi * radius) * (radius**2 / RADIUS - depth[at]) ** 2
+    return speed, -force[at], work, trapezoid(power, time)
+
+
+def jkr_radius(force, depth):
+    """Return the radius ``a`` with ``N = 2 E a (D - a^2/3R)``, which JKR theory has."""
+    cubic = [2.0 * RELAXED / (3.0 * RADIUS), 0.0, -2.0 * RELAXED * depth, force]
+    roots = np.roots(cubic)
+    return float(roots[abs(roots.imag) < 1e-9].real.max())
+
+
+def crack_work(speed):
+    """Return the work of adhesion of a long crack at a speed, relative to w."""
+    if not speed > 0.0:
+        return math.nan
+    gaps = np.linspace(A0, 3.0 * A0, 10_000)
+    tension = -WALL.evaluate(gaps)[1].min()
+    blunt = RELAXED * WORK / (2.0 * np.pi * tension**2)  # radius of a slow tip
+
+    def excess(log):
+        ratio = math.exp(log)
+        highest = 2.0 * math.pi * speed / (ratio * blunt)
+
+        def loss(log_frequency):
+            frequency = math.exp(log_frequency)
+            part = math.sqrt(max(1.0 - (frequency / highest) ** 2, 0.0))
+            return part * -(1.0 / CREEP.modulus(frequency)).imag
+
+        lost = quad(loss, math.log(highest) - 25.0, math.log(highest), limit=200)[0]
+        return 1.0 / ratio - 1.0 + 2.0 / math.pi * RELAXED / MODULUS * lost
+
+    return math.exp(brentq(excess, 0.0, math.log(1.001 * MODULUS / RELAXED)))
+
+
+def calculate():
+    """Append the rows that the file lacks."""
+    warnings.simplefilter("ignore", rc.ValidityWarning)
+    rows = list(csv.DictReader(FILE.open())) if FILE.exists() else []
+    done = {(row["sphere"], float(row["rate"])) for row in rows}
+    with FILE.open("a", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        if not rows:
+            writer.writerow(COLUMNS)
+        for sphere, roughness in (("smooth", None), ("rough", ROUGH)):
+            for rate in RATES:
+                if (sphere, rate) not in done:
+                    found = retraction(rate, roughness)
+                    writer.writerow([sphere, rate, *(f"{x:.6g}" for x in found)])
+                    file.flush()
+
+
+def report():
+    """Print the table of the stored rows."""
+    heads = "sphere", "rate (Å/s)", "pull-off/(3 pi w R/2)", "dissipated (eV)"
+    heads += "speed of the edge (Å/s)", "w of JKR/w", "w of a crack/w"
+    print(f"| {' | '.join(heads)} |")
+    print("|---|---|---|---|---|---|---|")
+    for row in csv.DictReader(FILE.open()):
+        rate, speed, pull_off, work, lost = (float(row[name]) for name in COLUMNS[1:])
+        values = [f"{rate:g}", f"{pull_off / (1.5 * np.pi * WORK * RADIUS):.2f}"]
+        values += [f"{lost:.3g}", f"{speed:.2g}", f"{work / WORK:.2f}"]
+        print(f"| {row['sphere']} | {' | '.join(values)} | {crack_work(speed):.2f} |")
+
+
+if __name__ == "__main__":
+    report() if "--report" in sys.argv else calculate()
