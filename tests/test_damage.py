@@ -11,13 +11,7 @@ from ase.cli.main import main as ase
 from ase.constraints import FixAtoms, Hookean
 from ase.io import Trajectory, read
 
-from ase_roughcontact import (
-    Output,
-    RoughContact,
-    RoughSphere,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.trajectory import read_frames, read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
@@ -157,14 +151,16 @@ def test_a_changed_table_is_written_again_from_the_trajectory(folder, whole):
 
 @pytest.mark.parametrize("constraint", ["fixed", "spring"])
 def test_frames_with_constraints_are_intact(tmp_path, constraint):
-    sphere, movie = RoughSphere(10.0), tmp_path / "sweep.traj"
-    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
+    sphere, movie = rc.RoughSphere(10.0), tmp_path / "sweep.traj"
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
     last, point = len(atoms) - 1, (*atoms.positions[-1, :2], -1.0)
     kinds = {"fixed": FixAtoms([last]), "spring": Hookean(last, point, 1.0, rt=0.5)}
     atoms.set_constraint(kinds[constraint])
-    atoms.calc = RoughContact(sphere, 1.0)
+    atoms.calc = rc.RoughContact(sphere, 1.0)
     control = {"fixed": "penetrations", "spring": "loads"}[constraint]
-    (step,) = load_path(atoms, **{control: [0.1]}, output=Output(trajectory=movie))
+    (step,) = rc.load_path(
+        atoms, **{control: [0.1]}, output=rc.Output(trajectory=movie)
+    )
     assert list(read_steps(movie)) == [step]
     assert [type(c) for f in read_frames(movie) for c in f.constraints] == [
         type(kinds[constraint])

@@ -326,16 +326,6 @@ def test_run_on_a_file_system_without_locks_warns_and_works(
     assert_resumes(folder, undisturbed, before)
 
 
-@pytest.mark.filterwarnings("default")
-def test_command_on_a_file_system_without_locks_prints_the_warning(
-    file, folder, monkeypatch, capsys, no_pictures
-):
-    monkeypatch.setattr(fcntl, "flock", no_locks)
-    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
-    (line,) = capsys.readouterr().err.splitlines()
-    assert line.startswith("ase-roughcontact: warning: the file system of ")
-
-
 def test_other_errors_of_locking_are_raised_and_leave_no_trajectory(
     folder, monkeypatch
 ):
@@ -456,15 +446,6 @@ def test_folder_of_another_user_is_one_line(capsys):
 
 
 # Truncated files
-
-
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_command_names_a_truncated_trajectory(file, folder, capsys):
-    next(SCENE.run(folder))
-    movie = folder / "sweep.traj"
-    movie.write_bytes(movie.read_bytes()[:100])
-    assert main(["run", str(file), "--out", str(folder)]) == 2
-    assert str(movie) in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("size", [60, 2000])

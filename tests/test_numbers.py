@@ -5,32 +5,20 @@ from functools import partial
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import (
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    WindowOptions,
-    adhesion_loop,
-    analysis,
-    elasticity,
-    load_path,
-    substrate,
-    theory,
-)
+import ase_roughcontact as rc
+from ase_roughcontact import analysis, elasticity, theory
 from ase_roughcontact.interactions import FullLennardJones93, make_wall
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
-SPHERE = RoughSphere(10.0)
-ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0)
-FULL = LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0)
+SPHERE = rc.RoughSphere(10.0)
+ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0)
+FULL = rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0)
 
 
 def make_atoms(load=0.0, wall=None, fixed=True):
-    atoms = substrate("Cu", (4, 4), SPHERE, spacing=1.0, periodic=True, fixed=fixed)
-    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
-    return atoms
+    return atoms_under(SPHERE, wall, (4, 4), load=load, periodic=True, fixed=fixed)
 
 
 def energy(**options):
@@ -38,17 +26,17 @@ def energy(**options):
 
 
 def path(**options):
-    return list(load_path(make_atoms(), [0.1], **options))
+    return list(rc.load_path(make_atoms(), [0.1], **options))
 
 
 def loop(**options):
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
-    return adhesion_loop(make_atoms(wall=wall), accuracy=1e-2, **options)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
+    return rc.adhesion_loop(make_atoms(wall=wall), accuracy=1e-2, **options)
 
 
-def wall_of_a_scene(work_of_adhesion, **substrate):
+def wall_of_a_scene(work_of_adhesion, **lengths):
     parameters = {"work_of_adhesion": work_of_adhesion}
-    return make_wall("adhesive", parameters=parameters, **substrate)
+    return make_wall("adhesive", parameters=parameters, **lengths)
 
 
 def rough_theory(**options):
@@ -61,27 +49,27 @@ ADHESION = {"work_of_adhesion": 0.05, "attraction_range": 1.0}
 FACTORS = {"kappa_repulsive": 2.0, "asperity_factor": 1.0}
 # Functions and valid values of all their arguments that are numbers.
 FUNCTIONS = {
-    "RoughSphere": (RoughSphere, {"radius": 10.0}),
+    "RoughSphere": (rc.RoughSphere, {"radius": 10.0}),
     "SelfAffine": (
-        SelfAffine,
+        rc.SelfAffine,
         asdict(ROUGH) | {"longest_wavelength": 16.0} | {"domain": 64.0},
     ),
     "heights": (partial(SPHERE.heights, (4, 4)), {"spacing": 1.0}),
     "substrate": (
-        partial(substrate, "Cu", (4, 4), SPHERE),
+        partial(rc.substrate, "Cu", (4, 4), SPHERE),
         {"spacing": 1.0, "height": 2.0},
     ),
     "RoughContact": (partial(energy, fixed=False), {"load": 0.1}),
-    "modulus": (lambda modulus: RoughContact(SPHERE, modulus), {"modulus": 1.0}),
+    "modulus": (lambda modulus: rc.RoughContact(SPHERE, modulus), {"modulus": 1.0}),
     "Isotropic": (elasticity.Isotropic, {"contact_modulus": 1.0}),
     "half space": (
         partial(elasticity.FreeHalfSpace, (4, 4)),
         {"spacing": 1.0, "solid": 1.0},
     ),
     "love_kernel": (partial(elasticity.love_kernel, np.arange(3), np.arange(3)), SOLID),
-    "repulsive": (LennardJones93.repulsive, SOLID),
-    "adhesive": (LennardJones93.adhesive, SOLID | {"work_of_adhesion": 0.02}),
-    "full": (LennardJones93.full, {"distance": 1.0, "work_of_adhesion": 0.04}),
+    "repulsive": (rc.LennardJones93.repulsive, SOLID),
+    "adhesive": (rc.LennardJones93.adhesive, SOLID | {"work_of_adhesion": 0.02}),
+    "full": (rc.LennardJones93.full, {"distance": 1.0, "work_of_adhesion": 0.04}),
     "FullLennardJones93": (FullLennardJones93, asdict(FULL)),
     "make_wall": (wall_of_a_scene, SOLID | {"work_of_adhesion": 0.1}),
     "load_path": (path, {"fmax": 1e-2, "max_steps": 9}),
@@ -90,7 +78,7 @@ FUNCTIONS = {
         loop,
         {"deepest": 0.0, "step": 0.4, "smallest_step": 0.4, "tolerance": 0.5},
     ),
-    "WindowOptions": (WindowOptions, asdict(WindowOptions())),
+    "WindowOptions": (rc.WindowOptions, asdict(rc.WindowOptions())),
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),
     "first_contact": (partial(analysis.first_contact, SPHERE), {"spacing": 1.0}),

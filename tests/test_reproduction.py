@@ -126,23 +126,6 @@ def test_figure_2_is_drawn_from_a_table_alone(examples, tmp_path):
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_figure_2_writes_its_table_once_though_it_is_stopped(
-    examples, tmp_path, monkeypatch
-):
-    written = []
-
-    def stopped(*_, **__):
-        yield from range(3)
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(examples["2"], "scenes", lambda scale: [[], []])
-    monkeypatch.setattr(examples["2"], "run_ensemble", stopped)
-    monkeypatch.setattr(examples["2"], "write_csv", lambda *_: written.append(_))
-    with pytest.raises(KeyboardInterrupt):
-        examples["2"].main(["--out", str(tmp_path)])
-    assert len(written) == 1
-
-
 @pytest.mark.slow  # two processes start, and relax eight spheres
 def test_figure_2_goes_on_from_a_table_on_another_machine(
     examples, tmp_path, monkeypatch

@@ -4,25 +4,21 @@ import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
 
+import ase_roughcontact as rc
 from ase_roughcontact._util.threads import threads
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.fft import Blocking
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
-from ase_roughcontact.interactions import (
-    HardWall,
-    Interaction,
-    LennardJones93,
-    RepulsiveLennardJones93,
-)
+from ase_roughcontact.interactions import RepulsiveLennardJones93
 from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 
 SIDE = 48
 BLOCKS = Blocking(500, 8, 100, single_thread_points=0, whole_grid_bytes=0)
 WALLS = {
-    "hard": HardWall(),
-    "repulsive": LennardJones93.repulsive(1.0, 1.0),
-    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.005),
+    "hard": rc.HardWall(),
+    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.005),
 }
 
 
@@ -68,7 +64,7 @@ def test_results_do_not_depend_on_the_number_of_threads(kind, wall):
     assert_array_equal(three.pressure, one.pressure)
 
 
-class OneArray(Interaction):
+class OneArray(rc.Interaction):
     """An exponential wall that returns the same array three times."""
 
     cutoff, contact_distance = 20.0, 0.0

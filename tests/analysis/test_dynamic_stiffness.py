@@ -4,32 +4,23 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import (
-    Creep,
-    HardWall,
-    RoughContact,
-    RoughSphere,
-    Schedule,
-    Viscoelastic,
-    substrate,
-    time_path,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.analysis import dynamic_stiffness
 
 
 @pytest.mark.parametrize("frequency", [0.02, 0.2, 2.0])
 @pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 def test_stiffness_is_that_of_the_complex_modulus(frequency):
-    creep = Creep.standard_solid(relaxed=0.3, time=1.0)
-    sphere = RoughSphere(radius=400.0)
-    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0)
-    atoms.calc = RoughContact(
-        sphere, solid=Viscoelastic(1.0, creep), interaction=HardWall()
+    creep = rc.Creep.standard_solid(relaxed=0.3, time=1.0)
+    sphere = rc.RoughSphere(radius=400.0)
+    atoms = atoms_under(
+        sphere, rc.HardWall(), (40, 40), solid=rc.Viscoelastic(1.0, creep)
     )
-    path = Schedule(0.0).ramp(0.5, time=1.0).hold(40.0)
+    path = rc.Schedule(0.0).ramp(0.5, time=1.0).hold(40.0)
     path = path.oscillate(0.002, frequency, cycles=3)
-    steps = list(time_path(atoms, path, tolerance=1e-4))
+    steps = list(rc.time_path(atoms, path, tolerance=1e-4))
     # of a fixed contact 2 a E*, with the radius a of Hertz's theory
     expected = 2.0 * np.sqrt(400.0 * 0.5) * creep.modulus(2.0 * np.pi * frequency)
     found = dynamic_stiffness(steps, frequency)

@@ -7,15 +7,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 from ase.units import GPa
+from built import atoms_under
 from scipy.io import netcdf_file
 
-from ase_roughcontact import (
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    snapshot,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
@@ -25,10 +20,9 @@ SHAPE = (14, 11)
 
 @pytest.fixture(scope="module")
 def atoms():
-    sphere = RoughSphere(40.0)
-    atoms = substrate("Cu", SHAPE, sphere, spacing=2.5, height=-0.5)
-    atoms.calc = RoughContact(sphere, 0.9)
-    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    sphere = rc.RoughSphere(40.0)
+    atoms = atoms_under(sphere, shape=SHAPE, modulus=0.9, spacing=2.5, height=-0.5)
+    assert rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
     return atoms
 
 
@@ -72,7 +66,7 @@ def test_fields_are_those_of_the_contact(atoms, tmp_path, suffix, source):
     indenter = atoms.calc.parameters["indenter"]
     made = {
         "atoms": lambda: ContactMap.from_atoms(atoms),
-        "frame": lambda: ContactMap.from_frame(snapshot(atoms), indenter),
+        "frame": lambda: ContactMap.from_frame(rc.snapshot(atoms), indenter),
     }[source]()
     write_map(made, tmp_path / f"map{suffix}")
     fields = READERS[suffix](tmp_path / f"map{suffix}")
@@ -94,7 +88,7 @@ def test_fields_are_those_of_the_contact(atoms, tmp_path, suffix, source):
 
 
 def test_fields_that_are_not_known_are_left_out(atoms, tmp_path):
-    write_map(ContactMap.from_frame(snapshot(atoms)), tmp_path / "map.npz")
+    write_map(ContactMap.from_frame(rc.snapshot(atoms)), tmp_path / "map.npz")
     assert "gap" not in np.load(tmp_path / "map.npz")
 
 

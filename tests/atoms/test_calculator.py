@@ -3,7 +3,6 @@
 import copy
 import gc
 import json
-import math
 import pickle
 import weakref
 from dataclasses import replace
@@ -15,25 +14,17 @@ from ase.optimize import FIRE, FIRE2
 from ase.units import GPa
 from scipy.constants import e
 
-from ase_roughcontact import (
-    HardWall,
-    Heterogeneity,
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import apply_pressure, contact_of
 
-SPHERE = RoughSphere(radius=10.0)
+SPHERE = rc.RoughSphere(radius=10.0)
 
 
 def make_atoms(wall=None, *, periodic=False, load=0.0, shape=(8, 6), **options):
     """Atoms of unit spacing and contact modulus under a sphere."""
     options = {"height": 0.6, "spacing": 1.0, **options}
-    atoms = substrate("Cu", shape, SPHERE, periodic=periodic, **options)
-    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
+    atoms = rc.substrate("Cu", shape, SPHERE, periodic=periodic, **options)
+    atoms.calc = rc.RoughContact(SPHERE, 1.0, wall, load=load)
     return atoms
 
 
@@ -86,16 +77,16 @@ def test_results_scale_with_the_units(wall, periodic, rng, length, modulus):
     u = rng.normal(0.0, 0.1, len(make_atoms(periodic=periodic)) - 1)
 
     def evaluate(a0, stress):
-        rough = SelfAffine(0.3, 0.8, 2 * a0, 8 * a0, domain=8 * a0, seed=3)
-        sphere = RoughSphere(10 * a0, rough)
-        atoms = substrate(
+        rough = rc.SelfAffine(0.3, 0.8, 2 * a0, 8 * a0, domain=8 * a0, seed=3)
+        sphere = rc.RoughSphere(10 * a0, rough)
+        atoms = rc.substrate(
             "Cu", (8, 6), sphere, spacing=a0, periodic=periodic, height=0.6 * a0
         )
         atoms.positions[:-1, 2] = a0 * u
         units = dict.fromkeys(("distance", "onset", "cutoff", "core"), a0)
         units |= {"stiffness": stress / a0, "work_of_adhesion": stress * a0}
         scaled = replace(wall, **{k: v * units[k] for k, v in vars(wall).items()})
-        atoms.calc = RoughContact(sphere, stress, scaled, load=0.2 * stress * a0**2)
+        atoms.calc = rc.RoughContact(sphere, stress, scaled, load=0.2 * stress * a0**2)
         energy = atoms.get_potential_energies() / (stress * a0**3)
         return energy, atoms.get_forces(apply_constraint=False) / (stress * a0**2)
 
@@ -104,7 +95,7 @@ def test_results_scale_with_the_units(wall, periodic, rng, length, modulus):
 
 
 def test_contact_quantities_are_results_like_any_other():
-    atoms = make_atoms(LennardJones93.adhesive(1.0, 1.0, 0.02))
+    atoms = make_atoms(rc.LennardJones93.adhesive(1.0, 1.0, 0.02))
     atoms.get_potential_energy()
     calc, state = atoms.calc, atoms.calc.state(atoms)
     assert set(calc.results) == set(calc.implemented_properties)
@@ -137,7 +128,9 @@ def test_indenter_out_of_range_exerts_no_force():
 def test_unconstrained_optimizer_with_a_hard_wall_is_an_error_with_advice(
     periodic, optimizer
 ):
-    atoms = make_atoms(HardWall(), periodic=periodic, fixed=False, load=1.0, height=0.1)
+    atoms = make_atoms(
+        rc.HardWall(), periodic=periodic, fixed=False, load=1.0, height=0.1
+    )
     with pytest.raises(ValueError, match=r"ActiveSet.*LennardJones93\.repulsive"):
         optimizer(atoms, logfile=None).run(fmax=1e-4, steps=100)
 
@@ -208,7 +201,7 @@ def test_copies_of_the_calculator_give_the_same_forces(copied, used):
 
 
 def test_parameters_can_be_stored_as_json(wall):
-    calculator = RoughContact(SPHERE, 1.0, wall, load=0.5)
+    calculator = rc.RoughContact(SPHERE, 1.0, wall, load=0.5)
     stored = json.loads(json.dumps(calculator.todict()))
     assert stored["indenter"] == SPHERE.todict()
     assert stored["interaction"] == wall.todict()
@@ -220,7 +213,7 @@ def test_parameters_can_be_stored_as_json(wall):
 
 def test_unknown_keyword_is_an_error_with_the_nearest_name():
     with pytest.raises(TypeError, match=r"'contact_modlus'.*did you mean 'contact_mod"):
-        RoughContact(SPHERE, contact_modlus=1.0)
+        rc.RoughContact(SPHERE, contact_modlus=1.0)
 
 
 BAD_PARAMETERS = [
@@ -231,7 +224,7 @@ BAD_PARAMETERS = [
     ("load", np.inf),
     ("load", [1.0, 2.0]),
     ("indenter", np.zeros((8, 6))),
-    ("indenter", RoughSphere),
+    ("indenter", rc.RoughSphere),
     ("interaction", "hard"),
     ("fft", {"engine": "abacus"}),
     ("fft", {"thread": 1}),
@@ -242,12 +235,12 @@ BAD_PARAMETERS = [
 @pytest.mark.parametrize("dtype", ["foo", "int64"])
 def test_unknown_precision_is_refused_at_construction(dtype):
     with pytest.raises(ValueError, match=f"must be float32 or float64, got '{dtype}'"):
-        RoughContact(SPHERE, 1.0, fft={"dtype": dtype})
+        rc.RoughContact(SPHERE, 1.0, fft={"dtype": dtype})
 
 
 def test_heterogeneity_without_attraction_is_refused():
-    atoms = make_atoms(HardWall())
-    atoms.calc.set(heterogeneity=Heterogeneity(lambda x, y: 0.1 * np.cos(x)))
+    atoms = make_atoms(rc.HardWall())
+    atoms.calc.set(heterogeneity=rc.Heterogeneity(lambda x, y: 0.1 * np.cos(x)))
     with pytest.raises(ValueError, match=r"an interaction with attraction, got HardW"):
         atoms.get_potential_energy()
 
@@ -268,7 +261,7 @@ def test_bad_parameters_are_refused_and_change_nothing(name, value):
 @pytest.mark.parametrize("parameters", [{"indenter": SPHERE}, {"contact_modulus": 1.0}])
 def test_missing_parameters_are_an_error(parameters):
     atoms = make_atoms()
-    atoms.calc = RoughContact(**parameters)
+    atoms.calc = rc.RoughContact(**parameters)
     with pytest.raises(ValueError, match="needs an indenter and a contact_modulus"):
         atoms.get_forces()
 
@@ -304,33 +297,13 @@ class BadSurface:
         return {}
 
 
-class Plain:
-    """Paraboloid with heights only."""
-
-    def heights(self, shape, spacing, origin=(0.0, 0.0)):
-        x, y = (
-            start + spacing * np.arange(n)
-            for start, n in zip(origin, shape, strict=True)
-        )
-        return (x[:, None] ** 2 + y**2) / 20.0
-
-
-@pytest.mark.parametrize("rough", [False, True])
-def test_surface_needs_heights_only(rough):
-    indenter = RoughSphere(math.inf, Plain()) if rough else Plain()
-    atoms, expected = make_atoms(), make_atoms()
-    atoms.calc = RoughContact(indenter, 1.0, expected.calc.parameters["interaction"])
-    np.testing.assert_allclose(atoms.get_forces(), expected.get_forces(), atol=1e-12)
-    assert set(atoms.calc.todict()) >= {"indenter", "contact_modulus"}
-
-
 @pytest.mark.parametrize(
     "heights, message",
     [(np.full((8, 6), np.nan), "finite"), (np.zeros((6, 8)), r"shape \(8, 6\)")],
 )
 def test_surface_with_bad_heights_is_refused(heights, message):
     atoms = make_atoms()
-    atoms.calc = RoughContact(BadSurface(heights), 1.0)
+    atoms.calc = rc.RoughContact(BadSurface(heights), 1.0)
     with pytest.raises(ValueError, match=message):
         atoms.get_forces()
 
@@ -353,10 +326,10 @@ def test_calculator_has_no_reference_cycle():
 @pytest.mark.parametrize(
     "calc, expected",
     [
-        (RoughContact(), "RoughContact()"),
-        (RoughContact.__new__(RoughContact), "RoughContact()"),
+        (rc.RoughContact(), "RoughContact()"),
+        (rc.RoughContact.__new__(rc.RoughContact), "RoughContact()"),
         (
-            RoughContact(SPHERE, 1, HardWall(), load=2),
+            rc.RoughContact(SPHERE, 1, rc.HardWall(), load=2),
             f"RoughContact(indenter={SPHERE!r}, contact_modulus=1.0, "
             "interaction=HardWall(), load=2.0)",
         ),
@@ -371,14 +344,14 @@ def test_representation_lists_parameters_that_are_not_defaults(calc, expected):
 def test_a_modulus_above_that_of_any_solid_is_a_warning(modulus):
     advice = r"GPa, more than .*multiply .* ase.units.GPa"
     with pytest.warns(UserWarning, match=advice) as found:
-        RoughContact(SPHERE, contact_modulus=modulus)
+        rc.RoughContact(SPHERE, contact_modulus=modulus)
     assert found[0].filename == __file__
 
 
 def test_a_work_of_adhesion_above_that_of_any_solids_is_a_warning():
-    wall = LennardJones93.adhesive(1.0, 4.0, 50.0)  # J/m^2 or mJ/m^2 forgotten
+    wall = rc.LennardJones93.adhesive(1.0, 4.0, 50.0)  # J/m^2 or mJ/m^2 forgotten
     with pytest.warns(
         UserWarning, match=r"is 801 J/m\^2, more than .*multiply"
     ) as found:
-        RoughContact(SPHERE, 1.0, wall)
+        rc.RoughContact(SPHERE, 1.0, wall)
     assert found[0].filename == __file__

@@ -1,7 +1,5 @@
 """With the rest of ASE: files, optimizers, constraints, other calculators, copies."""
 
-import copy
-import pickle
 from functools import partial
 
 import numpy as np
@@ -15,31 +13,18 @@ from ase.io import read, write
 from ase.optimize import precon, sciopt
 from ase.parallel import world
 
-from ase_roughcontact import (
-    FourierModes,
-    HeightMap,
-    LennardJones93,
-    NewtonKrylov,
-    Output,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    restore,
-    snapshot,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap
 
-SPHERE = RoughSphere(10.0)
-WALL = LennardJones93.adhesive(1.0, 1.0, 0.02)
+SPHERE = rc.RoughSphere(10.0)
+WALL = rc.LennardJones93.adhesive(1.0, 1.0, 0.02)
 
 
 def make_atoms(shape=(4, 3), periodic=False, fixed=True):
     """Atoms of unit spacing and contact modulus under a sphere."""
     options = {"spacing": 1.0, "height": 0.6, "periodic": periodic, "fixed": fixed}
-    atoms = substrate("Cu", shape, SPHERE, **options)
-    atoms.calc = RoughContact(SPHERE, 1.0, WALL)
+    atoms = rc.substrate("Cu", shape, SPHERE, **options)
+    atoms.calc = rc.RoughContact(SPHERE, 1.0, WALL)
     return atoms
 
 
@@ -47,7 +32,7 @@ def make_atoms(shape=(4, 3), periodic=False, fixed=True):
 def energy():
     """Energy of the relaxed atoms."""
     atoms = make_atoms()
-    NewtonKrylov(atoms, logfile=None).run(fmax=1e-10)
+    rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-10)
     return atoms.get_potential_energy()
 
 
@@ -66,8 +51,8 @@ def round_trip(frame, path):
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db", "a.json"])
 def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
     atoms = make_atoms((6, 5), periodic)
-    NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
-    frame = snapshot(atoms)
+    rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
+    frame = rc.snapshot(atoms)
     again = round_trip(frame, tmp_path / name)
     near = {"rtol": 0, "atol": 2e-8}  # text has eight digits after the point
     assert again.get_potential_energy() == pytest.approx(frame.get_potential_energy())
@@ -81,13 +66,13 @@ def test_results_of_a_frame_survive_a_file(tmp_path, periodic, name):
 @pytest.mark.parametrize("name", ["a.traj", "a.extxyz", "a.db"])
 def test_frame_from_a_file_can_be_relaxed_further(tmp_path, name):
     atoms = make_atoms((6, 5))
-    NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
-    frame = round_trip(snapshot(atoms), tmp_path / name)
-    for again in (frame, restore(frame, 1.0)):
+    rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
+    frame = round_trip(rc.snapshot(atoms), tmp_path / name)
+    for again in (frame, rc.restore(frame, 1.0)):
         again.calc = atoms.calc
         assert np.abs(again.get_forces()).max() < 1e-6
         again.positions[-1, 2] -= 0.1
-        assert NewtonKrylov(again, logfile=None).run(fmax=1e-8)
+        assert rc.NewtonKrylov(again, logfile=None).run(fmax=1e-8)
 
 
 # Optimizers
@@ -116,26 +101,6 @@ def test_any_optimizer_of_ase_relaxes_the_atoms(optimizer, energy):
     optimizer(atoms, logfile=None).run(fmax=1e-4, steps=1000)
     assert np.abs(atoms.get_forces()).max() < 1e-4
     assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-5)
-
-
-@pytest.mark.parametrize(
-    "optimizer",
-    [
-        optimize.BFGS,
-        optimize.BFGSLineSearch,
-        optimize.FIRE,
-        optimize.FIRE2,
-        optimize.LBFGS,
-        optimize.LBFGSLineSearch,
-        optimize.MDMin,
-        sciopt.SciPyFminBFGS,
-        sciopt.SciPyFminCG,
-    ],
-)
-def test_optimizers_of_ase_relax_the_modes(optimizer, energy):
-    modes = FourierModes(make_atoms())
-    optimizer(modes, logfile=None).run(fmax=1e-4, steps=1000)
-    assert modes.atoms.get_potential_energy() == pytest.approx(energy, rel=1e-5)
 
 
 # Constraints
@@ -187,7 +152,7 @@ def test_springs_of_calculator_and_constraint_are_equivalent():
     for constrained in (False, True):
         atoms = make_atoms(fixed=False)
         rest = atoms.positions - np.array([0, 0, 0.2])
-        contact, last = RoughContact(SPHERE, 1.0), len(atoms) - 1
+        contact, last = rc.RoughContact(SPHERE, 1.0), len(atoms) - 1
         if constrained:
             springs = [Hookean(i, rest[i], k=0.5, rt=0.0) for i in range(last + 1)]
             atoms.set_constraint(springs)
@@ -200,54 +165,13 @@ def test_springs_of_calculator_and_constraint_are_equivalent():
     assert np.ptp(heights[0][:-1]) > 0.01
 
 
-# Copies
-
-COPIES = [copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))]
-
-
-@pytest.mark.parametrize("copied", COPIES, ids=["deepcopy", "pickle"])
-def test_surfaces_are_copied(copied):
-    rough = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
-    grid = rough.heights((16, 16), 1.0)
-    for surface in (rough, RoughSphere(50.0, rough), HeightMap(grid, 1.0, True)):
-        twin = copied(surface)
-        assert twin == surface
-        np.testing.assert_array_equal(
-            twin.heights((8, 8), 1.0), surface.heights((8, 8), 1.0)
-        )
-
-
 # Height maps
-
-
-def force_of(heights, pixel):
-    """Return the force on a sphere whose roughness is a height map."""
-    sphere = RoughSphere(30.0, HeightMap(heights, pixel))
-    atoms = substrate("Cu", (12, 12), sphere, spacing=1.0, height=0.0)
-    atoms.calc = RoughContact(sphere, 1.0)
-    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-8)
-    return atoms.calc.state(atoms).normal_force
 
 
 @pytest.fixture(scope="module")
 def heights():
-    rough = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
+    rough = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3)
     return rough.heights((16, 16), 1.0, (-8.0, -8.0))
-
-
-@pytest.mark.parametrize(
-    "form", [np.asfortranarray, np.ndarray.tolist, lambda h: h[::-1][::-1]]
-)
-def test_height_map_accepts_any_array(heights, form):
-    assert force_of(form(heights), 1.0) == force_of(heights, 1.0)
-
-
-@pytest.mark.filterwarnings("ignore:Could not import mpi4py:ImportWarning")
-def test_height_map_accepts_heights_of_surface_topography(heights, topography):
-    topography = topography.Topography(heights, physical_sizes=(16.0, 16.0))
-    pixel = float(topography.pixel_size[0])
-    found = force_of(topography.detrend("center").heights(), pixel)
-    assert found == pytest.approx(force_of(heights - heights.mean(), 1.0), rel=1e-9)
 
 
 # In parallel
@@ -276,5 +200,5 @@ def test_every_process_of_a_parallel_run_has_the_results(tmp_path, monkeypatch, 
     assert atoms.get_potential_energy() == pytest.approx(energy, rel=1e-6)
     movie = tmp_path / "sweep.traj"
     atoms = make_atoms((12, 12))
-    (step,) = load_path(atoms, heights=[0.6], output=Output(trajectory=movie))
+    (step,) = rc.load_path(atoms, heights=[0.6], output=rc.Output(trajectory=movie))
     assert read(movie, parallel=False).info["load_step"]["energy"] == step.energy

@@ -4,23 +4,17 @@ import numpy as np
 import pytest
 from ase.calculators.fd import calculate_numerical_forces
 
-from ase_roughcontact import (
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.grid import SurfaceGrid
 
 A0 = 2.5526554800834365
-SPHERE = RoughSphere(
-    40.0 * A0, SelfAffine(0.1, 0.8, 4.0 * A0, 16.0 * A0, domain=128.0 * A0, seed=1)
+SPHERE = rc.RoughSphere(
+    40.0 * A0, rc.SelfAffine(0.1, 0.8, 4.0 * A0, 16.0 * A0, domain=128.0 * A0, seed=1)
 )
 
 
 def make_atoms(shape=(20, 17), periodic=False, padding=True, offset=0.0):
-    atoms = substrate("Cu", shape, SPHERE, spacing=A0, periodic=periodic, height=0.0)
+    atoms = rc.substrate("Cu", shape, SPHERE, spacing=A0, periodic=periodic, height=0.0)
     if not padding:
         in_window = np.append(SurfaceGrid.of(atoms).in_window, True)
         atoms = atoms[in_window]
@@ -29,8 +23,8 @@ def make_atoms(shape=(20, 17), periodic=False, padding=True, offset=0.0):
 
 
 def energy_and_forces(atoms):
-    atoms.calc = RoughContact(SPHERE, 1.0)
-    assert NewtonKrylov(atoms).run(fmax=1e-6)
+    atoms.calc = rc.RoughContact(SPHERE, 1.0)
+    assert rc.NewtonKrylov(atoms).run(fmax=1e-6)
     return atoms.get_potential_energy(), atoms.calc.state(atoms).normal_force
 
 
@@ -69,8 +63,8 @@ def test_noise_of_a_ten_thousandth_spacing_is_accepted_and_more_is_not(rng):
 @pytest.mark.parametrize("index", [0, 1, 17, 40])
 def test_lateral_finite_differences_of_surface_atoms_are_accepted(index):
     atoms = make_atoms(periodic=True)
-    atoms.calc = RoughContact(SPHERE, 1.0)
-    NewtonKrylov(atoms).run(fmax=1e-3)
+    atoms.calc = rc.RoughContact(SPHERE, 1.0)
+    rc.NewtonKrylov(atoms).run(fmax=1e-3)
     (numerical,) = calculate_numerical_forces(atoms, eps=1e-5, iatoms=[index])
     assert numerical[2] == pytest.approx(atoms.get_forces()[index, 2], abs=1e-5)
     if index:  # the position of the first atom is the origin of the grid

@@ -8,33 +8,22 @@ from ase import Atoms
 from ase.optimize import LBFGS
 from ase.units import GPa
 
-from ase_roughcontact import (
-    HeightMap,
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    fcc_spacing,
-    restore,
-    snapshot,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.grid import SurfaceGrid
-from ase_roughcontact.atoms.snapshot import pressure_of
 
-SPHERE = RoughSphere(radius=20.0)
+SPHERE = rc.RoughSphere(radius=20.0)
 MODULUS = 100 * GPa
 
 
 def make_atoms(shape=(8, 6), **options):
-    return substrate("Cu", shape, SPHERE, **options)
+    return rc.substrate("Cu", shape, SPHERE, **options)
 
 
 def relaxed_atoms(**options):
     """Return atoms relaxed under an adhesive wall, some of them attracted."""
     atoms = make_atoms(height=2.0, **options)
-    wall = LennardJones93.adhesive(MODULUS, fcc_spacing("Cu"), 0.05)
-    atoms.calc = RoughContact(SPHERE, MODULUS, wall)
+    wall = rc.LennardJones93.adhesive(MODULUS, rc.fcc_spacing("Cu"), 0.05)
+    atoms.calc = rc.RoughContact(SPHERE, MODULUS, wall)
     LBFGS(atoms, logfile=None).run(fmax=1e-5)
     return atoms
 
@@ -42,15 +31,15 @@ def relaxed_atoms(**options):
 # Building
 
 
-WAVES = SelfAffine(0.1, 0.8, 4.0, 8.0, domain=16.0)
-MAP = HeightMap(np.cos(np.arange(16.0))[:, None] * np.ones(12), 1.0, periodic=True)
+WAVES = rc.SelfAffine(0.1, 0.8, 4.0, 8.0, domain=16.0)
+MAP = rc.HeightMap(np.cos(np.arange(16.0))[:, None] * np.ones(12), 1.0, periodic=True)
 
 
 @pytest.mark.parametrize(
     "indenter, shape, period",
     [
         (WAVES, (16, 12), "16 x 16"),
-        (RoughSphere(np.inf, WAVES), (12, 16), "16 x 16"),
+        (rc.RoughSphere(np.inf, WAVES), (12, 16), "16 x 16"),
         (MAP, (16, 11), "16 x 12"),
     ],
 )
@@ -59,7 +48,7 @@ def test_a_flat_indenter_of_another_period_than_the_cell_is_warned_of(
 ):
     message = f"cell of {shape[0]} x {shape[1]} Å .* indenter, {period} Å, .*{period} s"
     with pytest.warns(UserWarning, match=message) as found:
-        substrate("Cu", shape, indenter, spacing=1.0, periodic=True)
+        rc.substrate("Cu", shape, indenter, spacing=1.0, periodic=True)
     assert found[0].filename == __file__
 
 
@@ -69,19 +58,19 @@ def test_a_flat_indenter_of_another_period_than_the_cell_is_warned_of(
         (WAVES, (16, 16), True),
         (MAP, (16, 12), True),
         (MAP, (8, 8), False),
-        (RoughSphere(1e3, WAVES), (8, 8), True),  # may touch in the middle only
-        (HeightMap(np.zeros((16, 16)), 1.0), (8, 8), True),  # makes no such claim
+        (rc.RoughSphere(1e3, WAVES), (8, 8), True),  # may touch in the middle only
+        (rc.HeightMap(np.zeros((16, 16)), 1.0), (8, 8), True),  # makes no such claim
     ],
 )
 def test_no_other_indenter_is_warned_of(indenter, shape, periodic):
-    atoms = substrate("Cu", shape, indenter, spacing=1.0, periodic=periodic)
+    atoms = rc.substrate("Cu", shape, indenter, spacing=1.0, periodic=periodic)
     assert SurfaceGrid.of(atoms).window == shape
 
 
 def test_spacing_is_that_of_the_100_surface():
-    assert fcc_spacing("Cu") == pytest.approx(3.61 / np.sqrt(2))
-    assert fcc_spacing("Si") == pytest.approx(5.43 / np.sqrt(2))
-    assert SurfaceGrid.of(make_atoms()).spacing == pytest.approx(fcc_spacing("Cu"))
+    assert rc.fcc_spacing("Cu") == pytest.approx(3.61 / np.sqrt(2))
+    assert rc.fcc_spacing("Si") == pytest.approx(5.43 / np.sqrt(2))
+    assert SurfaceGrid.of(make_atoms()).spacing == pytest.approx(rc.fcc_spacing("Cu"))
 
 
 @pytest.mark.parametrize("shape", [(8, 6), (7, 5), (1, 9), (9, 1), (1, 1)])
@@ -139,7 +128,7 @@ def test_indenter_is_fixed_by_default_and_optionally_free():
 def test_bad_arguments_are_refused(options, message):
     arguments = {"symbol": "Cu", "shape": (4, 4), "indenter": SPHERE, **options}
     with pytest.raises(ValueError, match=message):
-        substrate(**arguments)
+        rc.substrate(**arguments)
 
 
 # Checking
@@ -237,7 +226,7 @@ def round_trip(atoms, path):
 @pytest.mark.parametrize("name", FORMATS)
 def test_grid_survives_a_file(tmp_path, periodic, name):
     atoms = make_atoms(periodic=periodic)
-    atoms.calc = RoughContact(SPHERE, MODULUS)
+    atoms.calc = rc.RoughContact(SPHERE, MODULUS)
     atoms.get_forces()
     grid = SurfaceGrid.of(round_trip(atoms, tmp_path / name))
     expected = SurfaceGrid.of(atoms)
@@ -248,7 +237,7 @@ def test_grid_survives_a_file(tmp_path, periodic, name):
 
 def test_snapshot_has_contact_as_tags_and_pressure_as_charges():
     atoms = relaxed_atoms()
-    frame, state = snapshot(atoms), atoms.calc.state(atoms)
+    frame, state = rc.snapshot(atoms), atoms.calc.state(atoms)
     assert len(frame) == 8 * 6 + 1
     tags = frame.get_tags()
     assert tags[-1] == 0
@@ -261,7 +250,7 @@ def test_snapshot_has_contact_as_tags_and_pressure_as_charges():
 
 def test_snapshot_does_not_change_the_atoms():
     atoms = relaxed_atoms()
-    snapshot(atoms, step=1)
+    rc.snapshot(atoms, step=1)
     assert not atoms.get_tags().any() and not atoms.get_initial_charges().any()
     assert set(atoms.info) == {"indenter"}
 
@@ -270,7 +259,7 @@ def test_snapshot_does_not_change_the_atoms():
 def test_snapshot_keeps_results_and_info_in_a_file(tmp_path, name):
     atoms = relaxed_atoms()
     state = atoms.calc.state(atoms)
-    frame = round_trip(snapshot(atoms, step=4, control="loads"), tmp_path / name)
+    frame = round_trip(rc.snapshot(atoms, step=4, control="loads"), tmp_path / name)
     assert frame.info["normal_force"] == pytest.approx(state.normal_force)
     assert frame.info["contact_area"] == pytest.approx(state.contact_area)
     assert (frame.info["step"], frame.info["control"]) == (4, "loads")
@@ -283,8 +272,8 @@ def test_restored_atoms_are_relaxed_including_the_padding(
     tmp_path, periodic, name, residual
 ):
     atoms = relaxed_atoms(periodic=periodic)
-    frame = round_trip(snapshot(atoms), tmp_path / name)
-    rebuilt = restore(frame, MODULUS)
+    frame = round_trip(rc.snapshot(atoms), tmp_path / name)
+    rebuilt = rc.restore(frame, MODULUS)
     rebuilt.calc = atoms.calc
     assert len(rebuilt) == len(atoms)
     assert rebuilt.constraints[0].index.tolist() == [len(atoms) - 1]
@@ -294,16 +283,16 @@ def test_restored_atoms_are_relaxed_including_the_padding(
 def test_restored_window_equals_that_of_an_unrelaxed_frame(rng):
     atoms = relaxed_atoms()
     atoms.positions[:-1, 2] += rng.normal(0.0, 0.1, len(atoms) - 1)
-    frame = snapshot(atoms)
-    rebuilt = restore(frame, MODULUS)
+    frame = rc.snapshot(atoms)
+    rebuilt = rc.restore(frame, MODULUS)
     window = rebuilt[np.append(SurfaceGrid.of(rebuilt).in_window, True)]
     np.testing.assert_allclose(window.positions, frame.positions, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("fixed", [True, False])
 def test_restored_indenter_is_fixed_if_it_was(fixed):
-    frame = snapshot(relaxed_atoms(fixed=fixed))
-    assert bool(restore(frame, MODULUS).constraints) == fixed
+    frame = rc.snapshot(relaxed_atoms(fixed=fixed))
+    assert bool(rc.restore(frame, MODULUS).constraints) == fixed
 
 
 def pressures_lost(frame, path):
@@ -323,12 +312,12 @@ def damaged(frame, path):
 
 
 def other_window(frame, path):
-    frame.info["pressure"] = snapshot(relaxed_atoms(shape=(7, 6))).info["pressure"]
+    frame.info["pressure"] = rc.snapshot(relaxed_atoms(shape=(7, 6))).info["pressure"]
     return frame
 
 
 def array_instead(frame, path):
-    frame.info["pressure"] = pressure_of(frame)
+    frame.info["pressure"] = rc.pressure_of(frame)
     return frame
 
 
@@ -336,7 +325,7 @@ def array_instead(frame, path):
     "change", [pressures_lost, older_version, damaged, other_window, array_instead]
 )
 def test_frame_without_its_pressures_is_refused_with_advice(tmp_path, change):
-    frame = change(snapshot(relaxed_atoms()), tmp_path / "a.json")
+    frame = change(rc.snapshot(relaxed_atoms()), tmp_path / "a.json")
     with pytest.raises(ValueError, match=r"no pressures.*data=frame\.info"):
-        pressure_of(frame)
-    assert len(restore(frame, MODULUS)) > len(frame)  # needs positions only
+        rc.pressure_of(frame)
+    assert len(rc.restore(frame, MODULUS)) > len(frame)  # needs positions only

@@ -5,20 +5,9 @@ import pytest
 from ase.data import covalent_radii
 from ase.io import read, write
 from ase.units import GPa
+from built import atoms_under
 
-from ase_roughcontact import (
-    ExponentialWall,
-    LennardJones93,
-    NewtonKrylov,
-    Output,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    snapshot,
-    substrate,
-)
-from ase_roughcontact.atoms.snapshot import pressure_of
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.view import (
     ATTRACTED,
     CONTACT,
@@ -28,28 +17,30 @@ from ase_roughcontact.atoms.view import (
     with_indenter,
 )
 
-SPHERE = RoughSphere(20.0, SelfAffine(0.1, 0.8, 4.0, 8.0, seed=2))
-LARGE = RoughSphere(1000.0, SelfAffine(0.1, 0.8, 4.0, 128.0, seed=1))
+SPHERE = rc.RoughSphere(20.0, rc.SelfAffine(0.1, 0.8, 4.0, 8.0, seed=2))
+LARGE = rc.RoughSphere(1000.0, rc.SelfAffine(0.1, 0.8, 4.0, 128.0, seed=1))
 MODULUS = 0.9
 
 
 def relaxed(periodic=False, shape=(9, 8)):
     """Atoms of unit spacing under a rough adhesive sphere."""
-    wall = LennardJones93.adhesive(MODULUS, 1.0, 0.02)
-    atoms = substrate("Cu", shape, SPHERE, spacing=1.0, periodic=periodic)
-    atoms.calc = RoughContact(SPHERE, MODULUS, wall)
+    wall = rc.LennardJones93.adhesive(MODULUS, 1.0, 0.02)
+    atoms = atoms_under(SPHERE, wall, shape, modulus=MODULUS, periodic=periodic)
     atoms.positions[-1, 2] -= 0.3
-    NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
     return atoms
 
 
 @pytest.fixture
 def automatic(tmp_path):
     """First frame of a path with automatic windows."""
-    atoms = substrate("Cu", (8, 8), LARGE, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(LARGE, MODULUS)
+    atoms = atoms_under(LARGE, modulus=MODULUS, fixed=False)
     movie = tmp_path / "sweep.traj"
-    list(load_path(atoms, loads=[0.01], window="auto", output=Output(trajectory=movie)))
+    list(
+        rc.load_path(
+            atoms, loads=[0.01], window="auto", output=rc.Output(trajectory=movie)
+        )
+    )
     return read(movie, 0)
 
 
@@ -79,7 +70,7 @@ def test_distance_of_indenter_and_surface_is_the_gap(periodic):
 
 
 def test_surface_atoms_are_scaled_around_the_axis():
-    frame = snapshot(relaxed())
+    frame = rc.snapshot(relaxed())
     shown = with_indenter(frame, SPHERE)
     below, axis, _ = split(shown)
     expected = frame.positions - frame.positions[-1] * [1, 1, 0]
@@ -99,14 +90,19 @@ def test_contact_and_attracted_atoms_have_their_own_elements():
     assert list(below.symbols) == list(symbols)
     assert set(symbols) == {CONTACT, ATTRACTED, "Cu"}
     assert set(body.symbols) == {INDENTER}
-    assert list(below.get_tags()) == list(snapshot(atoms).get_tags()[:-1])
+    assert list(below.get_tags()) == list(rc.snapshot(atoms).get_tags()[:-1])
 
 
 def test_atoms_that_touch_under_tension_are_shown_in_contact():
-    sphere = RoughSphere(20.0)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0, height=-0.2)
-    atoms.calc = RoughContact(sphere, MODULUS, ExponentialWall(0.05, 0.5, 3.0))
-    NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
+    sphere = rc.RoughSphere(20.0)
+    atoms = atoms_under(
+        sphere,
+        rc.ExponentialWall(0.05, 0.5, 3.0),
+        (16, 16),
+        modulus=MODULUS,
+        height=-0.2,
+    )
+    rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-6)
     state = atoms.calc.state(atoms)
     assert (state.contact & (state.pressure < 0.0)).any()
     surface, _, _ = split(with_indenter(atoms))
@@ -127,9 +123,8 @@ def test_indenter_is_cut_behind_most_of_the_contact_and_closed():
 
 
 def test_heights_are_scaled_so_that_the_curvature_of_a_large_sphere_is_visible():
-    sphere = RoughSphere(5000.0)
-    atoms = substrate("Cu", (32, 32), sphere, spacing=1.0, height=0.0)
-    atoms.calc = RoughContact(sphere, MODULUS)
+    sphere = rc.RoughSphere(5000.0)
+    atoms = atoms_under(sphere, shape=(32, 32), modulus=MODULUS, height=0.0)
     shown = with_indenter(atoms)
     below, _, body = split(shown)
     assert shown.info["vertical_scale"] > 50 * shown.info["horizontal_scale"]
@@ -142,8 +137,8 @@ def test_heights_are_scaled_so_that_the_curvature_of_a_large_sphere_is_visible()
 
 
 def test_large_windows_are_thinned():
-    atoms = substrate("Cu", (512, 300), RoughSphere(1e4))
-    atoms.calc = RoughContact(RoughSphere(1e4), MODULUS)
+    atoms = rc.substrate("Cu", (512, 300), rc.RoughSphere(1e4))
+    atoms.calc = rc.RoughContact(rc.RoughSphere(1e4), MODULUS)
     below, _, body = split(with_indenter(atoms))
     assert len(below) == 47 * 27 and len(body) < 3000
     assert len(split(with_indenter(atoms, rows=8))[0]) == 8 * 5
@@ -153,8 +148,7 @@ def test_large_windows_are_thinned():
 
 
 def test_a_window_of_few_rows_keeps_one_of_them():
-    atoms = substrate("Cu", (32, 2), SPHERE, spacing=1.0)
-    atoms.calc = RoughContact(SPHERE, MODULUS)
+    atoms = atoms_under(SPHERE, shape=(32, 2), modulus=MODULUS)
     below, _, body = split(with_indenter(atoms, rows=4))
     assert len(below) == 4 and len(body)
 
@@ -163,7 +157,7 @@ def test_frames_of_automatic_windows_and_from_files_are_shown(automatic, tmp_pat
     below, _, body = split(with_indenter(automatic, LARGE))
     assert len(below) == len(automatic) - 1 and len(body)
     atoms = relaxed()
-    snapshot(atoms).write(tmp_path / "frame.traj")
+    rc.snapshot(atoms).write(tmp_path / "frame.traj")
     shown = with_indenter(read(tmp_path / "frame.traj"), SPHERE)
     np.testing.assert_allclose(shown.positions, with_indenter(atoms).positions)
 
@@ -172,7 +166,7 @@ def test_nothing_is_calculated_from_a_picture():
     atoms = relaxed()
     shown = with_indenter(atoms)
     with pytest.raises(ValueError, match="no pressures"):
-        pressure_of(shown)
+        rc.pressure_of(shown)
     shown.calc = atoms.calc
     with pytest.raises(ValueError, match="last atom"):
         shown.get_potential_energy()
@@ -198,7 +192,7 @@ def test_columns_are_named_in_an_extxyz_file(tmp_path):
 
 
 def test_columns_of_a_frame_have_no_gap_without_its_indenter():
-    assert "gap" not in with_columns(snapshot(relaxed())).arrays
+    assert "gap" not in with_columns(rc.snapshot(relaxed())).arrays
 
 
 def test_views_do_not_change_the_atoms():
@@ -213,7 +207,7 @@ def test_views_do_not_change_the_atoms():
 
 
 def test_columns_do_not_change_the_frame():
-    frame = snapshot(relaxed())
+    frame = rc.snapshot(relaxed())
     with_columns(frame, SPHERE)
     assert "pressure" not in frame.arrays
 
@@ -228,6 +222,6 @@ def test_columns_do_not_change_the_frame():
     ],
 )
 def test_bad_arguments_are_refused(look, message):
-    frame = snapshot(relaxed())
+    frame = rc.snapshot(relaxed())
     with pytest.raises(ValueError, match=message):
         look(frame)

@@ -11,7 +11,6 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from ase import Atoms
 from ase.io import read
 from small_scene import SMALL
 
@@ -88,18 +87,6 @@ def test_quiet_prints_nothing_and_json_a_line_per_step(scene, tmp_path, capsys):
     assert [record["step"] for record in records] == [0, 1]
 
 
-@without_pictures
-def test_json_lines_contain_units(scene, tmp_path, capsys):
-    for command in (["run", "--out", str(tmp_path / "out")], ["plan"]):
-        assert main([*command, str(scene), "--json"]) == 0
-        for line in capsys.readouterr().out.splitlines():
-            record = json.loads(line)
-            assert set(record["units"]) <= set(record)
-            assert record["units"]["memory"] == "bytes"
-            assert record["units"].get("normal_force", "eV/Å") == "eV/Å"
-            assert record["units"].get("target", "Å") == "Å"
-
-
 def test_steps_before_an_error_are_drawn(scene, tmp_path, capsys):
     out = tmp_path / "out"
     text = SMALL.replace("last = 0.6", "last = 9.0")
@@ -137,19 +124,6 @@ def test_a_run_that_is_interrupted_in_its_first_step_says_that_nothing_is_saved(
     assert capsys.readouterr().err == "\ninterrupted; no step was finished\n"
 
 
-@without_pictures
-@pytest.mark.filterwarnings("default")
-def test_a_step_whose_frame_is_truncated_is_calculated_again(scene, tmp_path, capsys):
-    out = tmp_path / "out"
-    scene.write_text(SMALL.replace("steps = 2", "steps = 3"))
-    main(["run", str(scene), "--out", str(out), "--quiet"])
-    os.truncate(out / "sweep.traj", (out / "sweep.traj").stat().st_size - 1)
-    assert main(["run", str(scene), "--out", str(out)]) == 0
-    printed = capsys.readouterr()
-    assert printed.out.count("restored") == 2
-    assert "warning: the last 1 of the 3 frames" in printed.err
-
-
 def test_figures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
     out = tmp_path / "out"
     main(["run", str(scene), "--out", str(out), "--quiet"])
@@ -159,38 +133,12 @@ def test_figures_of_a_run_are_drawn_again(scene, tmp_path, capsys):
     assert (out / "curve.png").exists()
 
 
-@pytest.mark.parametrize("info", [{}, {"load_step": {"step": 0}}])
-def test_trajectories_of_other_programs_are_refused(info, scene, tmp_path, capsys):
-    (tmp_path / "scene.toml").write_text(SMALL)
-    frame = Atoms("Cu")
-    frame.info.update(info)
-    frame.write(tmp_path / "sweep.traj")
-    assert main(["figure", str(tmp_path)]) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert "sweep.traj are not those of a load path" in line
-
-
-@without_pictures
-def test_rows_begin_with_the_number_of_the_step(scene, tmp_path, capsys):
-    main(["run", str(scene), "--out", str(tmp_path / "out")])
-    lines = capsys.readouterr().out.splitlines()
-    shown = [line.split()[0] for line in lines if re.match(r" *\d+/", line)]
-    assert shown == ["0/1", "1/1"]
-
-
 def test_plan_prints_every_step_and_the_memory(scene, capsys):
     assert main(["plan", str(scene)]) == 0
     text = capsys.readouterr().out
     assert text.count("32x30") == 2 and "GB" in text and "Left out" in text
     assert main(["plan", str(scene), "--json"]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 2
-
-
-def test_plan_of_a_scene_that_needs_too_much_memory_is_an_error(tmp_path, capsys):
-    file = tmp_path / "large.toml"
-    file.write_text(SMALL.replace("[32, 30]", "[300000, 300000]"))
-    assert main(["plan", str(file)]) == 2
-    assert "GB of memory" in capsys.readouterr().err
 
 
 def test_plan_marks_steps_that_can_not_run(tmp_path, capsys):
@@ -461,17 +409,6 @@ def test_help_states_what_an_option_is_by_default(command, option, value, capsys
     text = " ".join(capsys.readouterr().out.split()).replace("- ", "-")
     described = text.rpartition(f" {option} ")[2]
     assert described.partition("(default: ")[2].startswith(f"{value})")
-
-
-@without_pictures
-def test_folder_with_more_steps_of_another_scene_is_refused(scene, tmp_path, capsys):
-    out = str(tmp_path / "out")
-    assert main(["run", str(scene), "--out", out, "--quiet"]) == 0
-    other = tmp_path / "other.toml"
-    text = SMALL.replace("steps = 2", "steps = 1").replace("radius = 60", "radius = 70")
-    other.write_text(text)
-    assert main(["run", str(other), "--out", out]) == 2
-    assert "contains results of another scene" in capsys.readouterr().err
 
 
 INTERRUPTED = """

@@ -148,13 +148,6 @@ def test_a_loop_that_is_not_complete_is_started_anew(run, tmp_path):
     assert stored_steps(scene, tmp_path) == []
 
 
-def test_a_file_in_place_of_the_folder_of_a_loop_is_an_error(tmp_path, capsys):
-    scene = tmp_path / "loop.toml"
-    scene.write_text(LOOP)
-    assert main(["run", str(scene), "--out", str(scene)]) == 2
-    assert f"{scene} is a file, give a folder" in capsys.readouterr().err
-
-
 def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
     target, table = tmp_path / "target", tmp_path / "cantilever.csv"
     target.write_text("precious")
@@ -231,18 +224,6 @@ def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
         assert main(["run", str(scene), "--out", str(folder)]) == 2
         assert "[sphere] radius was 61.0" in capsys.readouterr().err
     assert not (folder / "sweep.traj").exists()
-
-
-def test_a_copy_of_a_scan_is_the_same_scan(tmp_path):
-    for name, heights in (("here", [1.0]), ("copy", [1.0]), ("other", [2.0])):
-        (tmp_path / name).mkdir()
-        np.save(tmp_path / name / "scan.npy", heights)
-    here, copy, other = (
-        Scene.parse(f'[topography]\nfile = "{tmp_path}/{name}/scan.npy"')
-        for name in ("here", "copy", "other")
-    )
-    assert here.changes_from(copy) == []
-    assert len(here.changes_from(other)) == 1
 
 
 def test_the_approach_of_a_cantilever_begins_with_a_free_tip(run):

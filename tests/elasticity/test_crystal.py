@@ -1,7 +1,6 @@
 """Crystals from ASE calculators, as elastic solids."""
 
 import json
-import time
 from dataclasses import replace
 from functools import partial
 
@@ -16,7 +15,6 @@ from spring_crystal import OtherSlabs, Softer, Springs, fcc_springs
 from ase_roughcontact.elasticity import (
     Crystal,
     Cubic,
-    FreeHalfSpace,
     PeriodicHalfSpace,
 )
 from ase_roughcontact.elasticity.crystals.force_constants import (
@@ -280,22 +278,6 @@ def test_unsuitable_calculators_and_crystals_are_found_out(kind, options, messag
     calculator = kind(dict(fcc_springs(A)[0].shells))
     with pytest.raises(ValueError, match=message):
         make(calculator, **options)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", [FreeHalfSpace, PeriodicHalfSpace])
-def test_a_large_kernel_takes_less_than_ten_convolutions(springs, kind):
-    half = kind((2048, 2048), SPACING, springs)
-    pressure, times = np.ones((2048, 2048)), {}
-    half.displacement(pressure)
-    for name, call in (
-        ("kernel", lambda: half.spectrum(half.grid)),
-        ("convolution", lambda: half.displacement(pressure)),
-    ):
-        start = time.process_time()
-        call()
-        times[name] = time.process_time() - start
-    assert times["kernel"] < 10 * times["convolution"]
 
 
 def test_forces_from_an_energy_have_symmetric_couplings():

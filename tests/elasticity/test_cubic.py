@@ -112,9 +112,3 @@ def test_an_unstable_crystal_is_refused():
             Cubic(110.0, 100.0, c44)
     with pytest.raises(ValueError, match="direction of the x axis"):
         Cubic(*COPPER, x="111")
-
-
-def test_half_spaces_use_the_solid():
-    half = FreeHalfSpace((8, 6), 2.0, Cubic(*COPPER))
-    assert half.contact_modulus == Cubic(*COPPER).contact_modulus
-    assert half.displacement(np.ones((8, 6))).max() < 0.0

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
-from ase_roughcontact._util.threads import threads
 from ase_roughcontact.elasticity import fft_backends
 from ase_roughcontact.elasticity.fft import ENGINES, Blocking, RealFFT2, fast_length
 
@@ -107,19 +106,6 @@ def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
     assert_array_equal(results[2], results[0])
 
 
-@pytest.mark.parametrize("window", [(16, 16), (256, 300), (500, 500)])
-def test_threads_of_fftw_are_never_used(window, monkeypatch):
-    seen, plan = [], fft_backends.pyfftw.FFTW
-
-    def spied(*arguments, **options):
-        seen.append(options.get("threads", 1))
-        return plan(*arguments, **options)
-
-    monkeypatch.setattr(fft_backends.pyfftw, "FFTW", spied)
-    transform(window, threads=2)
-    assert set(seen) == {1}
-
-
 def test_pairs_of_transforms_are_counted():
     fft = transform((4, 4))
     one = fft.multiplier(np.ones((4, 3)))
@@ -152,18 +138,6 @@ def test_fast_length_is_no_shorter_and_has_small_prime_factors(least):
         while rest % prime == 0:
             rest //= prime
     assert rest == 1
-
-
-def test_a_transform_takes_the_threads_that_are_chosen():
-    with threads(2):
-        assert transform((16, 16)).threads == 2
-    assert transform((16, 16), threads=3).threads == 3
-
-
-def test_there_are_no_buffers_for_threads_that_have_nothing_to_do():
-    assert transform((4, 3), threads=64, blocking=blocks()).workers == 1
-    blocking = blocks(rows=64, height=10000)
-    assert transform((16, 16), threads=64, blocking=blocking).workers == 4
 
 
 @every_engine

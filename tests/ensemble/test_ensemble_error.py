@@ -7,7 +7,7 @@ from shutil import copyfile
 
 import numpy as np
 import pytest
-from ensemble_scenes import SCENE, WALLS, finish
+from ensemble_scenes import SCENE, finish
 
 from ase_roughcontact._util.printing import plain
 from ase_roughcontact.cli import main
@@ -20,7 +20,6 @@ from ase_roughcontact.ensemble import (
     read_ensemble,
     sample_ensemble,
 )
-from ase_roughcontact.ensemble.database import EnsembleDatabase
 from ase_roughcontact.scene import PathConfig
 
 LOADS = replace(SCENE, path=PathConfig(values=(0.3, 10.0)))
@@ -94,18 +93,6 @@ def test_steps_of_an_ordinary_ensemble_are_used_and_the_largest_number_is_kept(
     assert set(ids) == set(map(case_of, scenes))
 
 
-def test_realisations_under_attraction_are_calculated_up_to_the_last_step_needed(
-    tmp_path,
-):
-    sticky = replace(LOADS, interaction=WALLS[1])
-    sticky = replace(sticky, path=PathConfig(values=(10.0, 0.3)))
-    database = tmp_path / "e.db"
-    last = sample(sticky, database, 0.15, pilot=2)[-1]
-    first, second = (mean.realisations for mean in last.means)
-    assert last.done
-    assert first >= second >= 2
-
-
 def test_interrupted_sampling_is_continued(sampled, tmp_path):
     database = tmp_path / "e.db"
     with ThreadPoolExecutor(1) as pool:
@@ -122,20 +109,6 @@ def test_interrupted_sampling_is_continued(sampled, tmp_path):
     _, reports = sampled
     pilot = next(r for r in reports if min(m.realisations for m in r.means) == 8)
     assert [m.mean for m in last.means] == [m.mean for m in pilot.means]
-
-
-def test_reports_read_each_row_of_the_database_once(tmp_path, monkeypatch):
-    select, read = EnsembleDatabase.select, []
-
-    def counted(self, *args, **query):
-        for row in select(self, *args, **query):
-            read.append(row.id)
-            yield row
-
-    monkeypatch.setattr(EnsembleDatabase, "select", counted)
-    reports = sample(LOADS, tmp_path / "e.db", 5.0, pilot=3)
-    assert len(reports) > 2
-    assert len(read) == len(set(read)) == 6
 
 
 def test_the_number_of_realisations_is_at_most_doubled_at_once(tmp_path):

@@ -13,12 +13,7 @@ from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 from pair_crystal import A, pair_potential
 from spring_crystal import Softer, fcc_springs
 
-from ase_roughcontact import (
-    CrystalSurface,
-    ElasticFoundation,
-    FoundationPrecon,
-    crystal_slab,
-)
+import ase_roughcontact as rc
 
 LAYERS = 4
 
@@ -26,11 +21,11 @@ LAYERS = 4
 @pytest.fixture
 def atoms(surface):
     size = 3, 4
-    return crystal_slab("Cu", size, LAYERS, pair_potential(), surface, held=False)[0]
+    return rc.crystal_slab("Cu", size, LAYERS, pair_potential(), surface, held=False)[0]
 
 
 def foundation(atoms, surface):
-    return ElasticFoundation(pair_potential(), surface, atoms, LAYERS)
+    return rc.ElasticFoundation(pair_potential(), surface, atoms, LAYERS)
 
 
 def test_free_boundaries_along_the_surface(atoms, surface):
@@ -42,7 +37,7 @@ def test_free_boundaries_along_the_surface(atoms, surface):
 
 
 def test_a_slab_that_is_not_held_any_more_warns_once(surface):
-    atoms, foundation = crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
+    atoms, foundation = rc.crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
     atoms.set_constraint([*atoms.constraints, FixAtoms([len(atoms) - 1])])
     atoms.get_forces()
     atoms.set_constraint(FixAtoms([len(atoms) - 1]))
@@ -57,7 +52,7 @@ def test_a_slab_that_is_not_held_any_more_warns_once(surface):
 
 
 def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
-    atoms, _ = crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
+    atoms, _ = rc.crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
     write(tmp_path / "slab.extxyz", atoms)
     again = read(tmp_path / "slab.extxyz")
     again.calc = foundation(again, surface)
@@ -76,11 +71,11 @@ def test_a_slab_whose_hold_got_lost_in_a_file_warns(surface, tmp_path):
 def test_another_calculator_than_that_of_the_surface(atoms, surface, calculator):
     surface = replace(surface, displacement=1e-3)
     with pytest.raises(ValueError, match="was not calculated with"):
-        ElasticFoundation(calculator, surface, atoms, LAYERS)
+        rc.ElasticFoundation(calculator, surface, atoms, LAYERS)
 
 
 def test_differences_of_forces_are_near_enough_to_the_hessian(atoms, surface):
-    ElasticFoundation(pair_potential(), replace(surface, displacement=1e-3), atoms)
+    rc.ElasticFoundation(pair_potential(), replace(surface, displacement=1e-3), atoms)
 
 
 def test_another_element_in_the_coupled_layers_at_a_calculation(atoms):
@@ -90,7 +85,7 @@ def test_another_element_in_the_coupled_layers_at_a_calculation(atoms):
 
 
 def test_the_lowest_layer_may_be_held_by_another_constraint(surface):
-    atoms, _ = crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
+    atoms, _ = rc.crystal_slab("Cu", (3, 4), LAYERS, pair_potential(), surface)
     atoms.set_constraint(FixAtoms(range(12)))
     atoms.get_forces()
 
@@ -124,7 +119,7 @@ def test_another_structure(surface):
     a = surface.constants.spacing
     atoms = bcc100("Cu", (3, 4, LAYERS), a=a, vacuum=5.0)
     with pytest.raises(ValueError, match="layer 2 from below is not that of fcc100"):
-        ElasticFoundation(pair_potential(), surface, atoms, 2)
+        rc.ElasticFoundation(pair_potential(), surface, atoms, 2)
 
 
 def test_wrong_stacking(atoms, surface):
@@ -148,26 +143,26 @@ def test_defects_in_the_coupled_layers(atoms, surface, change):
 
 def test_too_few_atoms(atoms, surface):
     with pytest.raises(ValueError, match="at least 60 atoms, got 48"):
-        ElasticFoundation(pair_potential(), surface, atoms, LAYERS + 1)
+        rc.ElasticFoundation(pair_potential(), surface, atoms, LAYERS + 1)
 
 
 def test_a_calculator_that_describes_slabs_in_another_way_is_found_out():
     softer = Softer(dict(fcc_springs(3.6)[0].shells))
     with pytest.raises(ValueError, match=r"'long_waves' .* strained bulk"):
-        CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
+        rc.CrystalSurface.from_calculator(softer, "Cu", "fcc111", layers=9, size=7)
 
 
 def test_another_element(surface):
     with pytest.raises(ValueError, match="that of Cu, got Ni"):
-        crystal_slab("Ni", (3, 3), 2, pair_potential(), surface)
+        rc.crystal_slab("Ni", (3, 3), 2, pair_potential(), surface)
 
 
 def test_a_slab_of_a_crystal_given_as_atoms(surface):
     size = 3, 3
-    atoms, _ = crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
+    atoms, _ = rc.crystal_slab(bulk("Cu"), size, 2, pair_potential(), surface)
     assert len(atoms) == 18
     with pytest.raises(ValueError, match="that of Cu, got Ni"):
-        crystal_slab(bulk("Ni"), size, 2, pair_potential(), surface)
+        rc.crystal_slab(bulk("Ni"), size, 2, pair_potential(), surface)
 
 
 def test_an_atom_that_left_its_site(atoms, surface):
@@ -184,7 +179,7 @@ def test_atoms_in_another_order(atoms):
 
 def test_preconditioner_of_another_calculator(atoms):
     with pytest.raises(ValueError, match="must be an ElasticFoundation"):
-        FoundationPrecon(atoms, pair_potential())
+        rc.FoundationPrecon(atoms, pair_potential())
 
 
 def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
@@ -195,7 +190,7 @@ def test_atoms_above_the_coupled_layers_may_go_anywhere(atoms):
 
 
 def test_a_slab_bends_by_more_than_a_spacing(surface):
-    atoms, _ = crystal_slab("Cu", (16, 2), 2, pair_potential(), surface)
+    atoms, _ = rc.crystal_slab("Cu", (16, 2), 2, pair_potential(), surface)
     x = 2 * np.pi * atoms.positions[:, 0] / atoms.cell[0, 0]
     atoms.positions[:, 2] += surface.constants.spacing * np.cos(x) * 0.7
     assert np.isfinite(atoms.get_potential_energy())
@@ -220,7 +215,7 @@ def test_stress(atoms):
 
 def test_preconditioner_of_other_atoms(atoms):
     with pytest.raises(ValueError, match="made for 48 atoms"):
-        FoundationPrecon(atoms[:40], atoms.calc)
+        rc.FoundationPrecon(atoms[:40], atoms.calc)
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "another"}'])
@@ -228,4 +223,4 @@ def test_another_file(tmp_path, text):
     file = tmp_path / "copper.json"
     file.write_text(text)
     with pytest.raises(ValueError, match=r"copper\.json is not a crystal surface"):
-        CrystalSurface.read(file)
+        rc.CrystalSurface.read(file)

@@ -7,32 +7,20 @@ from ase.constraints import FixAtoms
 from ase.io import read, write
 from ase.optimize import FIRE, LBFGS
 from ase.optimize.precon import PreconLBFGS
+from built import atoms_under
 from pair_crystal import A, pair_potential
 
-from ase_roughcontact import (
-    ElasticFoundation,
-    FoundationPrecon,
-    HardWall,
-    HeightMap,
-    LennardJones93,
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    add_indenter,
-    crystal_slab,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Crystal
 
 
 def slab(surface, size=(6, 6), layers=2, **options):
-    return crystal_slab("Cu", size, layers, pair_potential(), surface, **options)[0]
+    return rc.crystal_slab("Cu", size, layers, pair_potential(), surface, **options)[0]
 
 
 def rough_sphere(surface):
     a0 = surface.constants.spacing
-    return RoughSphere(40.0, SelfAffine(0.2, 0.8, 4 * a0, 8 * a0, seed=1))
+    return rc.RoughSphere(40.0, rc.SelfAffine(0.2, 0.8, 4 * a0, 8 * a0, seed=1))
 
 
 @pytest.mark.filterwarnings("ignore:nothing holds")
@@ -40,7 +28,7 @@ def rough_sphere(surface):
 def test_forces_are_minus_the_gradient(request, name):
     surface = request.getfixturevalue(name)
     atoms = slab(surface, layers=1, held=False)
-    indenter = add_indenter(atoms, rough_sphere(surface), load=0.3)
+    indenter = rc.add_indenter(atoms, rough_sphere(surface), load=0.3)
     atoms.positions += np.random.default_rng(1).normal(size=(len(atoms), 3)) * 0.05
     atoms.positions[-1] -= [1.3, 0.4, 0.9]
     atoms.set_constraint()
@@ -58,7 +46,7 @@ def test_forces_are_minus_the_gradient(request, name):
 
 def test_a_free_indenter_carries_its_load(surface):
     atoms = slab(surface)
-    indenter = add_indenter(atoms, rough_sphere(surface), load=0.8)
+    indenter = rc.add_indenter(atoms, rough_sphere(surface), load=0.8)
     position = atoms.positions[-1].copy()
     assert LBFGS(atoms, logfile=None).run(fmax=1e-4, steps=300)
     assert indenter.results["normal_force"] == pytest.approx(0.8, abs=2e-4)
@@ -71,7 +59,7 @@ def test_a_free_indenter_carries_its_load(surface):
 
 def test_the_wall_begins_at_the_default_height(surface):
     atoms = slab(surface)
-    indenter = add_indenter(atoms, RoughSphere(15.0), position=(0.0, 0.0))
+    indenter = rc.add_indenter(atoms, rc.RoughSphere(15.0), position=(0.0, 0.0))
     assert atoms.get_forces()[-1] == pytest.approx(0.0, abs=1e-12)
     assert indenter.get_property("gap", atoms).min() == pytest.approx(
         surface.constants.spacing
@@ -86,21 +74,27 @@ def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
     crystal = Crystal.from_calculator(
         pair_potential(), bulk("Cu", a=A), layers=9, size=7, displacement=0.0
     )
-    sphere, load, n = RoughSphere(200.0), 0.02, 6
-    gold = substrate("Au", (n, n), sphere, spacing=crystal.spacing, periodic=True)
-    gold.calc = RoughContact(sphere, solid=crystal)
+    sphere, load, n = rc.RoughSphere(200.0), 0.02, 6
+    gold = rc.substrate("Au", (n, n), sphere, spacing=crystal.spacing, periodic=True)
+    gold.calc = rc.RoughContact(sphere, solid=crystal)
     with pytest.raises(ValueError, match="crystal of Cu, got surface atoms of Au"):
         gold.get_potential_energy()
     assert surface.contact_modulus == pytest.approx(crystal.contact_modulus, rel=1e-6)
-    wall = LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
-    half_space = substrate(
-        "Cu", (n, n), sphere, spacing=crystal.spacing, periodic=True, fixed=False
+    wall = rc.LennardJones93.repulsive(crystal.contact_modulus, crystal.spacing)
+    half_space = atoms_under(
+        sphere,
+        wall,
+        (n, n),
+        solid=crystal,
+        load=load,
+        spacing=crystal.spacing,
+        periodic=True,
+        fixed=False,
     )
-    half_space.calc = RoughContact(sphere, solid=crystal, interaction=wall, load=load)
-    assert NewtonKrylov(half_space, logfile=None).run(fmax=1e-7)
+    assert rc.NewtonKrylov(half_space, logfile=None).run(fmax=1e-7)
     atoms = slab(surface, (n, n))
     position = half_space.positions[-1, :2]
-    indenter = add_indenter(atoms, sphere, wall, position=position, load=load)
+    indenter = rc.add_indenter(atoms, sphere, wall, position=position, load=load)
     assert LBFGS(atoms, logfile=None).run(fmax=1e-6, steps=300)
     gap = indenter.results["gap"][n * n : -1].reshape(n, n).T
     np.testing.assert_allclose(gap, half_space.calc.results["gap"], atol=2e-5)
@@ -109,10 +103,10 @@ def test_a_small_load_is_that_of_the_half_space_of_the_same_crystal(surface):
 @pytest.mark.parametrize("optimizer", ["FIRE", "LBFGS", "PreconLBFGS"])
 def test_optimizers_find_the_same_state(surface, optimizer):
     atoms = slab(surface)
-    indenter = add_indenter(atoms, RoughSphere(15.0))
+    indenter = rc.add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.positions[-1, 2] -= 0.3
     if optimizer == "PreconLBFGS":
-        precon = FoundationPrecon(atoms, atoms.calc.mixer.calcs[0])
+        precon = rc.FoundationPrecon(atoms, atoms.calc.mixer.calcs[0])
         relax = PreconLBFGS(atoms, precon=precon, use_armijo=False, logfile=None)
     else:
         relax = {"FIRE": FIRE, "LBFGS": LBFGS}[optimizer](atoms, logfile=None)
@@ -128,16 +122,16 @@ def test_a_slab_with_an_indenter_is_restarted_from_its_file(
 ):
     sphere = rough_sphere(surface)
     atoms = slab(surface)
-    add_indenter(atoms, sphere, load=load)
+    rc.add_indenter(atoms, sphere, load=load)
     atoms.positions[-1, 2] -= 0.3
     assert LBFGS(atoms, logfile=None).run(fmax=1e-2, steps=300)
     write(tmp_path / name, atoms)
     again = read(tmp_path / name)
-    foundation = ElasticFoundation(pair_potential(), surface, again, 2)
+    foundation = rc.ElasticFoundation(pair_potential(), surface, again, 2)
     again.calc = foundation
     if name.endswith(".extxyz"):
         foundation.hold(again)
-    add_indenter(again, sphere, load=load)
+    rc.add_indenter(again, sphere, load=load)
     assert len(again) == len(atoms)
     assert again.get_potential_energy() == pytest.approx(
         atoms.get_potential_energy(), abs=1e-6
@@ -153,14 +147,14 @@ def test_a_slab_under_an_indenter_that_nothing_holds_warns_once(
     surface, lost, tmp_path
 ):
     atoms = slab(surface, held=lost != "never held")
-    add_indenter(atoms, RoughSphere(15.0), load=0.1)
+    rc.add_indenter(atoms, rc.RoughSphere(15.0), load=0.1)
     if lost == "replaced":
         atoms.set_constraint(FixAtoms([-1]))
     elif lost == "file":
         write(tmp_path / "slab.extxyz", atoms)
         atoms = read(tmp_path / "slab.extxyz")
-        atoms.calc = ElasticFoundation(pair_potential(), surface, atoms, 2)
-        add_indenter(atoms, RoughSphere(15.0), load=0.1)
+        atoms.calc = rc.ElasticFoundation(pair_potential(), surface, atoms, 2)
+        rc.add_indenter(atoms, rc.RoughSphere(15.0), load=0.1)
     with pytest.warns(UserWarning, match=r"foundation\.hold"):
         atoms.get_forces()
     foundation = atoms.calc.mixer.calcs[0]
@@ -172,23 +166,23 @@ def test_a_slab_under_an_indenter_that_nothing_holds_warns_once(
 def test_what_is_refused(surface):
     atoms = slab(surface)
     with pytest.raises(ValueError, match="soft wall"):
-        add_indenter(atoms, RoughSphere(15.0), HardWall())
+        rc.add_indenter(atoms, rc.RoughSphere(15.0), rc.HardWall())
     foundation = atoms.calc
-    add_indenter(atoms, RoughSphere(15.0))
+    rc.add_indenter(atoms, rc.RoughSphere(15.0))
     with pytest.raises(ValueError, match=r"atoms\.calc = foundation"):
-        add_indenter(atoms, RoughSphere(15.0))
+        rc.add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.calc = foundation
     with pytest.raises(ValueError, match="an indenter already"):
-        add_indenter(atoms, RoughSphere(15.0), height=3.0)
+        rc.add_indenter(atoms, rc.RoughSphere(15.0), height=3.0)
     atoms = slab(surface)
     atoms.calc = None
     with pytest.raises(ValueError, match="need an ElasticFoundation"):
-        add_indenter(atoms, RoughSphere(15.0))
+        rc.add_indenter(atoms, rc.RoughSphere(15.0))
 
 
 def test_an_indenter_at_the_border_of_the_cell(surface):
     atoms = slab(surface)
-    add_indenter(atoms, RoughSphere(15.0))
+    rc.add_indenter(atoms, rc.RoughSphere(15.0))
     atoms.positions[-1, 2] -= 3.0
     with pytest.raises(ValueError, match="at the border of the periodic cell"):
         atoms.get_potential_energy()
@@ -196,16 +190,16 @@ def test_an_indenter_at_the_border_of_the_cell(surface):
 
 def test_a_roughness_with_the_period_of_the_cell_has_no_border(surface):
     side = 6 * surface.constants.spacing
-    rough = SelfAffine(0.02, 0.8, side / 2, side, seed=1, domain=side)
+    rough = rc.SelfAffine(0.02, 0.8, side / 2, side, seed=1, domain=side)
     heights = rough.heights((24, 24), side / 24, (-side / 2, -side / 2))
     energies = []
     for shape in (
         rough,
-        RoughSphere(np.inf, rough),
-        HeightMap(heights, side / 24, periodic=True),
+        rc.RoughSphere(np.inf, rough),
+        rc.HeightMap(heights, side / 24, periodic=True),
     ):
         atoms = slab(surface)
-        indenter = add_indenter(atoms, shape)
+        indenter = rc.add_indenter(atoms, shape)
         atoms.positions[-1, 2] -= 0.6
         energies.append(atoms.get_potential_energy())
         assert indenter.results["contact"].sum() == 36
@@ -216,7 +210,7 @@ def test_a_map_with_the_periods_of_a_rectangular_cell_has_no_border(surface):
     atoms, spacing = slab(surface, (6, 4)), surface.constants.spacing
     x, y = np.arange(24) / 24, np.arange(16) / 16
     waves = 0.1 * np.cos(2 * np.pi * x)[:, None] * np.cos(2 * np.pi * y)
-    indenter = add_indenter(atoms, HeightMap(waves, spacing / 4, periodic=True))
+    indenter = rc.add_indenter(atoms, rc.HeightMap(waves, spacing / 4, periodic=True))
     atoms.positions[-1, 2] -= 0.6
     assert np.isfinite(atoms.get_potential_energy())
     assert indenter.results["contact"].sum() == 24

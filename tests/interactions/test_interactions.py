@@ -145,14 +145,6 @@ def test_full_wall_is_the_9_3_form_up_to_the_onset_of_its_cutoff():
     assert_allclose(energy(FULL, gaps), nine_three, rtol=1e-13, atol=1e-14 * W)
 
 
-def test_bulk_matched_wall_has_epsilon_and_sigma_of_the_paper():
-    # eps = 0.0351364 E* a0 and sigma = 1.164993 a0 follow from V''(r0 = a0) = E*/a0.
-    epsilon, sigma = 0.0351364 * E * A0, 1.164993 * A0
-    gap = 0.8 * A0
-    slope = epsilon / gap * (1.2 * (sigma / gap) ** 9 - 3 * (sigma / gap) ** 3)
-    assert_allclose(pressure(REPULSIVE, [gap]), slope, rtol=1e-5)
-
-
 def test_repulsive_branch_is_the_9_3_form_shifted_to_zero_at_its_minimum():
     gaps = np.linspace(REPULSIVE.core, A0, 30)
     depth = E * A0 / 27
@@ -213,31 +205,6 @@ def test_wall_repels_exactly_below_its_contact_distance(wall):
 
 
 # Units, values, objects
-
-
-@pytest.mark.parametrize("length, stress", [(3.7e-10, 1e11), (1e4, 3e-7)])
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda length, stress: LennardJones93.repulsive(E * stress, A0 * length),
-        lambda length, stress: LennardJones93.adhesive(
-            E * stress, A0 * length, W * stress * length
-        ),
-        lambda length, stress: LennardJones93.full(
-            distance=A0 * length, work_of_adhesion=W * stress * length
-        ),
-    ],
-    ids=["repulsive", "adhesive", "full"],
-)
-def test_units_of_length_and_pressure_only_scale_the_curves(make, length, stress):
-    gaps = np.linspace(-0.5, 1.4, 50) * A0
-    plain, scaled = (
-        make(1.0, 1.0).evaluate(gaps),
-        make(length, stress).evaluate(gaps * length),
-    )
-    units = (stress * length, stress, stress / length)
-    for curve, other, unit in zip(plain, scaled, units, strict=True):
-        assert_allclose(other / unit, curve, rtol=1e-12, atol=1e-14 * E)
 
 
 @every_wall

@@ -4,16 +4,15 @@ import numpy as np
 import pytest
 from ase.constraints import Hookean
 from ase.optimize import LBFGS
+from built import atoms_under
 
 from ase_roughcontact import (
     ActiveSet,
     FourierModes,
     HardWall,
     NewtonKrylov,
-    RoughContact,
     RoughSphere,
     load_path,
-    substrate,
 )
 from ase_roughcontact.scene import Scene
 
@@ -113,8 +112,7 @@ def test_optimizers_of_ase_work_on_modes_in_scenes(name):
 )
 def test_the_default_optimizer_depends_on_the_wall(wall, solver, other):
     def iterations(optimizer):
-        atoms = substrate("Cu", (24, 24), SPHERE, spacing=1.0)
-        atoms.calc = RoughContact(SPHERE, 1.0, wall)
+        atoms = atoms_under(SPHERE, wall, (24, 24))
         (record,) = load_path(
             atoms, heights=[0.3], optimizer=optimizer, window="unchecked"
         )
@@ -126,21 +124,12 @@ def test_the_default_optimizer_depends_on_the_wall(wall, solver, other):
         iterations(other)
 
 
-@pytest.mark.parametrize("kind", ["hard", "repulsive"])
-def test_scenes_have_the_default_optimizer_of_the_wall(kind):
-    scene = Scene.parse(f'[interaction]\nkind = "{kind}"\n[path]\nvalues = [1.0]\n')
-    assert scene.optimizer is None
-    (record,) = scene.relax()
-    assert record.converged
-
-
 # Springs
 
 
 def on_spring(stiffness, end, load=0.0):
     """Return atoms with the indenter on a spring, also under a load."""
-    atoms = substrate("Cu", (32, 32), SPHERE, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(SPHERE, 1.0, load=load)
+    atoms = atoms_under(SPHERE, shape=(32, 32), load=load, fixed=False)
     point = (*atoms.positions[-1, :2], end)
     atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
     return atoms
@@ -167,29 +156,13 @@ def test_spring_load_and_wall_are_in_equilibrium(stiffness, end, load):
     assert heights[0] == pytest.approx(heights[1], abs=1e-5)
 
 
-@pytest.mark.parametrize("stiffness", [100.0, 1000.0])
-def test_a_stiff_spring_costs_less_than_twice_a_fixed_indenter(stiffness):
-    held = on_spring(stiffness, -1.2)
-    spring = NewtonKrylov(held, logfile=None)
-    assert spring.run(fmax=1e-9)
-    atoms = substrate("Cu", (32, 32), SPHERE, spacing=1.0)
-    atoms.calc = RoughContact(SPHERE, 1.0)
-    atoms.positions[-1, 2] = held.positions[-1, 2]
-    fixed = NewtonKrylov(atoms, logfile=None)
-    assert fixed.run(fmax=1e-9)
-    assert spring.nsteps <= 2 * fixed.nsteps
-    # the response to a change of the height is one more pair in every step
-    assert spring.pairs <= 2 * fixed.pairs + spring.nsteps
-
-
 # Residuals of the optimality conditions of a hard wall
 
 
 @pytest.mark.filterwarnings("ignore:the load of")
 @pytest.mark.parametrize("fixed", [False, True], ids=["free", "fixed"])
 def test_a_missing_load_is_a_residual_only_of_a_free_indenter(fixed):
-    atoms = substrate("Cu", (24, 24), SPHERE, spacing=1.0, fixed=fixed)
-    atoms.calc = RoughContact(SPHERE, 1.0, HardWall(), load=5.0)
+    atoms = atoms_under(SPHERE, HardWall(), (24, 24), load=5.0, fixed=fixed)
     atoms.positions[-1, 2] = -0.2
     optimizer = ActiveSet(atoms, logfile=None)
     assert optimizer.run(fmax=1e-9)

@@ -11,24 +11,16 @@ from ase.constraints import (
     FixedPlane,
     Hookean,
 )
+from built import atoms_under
 
-from ase_roughcontact import (
-    ActiveSet,
-    FourierModes,
-    HardWall,
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    substrate,
-)
+import ase_roughcontact as rc
 
-SPHERE = RoughSphere(40.0)
+SPHERE = rc.RoughSphere(40.0)
 LAST = 64
 
 
 def make_atoms(constraint, wall=None, load=1.0):
-    atoms = substrate("Cu", (8, 8), SPHERE, spacing=1.0, periodic=True, fixed=False)
-    atoms.calc = RoughContact(SPHERE, 1.0, wall, load=load)
+    atoms = atoms_under(SPHERE, wall, load=load, periodic=True, fixed=False)
     atoms.positions[-1, 2] -= 0.3
     atoms.set_constraint(constraint)
     return atoms
@@ -44,11 +36,11 @@ def make_atoms(constraint, wall=None, load=1.0):
     ],
     ids=["lines along z", "indenter in a plane", "atoms in planes", "lateral"],
 )
-@pytest.mark.parametrize("wall", [None, HardWall()], ids=["soft", "hard"])
+@pytest.mark.parametrize("wall", [None, rc.HardWall()], ids=["soft", "hard"])
 def test_lateral_constraints_change_nothing(constraint, wall):
     atoms, free = make_atoms(constraint, wall), make_atoms([], wall)
     for each in (atoms, free):
-        assert (ActiveSet if wall else NewtonKrylov)(each).run(fmax=1e-8)
+        assert (rc.ActiveSet if wall else rc.NewtonKrylov)(each).run(fmax=1e-8)
     np.testing.assert_array_equal(atoms.positions, free.positions)
 
 
@@ -68,7 +60,7 @@ def test_lateral_constraints_change_nothing(constraint, wall):
 def test_constraints_of_the_indenter_along_z_fix_its_height(constraint):
     atoms = make_atoms(constraint)
     height = atoms.positions[-1, 2]
-    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    assert rc.NewtonKrylov(atoms).run(fmax=1e-8)
     assert atoms.positions[-1, 2] == height
     assert atoms.calc.state(atoms).normal_force != pytest.approx(1.0, rel=1e-3)
 
@@ -86,7 +78,7 @@ def test_constraints_of_the_indenter_along_z_fix_its_height(constraint):
     ],
     ids=["centre", "atom", "two atoms", "line", "plane", "force", "bond"],
 )
-@pytest.mark.parametrize("optimizer", [NewtonKrylov, FourierModes])
+@pytest.mark.parametrize("optimizer", [rc.NewtonKrylov, rc.FourierModes])
 def test_other_constraints_are_refused_by_name(optimizer, constraint):
     atoms = make_atoms(constraint)
     with pytest.raises(
@@ -99,17 +91,17 @@ def test_other_constraints_are_refused_by_name(optimizer, constraint):
 @pytest.mark.filterwarnings("ignore:the load of")
 def test_hard_wall_with_a_spring_on_the_indenter():
     spring = Hookean(LAST, (4.0, 4.0, -2.0), 0.7, rt=0.5)
-    atoms = make_atoms(spring, HardWall())
+    atoms = make_atoms(spring, rc.HardWall())
     load = atoms.calc.parameters["load"]
-    optimizer = ActiveSet(atoms)
+    optimizer = rc.ActiveSet(atoms)
     assert optimizer.run(fmax=1e-8)
     expected = load + 0.7 * (atoms.positions[-1, 2] + 2.0 - 0.5)
     assert atoms.calc.state(atoms).normal_force == pytest.approx(expected, rel=1e-9)
     assert optimizer.optimality_residuals.load_error == pytest.approx(0.0, abs=1e-9)
-    atoms = make_atoms([FixAtoms([LAST]), spring], HardWall())
-    assert ActiveSet(atoms).run(fmax=1e-8)
+    atoms = make_atoms([FixAtoms([LAST]), spring], rc.HardWall())
+    assert rc.ActiveSet(atoms).run(fmax=1e-8)
 
 
 def test_spring_beside_the_indenter_is_refused():
     with pytest.raises(ValueError, match="beside the indenter"):
-        NewtonKrylov(make_atoms(Hookean(LAST, (0.0, 0.0, -1.0), 1.0, rt=0.0)))
+        rc.NewtonKrylov(make_atoms(Hookean(LAST, (0.0, 0.0, -1.0), 1.0, rt=0.0)))

@@ -3,29 +3,17 @@
 import numpy as np
 import pytest
 from ase.calculators.emt import EMT
-from ase.constraints import Hookean
 from ase.optimize import LBFGS
+from built import atoms_under
 from numpy.testing import assert_allclose
 
-from ase_roughcontact import (
-    ActiveSet,
-    FourierModes,
-    HardWall,
-    LennardJones93,
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.interactions import RepulsiveLennardJones93
 from ase_roughcontact.solvers.options import ActiveSetOptions, NewtonKrylovOptions
 
-ROUGH = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
-SOFT = LennardJones93.repulsive(1.0, 1.0)
-WALLS = {NewtonKrylov: SOFT, ActiveSet: HardWall()}
+ROUGH = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+SOFT = rc.LennardJones93.repulsive(1.0, 1.0)
+WALLS = {rc.NewtonKrylov: SOFT, rc.ActiveSet: rc.HardWall()}
 
 
 @pytest.fixture(params=WALLS, ids=lambda solver: solver.__name__)
@@ -35,8 +23,7 @@ def solver(request):
 
 def make_atoms(wall=SOFT, *, sphere=ROUGH, depth=0.5, load=0.0, n=14, **options):
     """Return atoms of unit spacing and contact modulus at a penetration."""
-    atoms = substrate("Cu", (n, n), sphere, spacing=1.0, **options)
-    atoms.calc = RoughContact(sphere, 1.0, wall, load=load)
+    atoms = atoms_under(sphere, wall, (n, n), load=load, **options)
     atoms.positions[-1, 2] = contact_of(atoms).first_contact - depth
     return atoms
 
@@ -44,7 +31,7 @@ def make_atoms(wall=SOFT, *, sphere=ROUGH, depth=0.5, load=0.0, n=14, **options)
 def largest_force(atoms):
     """Return the largest force by a new calculator, including the padding."""
     fresh = atoms.copy()
-    fresh.calc = RoughContact(**atoms.calc.parameters)
+    fresh.calc = rc.RoughContact(**atoms.calc.parameters)
     return np.linalg.norm(fresh.get_forces(), axis=1).max()
 
 
@@ -53,11 +40,11 @@ def largest_force(atoms):
 
 @pytest.mark.parametrize("pressure", [3e3, 1e4, 1e5])
 def test_forces_of_a_full_contact_are_those_that_the_solver_has_seen(pressure):
-    flat = SelfAffine(0.1, 0.8, 4.0, 64.0, domain=64.0)
+    flat = rc.SelfAffine(0.1, 0.8, 4.0, 64.0, domain=64.0)
     atoms = make_atoms(
         sphere=flat, n=64, periodic=True, fixed=False, load=pressure * 64**2
     )
-    dynamics = NewtonKrylov(atoms)
+    dynamics = rc.NewtonKrylov(atoms)
     assert dynamics.run(fmax=3e-12 * pressure)
     assert abs(atoms.get_forces()).max() <= 3e-12 * pressure
 
@@ -109,29 +96,6 @@ def test_run_out_of_steps_has_a_message_and_can_be_continued(solver):
     assert dynamics.message == ""
 
 
-def test_unconverged_run_lowers_the_energy():
-    atoms = make_atoms(LennardJones93.adhesive(1.0, 1.0, 0.005))
-    before = atoms.get_potential_energy()
-    assert not NewtonKrylov(atoms).run(fmax=1e-10, steps=4)
-    assert atoms.get_potential_energy() < before
-    assert atoms.positions[:-1, 2].any()
-
-
-def test_stalled_solver_stops_with_a_message():
-    dynamics = NewtonKrylov(make_atoms())
-    assert not list(dynamics.irun(fmax=1e-40, steps=1000))[-1]
-    assert dynamics.nsteps < 100
-    assert "stalled" in dynamics.message
-
-
-def test_relaxed_atoms_need_few_steps(solver, periodic):
-    atoms = make_atoms(WALLS[solver], periodic=periodic)
-    cold, warm = solver(atoms), solver(atoms)
-    assert cold.run(fmax=1e-8)
-    assert warm.run(fmax=2e-8)
-    assert warm.nsteps <= 2 and warm.pairs < 0.5 * cold.pairs
-
-
 @pytest.mark.parametrize("fmax", [0.05, 10.0])
 def test_load_below_the_tolerance_is_carried(solver, fmax):
     atoms = make_atoms(WALLS[solver], depth=-0.1, load=0.02, fixed=False)
@@ -141,7 +105,7 @@ def test_load_below_the_tolerance_is_carried(solver, fmax):
 
 def test_load_below_the_tolerance_is_carried_by_the_optimizers_of_ase():
     atoms = make_atoms(depth=1e-3, load=0.02, fixed=False)
-    assert LBFGS(FourierModes(atoms), alpha=1.0, logfile=None).run()
+    assert LBFGS(rc.FourierModes(atoms), alpha=1.0, logfile=None).run()
     assert_allclose(atoms.calc.state(atoms).normal_force, 0.02, rtol=0.01)
 
 
@@ -164,56 +128,7 @@ def test_second_run_uses_a_new_load(solver):
     assert atoms.calc.state(atoms).normal_force == pytest.approx(2.0, abs=1e-7)
 
 
-# Comparisons
-
-
-def test_spring_is_in_balance_with_the_wall():
-    atoms = make_atoms(fixed=False, depth=-0.2)
-    stiffness, base = 0.7, atoms.positions[-1, 2] - 2.0
-    point = (*atoms.positions[-1, :2], base)
-    atoms.set_constraint(Hookean(len(atoms) - 1, point, stiffness, rt=0.0))
-    assert NewtonKrylov(atoms).run(fmax=1e-8)
-    spring = stiffness * (atoms.positions[-1, 2] - base)
-    assert spring > 0.5
-    assert atoms.calc.state(atoms).normal_force == pytest.approx(spring, abs=1e-8)
-    assert largest_force(atoms) < 1.1e-8
-
-
-def test_path_does_not_depend_on_the_start(solver, periodic):
-    depths = [0.2, 0.4, 0.6]
-    sphere = RoughSphere(20.0)
-    atoms = make_atoms(WALLS[solver], sphere=sphere, periodic=periodic)
-    path = list(load_path(atoms, depths, solver, fmax=1e-8))
-    assert all(step.converged for step in path)
-    cold = make_atoms(WALLS[solver], sphere=sphere, periodic=periodic, depth=0.6)
-    assert solver(cold).run(fmax=1e-8)
-    force = cold.calc.state(cold).normal_force
-    assert path[-1].normal_force == pytest.approx(force, rel=1e-6)
-    assert path[0].normal_force < path[1].normal_force < path[2].normal_force
-
-
-def test_stiffer_walls_converge_to_the_hard_wall():
-    hard = make_atoms(HardWall())
-    assert ActiveSet(hard).run(fmax=1e-10)
-    force = hard.calc.state(hard).normal_force
-    errors = []
-    for stiffness in (1e1, 1e2, 1e3, 1e4):
-        atoms = make_atoms(LennardJones93.repulsive(1.0, 1.0, stiffness=stiffness))
-        assert NewtonKrylov(atoms).run(fmax=1e-8)
-        errors.append(1.0 - atoms.calc.state(atoms).normal_force / force)
-    errors = np.array(errors)
-    assert (errors > 0.0).all()
-    assert (errors[1:] < 0.2 * errors[:-1]).all()
-    assert errors[-1] < 1e-3
-
-
 # Errors
-
-
-def test_wall_of_the_other_kind_is_refused(solver):
-    (wall,) = (wall for kind, wall in WALLS.items() if kind is not solver)
-    with pytest.raises(ValueError, match="hard wall"):
-        solver(make_atoms(wall))
 
 
 def test_restart_file_is_refused(solver, tmp_path):
@@ -233,9 +148,8 @@ def test_other_calculators_are_refused(solver, calculator):
 
 
 def rough_atoms(wall, shape=(14, 14), periodic=False, fixed=True):
-    sphere = RoughSphere(20.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=2))
-    atoms = substrate("Cu", shape, sphere, spacing=1.0, periodic=periodic, fixed=fixed)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
+    sphere = rc.RoughSphere(20.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=2))
+    atoms = atoms_under(sphere, wall, shape, periodic=periodic, fixed=fixed)
     atoms.positions[-1, 2] = contact_of(atoms).first_contact
     return atoms
 
@@ -245,7 +159,7 @@ def test_results_of_a_run_are_those_of_a_new_calculator(solver, periodic):
     atoms = make_atoms(WALLS[solver], periodic=periodic, fixed=False, load=3.0)
     solver(atoms).run(fmax=1e-9)
     fresh = atoms.copy()
-    fresh.calc = RoughContact(**atoms.calc.parameters)
+    fresh.calc = rc.RoughContact(**atoms.calc.parameters)
     fresh.get_potential_energy()
     assert atoms.calc.calculation_required(atoms, ["forces"]) is False
     assert atoms.calc.results.keys() == fresh.calc.results.keys()
@@ -253,50 +167,10 @@ def test_results_of_a_run_are_those_of_a_new_calculator(solver, periodic):
         assert_allclose(atoms.calc.results[name], values, atol=1e-7, err_msg=name)
 
 
-def test_optimizer_does_not_sample_the_indenter_before_its_run(solver):
-    class Counting(RoughSphere):
-        def heights(self, *args):
-            samples.append(args)
-            return super().heights(*args)
-
-    samples, sphere = [], Counting(radius=40.0)
-    atoms = substrate("Cu", (14, 14), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, WALLS[solver])
-    samples.clear()
-    optimizer = solver(atoms)
-    assert samples == []
-    optimizer.run(fmax=1e-6)
-    assert len(samples) == 1
-
-
-@pytest.mark.parametrize("wall", [None, HardWall()], ids=["soft", "hard"])
-def test_atoms_are_moved_before_observers_are_called(wall):
-    atoms = rough_atoms(wall)
-    atoms.positions[-1, 2] -= 0.5
-    optimizer = (ActiveSet if wall else NewtonKrylov)(atoms)
-    seen = []
-    optimizer.attach(lambda: seen.append(atoms.positions[:-1, 2].min()))
-    optimizer.run(fmax=1e-9)
-    assert seen[0] == 0.0
-    assert seen[-1] == pytest.approx(atoms.positions[:-1, 2].min(), abs=1e-6)
-    assert seen[-1] < 0.0
-
-
-def test_full_contact_of_a_periodic_hard_wall_carries_its_load():
-    rough = SelfAffine(0.02, 0.8, 4.0, 16.0, seed=2, domain=16.0)
-    atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True, fixed=False)
-    atoms.calc = RoughContact(rough, 1.0, HardWall())
-    loads = [1.0, 10.0, 30.0, 100.0]
-    records = list(load_path(atoms, loads=loads, optimizer=ActiveSet, fmax=1e-9))
-    assert [record.normal_force for record in records] == pytest.approx(loads)
-    assert records[-1].repulsive_atoms == 256
-    assert max(record.max_force for record in records) < 1e-9
-
-
 def test_optimality_residuals_of_a_solution_are_small():
-    atoms = rough_atoms(HardWall(), fixed=False)
+    atoms = rough_atoms(rc.HardWall(), fixed=False)
     atoms.calc.set(load=2.0)
-    optimizer = ActiveSet(atoms)
+    optimizer = rc.ActiveSet(atoms)
     with pytest.raises(RuntimeError, match="before the first step"):
         _ = optimizer.optimality_residuals
     optimizer.run(fmax=1e-9)
@@ -305,29 +179,11 @@ def test_optimality_residuals_of_a_solution_are_small():
     assert found.load_error < 1e-12
 
 
-def test_wall_that_returns_nan_ends_the_run_with_a_message():
-    class Broken(RepulsiveLennardJones93):
-        breaks_at = -np.inf
-
-        def evaluate(self, gap):
-            energy, pressure, stiffness = super().evaluate(gap)
-            return energy, np.where(gap < self.breaks_at, np.nan, pressure), stiffness
-
-    whole = LennardJones93.repulsive(1.0, 1.0)
-    atoms = rough_atoms(Broken(**vars(whole)))
-    atoms.positions[-1, 2] -= 1.0
-    atoms.get_forces()  # the wall is compared with its derivatives here, once
-    Broken.breaks_at = 0.99
-    optimizer = NewtonKrylov(atoms)
-    assert not optimizer.run(fmax=1e-6, steps=200)
-    assert "not finite" in optimizer.message
-
-
 @pytest.mark.parametrize(
     "solver, options",
     [
-        (NewtonKrylov, NewtonKrylovOptions(forcing=0.5, dense_atoms=0)),
-        (ActiveSet, ActiveSetOptions(coarsest=16)),
+        (rc.NewtonKrylov, NewtonKrylovOptions(forcing=0.5, dense_atoms=0)),
+        (rc.ActiveSet, ActiveSetOptions(coarsest=16)),
     ],
     ids=["NewtonKrylov", "ActiveSet"],
 )

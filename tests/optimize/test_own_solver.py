@@ -4,8 +4,9 @@ from functools import partial
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact import RoughSphere, load_path
 from ase_roughcontact.optimize import ContactOptimizer
 from ase_roughcontact.solvers.relaxation import Relaxation
 
@@ -48,8 +49,7 @@ SPHERE = RoughSphere(40.0)
 
 
 def path(optimizer, **options):
-    atoms = substrate("Cu", (14, 14), SPHERE, spacing=1.0)
-    atoms.calc = RoughContact(SPHERE, 1.0)
+    atoms = atoms_under(SPHERE, shape=(14, 14))
     return list(load_path(atoms, [0.2, 0.4], optimizer, fmax=1e-7, **options))
 
 

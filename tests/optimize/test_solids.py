@@ -6,41 +6,22 @@ import numpy as np
 import pytest
 from ase.optimize import LBFGS
 from ase.optimize.precon import PreconLBFGS
+from built import atoms_under
 from scipy.optimize import lsq_linear
 from solids import CONTINUA
 
-from ase_roughcontact import (
-    ActiveSet,
-    ExponentialWall,
-    FourierModes,
-    HalfSpacePrecon,
-    HardWall,
-    LennardJones93,
-    NewtonKrylov,
-    PlasticWall,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
-from ase_roughcontact.elasticity import (
-    ElasticSolid,
-    Isotropic,
-    Layer,
-    ReducedHalfSpace,
-)
+from ase_roughcontact.elasticity import ElasticSolid, Isotropic, Layer, ReducedHalfSpace
 from ase_roughcontact.topography import BoundedSurface
 
-SPHERE = RoughSphere(40.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
-SMOOTH = RoughSphere(40.0)
-SLOW = pytest.mark.slow
+SPHERE = rc.RoughSphere(40.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+SMOOTH = rc.RoughSphere(40.0)
 WALLS = {
-    "repulsive": LennardJones93.repulsive(1.0, 1.0),
-    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
-    "full": LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0),
-    "exponential": ExponentialWall(0.04, 1.0, relative_cutoff=3.0),
+    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.02),
+    "full": rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.04, cutoff=3.0),
+    "exponential": rc.ExponentialWall(0.04, 1.0, relative_cutoff=3.0),
 }
 
 
@@ -50,22 +31,21 @@ def solid(request, crystal):
 
 
 def make(solid, wall, *, n=14, depth=0.5, **options):
-    atoms = substrate("Cu", (n, n), SPHERE, spacing=1.0, **options)
-    atoms.calc = RoughContact(SPHERE, solid=solid, interaction=wall)
+    atoms = atoms_under(SPHERE, wall, (n, n), solid=solid, **options)
     atoms.positions[-1, 2] = contact_of(atoms).first_contact - depth
     return atoms
 
 
 def largest_force(atoms):
     fresh = atoms.copy()
-    fresh.calc = RoughContact(**atoms.calc.parameters)
+    fresh.calc = rc.RoughContact(**atoms.calc.parameters)
     return np.linalg.norm(fresh.get_forces(), axis=1).max()
 
 
 @pytest.mark.parametrize("wall", WALLS)
 def test_newton_leaves_no_forces(solid, wall, periodic):
     atoms = make(solid, WALLS[wall], periodic=periodic)
-    assert NewtonKrylov(atoms).run(fmax=1e-8)
+    assert rc.NewtonKrylov(atoms).run(fmax=1e-8)
     assert atoms.calc.state(atoms).repulsive_atoms > 3
     assert largest_force(atoms) < 1.1e-8
 
@@ -73,14 +53,14 @@ def test_newton_leaves_no_forces(solid, wall, periodic):
 @pytest.mark.parametrize(
     "method",
     [
-        lambda atoms: LBFGS(FourierModes(atoms), logfile=None),
-        lambda a: PreconLBFGS(a, precon=HalfSpacePrecon(a), logfile=None),
+        lambda atoms: LBFGS(rc.FourierModes(atoms), logfile=None),
+        lambda a: PreconLBFGS(a, precon=rc.HalfSpacePrecon(a), logfile=None),
     ],
     ids=["LBFGS", "PreconLBFGS"],
 )
 def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
     forces = []
-    for optimizer in (NewtonKrylov, method):
+    for optimizer in (rc.NewtonKrylov, method):
         atoms = make(solid, WALLS["repulsive"], periodic=periodic)
         assert optimizer(atoms).run(fmax=1e-6, steps=800)
         forces.append(atoms.calc.state(atoms).normal_force)
@@ -91,8 +71,8 @@ def test_optimizers_of_ase_agree_with_newton(solid, method, periodic):
 def test_active_set_is_the_solution_of_the_dense_problem(solid, hardness):
     # 0 <= p <= H that minimises p.G.p/2 + g.p, by least squares with the Cholesky
     # factor
-    atoms = make(solid, PlasticWall(hardness), n=10)
-    assert ActiveSet(atoms).run(fmax=1e-9)
+    atoms = make(solid, rc.PlasticWall(hardness), n=10)
+    assert rc.ActiveSet(atoms).run(fmax=1e-9)
     state, contact = atoms.calc.state(atoms), contact_of(atoms)
     i, j = (k.ravel() for k in np.indices((10, 10)))
     dense = solid.cell_compliance(i[:, None] - i, j[:, None] - j, 1.0)
@@ -127,12 +107,14 @@ def test_forces_are_differences_of_the_energy(solid, periodic, rng):
         assert forces[index] == pytest.approx(difference, rel=1e-7, abs=1e-6)
 
 
-@pytest.mark.parametrize("wall", [HardWall(), WALLS["repulsive"]], ids=["hard", "soft"])
+@pytest.mark.parametrize(
+    "wall", [rc.HardWall(), WALLS["repulsive"]], ids=["hard", "soft"]
+)
 def test_automatic_windows_are_those_of_a_large_one(solid, wall):
     results = []
     for window, n in (("auto", 8), ("fixed", 48)):
         atoms = make(solid, wall, n=n, fixed=False)
-        path = load_path(atoms, loads=[2.0, 10.0], fmax=1e-7, window=window)
+        path = rc.load_path(atoms, loads=[2.0, 10.0], fmax=1e-7, window=window)
         results.append(list(path))
     for auto, fixed in zip(*results, strict=True):
         assert auto.converged and fixed.converged
@@ -160,46 +142,15 @@ class Brim(BoundedSurface):
 def test_atoms_that_a_bulge_lifts_into_contact_are_in_the_window():
     indenter, touching = Brim(1.005), []
     for window, n in (("auto", 4), ("fixed", 40)):
-        atoms = substrate("Cu", (n, n), indenter, spacing=1.0)
-        atoms.calc = RoughContact(
-            indenter, solid=Layer(1.0, 3.0), interaction=HardWall()
-        )
-        (step,) = load_path(atoms, penetrations=[1.0], fmax=1e-7, window=window)
+        atoms = atoms_under(indenter, rc.HardWall(), (n, n), solid=Layer(1.0, 3.0))
+        (step,) = rc.load_path(atoms, penetrations=[1.0], fmax=1e-7, window=window)
         assert step.converged
         touching.append(step.repulsive_atoms)
     assert touching[0] == touching[1] > 50
 
 
-@pytest.mark.parametrize("periodic", [False, pytest.param(True, marks=SLOW)])
-@pytest.mark.parametrize(
-    "wall", ["hard", "repulsive", pytest.param("adhesive", marks=SLOW)]
-)
-def test_a_crystal_takes_as_many_transforms_as_an_isotropic_solid(
-    wall, periodic, crystal
-):
-    def pairs(solid, seed):
-        domain = 64.0 if periodic else None
-        rough = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=seed, domain=domain)
-        sphere = RoughSphere(np.inf if periodic else 200.0, rough)
-        atoms = substrate(
-            "Cu", (64, 64), sphere, spacing=1.0, fixed=False, periodic=periodic
-        )
-        load = 40.0 if periodic else 10.0
-        atoms.calc = RoughContact(sphere, solid=solid, interaction=form, load=load)
-        atoms.positions[-1, 2] = contact_of(atoms).first_contact
-        dynamics = (ActiveSet if form.hard else NewtonKrylov)(atoms)
-        assert dynamics.run(fmax=1e-7)
-        return dynamics.pairs
-
-    form = HardWall() if wall == "hard" else WALLS[wall]
-    isotropic = Isotropic(crystal.contact_modulus)
-    counts = [sum(pairs(s, seed) for seed in (1, 2, 3)) for s in (crystal, isotropic)]
-    assert counts[0] <= 1.2 * counts[1]
-
-
 def test_spacing_of_atoms_and_crystal_must_agree(crystal):
-    atoms = substrate("Cu", (4, 4), SMOOTH, spacing=1.1)
-    atoms.calc = RoughContact(SMOOTH, solid=crystal)
+    atoms = atoms_under(SMOOTH, shape=(4, 4), solid=crystal, spacing=1.1)
     with pytest.raises(ValueError, match="build it with spacing"):
         atoms.get_potential_energy()
 
@@ -218,7 +169,6 @@ class Skew(ElasticSolid):
 
 
 def test_a_solid_without_the_symmetry_is_refused():
-    atoms = substrate("Cu", (4, 4), SPHERE, spacing=1.0)
-    atoms.calc = RoughContact(SPHERE, solid=Skew())
+    atoms = atoms_under(SPHERE, shape=(4, 4), solid=Skew())
     with pytest.raises(ValueError, match="plane waves must be even in x and in y"):
         atoms.get_potential_energy()

@@ -6,15 +6,9 @@ from functools import cache
 import numpy as np
 import pytest
 from ase.constraints import Hookean
+from built import atoms_under
 
-from ase_roughcontact import (
-    LennardJones93,
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    adhesion_loop,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.cantilever import cantilever_curve
 
@@ -23,16 +17,14 @@ DEEPEST = 2.5
 
 
 def tip(**options):
-    sphere = RoughSphere(50.0)
-    atoms = substrate("Cu", (40, 40), sphere, spacing=1.0, **options)
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
-    return atoms
+    sphere = rc.RoughSphere(50.0)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
+    return atoms_under(sphere, wall, (40, 40), **options)
 
 
 @cache
 def loop():
-    return adhesion_loop(tip(), DEEPEST, 0.5, tolerance=3e-3, validity="ignore")
+    return rc.adhesion_loop(tip(), DEEPEST, 0.5, tolerance=3e-3, validity="ignore")
 
 
 def curve(stiffness=STIFFNESS):
@@ -89,7 +81,7 @@ def test_states_are_those_of_a_tip_on_a_spring(branch, share):
             Hookean(a1=len(atoms) - 1, a2=(x, y, base - far), k=half, rt=0.0),
         ]
     )
-    assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
+    assert rc.NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
     found = atoms.calc.state(atoms).normal_force
     assert found == pytest.approx(expected, abs=5e-3 * curve().pull_off_force)
 

@@ -2,39 +2,32 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import (
-    DugdaleWall,
-    ExponentialWall,
-    HardWall,
-    LennardJones93,
-    PlasticWall,
-    PowerLawWall,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.analysis import extrapolate
 from ase_roughcontact.theory.counted_area import continuum_area, grid_error, open_sides
 
 WALLS = {
-    "hard": HardWall(),
-    "repulsive": LennardJones93.repulsive(1.0, 1.0),
+    "hard": rc.HardWall(),
+    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
 }
-ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3, domain=32.0)
+ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=3, domain=32.0)
 # contact of about 10, 50 and 90 %
 LOADS = 32**2 * 0.1 * np.array([0.05, 0.3, 0.9])
 
 
 def steps_on_flat(wall, spacing, loads=LOADS, **options):
-    flat, points = RoughSphere(np.inf, ROUGH), round(32 / spacing)
-    atoms = substrate(
-        "Cu", (points, points), flat, spacing=spacing, periodic=True, fixed=False
+    flat, points = rc.RoughSphere(np.inf, ROUGH), round(32 / spacing)
+    atoms = atoms_under(
+        flat,
+        WALLS.get(wall, wall),
+        (points, points),
+        spacing=spacing,
+        periodic=True,
+        fixed=False,
     )
-    atoms.calc = RoughContact(flat, 1.0, WALLS.get(wall, wall))
-    return list(load_path(atoms, loads=loads, validity="ignore", **options))
+    return list(rc.load_path(atoms, loads=loads, validity="ignore", **options))
 
 
 @pytest.mark.parametrize(
@@ -77,14 +70,14 @@ def test_corrected_area_under_a_hard_wall_depends_on_the_grid_less():
 def test_corrected_area_of_plastic_contact_is_at_least_load_over_hardness():
     loads = 0.02 * 32**2 * np.array([0.05, 0.3, 0.7])
     coarse, fine = (
-        steps_on_flat(PlasticWall(0.02), spacing, loads) for spacing in (1.0, 0.25)
+        steps_on_flat(rc.PlasticWall(0.02), spacing, loads) for spacing in (1.0, 0.25)
     )
     for step, limit in zip(coarse, fine, strict=True):
         corrected = continuum_area(step.contact_area, step.perimeter, 1.0)
         assert corrected < step.normal_force / 0.02 == step.continuum_area
         assert step.continuum_area == pytest.approx(limit.continuum_area, rel=0.02)
         assert step.contact_area > 1.02 * limit.continuum_area
-    (light, *_) = steps_on_flat(PlasticWall(0.02), 1.0, loads[:1], grid="continuum")
+    (light, *_) = steps_on_flat(rc.PlasticWall(0.02), 1.0, loads[:1], grid="continuum")
     assert light.continuum_area == light.normal_force / 0.02
 
 
@@ -109,10 +102,10 @@ def test_area_by_the_edge_where_the_continuum_is_asked_for():
 @pytest.mark.parametrize(
     "wall",
     [
-        PlasticWall(0.05),
-        DugdaleWall(0.005, 0.3),
-        ExponentialWall(0.005, 0.3),
-        PowerLawWall(0.005, 0.3),
+        rc.PlasticWall(0.05),
+        rc.DugdaleWall(0.005, 0.3),
+        rc.ExponentialWall(0.005, 0.3),
+        rc.PowerLawWall(0.005, 0.3),
     ],
 )
 def test_area_by_the_edge_under_walls_with_attraction_or_hardness(wall):

@@ -5,6 +5,7 @@ from collections import defaultdict
 
 import numpy as np
 import pytest
+from built import atoms_under
 
 from ase_roughcontact import (
     DugdaleWall,
@@ -12,11 +13,9 @@ from ase_roughcontact import (
     HardWall,
     LennardJones93,
     Problem,
-    RoughContact,
     RoughSphere,
     SelfAffine,
     load_path,
-    substrate,
 )
 from ase_roughcontact.elasticity import Isotropic, Layer
 from ase_roughcontact.elasticity.lattice import Box
@@ -36,10 +35,9 @@ def relaxed(wall, seed=5, cell=0, fixed=False, smooth=False, **options):
     """Result of one step on a sphere with, by default, a contact of about 10 a0."""
     rough = None if smooth else SelfAffine(0.1, 0.65, 4.0, 16.0, seed=seed, domain=64.0)
     sphere, side = RoughSphere(RADIUS, rough), cell or 8
-    atoms = substrate(
-        "Cu", (side, side), sphere, spacing=1.0, periodic=cell > 0, fixed=fixed
+    atoms = atoms_under(
+        sphere, (WALLS | ADHESIVE)[wall], (side, side), periodic=cell > 0, fixed=fixed
     )
-    atoms.calc = RoughContact(sphere, 1.0, (WALLS | ADHESIVE)[wall])
     target = {} if fixed else {"loads": [Hertz(RADIUS, 1.0).force(10.0)]}
     window = "fixed" if cell else "auto"
     (step,) = load_path(atoms, **target, **options, window=window, validity="ignore")
@@ -61,8 +59,7 @@ def test_error_in_tension_without_a_repelled_atom():
 
     def attracted(**options):
         sphere, wall = RoughSphere(RADIUS), LennardJones93.adhesive(1.0, 1.0, 0.003)
-        atoms = substrate("Cu", (30, 30), sphere, spacing=1.0)
-        atoms.calc = RoughContact(sphere, 1.0, wall)
+        atoms = atoms_under(sphere, wall, (30, 30))
         (step,) = load_path(atoms, heights=[1.15], validity="ignore", **options)
         return step
 
@@ -102,8 +99,9 @@ def test_grid_height_on_an_incompressible_layer_on_a_rigid_base(layer):
     sphere, solid = RoughSphere(200.0), Layer(1.0, layer)
     found = []
     for spacing in (1.0, 0.5, 0.25):
-        atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
-        atoms.calc = RoughContact(sphere, interaction=HardWall(), solid=solid)
+        atoms = atoms_under(
+            sphere, HardWall(), solid=solid, spacing=spacing, fixed=False
+        )
         grid = {"grid": "a0", "accuracy": 1e-5}
         options = {"window": "auto", "validity": "ignore", **grid}
         (step,) = load_path(atoms, loads=[10.0], **options)
@@ -145,8 +143,7 @@ def test_end_of_the_attraction_between_points_is_an_error(radius, wall, load):
 
     def relaxed(refine):
         sphere = RoughSphere(radius)
-        atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
-        atoms.calc = RoughContact(sphere, 1.0, wall)
+        atoms = atoms_under(sphere, wall, fixed=False)
         grid = {"grid": f"a0/{refine}", "validity": "ignore"}
         (step,) = load_path(atoms, loads=[load], window="auto", **grid)
         return step
@@ -204,10 +201,7 @@ def test_force_of_a_small_cell_at_a_height_is_as_wrong_as_estimated(cell):
 def on_smooth_sphere(wall, loads, radius=RADIUS, cell=0, grid="atoms"):
     """Steps at the loads of contacts of given radii by Hertz."""
     sphere, side = RoughSphere(radius), cell or 8
-    atoms = substrate(
-        "Cu", (side, side), sphere, spacing=1.0, periodic=cell > 0, fixed=False
-    )
-    atoms.calc = RoughContact(sphere, 1.0, wall)
+    atoms = atoms_under(sphere, wall, (side, side), periodic=cell > 0, fixed=False)
     loads = [Hertz(radius, 1.0).force(contact) for contact in loads]
     window = "fixed" if cell else "auto"
     return list(
@@ -236,8 +230,7 @@ def test_single_atoms_of_a_rough_contact_are_an_error_of_a_cell():
 
 def test_error_of_the_area_is_at_most_the_cell():
     sphere = RoughSphere(RADIUS)
-    atoms = substrate("Cu", (32, 32), sphere, spacing=1.0, periodic=True)
-    atoms.calc = RoughContact(sphere, 1.0, WALLS["repulsive"])
+    atoms = atoms_under(sphere, WALLS["repulsive"], (32, 32), periodic=True)
     (full,) = load_path(atoms, [1.5], validity="ignore")
     assert full.area_error == full.contact_area == 1024.0
 
@@ -256,8 +249,7 @@ def test_soft_wall_on_a_coarse_grid_is_as_wrong_as_its_stiffness_says():
 def test_cell_of_a_flat_surface_is_no_error():
     rough = SelfAffine(0.1, 0.65, 4.0, 16.0, seed=1, domain=32.0)
     flat = RoughSphere(np.inf, rough)
-    atoms = substrate("Cu", (32, 32), flat, spacing=1.0, periodic=True, fixed=False)
-    atoms.calc = RoughContact(flat, 1.0)
+    atoms = atoms_under(flat, shape=(32, 32), periodic=True, fixed=False)
     (step,) = load_path(atoms, loads=[10.0])
     assert step.height_error < 1e-4 and step.area_error < 1e-3 * step.contact_area
 
@@ -327,8 +319,9 @@ def test_nine_of_ten_heights_on_random_layers_are_within_twice_the_estimate():
         sphere, load = RoughSphere(random.uniform(50.0, 300.0)), random.uniform(2, 20)
         found = []
         for spacing in (1.0, 0.5, 0.25):
-            atoms = substrate("Cu", (8, 8), sphere, spacing=spacing, fixed=False)
-            atoms.calc = RoughContact(sphere, interaction=HardWall(), solid=solid)
+            atoms = atoms_under(
+                sphere, HardWall(), solid=solid, spacing=spacing, fixed=False
+            )
             grid = {"grid": "a0", "accuracy": 1e-5}
             options = {"window": "auto", "validity": "ignore", **grid}
             (step,) = load_path(atoms, loads=[load], **options)
@@ -370,8 +363,7 @@ def test_zero_of_the_penetration_is_an_error_of_the_continuum(refine):
 
 def test_error_of_the_area_is_at_most_the_area_where_attraction_cancels_reaction():
     tip = RoughSphere(0.5)
-    atoms = substrate("Cu", (9, 9), tip, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(tip, 1.0, ExponentialWall(0.01, 0.005))
+    atoms = atoms_under(tip, ExponentialWall(0.01, 0.005), (9, 9), fixed=False)
     _, step = load_path(atoms, loads=[0.01, 0.0], validity="ignore")
     assert step.contact_area == step.area_error == 1.0
     assert abs(step.mean_pressure) < 1e-12

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import HardWall, RoughContact, load_path, substrate
+from ase_roughcontact import HardWall, load_path
 from ase_roughcontact.topography import BoundedSurface
 
 
@@ -74,8 +75,7 @@ def ratios(indenter, accuracy):
         "penetrations": indenter.depth,
     }
     for control, target in targets.items():
-        atoms = substrate("Cu", (8, 8), indenter, spacing=1.0, fixed=control != "loads")
-        atoms.calc = RoughContact(indenter, 1.0, HardWall())
+        atoms = atoms_under(indenter, HardWall(), fixed=control != "loads")
         (step,) = load_path(
             atoms,
             **{control: [target]},

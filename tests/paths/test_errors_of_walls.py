@@ -6,25 +6,15 @@ from functools import partial
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import (
-    DugdaleWall,
-    ExponentialWall,
-    HardWall,
-    PlasticWall,
-    PowerLawWall,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.theory import Hertz
 
 ATTRACTIVE = {
-    "dugdale": DugdaleWall,
-    "exponential": partial(ExponentialWall, relative_cutoff=4.0),
-    "power law": partial(PowerLawWall, relative_cutoff=4.0),
+    "dugdale": rc.DugdaleWall,
+    "exponential": partial(rc.ExponentialWall, relative_cutoff=4.0),
+    "power law": partial(rc.PowerLawWall, relative_cutoff=4.0),
 }
 SIDE, CASES = 32, 40
 
@@ -41,12 +31,12 @@ def random_contact(kind, number):
     load, pressure = Hertz(radius, 1.0).force(contact), 0.6 * slope
     shape = ("smooth", "rough", "flat")[number % 3]
     domain = SIDE if shape == "flat" else 128
-    rough = SelfAffine(slope, hurst, 4.0, 32.0, seed=9000 + number, domain=domain)
+    rough = rc.SelfAffine(slope, hurst, 4.0, 32.0, seed=9000 + number, domain=domain)
     if shape == "smooth":
         rough, pressure = None, 2.0 * contact / (math.pi * radius)
     if shape == "flat":
         radius, load = math.inf, SIDE**2 * slope * between(0.02, 1.2)
-    wall, loads = HardWall(), [load]
+    wall, loads = rc.HardWall(), [load]
     if kind in ATTRACTIVE:
         work = between(0.1, 1.0) * (0.02 if shape == "smooth" else slope**2)
         zone = between(5.0, 60.0)  # of Dugdale, in spacings
@@ -54,19 +44,18 @@ def random_contact(kind, number):
     if kind in ("plastic", "unloaded"):
         hardness = between(0.3, 2.0) * pressure
         load = min(load, 0.85 * hardness * SIDE**2) if shape == "flat" else load
-        wall = PlasticWall(hardness, permanent=kind == "unloaded")
+        wall = rc.PlasticWall(hardness, permanent=kind == "unloaded")
         loads = [load, 0.5 * load] if kind == "unloaded" else [load]
-    return RoughSphere(radius, rough), wall, loads
+    return rc.RoughSphere(radius, rough), wall, loads
 
 
 def last_step(indenter, wall, refine, **targets):
     flat, fixed = indenter.radius == math.inf, "heights" in targets
     shape = (SIDE, SIDE) if flat else (8, 8)
-    atoms = substrate("Cu", shape, indenter, spacing=1.0, fixed=fixed, periodic=flat)
-    atoms.calc = RoughContact(indenter, 1.0, wall)
+    atoms = atoms_under(indenter, wall, shape, fixed=fixed, periodic=flat)
     grid = {"grid": f"a0/{refine}", "accuracy": 1e-4}
     window = "fixed" if flat else "auto"
-    *_, step = load_path(atoms, **targets, **grid, window=window, validity="ignore")
+    *_, step = rc.load_path(atoms, **targets, **grid, window=window, validity="ignore")
     assert step.converged
     return step
 

@@ -2,41 +2,31 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import (
-    ActiveSet,
-    HardWall,
-    LennardJones93,
-    NewtonKrylov,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    State,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.extrapolation import Extrapolation
 
-SPHERE = RoughSphere(300.0, SelfAffine(0.05, 0.8, 4.0, 32.0, seed=2))
+SPHERE = rc.RoughSphere(300.0, rc.SelfAffine(0.05, 0.8, 4.0, 32.0, seed=2))
 LOADS = 20.0 * 0.97 ** np.arange(3)
 WALLS = {
-    "hard": HardWall(),
-    "repulsive": LennardJones93.repulsive(1.0, 1.0),
-    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
+    "hard": rc.HardWall(),
+    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.01),
 }
 
 
 def make_atoms(wall, fixed=False, height=0.0, load=0.0):
-    atoms = substrate("Cu", (32, 32), SPHERE, height=height, spacing=1.0, fixed=fixed)
-    atoms.calc = RoughContact(SPHERE, 1.0, WALLS[wall], load=load)
-    return atoms
+    return atoms_under(
+        SPHERE, WALLS[wall], (32, 32), load=load, height=height, fixed=fixed
+    )
 
 
 def relaxed(wall, **path):
     return list(
-        load_path(
+        rc.load_path(
             make_atoms(wall, "loads" not in path), fmax=1e-6, window="unchecked", **path
         )
     )
@@ -58,9 +48,9 @@ def kept_states(wall, heights):
     _, window = problem_of(atoms)
     for height in heights:
         atoms.positions[-1, 2] = height
-        (ActiveSet if wall == "hard" else NewtonKrylov)(atoms).run(fmax=1e-6)
+        (rc.ActiveSet if wall == "hard" else rc.NewtonKrylov)(atoms).run(fmax=1e-6)
         pressure = atoms.calc.state(atoms).pressure
-        extrapolation.add(height, State(window, height, pressure), pressure)
+        extrapolation.add(height, rc.State(window, height, pressure), pressure)
     return extrapolation, window, pressure
 
 
@@ -98,10 +88,9 @@ def test_states_of_another_window_are_not_used():
 @pytest.mark.parametrize("steps", [4, 6, 9])
 def test_unloading_a_soft_wall_to_no_load_at_all(steps):
     """Nothing holds the indenter there: it starts from the last state."""
-    sphere = RoughSphere(100.0)
-    atoms = substrate("Cu", (8, 8), sphere, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(sphere, 1.0, LennardJones93.repulsive(1.0, 1.0))
+    sphere = rc.RoughSphere(100.0)
+    atoms = atoms_under(sphere, rc.LennardJones93.repulsive(1.0, 1.0), fixed=False)
     loads = np.linspace(3.0, 0.0, steps)
-    path = list(load_path(atoms, loads=loads, window="auto", validity="ignore"))
+    path = list(rc.load_path(atoms, loads=loads, window="auto", validity="ignore"))
     assert all(step.converged for step in path)
     assert path[-1].normal_force == pytest.approx(0.0, abs=1e-6)

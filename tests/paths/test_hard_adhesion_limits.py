@@ -2,37 +2,26 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 from loop_areas import zero_load_area
 
-from ase_roughcontact import (
-    DugdaleWall,
-    HardWall,
-    PowerLawWall,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    adhesion_loop,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.theory import MaugisDugdale
 
 
 def loop_of(radius, wall, deepest, step, **options):
-    sphere = RoughSphere(radius)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
+    sphere = rc.RoughSphere(radius)
+    atoms = atoms_under(sphere, wall, (16, 16))
     options = {"window": "auto", "tolerance": 3e-3, "validity": "ignore", **options}
-    return adhesion_loop(atoms, deepest, step, smallest_step=step / 64, **options)
+    return rc.adhesion_loop(atoms, deepest, step, smallest_step=step / 64, **options)
 
 
 def forces_of(radius, wall, penetrations):
     """Return the forces on a path, in units of pi w R."""
-    sphere = RoughSphere(radius)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
+    sphere = rc.RoughSphere(radius)
+    atoms = atoms_under(sphere, wall, (16, 16))
     options = {"window": "auto", "validity": "ignore"}
-    steps = load_path(atoms, penetrations=penetrations, **options)
+    steps = rc.load_path(atoms, penetrations=penetrations, **options)
     unit = np.pi * wall.work_of_adhesion * radius
     return [step.normal_force / unit for step in steps]
 
@@ -49,7 +38,7 @@ def forces_of(radius, wall, penetrations):
 def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
     radius, work, reach, deepest, step
 ):
-    loop = loop_of(radius, DugdaleWall(work, reach), deepest, step)
+    loop = loop_of(radius, rc.DugdaleWall(work, reach), deepest, step)
     theory = MaugisDugdale(radius, 1.0, work, reach)
     assert loop.pull_off_force == pytest.approx(theory.pull_off_force, rel=0.01)
     expected = np.pi * float(theory.contact_radius(0.0)) ** 2
@@ -59,7 +48,7 @@ def test_dugdale_wall_has_the_pull_off_of_maugis_and_dugdale(
 
 def test_rigid_sphere_has_the_pull_off_of_dmt():
     """The range is long, and the deformation far smaller than it."""
-    for wall in (DugdaleWall(2e-5, 2.0), PowerLawWall(2e-5, 3.0)):
+    for wall in (rc.DugdaleWall(2e-5, 2.0), rc.PowerLawWall(2e-5, 3.0)):
         forces = forces_of(40.0, wall, [0.005, 0.0, -0.005])
         assert min(forces) == pytest.approx(-2.0, rel=0.01)
         assert forces[0] > forces[1] + 0.1  # the largest tension is at first touch
@@ -71,7 +60,7 @@ def pull_off(radius, work, reach):
     *_, depth = theory.state(theory.stability_limit("load"))
     unit = np.cbrt(work**2 * radius)
     offsets = np.array([1.0, 0.6, 0.4, 0.25, 0.15, 0.07, 0.0, -0.07])
-    forces = forces_of(radius, DugdaleWall(work, reach), depth + unit * offsets)
+    forces = forces_of(radius, rc.DugdaleWall(work, reach), depth + unit * offsets)
     assert forces[-1] > forces[-2]  # beyond the largest tension
     expected = -theory.pull_off_force / (np.pi * work * radius)
     assert min(forces) == pytest.approx(expected, rel=0.005)
@@ -100,15 +89,16 @@ def steps_of_a_flat(slope, part, tension, seed, n=32, **options):
 
     In a periodic cell a constant tension changes only the mean pressure.
     """
-    flat = SelfAffine(slope, 0.8, 4.0, n, domain=n, seed=seed)
+    flat = rc.SelfAffine(slope, 0.8, 4.0, n, domain=n, seed=seed)
     heights = flat.heights((n, n), 1.0)
     reach = max(1.0, 5.0 * slope * n)  # beyond all gaps
     steps = []
-    for wall in (DugdaleWall(tension * reach, reach), HardWall()):
-        atoms = substrate("Cu", (n, n), flat, spacing=1.0, periodic=True)
-        atoms.calc = RoughContact(flat, 1.0, wall)
+    for wall in (rc.DugdaleWall(tension * reach, reach), rc.HardWall()):
+        atoms = atoms_under(flat, wall, (n, n), periodic=True)
         options |= {"validity": "ignore"}
-        steps += load_path(atoms, [part * (heights.mean() - heights.min())], **options)
+        steps += rc.load_path(
+            atoms, [part * (heights.mean() - heights.min())], **options
+        )
         options = {"accuracy": 1e-9}
     return steps
 

@@ -4,8 +4,9 @@ import math
 from dataclasses import replace
 
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import RoughContact, RoughSphere, load_path, substrate
+from ase_roughcontact import RoughSphere, load_path
 from ase_roughcontact.paths.instabilities import balanced, jumped
 
 EPSILON = 1e-6
@@ -19,8 +20,7 @@ def state():
     Without a stiffness the force is a straight line between states.
     """
     sphere = RoughSphere(20.0)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0)
+    atoms = atoms_under(sphere, shape=(16, 16))
     record = next(load_path(atoms, [0.2]))
     return replace(
         record,

@@ -6,8 +6,9 @@ In units of the contact modulus and the spacing.
 from pathlib import Path
 
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import RoughContact, RoughSphere, adhesion_loop, substrate
+from ase_roughcontact import RoughSphere, adhesion_loop
 from ase_roughcontact.interactions import ExponentialWall, PowerLawWall
 from ase_roughcontact.paths.hysteresis import default_step
 from ase_roughcontact.paths.instabilities import interpolated
@@ -19,8 +20,7 @@ def pull_off(sphere, wall, deepest, finer=1.0, tolerance=1e-3):
 
 
 def loop_of(sphere, wall, deepest, finer=1.0, tolerance=1e-3):
-    atoms = substrate("Cu", (12, 12), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, contact_modulus=1.0, interaction=wall)
+    atoms = atoms_under(sphere, wall, (12, 12))
     step = default_step(wall, deepest) / finer
     return adhesion_loop(atoms, deepest, step, tolerance=tolerance, window="auto")
 

@@ -2,7 +2,6 @@
 
 import csv
 import os
-import tracemalloc
 from dataclasses import asdict, fields
 from functools import partial
 
@@ -10,28 +9,22 @@ import numpy as np
 import pytest
 from ase.io import Trajectory, read
 from ase.optimize import FIRE, LBFGS
+from built import atoms_under
 from written_path import written_path
 
-from ase_roughcontact import (
-    HardWall,
-    LennardJones93,
-    LoadStep,
-    RoughContact,
-    RoughSphere,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 
-SPHERE = RoughSphere(radius=10.0)
+SPHERE = rc.RoughSphere(radius=10.0)
 DEPTHS = [0.2, 0.4, 0.6]
 FMAX = 1e-5
 
 
 def make_atoms(modulus=1.0, **options):
     options = {"shape": (12, 10), "height": 1.0, "spacing": 1.0, **options}
-    atoms = substrate("Cu", indenter=SPHERE, **options)
-    atoms.calc = RoughContact(SPHERE, modulus)
+    atoms = rc.substrate("Cu", indenter=SPHERE, **options)
+    atoms.calc = rc.RoughContact(SPHERE, modulus)
     return atoms
 
 
@@ -51,12 +44,6 @@ def same(records, others, tolerance):
 
 
 # Paths
-
-
-def test_heights_are_the_indenters():
-    heights = [0.9, 0.5]
-    records = written_path(make_atoms(), heights=heights, fmax=FMAX)
-    assert [record.height for record in records] == heights
 
 
 def test_wall_carries_the_load(periodic):
@@ -96,9 +83,8 @@ def test_step_starts_from_the_last_state():
 
 @pytest.mark.parametrize("penetration", [1e-12, 1e-8, 9e-7, 1.1e-6])
 def test_small_penetration_of_a_hard_wall_is_that_of_one_atom(penetration):
-    sphere = RoughSphere(100.0)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, HardWall())
+    sphere = rc.RoughSphere(100.0)
+    atoms = atoms_under(sphere, rc.HardWall(), (16, 16))
     (step,) = written_path(atoms, [penetration])
     halfspace = contact_of(atoms).halfspace
     stiffness = halfspace.cell_area / halfspace.self_compliance
@@ -116,7 +102,7 @@ def test_each_step_is_on_disk_before_the_next(tmp_path):
         rows = rows_of(table)
         assert len(rows) == len(read(movie, ":")) == count
         assert rows[-1] == {key: str(value) for key, value in asdict(record).items()}
-    assert list(rows[0]) == [field.name for field in fields(LoadStep)]
+    assert list(rows[0]) == [field.name for field in fields(rc.LoadStep)]
 
 
 def test_frames_have_tags_and_the_result_of_the_step(tmp_path):
@@ -225,24 +211,6 @@ def test_rounding_of_the_targets_does_not_make_another_path(tmp_path):
     assert (long[:3] != short).any()
     before = list(written_path(make_atoms(), short, **options))
     assert list(written_path(make_atoms(), long, resume=True, **options))[:3] == before
-
-
-def test_memory_for_resuming_does_not_grow_with_the_frames(tmp_path):
-    movie, table = tmp_path / "sweep.traj", tmp_path / "curve.csv"
-    frames, peaks = (60, 160), []  # more than wait for the garbage collector
-    heights = np.full(max(frames), 3.0)  # out of reach: nothing to relax
-    for count in frames:
-        atoms = partial(make_atoms, shape=(32, 32))
-        options = {"trajectory": movie, "csv": table, "resume": True}
-        list(written_path(atoms(), heights=heights[:count], **options))
-        again = written_path(atoms(), heights=heights[:count], **options)
-        tracemalloc.start()
-        assert sum(1 for _ in again) == count
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    frame = movie.stat().st_size / max(frames)
-    # the results of the steps are kept
-    assert (peaks[1] - peaks[0]) / (frames[1] - frames[0]) < 0.2 * frame
 
 
 @pytest.mark.parametrize("lost", [1, 20, 300])
@@ -482,6 +450,6 @@ def test_message_says_why_a_step_did_not_converge():
 
 def test_adhesive_contact_without_load_converges():
     atoms = make_atoms(fixed=False)
-    atoms.calc.set(interaction=LennardJones93.adhesive(1.0, 1.0, 0.02))
+    atoms.calc.set(interaction=rc.LennardJones93.adhesive(1.0, 1.0, 0.02))
     (record,) = written_path(atoms, loads=[0.0], window="auto")
     assert record.converged and record.repulsive_atoms > 0

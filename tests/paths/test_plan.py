@@ -2,34 +2,25 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import (
-    HardWall,
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact._util.printing import plain
 from ase_roughcontact.atoms.path_atoms import problem_of
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.windows.memory import check_memory
 
-ROUGH = RoughSphere(300.0, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1, domain=512.0))
+ROUGH = rc.RoughSphere(300.0, rc.SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1, domain=512.0))
 WALLS = {
-    "hard": HardWall(),
-    "repulsive": LennardJones93.repulsive(1.0, 1.0),
-    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.01),
+    "hard": rc.HardWall(),
+    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.01),
 }
 
 
 def make_atoms(sphere=ROUGH, wall="hard", shape=(8, 8), **options):
-    atoms = substrate("Cu", shape, sphere, spacing=1.0, **options)
-    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
-    return atoms
+    return atoms_under(sphere, WALLS[wall], shape, **options)
 
 
 def points(text):
@@ -41,7 +32,7 @@ def test_planned_windows_are_about_those_of_the_run(wall):
     loads = [1e-3, 1.0, 100.0]
     atoms = make_atoms(wall=wall, fixed=False)
     plan = plan_path(*problem_of(atoms), "loads", loads, "auto")
-    records = list(load_path(atoms, loads=loads, window="auto"))
+    records = list(rc.load_path(atoms, loads=loads, window="auto"))
     # adhesion alone makes a contact under the lighter loads
     first = 2 if wall == "adhesive" else 1
     for step, record in zip(plan.steps[first:], records[first:], strict=True):
@@ -54,7 +45,7 @@ def test_windows_at_given_heights_are_planned_exactly(control):
     atoms = make_atoms()
     first = plan_path(*problem_of(atoms), "penetrations", [0.0], "auto")
     assert first.steps[0].window == "9x9"  # the smallest window there is
-    record = next(load_path(atoms, [2.0], window="auto"))
+    record = next(rc.load_path(atoms, [2.0], window="auto"))
     target = 2.0 if control == "penetrations" else record.height
     (step,) = plan_path(*problem_of(make_atoms()), control, [target], "auto").steps
     assert (step.window, step.grid) == (record.window, record.grid)
@@ -64,7 +55,7 @@ def test_windows_at_given_heights_are_planned_exactly(control):
 def test_fixed_window_is_planned_with_its_shape(periodic):
     atoms = make_atoms(shape=(20, 30), periodic=periodic)
     (step,) = plan_path(*problem_of(atoms), "penetrations", [0.3], "fixed").steps
-    record = next(load_path(atoms, [0.3], window="unchecked"))
+    record = next(rc.load_path(atoms, [0.3], window="unchecked"))
     assert (step.window, step.grid) == (record.window, record.grid)
 
 
@@ -93,7 +84,7 @@ def test_step_beyond_the_roughness_has_a_problem_and_the_others_are_planned():
 
 @pytest.mark.parametrize("control", ["penetrations", "heights", "loads"])
 def test_contact_wider_than_a_fixed_window_is_a_problem(control):
-    sphere = RoughSphere(300.0)  # contact radius 30 at a depth of 3
+    sphere = rc.RoughSphere(300.0)  # contact radius 30 at a depth of 3
     loads = control == "loads"
     targets = {
         "penetrations": [0.1, 3.0],
@@ -104,7 +95,7 @@ def test_contact_wider_than_a_fixed_window_is_a_problem(control):
     plan = plan_path(*problem_of(atoms), control, targets, "fixed")
     assert plan.steps[0].problem == ""
     assert "60 atoms wide, the window has 40x44" in plan.steps[1].problem
-    path = load_path(atoms, **{control: targets})
+    path = rc.load_path(atoms, **{control: targets})
     assert next(path).converged
     with pytest.raises(RuntimeError, match="edge of the window"):
         next(path)
@@ -117,7 +108,7 @@ def test_fixed_window_beside_the_first_contact_is_reported():
 
 
 def test_a_periodic_window_is_never_too_small():
-    atoms = make_atoms(RoughSphere(300.0), shape=(8, 8), periodic=True)
+    atoms = make_atoms(rc.RoughSphere(300.0), shape=(8, 8), periodic=True)
     assert plan_path(*problem_of(atoms), "heights", [-3.0], "fixed").runs
 
 
@@ -147,8 +138,8 @@ def test_path_stops_before_it_exceeds_the_memory(monkeypatch):
     monkeypatch.setattr(
         "ase_roughcontact.windows.memory.available_memory", lambda: 231e6
     )
-    atoms = make_atoms(RoughSphere(300.0), fixed=False)
-    path = load_path(atoms, loads=[1e-3, 2e5], window="auto", validity="ignore")
+    atoms = make_atoms(rc.RoughSphere(300.0), fixed=False)
+    path = rc.load_path(atoms, loads=[1e-3, 2e5], window="auto", validity="ignore")
     assert next(path).converged
     with pytest.raises(MemoryError, match=r"only 0\.231 GB are free"):
         next(path)

@@ -5,22 +5,11 @@ import math
 import numpy as np
 import pytest
 from ase.io import read, write
+from built import atoms_under
 from numpy.testing import assert_allclose, assert_array_equal
 from written_path import written_path
 
-from ase_roughcontact import (
-    ActiveSet,
-    HardWall,
-    PlasticWall,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    Validity,
-    adhesion_loop,
-    restore,
-    snapshot,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.analysis.map_files import fields_of
 from ase_roughcontact.atoms.calculator import grid_of
@@ -29,14 +18,12 @@ from ase_roughcontact.atoms.snapshot import plastic_depth_of
 from ase_roughcontact.atoms.view import with_columns
 
 HARDNESS = 0.05
-SPHERE = RoughSphere(200.0, SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
+SPHERE = rc.RoughSphere(200.0, rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1))
 UP_AND_DOWN = [0.5, 1.0, 0.7, 0.3, 1.0, 1.2]
 
 
 def atoms_of(wall, shape=(48, 48), *, fixed=True, sphere=SPHERE, load=0.0):
-    atoms = substrate("Cu", shape, sphere, spacing=1.0, fixed=fixed)
-    atoms.calc = RoughContact(sphere, 1.0, wall, load=load)
-    return atoms
+    return atoms_under(sphere, wall, shape, load=load, fixed=fixed)
 
 
 def steps_of(wall, path=UP_AND_DOWN, control="penetrations", **options):
@@ -48,10 +35,9 @@ def steps_of(wall, path=UP_AND_DOWN, control="penetrations", **options):
 
 def loaded_step(surface, n, hardness, load, periodic, **options):
     """A step under a load, relative to the largest one that the window carries."""
-    atoms = substrate(
-        "Cu", (n, n), surface, spacing=1.0, periodic=periodic, fixed=False
+    atoms = atoms_under(
+        surface, rc.PlasticWall(hardness), (n, n), periodic=periodic, fixed=False
     )
-    atoms.calc = RoughContact(surface, 1.0, PlasticWall(hardness))
     options |= {"loads": [load * hardness * n * n], "validity": "ignore"}
     (step,) = written_path(atoms, window="unchecked", **options)
     return step
@@ -59,7 +45,7 @@ def loaded_step(surface, n, hardness, load, periodic, **options):
 
 @pytest.fixture(scope="module")
 def unloading():
-    return steps_of(PlasticWall(HARDNESS, permanent=True))
+    return steps_of(rc.PlasticWall(HARDNESS, permanent=True))
 
 
 # One step
@@ -74,8 +60,8 @@ def test_converged_steps_carry_the_load_on_random_surfaces():
         load, periodic = rng.uniform(0.01, 0.99), rng.random() < 0.6
         longest = n if n <= 8 else rng.choice([8, n])
         roughness = int(rng.integers(1 << 30))
-        rough = SelfAffine(slope, 0.8, 4, longest, domain=n, seed=roughness)
-        surface = rough if periodic else RoughSphere(10 ** rng.uniform(1, 3), rough)
+        rough = rc.SelfAffine(slope, 0.8, 4, longest, domain=n, seed=roughness)
+        surface = rough if periodic else rc.RoughSphere(10 ** rng.uniform(1, 3), rough)
         load *= 1.0 if periodic else 0.5
         for tolerance in ({}, {"accuracy": 1e-8}):
             step = loaded_step(surface, n, hardness, load, periodic, **tolerance)
@@ -84,7 +70,7 @@ def test_converged_steps_carry_the_load_on_random_surfaces():
 
 
 def test_atoms_in_plastic_contact_are_counted_apart():
-    atoms, (step,) = steps_of(PlasticWall(HARDNESS), [1.0])
+    atoms, (step,) = steps_of(rc.PlasticWall(HARDNESS), [1.0])
     state = atoms.calc.state(atoms)
     assert 0 < step.plastic_atoms < step.repulsive_atoms
     assert step.plastic_atoms == state.plastic.sum() == (state.pressure == 0.05).sum()
@@ -97,7 +83,7 @@ def test_atoms_in_plastic_contact_are_counted_apart():
 
 
 def test_a_contact_that_flows_everywhere_has_a_force_but_no_height():
-    wall, ball = PlasticWall(1e-4), RoughSphere(20.0)
+    wall, ball = rc.PlasticWall(1e-4), rc.RoughSphere(20.0)
     for control, target in (("penetrations", 0.3), ("loads", 37e-4)):
         atoms = atoms_of(wall, (12, 12), fixed=control != "loads", sphere=ball)
         (step,) = written_path(atoms, **{control: [target]}, validity="ignore")
@@ -107,20 +93,20 @@ def test_a_contact_that_flows_everywhere_has_a_force_but_no_height():
 
 
 def test_elastic_walls_have_no_plastic_contact():
-    for wall in (None, HardWall(), PlasticWall(math.inf)):
+    for wall in (None, rc.HardWall(), rc.PlasticWall(math.inf)):
         _, (step,) = steps_of(wall, [1.0])
         assert step.plastic_atoms == step.plastic_depth == 0
 
 
 def test_reaction_follows_from_the_positions():
     for periodic in (False, True):
-        atoms = substrate("Cu", (32, 32), SPHERE, spacing=1.0, periodic=periodic)
+        atoms = rc.substrate("Cu", (32, 32), SPHERE, spacing=1.0, periodic=periodic)
         atoms.positions[-1, 2] -= 2.0
-        atoms.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS))
-        assert ActiveSet(atoms, logfile=None).run(fmax=1e-9)
+        atoms.calc = rc.RoughContact(SPHERE, 1.0, rc.PlasticWall(HARDNESS))
+        assert rc.ActiveSet(atoms, logfile=None).run(fmax=1e-9)
         expected = atoms.calc.state(atoms)
         copy = atoms.copy()
-        copy.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS))
+        copy.calc = rc.RoughContact(SPHERE, 1.0, rc.PlasticWall(HARDNESS))
         state = copy.calc.state(copy)
         assert state.plastic_atoms == expected.plastic_atoms > 0
         assert_allclose(state.pressure, expected.pressure, atol=1e-8)
@@ -133,22 +119,22 @@ def test_reaction_follows_from_the_positions():
 
 def test_pressures_at_the_hardness_are_within_the_validity():
     _, (step,) = steps_of(
-        PlasticWall(HARDNESS), [1.0], validity=Validity(hardness=0.01)
+        rc.PlasticWall(HARDNESS), [1.0], validity=rc.Validity(hardness=0.01)
     )
     assert not step.validity
-    _, (step,) = steps_of(HardWall(), [1.0], validity=Validity("ignore", 0.01))
+    _, (step,) = steps_of(rc.HardWall(), [1.0], validity=rc.Validity("ignore", 0.01))
     assert "largest pressure/hardness" in step.validity
 
 
 def test_stiffness_is_that_of_further_loading():
-    _, (low, middle, high) = steps_of(PlasticWall(HARDNESS), [0.999, 1.0, 1.001])
+    _, (low, middle, high) = steps_of(rc.PlasticWall(HARDNESS), [0.999, 1.0, 1.001])
     slope = (high.normal_force - low.normal_force) / 0.002
     assert_allclose(middle.contact_stiffness, slope, rtol=2e-3)
 
 
 def test_load_above_the_hardness_times_the_area():
     with pytest.raises(ValueError, match=r"load 200 .* hardness 0\.05 times .* 115\.2"):
-        steps_of(PlasticWall(HARDNESS), [200.0], "loads")
+        steps_of(rc.PlasticWall(HARDNESS), [200.0], "loads")
 
 
 # The kept shape
@@ -156,7 +142,7 @@ def test_load_above_the_hardness_times_the_area():
 
 def test_at_the_largest_load_again_the_same_atoms_are_in_plastic_contact():
     path = [3.0, 1.5, 3.0, 2.97, 3.0]
-    _, (first, *again) = steps_of(PlasticWall(0.02, permanent=True), path, "loads")
+    _, (first, *again) = steps_of(rc.PlasticWall(0.02, permanent=True), path, "loads")
     assert first.plastic_atoms > 100
     assert [s.plastic_atoms for s in again] == [0, first.plastic_atoms] * 2
 
@@ -176,7 +162,7 @@ def test_work_is_stored_or_spent_on_flow():
     """Up and down in small steps: dE = -N dZ, and the rest is H times the depth."""
     down = np.linspace(0.0, 1.0, 17)
     path = [*down, *down[-2::-1]]
-    atoms, steps = steps_of(PlasticWall(HARDNESS, permanent=True), path)
+    atoms, steps = steps_of(rc.PlasticWall(HARDNESS, permanent=True), path)
     z, force, energy = (
         np.array([getattr(s, name) for s in steps])
         for name in ("height", "normal_force", "energy")
@@ -189,7 +175,7 @@ def test_work_is_stored_or_spent_on_flow():
 
 
 def test_flow_does_not_change_energy_and_forces():
-    atoms, _ = steps_of(PlasticWall(HARDNESS), [1.0])
+    atoms, _ = steps_of(rc.PlasticWall(HARDNESS), [1.0])
     energy, forces = atoms.get_potential_energy(), atoms.get_forces()
     depth = atoms.calc.state(atoms).plastic_depth
     set_history(atoms, grid_of(atoms), {"plastic_depth": depth})
@@ -202,8 +188,10 @@ def test_flow_does_not_change_energy_and_forces():
 
 def test_a_single_loading_does_not_depend_on_the_steps():
     """In small steps nothing but rounding differs from one large step."""
-    _, many = steps_of(PlasticWall(HARDNESS, permanent=True), [0.2, 0.4, 0.6, 0.8, 1.0])
-    _, (one,) = steps_of(PlasticWall(HARDNESS), [1.0])
+    _, many = steps_of(
+        rc.PlasticWall(HARDNESS, permanent=True), [0.2, 0.4, 0.6, 0.8, 1.0]
+    )
+    _, (one,) = steps_of(rc.PlasticWall(HARDNESS), [1.0])
     assert_allclose(many[-1].normal_force, one.normal_force, rtol=1e-4)
     assert_allclose(many[-1].contact_area, one.contact_area, rtol=5e-3)
 
@@ -211,7 +199,7 @@ def test_a_single_loading_does_not_depend_on_the_steps():
 @pytest.mark.parametrize("control", ["penetrations", "loads"])
 def test_automatic_windows_keep_the_shape(control):
     path = UP_AND_DOWN if control == "penetrations" else [5.0, 20.0, 8.0, 0.0, 20.0]
-    wall = PlasticWall(HARDNESS, permanent=True)
+    wall = rc.PlasticWall(HARDNESS, permanent=True)
     _, fixed = steps_of(wall, path, control)
     _, auto = steps_of(wall, path, control, window="auto")
     assert len({step.window for step in auto}) > 1
@@ -223,10 +211,10 @@ def test_automatic_windows_keep_the_shape(control):
 
 def test_small_windows_contain_the_dents():
     """A smaller window, which unloading would allow, would forget most of them."""
-    sphere, path = RoughSphere(200.0), [2.0, 0.0, 1.8]
+    sphere, path = rc.RoughSphere(200.0), [2.0, 0.0, 1.8]
     forces = []
     for window in ("fixed", "auto"):
-        wall = PlasticWall(0.02, permanent=True)
+        wall = rc.PlasticWall(0.02, permanent=True)
         atoms = atoms_of(wall, (72, 72), sphere=sphere)
         steps = written_path(atoms, path, window=window, validity="ignore")
         forces.append([step.normal_force for step in steps])
@@ -235,17 +223,17 @@ def test_small_windows_contain_the_dents():
 
 def test_window_of_a_load_carries_it():
     """The plastic contact is larger than the elastic one that a window is made for."""
-    sphere = RoughSphere(50.0)
-    atoms = atoms_of(PlasticWall(1e-3), (8, 8), fixed=False, sphere=sphere)
+    sphere = rc.RoughSphere(50.0)
+    atoms = atoms_of(rc.PlasticWall(1e-3), (8, 8), fixed=False, sphere=sphere)
     (step,) = written_path(atoms, loads=[1.0], window="auto", validity="ignore")
     assert step.converged
     assert_allclose(step.contact_area, 1.0 / 1e-3, rtol=0.05)
 
 
 def test_loop_dissipates_the_work_of_the_flow():
-    sphere, hardness = RoughSphere(100.0), 0.02
-    atoms = atoms_of(PlasticWall(hardness, permanent=True), (24, 24), sphere=sphere)
-    loop = adhesion_loop(atoms, 0.5, 0.1, validity="ignore")
+    sphere, hardness = rc.RoughSphere(100.0), 0.02
+    atoms = atoms_of(rc.PlasticWall(hardness, permanent=True), (24, 24), sphere=sphere)
+    loop = rc.adhesion_loop(atoms, 0.5, 0.1, validity="ignore")
     flow = hardness * atoms.calc.state(atoms).plastic_depth.sum()
     assert_allclose(loop.dissipated_energy, flow, rtol=0.02)
     assert not loop.approach_jumps and not loop.retraction_jumps
@@ -256,38 +244,40 @@ def test_loop_dissipates_the_work_of_the_flow():
 
 @pytest.mark.parametrize("window", ["fixed", "auto"])
 def test_path_is_resumed_in_its_plastic_shape(tmp_path, unloading, window):
-    file, wall = tmp_path / "path.traj", PlasticWall(HARDNESS, permanent=True)
+    file, wall = tmp_path / "path.traj", rc.PlasticWall(HARDNESS, permanent=True)
     options = {"trajectory": file, "window": window}
     steps_of(wall, UP_AND_DOWN[:3], **options)
     _, steps = steps_of(wall, UP_AND_DOWN, resume=True, **options)
     for a, b in zip(unloading[1], steps, strict=True):
         assert_allclose(b.normal_force, a.normal_force, rtol=1e-5)
     with pytest.raises(ValueError, match=r"interaction.hardness was 0.05, is 0.06"):
-        steps_of(PlasticWall(0.06, permanent=True), resume=True, **options)
+        steps_of(rc.PlasticWall(0.06, permanent=True), resume=True, **options)
 
 
 @pytest.mark.parametrize("suffix", ["traj", "extxyz"])
 def test_frames_keep_the_plastic_depth(tmp_path, unloading, suffix):
     atoms, _ = unloading
     file = tmp_path / f"frame.{suffix}"
-    write(file, snapshot(atoms))
+    write(file, rc.snapshot(atoms))
     frame, state = read(file), atoms.calc.state(atoms)
     assert_array_equal(plastic_depth_of(frame), state.plastic_depth)
-    restored = restore(frame, 1.0)
-    restored.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS, permanent=True))
+    restored = rc.restore(frame, 1.0)
+    restored.calc = rc.RoughContact(
+        SPHERE, 1.0, rc.PlasticWall(HARDNESS, permanent=True)
+    )
     again = restored.calc.state(restored)
     assert_allclose(again.plastic_depth, state.plastic_depth, atol=1e-7)
     assert_allclose(again.normal_force, state.normal_force, rtol=1e-4)
 
 
 def test_frames_without_hardness_have_no_plastic_depth():
-    atoms, _ = steps_of(HardWall(), [0.5])
-    assert not plastic_depth_of(snapshot(atoms)).any()
+    atoms, _ = steps_of(rc.HardWall(), [0.5])
+    assert not plastic_depth_of(rc.snapshot(atoms)).any()
 
 
 def test_maps_and_views_show_the_plastic_depth(unloading):
     atoms, _ = unloading
-    state, frame = atoms.calc.state(atoms), snapshot(atoms)
+    state, frame = atoms.calc.state(atoms), rc.snapshot(atoms)
     depth = state.plastic_depth
     for each in (ContactMap.from_atoms(atoms), ContactMap.from_frame(frame, SPHERE)):
         assert_allclose(each.plastic_depth, depth)
@@ -303,7 +293,7 @@ def test_maps_and_views_show_the_plastic_depth(unloading):
 def test_a_changed_depth_changes_the_results(unloading):
     atoms, _ = unloading
     changed = atoms.copy()
-    changed.calc = RoughContact(SPHERE, 1.0, PlasticWall(HARDNESS))
+    changed.calc = rc.RoughContact(SPHERE, 1.0, rc.PlasticWall(HARDNESS))
     gap = changed.calc.state(changed).gap.copy()
     changed.arrays["plastic_depth"] += 0.5
     assert_allclose(changed.calc.state(changed).gap, gap + 0.5)

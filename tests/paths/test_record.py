@@ -9,17 +9,10 @@ from dataclasses import asdict, dataclass, fields
 import numpy as np
 import pytest
 from ase.io import read
+from built import atoms_under
 from written_path import written_path
 
-from ase_roughcontact import (
-    LoadStep,
-    Output,
-    RoughContact,
-    RoughSphere,
-    adhesion_loop,
-    column,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.paths.record import columns_of, units_of
@@ -87,17 +80,15 @@ NAMES = [
 
 
 @dataclass(frozen=True)
-class StepWithLargestGap(LoadStep):
-    largest_gap: float = column(
+class StepWithLargestGap(rc.LoadStep):
+    largest_gap: float = rc.column(
         lambda s: float(s.fields.gap.max()), "largest gap in the window", "Å"
     )
 
 
 def make_atoms(**options):
-    sphere = RoughSphere(10.0)
-    atoms = substrate("Cu", (12, 12), sphere, spacing=1.0, **options)
-    atoms.calc = RoughContact(sphere, 1.0)
-    return atoms
+    sphere = rc.RoughSphere(10.0)
+    return atoms_under(sphere, shape=(12, 12), **options)
 
 
 def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
@@ -118,15 +109,15 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
 
 
 def test_own_columns_that_would_be_lost_are_refused():
-    class Undecorated(LoadStep):
-        gap: float = column(lambda s: s.fields.gap.max(), "largest gap", "Å")
+    class Undecorated(rc.LoadStep):
+        gap: float = rc.column(lambda s: s.fields.gap.max(), "largest gap", "Å")
 
     @dataclass(frozen=True)
     class OnTop(Undecorated):
         pass
 
     @dataclass(frozen=True)
-    class NotAColumn(LoadStep):
+    class NotAColumn(rc.LoadStep):
         gap: float = 1.0
 
     for record, words in (
@@ -140,8 +131,8 @@ def test_own_columns_that_would_be_lost_are_refused():
 
 def test_a_column_of_what_a_step_does_not_have_is_named_with_where_it_is():
     @dataclass(frozen=True)
-    class Area(LoadStep):
-        my_area: float = column(lambda s: s.contact_area, "area", "Å^2")
+    class Area(rc.LoadStep):
+        my_area: float = rc.column(lambda s: s.contact_area, "area", "Å^2")
 
     with pytest.raises(AttributeError, match=r"'my_area'.*step\.fields"):
         list(written_path(make_atoms(), [0.4], record=Area))
@@ -151,12 +142,14 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
     seen = []
 
     @dataclass(frozen=True)
-    class StepWithErrors(LoadStep):
-        relative_error: float = column(
+    class StepWithErrors(rc.LoadStep):
+        relative_error: float = rc.column(
             lambda s: seen.append(s.errors) or s.errors.force / s.fields.normal_force,
             "error of the force, relative to it",
         )
-        errors: int = column(lambda s: seen.append(s.errors) or 3, "number of errors")
+        errors: int = rc.column(
+            lambda s: seen.append(s.errors) or 3, "number of errors"
+        )
 
     (step,) = written_path(make_atoms(), [0.4], record=StepWithErrors)
     assert seen[0] is seen[1]
@@ -165,7 +158,7 @@ def test_own_columns_use_the_errors_that_were_estimated_once():
 
 @pytest.mark.parametrize("before, after", [(0, 1), (1, 0)])
 def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
-    records, file = (LoadStep, StepWithLargestGap), tmp_path / "sweep.traj"
+    records, file = (rc.LoadStep, StepWithLargestGap), tmp_path / "sweep.traj"
     files = {"trajectory": file, "csv": tmp_path / "curve.csv"}
     (old,) = written_path(make_atoms(), [0.4], record=records[before], **files)
     options = {"record": records[after], "resume": True}
@@ -181,8 +174,8 @@ def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
 
 
 def test_loop_has_own_columns_too():
-    loop = adhesion_loop(
-        make_atoms(), 0.1, 0.1, output=Output(record=StepWithLargestGap)
+    loop = rc.adhesion_loop(
+        make_atoms(), 0.1, 0.1, output=rc.Output(record=StepWithLargestGap)
     )
     assert loop.approach[-1].largest_gap < loop.approach[0].largest_gap
 
@@ -191,19 +184,19 @@ def test_loop_has_own_columns_too():
 
 
 def test_names_and_units_of_columns():
-    assert [each.name for each in fields(LoadStep)] == list(columns_of()) == NAMES
+    assert [each.name for each in fields(rc.LoadStep)] == list(columns_of()) == NAMES
     assert units_of() == UNITS
 
 
 def test_documentation_of_the_class_describes_every_column():
     for name, each in columns_of().items():
         entry = rf"\n    {name} : \w+\n        {re.escape(each.description)}"
-        assert re.search(entry, LoadStep.__doc__)
+        assert re.search(entry, rc.LoadStep.__doc__)
 
 
 def test_values_have_the_type_of_their_column():
     (step,) = written_path(make_atoms(), [0.4])
     types = {"int": int, "float": float, "bool": bool, "str": str}
-    for each in fields(LoadStep):
+    for each in fields(rc.LoadStep):
         assert isinstance(getattr(step, each.name), types[each.type])
     assert np.isfinite(step.energy)

@@ -6,22 +6,13 @@ import numpy as np
 import pytest
 from ase.constraints import FixAtoms, Hookean
 
-from ase_roughcontact import (
-    HeightMap,
-    LennardJones93,
-    Output,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.elasticity import Isotropic
 
-ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
-SPHERE = RoughSphere(10.0, ROUGH)
+ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
+SPHERE = rc.RoughSphere(10.0, ROUGH)
 BUMPS = np.random.default_rng(1).uniform(0.0, 1.0, (14, 14))
-ADHESIVE = LennardJones93.adhesive(1.0, 1.0, 0.02)
+ADHESIVE = rc.LennardJones93.adhesive(1.0, 1.0, 0.02)
 
 
 def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
@@ -29,10 +20,10 @@ def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
     lattice = {"shape": (12, 10), "periodic": True} | {
         key: options.pop(key) for key in ("shape", "periodic") if key in options
     }
-    atoms = substrate(
+    atoms = rc.substrate(
         "Cu", indenter=sphere, spacing=spacing, height=2.0, fixed=False, **lattice
     )
-    atoms.calc = RoughContact(
+    atoms.calc = rc.RoughContact(
         sphere, **{"contact_modulus": 1.0} | options, interaction=wall
     )
     if spring is None:
@@ -45,14 +36,14 @@ def make_atoms(sphere=SPHERE, spring=None, spacing=1.0, wall=None, **options):
 
 
 def rough(**changes):
-    return RoughSphere(10.0, replace(ROUGH, **changes))
+    return rc.RoughSphere(10.0, replace(ROUGH, **changes))
 
 
 # Parameters before, and changes of them.
 OTHERS = {
-    "radius": ({}, {"sphere": RoughSphere(11.0, ROUGH)}),
-    "profile": ({}, {"sphere": RoughSphere(10.0, ROUGH, "sphere")}),
-    "smooth": ({}, {"sphere": RoughSphere(10.0)}),
+    "radius": ({}, {"sphere": rc.RoughSphere(11.0, ROUGH)}),
+    "profile": ({}, {"sphere": rc.RoughSphere(10.0, ROUGH, "sphere")}),
+    "smooth": ({}, {"sphere": rc.RoughSphere(10.0)}),
     "slope": ({}, {"sphere": rough(rms_slope=0.11)}),
     "hurst": ({}, {"sphere": rough(hurst=0.7)}),
     "shortest wave": ({}, {"sphere": rough(short_wavelength=5.0)}),
@@ -61,19 +52,19 @@ OTHERS = {
     "amplitudes": ({}, {"sphere": rough(random_amplitudes=True)}),
     "domain": ({}, {"sphere": rough(domain=80.0)}),
     "one height of a map": (
-        {"sphere": HeightMap(BUMPS, 1.0)},
-        {"sphere": HeightMap(BUMPS + 1e-12 * np.eye(14), 1.0)},
+        {"sphere": rc.HeightMap(BUMPS, 1.0)},
+        {"sphere": rc.HeightMap(BUMPS + 1e-12 * np.eye(14), 1.0)},
     ),
     "modulus": ({}, {"contact_modulus": 1.1}),
     "solid": ({}, {"contact_modulus": None, "solid": Isotropic(1.1)}),
     "wall": ({}, {"wall": ADHESIVE}),
-    "default wall": ({}, {"wall": LennardJones93.repulsive(1.2, 1.0)}),
+    "default wall": ({}, {"wall": rc.LennardJones93.repulsive(1.2, 1.0)}),
     "work of adhesion": (
         {"wall": ADHESIVE},
-        {"wall": LennardJones93.adhesive(1.0, 1.0, 0.021)},
+        {"wall": rc.LennardJones93.adhesive(1.0, 1.0, 0.021)},
     ),
     "precision": ({}, {"fft": {"dtype": "float32"}}),
-    "spacing": ({"sphere": RoughSphere(10.0)}, {"spacing": 1.01}),
+    "spacing": ({"sphere": rc.RoughSphere(10.0)}, {"spacing": 1.01}),
     "window": ({}, {"shape": (10, 12)}),
     "boundary": ({}, {"periodic": False}),
 }
@@ -88,14 +79,16 @@ SAME = {
     "all": {},
     "threads": {"fft": {"threads": 2}},
     "named precision": {"fft": {"dtype": "float64"}},
-    "the default wall by name": {"wall": LennardJones93.repulsive(1.0, 1.0)},
+    "the default wall by name": {"wall": rc.LennardJones93.repulsive(1.0, 1.0)},
 }
 
 
 def begun(file, atoms, **path):
     """Calculate the first step of a path."""
     path = path or {"penetrations": [0.1, 0.2]}
-    steps = load_path(atoms, **path, window="unchecked", output=Output(trajectory=file))
+    steps = rc.load_path(
+        atoms, **path, window="unchecked", output=rc.Output(trajectory=file)
+    )
     next(steps)
     steps.close()
 
@@ -103,11 +96,11 @@ def begun(file, atoms, **path):
 def resumed(file, atoms, **path):
     path = path or {"penetrations": [0.1, 0.2]}
     return list(
-        load_path(
+        rc.load_path(
             atoms,
             **path,
             window="unchecked",
-            output=Output(trajectory=file, resume=True),
+            output=rc.Output(trajectory=file, resume=True),
         )
     )
 

@@ -4,42 +4,37 @@ import numpy as np
 import pytest
 from ase.constraints import Hookean
 from ase.optimize import LBFGS
+from built import atoms_under
 
-from ase_roughcontact import (
-    ActiveSet,
-    ExponentialWall,
-    HardWall,
-    LennardJones93,
-    PlasticWall,
-    RoughContact,
-    RoughSphere,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.optimize import default_optimizer
 from ase_roughcontact.paths.accuracy import accuracy_of
 
-SPHERE = RoughSphere(20.0)
+SPHERE = rc.RoughSphere(20.0)
 SPACING, MODULUS = 2.0, 0.5
 AREA = SPACING**2
 WALLS = {
-    "hard": HardWall(),
-    "repulsive": LennardJones93.repulsive(MODULUS, SPACING),
-    "adhesive": LennardJones93.adhesive(MODULUS, SPACING, 0.05),
-    "full": LennardJones93.full(
+    "hard": rc.HardWall(),
+    "repulsive": rc.LennardJones93.repulsive(MODULUS, SPACING),
+    "adhesive": rc.LennardJones93.adhesive(MODULUS, SPACING, 0.05),
+    "full": rc.LennardJones93.full(
         distance=SPACING, work_of_adhesion=0.05, cutoff=4.0 * SPACING
     ),
 }
-OTHERS = {"plastic": PlasticWall(0.1), "exponential": ExponentialWall(0.02, 1.0)}
+OTHERS = {"plastic": rc.PlasticWall(0.1), "exponential": rc.ExponentialWall(0.02, 1.0)}
 SOFT = [name for name in WALLS if name != "hard"]
 
 
 def make_atoms(wall, periodic=False, shape=(20, 16), **options):
-    atoms = substrate(
-        "Cu", shape, SPHERE, spacing=SPACING, periodic=periodic, **options
+    return atoms_under(
+        SPHERE,
+        (WALLS | OTHERS)[wall],
+        shape,
+        modulus=MODULUS,
+        spacing=SPACING,
+        periodic=periodic,
+        **options,
     )
-    atoms.calc = RoughContact(SPHERE, MODULUS, (WALLS | OTHERS)[wall])
-    return atoms
 
 
 def tie(atoms, stiffness, end):
@@ -51,7 +46,7 @@ def tie(atoms, stiffness, end):
 
 def relaxed(atoms, optimizer=None, **options):
     """Return the result of the first step of a path."""
-    return next(load_path(atoms, optimizer=optimizer, window="unchecked", **options))
+    return next(rc.load_path(atoms, optimizer=optimizer, window="unchecked", **options))
 
 
 def stopped_or_relaxed(atoms, stopped, **options):
@@ -65,7 +60,7 @@ def stopped_or_relaxed(atoms, stopped, **options):
 def fresh(atoms):
     """Return a copy of the atoms with a new calculator."""
     again = atoms.copy()
-    again.calc = RoughContact(**atoms.calc.parameters)
+    again.calc = rc.RoughContact(**atoms.calc.parameters)
     return again
 
 
@@ -164,7 +159,7 @@ def test_a_step_has_converged_only_if_its_forces_are_small(wall, relaxes):
 
 
 def test_a_step_of_a_hard_wall_has_converged_only_if_its_gaps_are_small():
-    class Loose(ActiveSet):
+    class Loose(rc.ActiveSet):
         def run(self, fmax, steps):
             return super().run(fmax, steps=1) or True
 
@@ -217,6 +212,6 @@ def test_the_default_accuracy_is_normal():
 @pytest.mark.parametrize("wall", WALLS)
 def test_steps_are_numbered_from_zero(wall):
     atoms, depths = make_atoms(wall), [0.2, 0.6, 0.4]
-    records = list(load_path(atoms, depths, window="unchecked"))
+    records = list(rc.load_path(atoms, depths, window="unchecked"))
     assert [record.step for record in records] == [0, 1, 2]
     assert [record.penetration for record in records] == pytest.approx(depths)

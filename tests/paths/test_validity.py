@@ -12,24 +12,9 @@ import numpy as np
 import pytest
 from ase.io import read
 from ase.units import GPa
+from built import atoms_under
 
-from ase_roughcontact import (
-    DugdaleWall,
-    HardWall,
-    HeightMap,
-    Heterogeneity,
-    Interaction,
-    LennardJones93,
-    Output,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    Validity,
-    ValidityWarning,
-    adhesion_loop,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
@@ -38,8 +23,8 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.topography import BoundedSurface
 
 GUIDE = Path(__file__).parents[2] / "examples" / "guide" / "validity.md"
-SPHERE = RoughSphere(200.0)
-SOFT = LennardJones93.repulsive(1.0, 1.0)
+SPHERE = rc.RoughSphere(200.0)
+SOFT = rc.LennardJones93.repulsive(1.0, 1.0)
 # Copper under 20 nN: a contact of some hundred atoms, and 10 GPa.
 COPPER = """
 [sphere]
@@ -64,7 +49,7 @@ class Cone(BoundedSurface):
 
 
 @dataclass(frozen=True)
-class Magnet(Interaction):
+class Magnet(rc.Interaction):
     """Wall with tension that its attributes deny."""
 
     tension: float
@@ -80,8 +65,8 @@ class Magnet(Interaction):
 
 
 def atoms_on(indenter=SPHERE, wall=SOFT, **options):
-    atoms = substrate("Cu", (16, 16), indenter, **{"spacing": 1.0} | options)
-    atoms.calc = RoughContact(indenter, 1.0, wall)
+    atoms = rc.substrate("Cu", (16, 16), indenter, **{"spacing": 1.0} | options)
+    atoms.calc = rc.RoughContact(indenter, 1.0, wall)
     return atoms
 
 
@@ -89,7 +74,7 @@ def names_after(atoms, depth=1.0, **options):
     """Return the names of the limits that a step exceeds."""
     options = {"window": "auto", "validity": "ignore"} | options
     loads = {"loads": [depth]} if options.pop("loads", False) else {}
-    (step,) = load_path(atoms, None if loads else [depth], **loads, **options)
+    (step,) = rc.load_path(atoms, None if loads else [depth], **loads, **options)
     return {check.name for check in failed_checks(step.validity).values()}
 
 
@@ -109,14 +94,16 @@ PRESSURES = {"mean pressure/hardness", "largest pressure/hardness"}
 def test_pressures_are_compared_with_the_hardness(hardness, names):
     # Hertz: a/R = sqrt(1/200), mean pressure 0.03 E*, largest 0.045 E*
     assert (
-        names_after(atoms_on(wall=HardWall()), validity=Validity("ignore", hardness))
+        names_after(
+            atoms_on(wall=rc.HardWall()), validity=rc.Validity("ignore", hardness)
+        )
         == names
     )
 
 
 def test_hardness_of_a_crystal_is_that_of_the_table():
-    atoms = substrate("Cu", (16, 16), RoughSphere(500.0))
-    atoms.calc = RoughContact(RoughSphere(500.0), 0.9)
+    atoms = rc.substrate("Cu", (16, 16), rc.RoughSphere(500.0))
+    atoms.calc = rc.RoughContact(rc.RoughSphere(500.0), 0.9)
     assert names_after(atoms, 1.0) == PRESSURES
     assert set(CRYSTALS) <= set(HARDNESS)
     assert Scene.default().hardness == HARDNESS["Si"] * GPa
@@ -127,7 +114,7 @@ def test_hardness_of_a_crystal_is_that_of_the_table():
     [("paraboloid", 4.0, False), ("paraboloid", 14.0, True), ("sphere", 14.0, False)],
 )
 def test_contact_as_wide_as_a_fifth_of_a_paraboloid_s_radius(profile, depth, outside):
-    indenter = RoughSphere(200.0, profile=profile)
+    indenter = rc.RoughSphere(200.0, profile=profile)
     names = names_after(atoms_on(indenter), depth)
     assert names == ({"contact radius/R"} if outside else set())
 
@@ -136,24 +123,24 @@ def test_contact_as_wide_as_a_fifth_of_a_paraboloid_s_radius(profile, depth, out
 def test_slope_is_that_of_both_components(component, outside):
     """A pyramid, whose slope on the diagonals of the grid has two equal components."""
     x = component * abs(np.arange(16) - 7.5)
-    pyramid = HeightMap(x[:, None] + x, 1.0)
+    pyramid = rc.HeightMap(x[:, None] + x, 1.0)
     assert ("slope" in names_after(atoms_on(pyramid), 1.0, window="fixed")) == outside
 
 
 @pytest.mark.parametrize("depth, outside", [(1e-4, True), (0.5, False)])
 def test_contacts_of_few_atoms(depth, outside):
-    names = names_after(atoms_on(wall=HardWall()), depth)
+    names = names_after(atoms_on(wall=rc.HardWall()), depth)
     assert names == ({"atoms in contact"} if outside else set())
 
 
 def test_attracted_atoms_are_not_in_contact():
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.003)
-    assert "atoms in contact" in names_after(atoms_on(RoughSphere(15.0), wall), 0.1)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
+    assert "atoms in contact" in names_after(atoms_on(rc.RoughSphere(15.0), wall), 0.1)
 
 
 @pytest.mark.parametrize("core, outside", [(0.5, False), (0.99, True)])
 def test_overlap_beyond_the_core_of_the_wall(core, outside):
-    wall = LennardJones93.repulsive(1.0, 1.0, core=core)
+    wall = rc.LennardJones93.repulsive(1.0, 1.0, core=core)
     names = names_after(atoms_on(wall=wall))
     assert names == ({"smallest gap/core"} if outside else set())
 
@@ -180,8 +167,8 @@ def test_tensile_load_on_a_wall_without_adhesion():
 def test_adhesive_zones_that_the_spacing_does_not_resolve(
     radius, work, stiffness, name
 ):
-    wall = LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
-    names = names_after(atoms_on(RoughSphere(radius), wall), 0.1)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
+    names = names_after(atoms_on(rc.RoughSphere(radius), wall), 0.1)
     assert names - {"atoms in contact"} == ({name} if name else set())
 
 
@@ -192,8 +179,8 @@ def test_adhesive_zones_that_the_spacing_does_not_resolve(
 def test_adhesive_zone_of_a_hard_wall_is_that_of_the_largest_local_work(
     reach, deviation, outside
 ):
-    atoms = atoms_on(RoughSphere(100.0), DugdaleWall(0.02, reach))
-    stripes = Heterogeneity(lambda x, y: deviation * np.cos(x / 4.0) + 0.0 * y)
+    atoms = atoms_on(rc.RoughSphere(100.0), rc.DugdaleWall(0.02, reach))
+    stripes = rc.Heterogeneity(lambda x, y: deviation * np.cos(x / 4.0) + 0.0 * y)
     atoms.calc.set(heterogeneity=stripes)
     assert names_after(atoms, 0.1) == (
         {"adhesive zone at the edge/a0"} if outside else set()
@@ -203,12 +190,14 @@ def test_adhesive_zone_of_a_hard_wall_is_that_of_the_largest_local_work(
 @cache
 def pull_off_force(radius, spacing, centre=0.0):
     """Return the pull-off force for a work of 0.003 E* a0, the axis beside an atom."""
-    sphere = RoughSphere(radius)
-    atoms = substrate("Cu", (8, 8), sphere, spacing=spacing)
+    sphere = rc.RoughSphere(radius)
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=spacing)
     atoms.positions[-1, :2] += centre * spacing
-    atoms.calc = RoughContact(sphere, 1.0, LennardJones93.adhesive(1.0, 1.0, 0.003))
+    atoms.calc = rc.RoughContact(
+        sphere, 1.0, rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
+    )
     options = {"window": "auto", "validity": "ignore", "tolerance": 2e-3}
-    return adhesion_loop(atoms, 0.04, 0.1, **options).pull_off_force
+    return rc.adhesion_loop(atoms, 0.04, 0.1, **options).pull_off_force
 
 
 @pytest.mark.slow
@@ -224,15 +213,15 @@ def test_pull_off_force_is_right_if_the_zone_at_the_tip_is_resolved(radius, erro
 
 def path(validity, **options):
     """Path with largest pressures of 0.032, 0.045 and 0.055 E*, means of two thirds."""
-    atoms = atoms_on(wall=HardWall())
-    return load_path(
+    atoms = atoms_on(wall=rc.HardWall())
+    return rc.load_path(
         atoms, [0.5, 1.0, 1.5], window="auto", validity=validity, **options
     )
 
 
 def test_each_limit_is_warned_of_once():
-    with pytest.warns(ValidityWarning) as caught:
-        steps = list(path(Validity(hardness=0.025)))
+    with pytest.warns(rc.ValidityWarning) as caught:
+        steps = list(path(rc.Validity(hardness=0.025)))
     assert [bool(step.validity) for step in steps] == [True] * 3
     texts = [str(each.message) for each in caught]
     assert len(texts) == 2  # the mean pressure exceeds the limit later
@@ -243,16 +232,16 @@ def test_each_limit_is_warned_of_once():
 
 def test_nothing_is_warned_of_within_the_limits_or_if_ignored():
     with warnings.catch_warnings():
-        warnings.simplefilter("error", ValidityWarning)
-        list(path(Validity(hardness=1.0)))
-        list(path(Validity("ignore", 0.01)))
-        with pytest.raises(ValidityWarning, match="plastically"):
-            list(path(Validity(hardness=0.01)))
+        warnings.simplefilter("error", rc.ValidityWarning)
+        list(path(rc.Validity(hardness=1.0)))
+        list(path(rc.Validity("ignore", 0.01)))
+        with pytest.raises(rc.ValidityWarning, match="plastically"):
+            list(path(rc.Validity(hardness=0.01)))
 
 
 def test_strict_paths_stop_after_the_step_is_written(tmp_path):
     table = tmp_path / "curve.csv"
-    strict = path(Validity("raise", 0.04), output=Output(csv=table))
+    strict = path(rc.Validity("raise", 0.04), output=rc.Output(csv=table))
     assert next(strict).validity == ""
     with pytest.raises(RuntimeError, match=r"step 1 .* = 1\.\d+ > 1 \(the highest"):
         next(strict)
@@ -261,10 +250,10 @@ def test_strict_paths_stop_after_the_step_is_written(tmp_path):
 
 def test_restored_steps_are_reported(tmp_path):
     file = tmp_path / "path.traj"
-    list(path(Validity("ignore", 0.01), output=Output(trajectory=file)))
+    list(path(rc.Validity("ignore", 0.01), output=rc.Output(trajectory=file)))
     with pytest.raises(RuntimeError, match="step 0 is outside"):
-        again = Output(trajectory=file, resume=True)
-        next(path(Validity("raise", 0.01), output=again))
+        again = rc.Output(trajectory=file, resume=True)
+        next(path(rc.Validity("raise", 0.01), output=again))
 
 
 @pytest.mark.parametrize(
@@ -273,14 +262,14 @@ def test_restored_steps_are_reported(tmp_path):
 )
 def test_unknown_actions_and_hardnesses_are_errors(arguments, message):
     with pytest.raises(ValueError, match=message):
-        path(Validity(*arguments))
+        path(rc.Validity(*arguments))
 
 
 def test_adhesion_loops_report_the_states_that_they_keep():
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.003)
-    atoms = atoms_on(RoughSphere(15.0), wall)
-    with pytest.warns(ValidityWarning, match="at the tip") as caught:
-        loop = adhesion_loop(atoms, -0.1, 0.05, smallest_step=0.05, window="auto")
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
+    atoms = atoms_on(rc.RoughSphere(15.0), wall)
+    with pytest.warns(rc.ValidityWarning, match="at the tip") as caught:
+        loop = rc.adhesion_loop(atoms, -0.1, 0.05, smallest_step=0.05, window="auto")
     assert all("at the tip" in state.validity for state in loop.approach)
     assert {each.filename for each in caught} == {__file__}
 
@@ -341,7 +330,7 @@ def test_hardness_of_a_scene_is_in_gigapascal(key, printed, scene, tmp_path, cap
 def test_ensembles_have_the_column_and_do_not_warn(tmp_path):
     database = tmp_path / "all.db"
     with warnings.catch_warnings():
-        warnings.simplefilter("error", ValidityWarning)
+        warnings.simplefilter("error", rc.ValidityWarning)
         scenes = product(Scene.parse(COPPER), {"substrate.hardness": [None, np.inf]})
         list(run_ensemble(scenes, database, workers=1))
     table = read_ensemble(database)
@@ -355,8 +344,8 @@ def test_the_built_in_scene_is_within_all_limits():
 
 
 def test_a_sphere_smaller_than_the_spacing_is_marked():
-    assert "R/a0" in names_after(atoms_on(RoughSphere(0.9)), 0.1)
-    assert "R/a0" not in names_after(atoms_on(RoughSphere(1.1)), 0.1)
+    assert "R/a0" in names_after(atoms_on(rc.RoughSphere(0.9)), 0.1)
+    assert "R/a0" not in names_after(atoms_on(rc.RoughSphere(1.1)), 0.1)
 
 
 PERIOD = "cell/period of the roughness"
@@ -367,16 +356,15 @@ PERIOD = "cell/period of the roughness"
 def test_a_jump_at_the_edges_of_a_periodic_cell_is_marked(
     radius, touches, side, missing
 ):
-    surface = RoughSphere(radius, SelfAffine(0.1, 0.8, 4.0, 8.0, domain=16.0))
-    atoms = substrate("Cu", (side, side), surface, spacing=1.0, periodic=True)
-    atoms.calc = RoughContact(surface, 1.0)
+    surface = rc.RoughSphere(radius, rc.SelfAffine(0.1, 0.8, 4.0, 8.0, domain=16.0))
+    atoms = atoms_under(surface, shape=(side, side), periodic=True)
     # pressed flat, or touched in one place only
     names = names_after(atoms, 1.0 if touches else 1e-4, window="fixed")
     assert (PERIOD in names) == (missing and touches)
 
 
 def test_no_jump_is_marked_in_a_window_of_free_boundary():
-    surface = SelfAffine(0.1, 0.8, 4.0, 8.0, domain=32.0)
+    surface = rc.SelfAffine(0.1, 0.8, 4.0, 8.0, domain=32.0)
     names = names_after(atoms_on(surface), window="unchecked")
     assert PERIOD not in names
 
@@ -396,7 +384,7 @@ def test_loops_mark_states_outside_of_the_limits(tmp_path, capsys):
     )
     command = ["run", str(file), "--out"]
     with warnings.catch_warnings():
-        warnings.simplefilter("error", ValidityWarning)
+        warnings.simplefilter("error", rc.ValidityWarning)
         assert main([*command, str(tmp_path / "out")]) == 0
     text = capsys.readouterr().out
     assert re.search(r"LIMITS: .*largest pressure/hardness", text)

@@ -7,28 +7,18 @@ from ase.units import GPa, J, m
 mpl = pytest.importorskip("matplotlib")
 mpl.use("Agg")
 
+from built import atoms_under  # noqa: E402
 from matplotlib.colors import to_rgb  # noqa: E402
 from matplotlib.figure import Figure  # noqa: E402
 
-from ase_roughcontact import (  # noqa: E402
-    ActiveSet,
-    HardWall,
-    HeightMap,
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    adhesion_loop,
-    plot,
-    snapshot,
-    substrate,
-)
+import ase_roughcontact as rc  # noqa: E402
+from ase_roughcontact import plot  # noqa: E402
 from ase_roughcontact.analysis import ContactMap  # noqa: E402
 from ase_roughcontact.theory import JKR, Hertz  # noqa: E402
 
 NANONEWTON = 1e-9 * J / m
 RADIUS, MODULUS, SPACING = 400.0, 0.9, 2.5
-ROUGH = SelfAffine(0.1, 0.8, 4.0, 32.0, seed=4)
+ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 32.0, seed=4)
 
 
 @pytest.fixture
@@ -39,20 +29,20 @@ def axes():
 @pytest.fixture(scope="module")
 def sphere_contact():
     """Smooth sphere on a hard wall."""
-    sphere = RoughSphere(RADIUS)
-    atoms = substrate("Cu", (24, 24), sphere, spacing=SPACING, height=-1.0)
-    atoms.calc = RoughContact(sphere, MODULUS, HardWall())
-    ActiveSet(atoms, logfile=None).run(fmax=1e-7)
+    sphere = rc.RoughSphere(RADIUS)
+    atoms = atoms_under(
+        sphere, rc.HardWall(), (24, 24), modulus=MODULUS, spacing=SPACING, height=-1.0
+    )
+    rc.ActiveSet(atoms, logfile=None).run(fmax=1e-7)
     return atoms
 
 
 @pytest.fixture(scope="module")
 def loop():
-    sphere = RoughSphere(30.0)
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
-    return adhesion_loop(atoms, 0.5, 0.2, window="auto", tolerance=0.01)
+    sphere = rc.RoughSphere(30.0)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
+    atoms = atoms_under(sphere, wall, (16, 16))
+    return rc.adhesion_loop(atoms, 0.5, 0.2, window="auto", tolerance=0.01)
 
 
 def line(axes, label):
@@ -66,7 +56,7 @@ def everything(figure, sphere_contact, loop):
     axes = iter(figure.add_subplot(2, 3, i) for i in range(1, 7))
     load = np.geomspace(1, 10, 4)
     plot.plot_curve(next(axes), load, load, 2 * load)
-    plot.plot_contact(next(axes), snapshot(sphere_contact), 20.0)
+    plot.plot_contact(next(axes), rc.snapshot(sphere_contact), 20.0)
     plot.plot_pressure(next(axes), ContactMap.from_atoms(sphere_contact), 20.0)
     plot.plot_loop(next(axes), loop, {"JKR": -1.0})
     plot.plot_force(next(axes), [1.0, 2.0], [-1.0, 1.0], pull_off_force=2.0)
@@ -137,11 +127,10 @@ def test_an_area_that_did_not_converge_is_crossed(axes):
 
 
 def test_atoms_that_are_attracted_are_shown_beside_those_in_contact(axes, loop):
-    sphere = RoughSphere(30.0)
-    atoms = substrate("Cu", (16, 16), sphere, spacing=1.0)
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.05)
-    atoms.calc = RoughContact(sphere, 1.0, wall)
-    plot.plot_contact(axes, snapshot(atoms))
+    sphere = rc.RoughSphere(30.0)
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.05)
+    atoms = atoms_under(sphere, wall, (16, 16))
+    plot.plot_contact(axes, rc.snapshot(atoms))
     state = atoms.calc.state(atoms)
     grey = axes.images[1].get_array()
     assert grey.count() == state.attractive_atoms > 0
@@ -167,7 +156,10 @@ def test_a_path_in_and_out_is_drawn_as_two(axes):
 
 
 def test_contact_map_shows_pressures_of_contacts_in_place(axes, sphere_contact):
-    frame, state = snapshot(sphere_contact), sphere_contact.calc.state(sphere_contact)
+    frame, state = (
+        rc.snapshot(sphere_contact),
+        sphere_contact.calc.state(sphere_contact),
+    )
     image = plot.plot_contact(axes, frame, 20.0, first_contact_radius=15.0)
     assert image.axes is axes
     shown = np.asarray(image.get_array().filled(np.nan)).T
@@ -183,11 +175,12 @@ def test_contact_map_shows_pressures_of_contacts_in_place(axes, sphere_contact):
 def test_x_is_drawn_to_the_right_and_y_upwards(axes):
     heights = np.ones((8, 12))
     heights[7, 2] = -0.1  # at x = 3 and y = -4 spacings from the axis
-    indenter = HeightMap(heights, SPACING)
-    atoms = substrate("Cu", (8, 12), indenter, spacing=SPACING, height=0.0)
-    atoms.calc = RoughContact(indenter, MODULUS, HardWall())
-    ActiveSet(atoms, logfile=None).run(fmax=1e-7)
-    image = plot.plot_contact(axes, snapshot(atoms))
+    indenter = rc.HeightMap(heights, SPACING)
+    atoms = atoms_under(
+        indenter, rc.HardWall(), (8, 12), modulus=MODULUS, spacing=SPACING, height=0.0
+    )
+    rc.ActiveSet(atoms, logfile=None).run(fmax=1e-7)
+    image = plot.plot_contact(axes, rc.snapshot(atoms))
     (row,), (column,) = np.nonzero(~np.ma.getmaskarray(image.get_array()))
     left, right, bottom, top = image.get_extent()
     x = left + (column + 0.5) / 8 * (right - left)
@@ -197,7 +190,7 @@ def test_x_is_drawn_to_the_right_and_y_upwards(axes):
 
 
 def test_circles_of_hertz_and_of_first_contact_have_their_radii(axes, sphere_contact):
-    frame = snapshot(sphere_contact)
+    frame = rc.snapshot(sphere_contact)
     plot.plot_contact(axes, frame, 20.0, first_contact_radius=50.0)
     hertz, first = (np.hypot(*each.get_data()) for each in axes.lines)
     np.testing.assert_allclose(hertz, 2.0)  # nm

@@ -7,13 +7,7 @@ import pytest
 from ase.units import GPa
 from small_scene import SMALL
 
-from ase_roughcontact import (
-    RoughContact,
-    RoughSphere,
-    Validity,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.cli.description import bodies, theory
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.elasticity.material import HARDNESS
@@ -58,15 +52,17 @@ def test_pressures_are_not_compared_with_an_unknown_hardness():
 
 
 def test_the_hardness_of_the_base_is_not_that_of_a_layer_in_python():
-    sphere = RoughSphere(60.0)
-    atoms = substrate("Cu", (24, 24), sphere)
-    atoms.calc = RoughContact(sphere, solid=Layer(0.5, thickness=20.0))
+    sphere = rc.RoughSphere(60.0)
+    atoms = rc.substrate("Cu", (24, 24), sphere)
+    atoms.calc = rc.RoughContact(sphere, solid=Layer(0.5, thickness=20.0))
     for hardness in (None, np.nan):
         steps = list(
-            load_path(atoms, penetrations=[0.5], validity=Validity(hardness=hardness))
+            rc.load_path(
+                atoms, penetrations=[0.5], validity=rc.Validity(hardness=hardness)
+            )
         )
         assert "hardness" not in steps[-1].validity
-    for step in load_path(atoms, [0.5], validity=Validity("ignore", 1e-4)):
+    for step in rc.load_path(atoms, [0.5], validity=rc.Validity("ignore", 1e-4)):
         assert "hardness" in step.validity
 
 

@@ -6,21 +6,18 @@ import numpy as np
 import pytest
 from small_scene import SMALL
 
-from ase_roughcontact import fcc_spacing
-from ase_roughcontact.interactions import (
-    wall_parameters,
-)
+import ase_roughcontact as rc
+from ase_roughcontact.interactions import wall_parameters
 from ase_roughcontact.paths.accuracy import OF_ATOMS
-from ase_roughcontact.scene import Scene, Steps, build, default_text
+from ase_roughcontact.scene import Scene, Steps, default_text
 from ase_roughcontact.scene.config import SECTIONS, SubstrateConfig
-from ase_roughcontact.topography import RoughSphere, SelfAffine
 
 
 def test_lengths_of_the_indenter_are_in_units_of_the_spacing():
     scene = Scene.parse(SMALL)
-    a0 = fcc_spacing("Cu")
-    rough = SelfAffine(0.1, 0.8, 4 * a0, 16 * a0)
-    assert scene.surface == RoughSphere(60 * a0, rough)
+    a0 = rc.fcc_spacing("Cu")
+    rough = rc.SelfAffine(0.1, 0.8, 4 * a0, 16 * a0)
+    assert scene.surface == rc.RoughSphere(60 * a0, rough)
 
 
 def test_built_in_scene_is_the_paper_s_roughness_over_four_decades_of_load():
@@ -272,19 +269,6 @@ def test_relax_can_begin_in_the_middle_of_the_path():
     scene = Scene.parse(SMALL)
     whole = list(scene.relax())
     assert next(scene.relax(scene.targets[1:])).height == whole[1].height
-
-
-def test_the_parts_of_a_scene_are_built_once(monkeypatch):
-    built = []
-    for part in ("solid_of", "make_wall", "random_field"):
-        original = getattr(build, part)
-        monkeypatch.setattr(
-            build, part, lambda *args, p=part, b=original: built.append(p) or b(*args)
-        )
-    scene = Scene.parse(SMALL)
-    scene.check()
-    list(scene.relax(validity="ignore"))
-    assert sorted(built) == ["make_wall", "random_field", "solid_of"]
 
 
 def test_a_scene_is_sent_to_processes_without_what_was_built():

@@ -4,7 +4,7 @@ import json
 import re
 from dataclasses import replace
 from functools import cache
-from itertools import chain, combinations, count
+from itertools import chain, combinations
 
 import numpy as np
 import pytest
@@ -94,28 +94,6 @@ def test_error_of_the_boundary_is_that_on_the_same_grid():
         for settings in ({}, cell.settings)
     )
     assert cell.error == pytest.approx(abs(periodic / free - 1.0).max())
-
-
-def test_nothing_but_the_seconds_depends_on_the_clock(monkeypatch):
-    """On a clock that stands still, and one that jumps by minutes."""
-
-    def found(jump):
-        ticks = count(0.0, jump)
-        monkeypatch.setattr("time.perf_counter", lambda: next(ticks))
-        given = scene("atoms").with_values({"path.values": (5.0, 10.0, 20.0)})
-        return tradeoff(given, 0.1, steps=2)
-
-    still, jumping = found(0.0), found(300.0)
-    assert sum(c.seconds for c in jumping.choices) > 300.0
-    without = (
-        replace(each, choices=tuple(replace(c, seconds=0.0) for c in each.choices))
-        for each in (still, jumping)
-    )
-    first, second = (
-        replace(each, plan=tuple(c.label for c in each.plan)) for each in without
-    )
-    assert first == second
-    assert first.plan
 
 
 def test_grids_of_too_many_points_are_left_out_and_named():
@@ -279,21 +257,6 @@ def test_cheapest_whole_is_chosen_among_the_three_that_should_be(monkeypatch):
     monkeypatch.setattr(Scene, "relax", counted)
     plan = tradeoff(scene(), 0.99, steps=1).plan
     assert [each.label for each in plan] == ["normal", "cell of 2 diameters"]
-
-
-def test_of_choices_with_equal_errors_the_default_is_planned(monkeypatch):
-    relax = Scene.relax
-
-    def counted(self, *args, **options):
-        for step in relax(self, *args, **options):
-            yield replace(step, pairs=1.0 if self.solver.accuracy == 0.1 else 2.0)
-
-    monkeypatch.setattr(Scene, "relax", counted)
-    found = tradeoff(scene("atoms"), 0.05, steps=1)
-    loose, default = (c for c in found.choices if c.source == "tolerance")
-    assert loose.error == default.error == 0.0
-    assert loose.cost < default.cost
-    assert default in found.plan and loose not in found.plan
 
 
 @pytest.mark.parametrize("of, control", [("height", "load"), ("force", "penetration")])

@@ -2,18 +2,10 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 from contacts import contact_of, rough_sphere, solve
 
-from ase_roughcontact import (
-    DugdaleWall,
-    HardWall,
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.analysis import conductance
 from ase_roughcontact.atoms.calculator import contact_of as contact_of_atoms
 from ase_roughcontact.elasticity import Isotropic
@@ -21,14 +13,14 @@ from ase_roughcontact.solvers.response import force_derivative, height_response
 from ase_roughcontact.theory import Hertz
 
 ISOTROPIC = Isotropic(1.0)
-ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1)
+ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1)
 # Longer steps cross kinks of the force, where atoms change their range of the wall.
 STEP = 3e-6
 WALLS = {
-    "hard": HardWall(),
-    "repulsive": LennardJones93.repulsive(1.0, 1.0),
-    "adhesive": LennardJones93.adhesive(1.0, 1.0, 0.02),
-    "full": LennardJones93.full(distance=1.0, work_of_adhesion=0.05),
+    "hard": rc.HardWall(),
+    "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),
+    "adhesive": rc.LennardJones93.adhesive(1.0, 1.0, 0.02),
+    "full": rc.LennardJones93.full(distance=1.0, work_of_adhesion=0.05),
 }
 
 
@@ -64,15 +56,15 @@ def test_nothing_responds_out_of_range(solid):
 
 
 def test_a_full_contact_of_a_periodic_hard_wall_is_rigid():
-    contact = contact_of(np.zeros((8, 8)), HardWall(), periodic=True)
+    contact = contact_of(np.zeros((8, 8)), rc.HardWall(), periodic=True)
     pressure = solve(contact, 3.0, tolerance=1e-9).pressure
     state = contact.evaluate(np.zeros((8, 8)), 0.0, pressure, pressure)
     assert height_response(contact, state).force == -np.inf
 
 
 def test_a_state_that_is_no_minimum_has_no_stiffness():
-    wall = LennardJones93.adhesive(1.0, 1.0, 0.1)
-    heights = RoughSphere(30.0).heights((24, 24), 1.0, (-12.0, -12.0))
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.1)
+    heights = rc.RoughSphere(30.0).heights((24, 24), 1.0, (-12.0, -12.0))
     contact, largest, known = contact_of(heights, wall, solid=0.3), [], []
     flat = np.zeros(contact.halfspace.dof_shape)
     for height in np.linspace(wall.cutoff, wall.contact_distance, 25)[1:]:
@@ -85,10 +77,9 @@ def test_a_state_that_is_no_minimum_has_no_stiffness():
 
 
 def test_contact_stiffness_and_conductance_of_a_smooth_sphere_are_those_of_hertz():
-    sphere = RoughSphere(400.0)
-    atoms = substrate("Cu", (96, 96), sphere, spacing=1.0)
-    atoms.calc = RoughContact(sphere, 1.0, HardWall())
-    (step,) = load_path(atoms, penetrations=[3.0])
+    sphere = rc.RoughSphere(400.0)
+    atoms = atoms_under(sphere, rc.HardWall(), (96, 96))
+    (step,) = rc.load_path(atoms, penetrations=[3.0])
     radius = float(Hertz(400.0, 1.0).contact_radius(step.normal_force))
     assert step.contact_stiffness == pytest.approx(2 * radius, rel=0.01)
     flow = conductance(step.contact_stiffness, 1.0, resistivity=2.0)
@@ -101,7 +92,11 @@ def test_contact_stiffness_and_conductance_of_a_smooth_sphere_are_those_of_hertz
 
 def force_of(work=0.02, radius=100.0, kind="adhesive", solid=ISOTROPIC):
     """Force, contact, state and response of a rough sphere at a fixed height."""
-    wall = LennardJones93.adhesive(1.0, 1.0, work) if kind == "adhesive" else HardWall()
+    wall = (
+        rc.LennardJones93.adhesive(1.0, 1.0, work)
+        if kind == "adhesive"
+        else rc.HardWall()
+    )
     contact = contact_of(rough_sphere((40, 40), radius, ROUGH), wall, solid=solid)
     lowest = rough_sphere((40, 40), 100.0, ROUGH).min()
     state = relaxed(contact, (0.4 if kind == "adhesive" else -0.6) - lowest)
@@ -138,7 +133,7 @@ def test_derivative_to_the_work_of_adhesion_is_that_of_differences(solid):
     _, contact, state = force_of(solid=solid)
     response = height_response(contact, state, 1e-9)
     low, high = (
-        LennardJones93.adhesive(1.0, 1.0, 0.02 + change).evaluate(state.gap)[1]
+        rc.LennardJones93.adhesive(1.0, 1.0, 0.02 + change).evaluate(state.gap)[1]
         for change in (-1e-6, 1e-6)
     )
     by_work = force_derivative(
@@ -157,11 +152,10 @@ def test_derivative_to_the_height_is_that_of_raised_heights(solid):
 
 def test_a_saddle_has_no_stiffness():
     """An atom at the end of the attraction: the energy falls if it moves up or down."""
-    rough = SelfAffine(0.3, 0.8, 4.0, 8.0, domain=16.0, seed=34)
-    atoms = substrate("Cu", (16, 16), rough, spacing=1.0, periodic=True)
-    atoms.calc = RoughContact(rough, 1.0, DugdaleWall(0.063, 0.203))
+    rough = rc.SelfAffine(0.3, 0.8, 4.0, 8.0, domain=16.0, seed=34)
+    atoms = atoms_under(rough, rc.DugdaleWall(0.063, 0.203), (16, 16), periodic=True)
     options = {"validity": "ignore", "window": "unchecked"}
-    (step,) = load_path(atoms, penetrations=[0.2], **options)
+    (step,) = rc.load_path(atoms, penetrations=[0.2], **options)
     contact, state = contact_of_atoms(atoms), atoms.calc.state(atoms)
     stiffness = contact.interaction.evaluate(state.gap)[2]
     move = -1.0 * (~state.contact & (stiffness == 0.0))

@@ -1,7 +1,5 @@
 """Closed forms of rough surfaces and spheres against independent calculations."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -52,12 +50,6 @@ def test_sphere_rises_by_the_rms_height_at_the_first_contact_radius_from_height(
     assert_allclose(a**2 / 2e4, SLOPE / (2 * np.pi) * waves, rtol=1e-13)
 
 
-def test_printed_first_contact_radius_lacks_two_pi_of_the_rms_height():
-    own = theory.first_contact_radius_from_height(1e4, ROUGH)
-    printed = theory.first_contact_radius(1e4, ROUGH)
-    assert_allclose(printed / own, (2 * np.pi) ** (1 / 1.2))
-
-
 def test_contact_area_is_hertz_times_fraction():
     area = HERTZ.contact_area(LOADS)
     expected = area * theory.contact_fraction(LOADS / area, 0.1)
@@ -70,18 +62,6 @@ def test_contact_area_is_load_over_rough_pressure_at_tiny_load(load):
     assert_allclose(area, load / 0.1, rtol=1e-8)
 
 
-def test_nominal_pressure_at_the_crossover_load_is_the_rough_pressure():
-    load = theory.crossover_load(R, E, SLOPE, 2.9)
-    pressure = load / HERTZ.contact_area(load)
-    assert_allclose(pressure, theory.mean_contact_pressure(SLOPE, E, 2.9), rtol=1e-14)
-
-
-def test_contact_radius_at_the_crossover_load_is_the_crossover_radius():
-    load = theory.crossover_load(R, E, SLOPE)
-    ratio = HERTZ.contact_radius(load) / R
-    assert_allclose(ratio, 0.75 * np.pi * SLOPE / 2, rtol=1e-14)
-
-
 def test_slope_to_curvature_ratio_follows_from_the_spectrum():
     ends = 2 * np.pi / LONG, 2 * np.pi / SHORT
     slope2 = spectral_average(lambda q: q**2, *ends)
@@ -90,20 +70,9 @@ def test_slope_to_curvature_ratio_follows_from_the_spectrum():
     assert_allclose(ratio, np.sqrt(slope2 / curvature2), rtol=1e-9)
 
 
-def test_slope_to_curvature_ratio_of_many_decades_has_a_closed_form():
-    expected = np.sqrt((2 - HURST) / (1 - HURST)) * SHORT / (2 * np.pi)
-    assert_allclose(theory.slope_to_curvature_ratio(WIDE), expected, rtol=2e-5)
-
-
 def test_asperity_radius_is_equation_6():
     rho = theory.asperity_radius(ROUGH)
     assert_allclose(rho, 4 / (0.2 * np.pi) * np.sqrt(12))
-
-
-def test_asperity_radius_from_curvature_exceeds_the_printed_one_by_root_two():
-    curvature = SLOPE / theory.slope_to_curvature_ratio(WIDE)
-    own = theory.asperity_radius_from_curvature(curvature)
-    assert_allclose(own / theory.asperity_radius(WIDE), np.sqrt(2), rtol=2e-5)
 
 
 def test_asperity_radius_from_curvature_is_that_of_a_paraboloid():
@@ -146,21 +115,6 @@ def test_compliant_kappa_counts_the_waves_of_the_roll_off():
     kappa = theory.compliant_kappa(0.3, E, rough)
     compliant = mean(lambda q: (1 + E * q / 0.6) ** -2)
     assert_allclose(kappa, 2 * np.sqrt(mean(lambda q: 1.0) / compliant), rtol=1e-8)
-
-
-def test_long_wavelengths_change_kappa_little_when_the_range_is_wide():
-    infinite, wide = (
-        theory.compliant_kappa(
-            E, E, SimpleNamespace(**vars(ROUGH) | {"long_wavelength": long})
-        )
-        for long in (np.inf, 1e12)
-    )
-    assert_allclose(wide, infinite, rtol=1e-4)
-
-
-def test_compliant_kappa_refuses_an_empty_range_of_wavelengths():
-    with pytest.raises(ValueError, match="must exceed short_wavelength"):
-        theory.compliant_kappa(E, E, SelfAffine(SLOPE, HURST, 4.0, 4.0))
 
 
 @pytest.mark.parametrize(("work", "expected"), [(0.0005, 0.042), (0.005, 0.28)])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from ase_roughcontact import SelfAffine, theory
+from ase_roughcontact import RoughSphere, SelfAffine, theory
 
 R, E, W = 30.0, 2.0, 0.05
 SLOPE, HURST, SHORT = 0.1, 0.8, 4.0
@@ -31,6 +31,59 @@ def test_unphysical_arguments_are_refused(function, message, bad):
         function(bad)
 
 
+ROUGH = SelfAffine(SLOPE, HURST, SHORT, 512.0)
+SPHERE = RoughSphere(100.0, ROUGH)
+
+
+def rough(**changes):
+    """An object with the parameters of a roughness that does not check them."""
+    return SimpleNamespace(**vars(ROUGH) | changes)
+
+
+@pytest.mark.parametrize(
+    "function, arguments, message",
+    [
+        (theory.yield_load, (1.0, 1.0, 0.0), "hardness"),
+        (theory.plastic_crossover_load, (1.0, 1.0, 0.0), "hardness"),
+        (
+            theory.flattening_energy,
+            (E, rough(long_wavelength=3.0)),
+            "length 4.0, got 3",
+        ),
+        (
+            theory.flattening_energy,
+            (E, rough(long_wavelength=64.0, longest_wavelength=32.0)),
+            r"at least long_wavelength 64\.0, got 32\.0",
+        ),
+        (theory.compliant_kappa, (E, E, rough(long_wavelength=4.0)), "must exceed sho"),
+        (theory.stickiness, (ROUGH, -1.0, 0.005, 0.245), "> 0"),
+        (theory.stickiness, (ROUGH, 1.0, -1.0, 0.245), "> 0"),
+        (theory.stickiness, (ROUGH, 1.0, 0.005, -1.0), "> 0"),
+        (theory.stickiness, (SPHERE, 1.0, 0.02, 0.5), "RoughSphere give its rough"),
+        (theory.regime, (1.0, 100.0, 1.0, SPHERE), "RoughSphere give its rough"),
+        (theory.Hertz(R, E).contact_radius, (-20.0,), "below the negative pull-off"),
+        (theory.JKR(R, E, W).contact_radius, (-20.0,), "below the negative pull-off"),
+        (theory.DMT(R, E, W).contact_radius, (-20.0,), "below the negative pull-off"),
+        (theory.MaugisDugdale(R, E, W, W).contact_radius, (-20.0,), "got -20"),
+        (theory.MaugisDugdale(R, E, W, W).state, (1.0,), "zone_ratio must be above 1"),
+        (theory.MaugisDugdale(R, E, W, W).state, (np.nan,), "zone_ratio must be above"),
+        (
+            theory.MaugisDugdale(R, E, W, W).stability_limit,
+            ("speed",),
+            "'load' or 'displacement'",
+        ),
+        (
+            theory.JKR(R, E, W).contact_radius_from_penetration,
+            (-100.0,),
+            "must not be below that of pull-off",
+        ),
+    ],
+)
+def test_what_has_no_answer_is_refused(function, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        function(*arguments)
+
+
 @pytest.mark.parametrize(
     "name, bad",
     [("hurst", bad) for bad in (0.0, 1.0, -0.2, np.nan)]
@@ -48,9 +101,8 @@ def test_unphysical_arguments_are_refused(function, message, bad):
     ],
 )
 def test_unphysical_roughness_is_refused(function, name, bad):
-    rough = vars(SelfAffine(SLOPE, HURST, SHORT, 512.0)) | {name: bad}
     with pytest.raises(ValueError, match=f"{name} must"):
-        function(SimpleNamespace(**rough))
+        function(rough(**{name: bad}))
 
 
 def test_results_do_not_depend_on_the_system_of_units():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 from numpy.testing import assert_allclose, assert_array_equal
 
 from ase_roughcontact import (
@@ -12,11 +13,9 @@ from ase_roughcontact import (
     LennardJones93,
     NewtonKrylov,
     PowerLawWall,
-    RoughContact,
     RoughSphere,
     SelfAffine,
     load_path,
-    substrate,
 )
 
 FIELD = SelfAffine(1.0, 0.5, short_wavelength=4.0, long_wavelength=16.0, seed=3)
@@ -115,9 +114,7 @@ def test_window_beyond_the_period_of_a_field_or_a_map_is_an_error():
 
 def adhesive_atoms(wall, pattern, shape=(20, 20), **options):
     sphere = RoughSphere(40.0)
-    atoms = substrate("Cu", shape, sphere, spacing=1.0, **options)
-    atoms.calc = RoughContact(sphere, 1.0, wall, heterogeneity=pattern)
-    return atoms
+    return atoms_under(sphere, wall, shape, heterogeneity=pattern, **options)
 
 
 @every_wall

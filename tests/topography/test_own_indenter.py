@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from built import atoms_under
 from written_path import written_path
 
-from ase_roughcontact import RoughContact, RoughSphere, substrate
-from ase_roughcontact.analysis import first_contact
+from ase_roughcontact import RoughSphere, substrate
 from ase_roughcontact.topography import BoundedSurface
 
 A0 = 1.0
@@ -37,8 +37,7 @@ class Flute:
 
 def path(indenter, depths, shape=(24, 24), **options):
     """Press an indenter into atoms."""
-    atoms = substrate("Cu", shape, indenter, spacing=A0)
-    atoms.calc = RoughContact(indenter, 1.0)
+    atoms = atoms_under(indenter, shape=shape, spacing=A0)
     return list(written_path(atoms, depths, **options))
 
 
@@ -67,12 +66,6 @@ def test_path_is_resumed_with_the_same_indenter_only(tmp_path):
         path(Cone(0.3), [0.5, 1.0], **files)
 
 
-def test_cone_touches_with_its_tip_first():
-    found = first_contact(Cone(0.2), A0, (0.25, 0.0))
-    assert found.position == (0.25, 0.0)
-    assert found.height == pytest.approx(0.05)
-
-
 @pytest.mark.parametrize(
     "value, message",
     [
@@ -89,8 +82,7 @@ def test_heights_that_are_not_finite_real_numbers_are_refused(value, message, he
             return np.full(shape, value)
 
     with pytest.raises(ValueError, match=message):
-        atoms = substrate("Cu", (8, 8), Wrong(), spacing=A0, height=height)
-        atoms.calc = RoughContact(Wrong(), 1.0)
+        atoms = atoms_under(Wrong(), spacing=A0, height=height)
         atoms.get_potential_energy()
 
 

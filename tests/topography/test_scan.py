@@ -5,16 +5,15 @@ import warnings
 
 import numpy as np
 import pytest
+from built import atoms_under
 from microscope_files import WITH_MISSING, WRITERS
 from scipy.integrate import trapezoid
 
 from ase_roughcontact import (
     HeightMap,
     NewtonKrylov,
-    RoughContact,
     RoughSphere,
     SelfAffine,
-    substrate,
 )
 from ase_roughcontact.theory import regime
 
@@ -39,8 +38,7 @@ def untouched(scan, role="substrate", **options):
 
 def pressed(surface):
     """Force and places of the atoms in contact, of a map on a copper surface."""
-    atoms = substrate("Cu", surface.shape, surface, spacing=1.0)
-    atoms.calc = RoughContact(surface, 1.0)
+    atoms = atoms_under(surface, shape=surface.shape)
     atoms.positions[-1, 2] = -raw(surface).min()
     assert NewtonKrylov(atoms, logfile=None).run(fmax=1e-7)
     state = atoms.calc.state(atoms)

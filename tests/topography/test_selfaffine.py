@@ -187,16 +187,6 @@ def test_rounding_in_the_origin_does_not_matter(index):
     )
 
 
-def test_the_unit_of_length_does_not_matter():
-    other = SelfAffine(0.1, 0.8, 4e-10, 32e-10, seed=7)
-    np.testing.assert_allclose(
-        1e10 * other.heights((128, 128), 1e-10),
-        SURFACE.heights((128, 128), 1.0),
-        rtol=0,
-        atol=1e-12,
-    )
-
-
 def test_short_waves_are_added_to_the_same_long_waves():
     _, k = coefficients(np.zeros((128, 128)))
     band = (k >= 4) & (k <= 16)

@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from built import atoms_under
 
-from ase_roughcontact import NewtonKrylov, RoughContact, RoughSphere, substrate
+from ase_roughcontact import NewtonKrylov, RoughContact, RoughSphere
 from ase_roughcontact.atoms.calculator import elastic_pressure, grid_of
 from ase_roughcontact.atoms.exchange import exchange_window, window_of
 from ase_roughcontact.elasticity.lattice import Box
@@ -15,8 +16,7 @@ NEW = [Box((-9, -7), (20, 17)), Box((-3, -2), (7, 5)), Box((-8, 1), (10, 9))]
 
 @pytest.fixture
 def atoms():
-    atoms = substrate("Cu", OLD.shape, SPHERE, spacing=1.0, height=-0.2)
-    atoms.calc = RoughContact(SPHERE, 1.0)
+    atoms = atoms_under(SPHERE, shape=OLD.shape, height=-0.2)
     assert NewtonKrylov(atoms).run(fmax=1e-6)
     return atoms
 
@@ -76,7 +76,6 @@ def test_pressure_of_atoms_in_both_windows_is_kept(atoms):
 
 
 def test_window_of_a_periodic_half_space_can_not_be_exchanged():
-    atoms = substrate("Cu", (8, 8), SPHERE, spacing=1.0, periodic=True)
-    atoms.calc = RoughContact(SPHERE, 1.0)
+    atoms = atoms_under(SPHERE, periodic=True)
     with pytest.raises(ValueError, match="periodic half space is its cell"):
         exchange_window(atoms, NEW[0])

@@ -35,20 +35,6 @@ def test_box_of_a_level_does_not_depend_on_levels_asked_for_before():
     assert boxes[-1].size > boxes[0].size
 
 
-def test_most_atoms_are_sampled_once_while_levels_grow(monkeypatch):
-    sampled, heights = [], RoughSphere.heights
-
-    def counted(self, shape, *place):
-        sampled.append(np.prod(shape))
-        return heights(self, shape, *place)
-
-    monkeypatch.setattr(RoughSphere, "heights", counted)
-    footprint = Footprint(RoughSphere(1000.0), 1.0)
-    for level in np.geomspace(50.0, 800.0, 12):
-        box = footprint.box_below(level)
-    assert sum(sampled) < 3.3 * box.size
-
-
 def test_lattice_may_be_shifted_relative_to_the_axis():
     sphere, origin = RoughSphere(50.0), (-0.25, 7.5)
     box = Footprint(sphere, 1.0, origin).box_below(0.5)

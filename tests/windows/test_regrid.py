@@ -3,28 +3,19 @@
 import numpy as np
 import pytest
 from ase.constraints import FixAtoms
+from built import atoms_under
 
-from ase_roughcontact import (
-    HeightMap,
-    LennardJones93,
-    RoughContact,
-    RoughSphere,
-    SelfAffine,
-    load_path,
-    substrate,
-)
+import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
 from ase_roughcontact.atoms.exchange import regrid
 from ase_roughcontact.windows.regrid import GridChange, lost_slope
 
-ROUGH = SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
-SPHERE = RoughSphere(100.0, ROUGH)
+ROUGH = rc.SelfAffine(0.1, 0.8, 4.0, 16.0, seed=1, domain=64.0)
+SPHERE = rc.RoughSphere(100.0, ROUGH)
 
 
 def make_atoms(surface=SPHERE, shape=(12, 16), **options):
-    atoms = substrate("Cu", shape, surface, spacing=1.0, **options)
-    atoms.calc = RoughContact(surface, 1.0)
-    return atoms
+    return atoms_under(surface, shape=shape, **options)
 
 
 @pytest.mark.parametrize("periodic", [True, False])
@@ -41,7 +32,9 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
     assert new.origin == grid.origin and new.periodic == grid.periodic
     np.testing.assert_array_equal(atoms.positions[-1], axis)
     np.testing.assert_array_equal(atoms.cell, cell)
-    assert after.interaction == before.interaction == LennardJones93.repulsive(1.0, 1.0)
+    assert (
+        after.interaction == before.interaction == rc.LennardJones93.repulsive(1.0, 1.0)
+    )
     assert atoms.calc.parameters["load"] == 0.5
     (constraint,) = atoms.constraints
     assert isinstance(constraint, FixAtoms)
@@ -55,7 +48,7 @@ def test_grid_changes_and_nothing_else(periodic, refine, coarsen):
 
 def test_grid_that_is_not_relative_to_the_atoms_is_an_error():
     with pytest.raises(ValueError, match=r"like 'a0/2' or '2 a0', got '0\.5 a0'"):
-        load_path(make_atoms(), [0.1], grid="0.5 a0")
+        rc.load_path(make_atoms(), [0.1], grid="0.5 a0")
 
 
 def test_smoother_indenter_of_a_coarse_grid_has_the_same_long_waves():
@@ -70,7 +63,7 @@ def test_smoother_indenter_of_a_coarse_grid_has_the_same_long_waves():
 
 
 def test_mean_power_of_an_ensemble_is_kept_by_smoothing():
-    rough = SelfAffine(
+    rough = rc.SelfAffine(
         *(0.1, 0.8, 4.0, 16.0),
         **{"random_amplitudes": True, "normalise": "ensemble", "domain": 64.0},
     )
@@ -91,11 +84,10 @@ def test_lost_slope_is_that_of_the_waves_left_out():
 
 
 def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
-    built = substrate("Cu", (48, 64), SPHERE, spacing=0.5)
-    wall = LennardJones93.repulsive(1.0, 1.0)
-    built.calc = RoughContact(SPHERE, 1.0, wall)
-    (expected,) = load_path(built, heights=[1.0], fmax=1e-10)
-    (step,) = load_path(
+    wall = rc.LennardJones93.repulsive(1.0, 1.0)
+    built = atoms_under(SPHERE, wall, (48, 64), spacing=0.5)
+    (expected,) = rc.load_path(built, heights=[1.0], fmax=1e-10)
+    (step,) = rc.load_path(
         make_atoms(shape=(24, 32)), heights=[1.0], grid="a0/2", fmax=1e-10
     )
     assert not recwarn.list
@@ -105,14 +97,14 @@ def test_path_on_another_grid_is_that_of_atoms_built_with_it(recwarn):
 
 def test_loss_is_a_warning_of_a_path():
     with pytest.warns(UserWarning, match=r"4 times as coarse.*34 % of the rms slope"):
-        load_path(make_atoms(), heights=[1.0], grid="4 a0")
+        rc.load_path(make_atoms(), heights=[1.0], grid="4 a0")
 
 
 def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
-    sphere = RoughSphere(20.0)
-    atoms = substrate("Cu", (16, 16), sphere)
-    atoms.calc = RoughContact(sphere, 1.0)
-    (step,) = load_path(atoms, [0.5], grid="a0/2", validity="ignore")
+    sphere = rc.RoughSphere(20.0)
+    atoms = rc.substrate("Cu", (16, 16), sphere)
+    atoms.calc = rc.RoughContact(sphere, 1.0)
+    (step,) = rc.load_path(atoms, [0.5], grid="a0/2", validity="ignore")
     assert "hardness" in step.validity
 
 
@@ -123,7 +115,7 @@ def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
         (SPHERE, "2 a0/2", "refine or coarsen, got 2 and 2"),
         (SPHERE, "5 a0", r"must divide the shape of the window.*\(12, 16\)"),
         (
-            RoughSphere(50.0, HeightMap(np.zeros((32, 32)), 1.0)),
+            rc.RoughSphere(50.0, rc.HeightMap(np.zeros((32, 32)), 1.0)),
             "2 a0",
             "needs a roughness with a method band_limited",
         ),
@@ -131,4 +123,4 @@ def test_hardness_of_the_crystal_is_known_on_a_finer_grid():
 )
 def test_impossible_grids_are_rejected(surface, grid, message):
     with pytest.raises(ValueError, match=message):
-        load_path(make_atoms(surface), heights=[1.0], grid=grid)
+        rc.load_path(make_atoms(surface), heights=[1.0], grid=grid)
