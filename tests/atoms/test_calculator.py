@@ -83,7 +83,8 @@ def test_results_scale_with_the_units(wall, periodic, rng, length, modulus):
             "Cu", (8, 6), sphere, spacing=a0, periodic=periodic, height=0.6 * a0
         )
         atoms.positions[:-1, 2] = a0 * u
-        units = dict.fromkeys(("distance", "onset", "cutoff", "core"), a0)
+        lengths = "distance", "onset", "cutoff", "core", "attraction_range"
+        units = dict.fromkeys(lengths, a0)
         units |= {"stiffness": stress / a0, "work_of_adhesion": stress * a0}
         scaled = replace(wall, **{k: v * units[k] for k, v in vars(wall).items()})
         atoms.calc = rc.RoughContact(sphere, stress, scaled, load=0.2 * stress * a0**2)
