@@ -154,6 +154,19 @@ def table_writer(
         yield write
 
 
+def write_table(
+    file: PathName, heads: Iterable[str], rows: Iterable[Iterable[Any]]
+) -> None:
+    """Write a CSV file, which replaces an older one when it is complete."""
+    with (
+        replaced(file) as name,
+        open(name, "w", newline="", encoding="utf-8") as stream,
+    ):
+        writer = csv.writer(stream)
+        writer.writerow(heads)
+        writer.writerows(rows)
+
+
 @contextmanager
 def closed_at_end(file: PathName) -> Iterator[ExitStack]:
     """Return a stack whose closing names a file in its errors."""

@@ -10,6 +10,7 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.scan_summary import scan_line
 from ase_roughcontact.scene.solid import label_of
+from ase_roughcontact.scene.sphere_limits import sphere_limits
 from ase_roughcontact.topography import SelfAffine
 from ase_roughcontact.windows.regrid import lost_text
 
@@ -52,13 +53,18 @@ def bodies(scene: Scene) -> dict[str, str]:
 def theory(reference: Reference) -> dict[str, str]:
     """Return descriptions of the theory with which a scene is compared."""
     scene, smooth = reference.scene, reference.smooth
-    found = {}
+    found, limits = {}, sphere_limits(reference.scene)
     if reference.explanation:
         found["theory"] = reference.explanation
+        found["theory"] += ", at the instantaneous modulus" if limits else ""
     if reference.criteria:
         found["stickiness of flats"] = "; ".join(map(str, reference.criteria))
     if smooth.pull_off_force:
-        found["pull-off force"] = pull_off_text(reference)
+        forces = (
+            f"{each.pull_off_force / UNITS['nN']:.4g} nN ({each.name}, {name} modulus)"
+            for name, each in limits.items()
+        )
+        found["pull-off force"] = "; ".join(forces) or pull_off_text(reference)
     if not scene.path.columns:
         found[f"A/A_{smooth.symbol}"] = (
             f"contact area relative to {smooth.name}, {smooth.sphere}{_bare(scene)}"

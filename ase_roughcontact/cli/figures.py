@@ -17,13 +17,14 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import LoadStep, TimeStep
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
 from ase_roughcontact.scene.smooth_fit import SmoothFit
+from ase_roughcontact.scene.sphere_limits import forces_over_depth
 from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.theory import SphereTheory
 
@@ -71,14 +72,14 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
     list of str
         Names of the files: curve.png, if a force is compressive; force.png, for paths
         of penetrations or heights and paths with tension; contact.png, if atoms are in
-        contact.
+        contact. Paths in time have the last one only.
     """
-    names = []
-    if any(_is_compressive(step) for step in steps):
+    names, path = [], reference.scene.path
+    if path.by_load and any(_is_compressive(step) for step in steps):
         _draw_curve(reference, steps, folder / "curve.png")
         names.append("curve.png")
     tension = any(step.normal_force < -step.tolerance for step in steps)
-    if tension or (reference.scene.path.control != "load" and names):
+    if path.by_load and (tension or (path.control != "load" and names)):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
     if any(step.repulsive_atoms for step in steps):
@@ -210,17 +211,11 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     by_height = along == "height"
     label = scene.path.columns.get(along, along)  # as in the table
     first_contact = steps[0].height + steps[0].penetration
-    theory: dict[str, tuple[FloatArray, FloatArray]] = {}
-    # the penetration of a rough sphere is relative to its highest peak, not its mean
-    if scene.rough is None and scene.whole_tip is None:
-        area = max(getattr(step, scene.area_column) for step in steps)
-        largest_force = max(step.normal_force for step in steps)
-        for curve in _smooth(reference):
-            # wider than the atoms under pressure: with the rim under tension
-            highest = max(largest_force, -curve.pull_off_force)
-            radius = max(float(curve.contact_radius(highest)), math.sqrt(area / np.pi))
-            depth, force = curve.curve(_EXTENT * radius + scene.spacing)
-            theory[curve.label] = first_contact - depth if by_height else depth, force
+    curves = {curve.label: curve for curve in _smooth(reference)}
+    theory = {
+        label: (first_contact - depth if by_height else depth, force)
+        for label, (depth, force) in forces_over_depth(scene, curves, steps).items()
+    }
     with written(file, 3.4) as figure:
         axes = figure.subplots()
         plot.plot_force(
@@ -246,12 +241,15 @@ def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) ->
     chosen[np.argmin(abs(chosen - deepest))] = deepest
     shown = [touching[i] for i in np.unique(chosen)]
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
+    ways = reference.scene.path.ways(reference.scene, steps)
     titles = [
-        f"({name}) {_title(reference.scene, steps, step)}"
+        f"({name}) {_title(reference.scene, step, ways[steps.index(step)])}"
         for name, step in zip("abcd", shown, strict=False)
     ]
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]
     label = reference.smooth.label
+    if reference.scene.solid.creep is not None:
+        label += ",\ninstantaneous modulus"
     rows, columns = -(-len(shown) // 2), min(len(shown), 2)
     lines = 1 + max(title.count("\n") for title in titles)
     height = 0.5 + rows * (2.6 / columns + 0.16 * lines)
@@ -278,16 +276,16 @@ def _smooth(reference: Reference) -> tuple[SphereTheory, ...]:
     return reference.smooth, *reference.limits
 
 
-def _title(scene: Scene, steps: Sequence[LoadStep], step: LoadStep) -> str:
+def _title(scene: Scene, step: LoadStep, way: str) -> str:
     """Return the position of a step on the path."""
     is_zero = abs(step.normal_force) <= step.tolerance
     lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
-    if scene.path.control != "load":
+    if isinstance(step, TimeStep):
+        lines.insert(0, f"{_short(step.time)} s")
+    elif scene.path.control != "load":
         along = scene.path.along
         lines.insert(0, f"{along} {_short(getattr(step, along))} Å")
-    approaches = np.diff([each.penetration for each in steps], prepend=-np.inf) > 0.0
-    if not approaches.all():
-        lines[-1] += ", approach" if approaches[steps.index(step)] else ", retraction"
+    lines[-1] += f", {way}" if way else ""
     return "\n".join(lines if step.converged else [*lines, "NOT CONVERGED"])
 
 

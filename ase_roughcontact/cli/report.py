@@ -10,6 +10,8 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from ase_roughcontact._util.printing import entries, note, number, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
@@ -22,6 +24,8 @@ from ase_roughcontact.scene.reference import Reference
 _SHOWN_ERROR = 0.001
 # Width of the columns of the table of steps.
 _WIDTH = 7
+# Rounding of times, relative; and values, in printed units, that are rounding errors.
+_ROUNDING, _ZERO = 1e-12, 1e-12
 # Labels of columns in the table of steps that differ from those of files.
 _LABELS = {"largest_pressure": "p max"}
 
@@ -41,14 +45,16 @@ class StepTable:
         self._scene, self._verbose = reference.scene, verbose
         self._columns = table_columns(reference)
         self._heads = ["step", *(head for head, _ in self._columns), ""]
-        self._begun = False
+        self._begun, self._shown = False, 0
+        self._times = self._scene.path.rows(self._scene)
         self._limits: set[str] = set()
 
     def parts(self, step: LoadStep, restored: bool = False) -> list[Any]:
         """Return the row of a step and notes on it, headings before the first one.
 
         Limits of the model that it exceeds are marked by a star, and named when they
-        are new; those that all steps of a path exceed are not.
+        are new; those that all steps of a path exceed are not. Of a path in time some
+        steps have no row, unless something about them is new.
 
         Parameters
         ----------
@@ -68,10 +74,12 @@ class StepTable:
         names = [check.name for check in checks if not check.constant]
         row.append("*" * bool(names))
         found: list[Any] = []
-        found.append(table(self._heads, [row], width=_WIDTH, header=not self._begun))
-        self._begun = True
         new = [name for name in names if name not in self._limits]
         self._limits.update(new)
+        if not (self._is_due(step) or new or self._verbose) and step.converged:
+            return []
+        found.append(table(self._heads, [row], width=_WIDTH, header=not self._begun))
+        self._begun = True
         if new:
             found.append(note(f"* LIMITS: {', '.join(new)}", 10, "yellow"))
         if not step.converged:
@@ -79,6 +87,15 @@ class StepTable:
         if self._verbose:
             found.append(note(_solver(self._scene, step), 10, "dim"))
         return found
+
+    def _is_due(self, step: Any) -> bool:
+        """Return whether the next of the times that have a row is reached."""
+        if not self._times.size:
+            return True
+        time = step.time * (1.0 + _ROUNDING)
+        reached = int(np.searchsorted(self._times, time, side="right"))
+        due, self._shown = reached > self._shown, reached
+        return due
 
 
 def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
@@ -101,7 +118,10 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
         return number(float(reference.relative_area(max(step.normal_force, 0.0))))
 
     if path.columns:
-        return [column(name, label) for name, label in path.columns.items()]
+        return [
+            column(area if name == "contact_area" else name, label)
+            for name, label in path.columns.items()
+        ]
     names = ["normal_force", "penetration"]
     if path.control != "load":
         names = [path.control, "normal_force"]
@@ -190,6 +210,8 @@ def files_table(pictures: Sequence[str]) -> Any:
         "blue: attracted",
         **dict.fromkeys(pictures, "figure"),
     }
+    if "cantilever.png" in pictures:
+        files["cantilever.csv"] = "force curve of the cantilever"
     if not pictures:
         files["no figures,"] = "as nothing touched"
     return entries(files.items())
@@ -225,7 +247,8 @@ def _failure(scene: Scene, step: LoadStep) -> str:
 def _printed(step: LoadStep, column: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
     unit = printed_unit(columns_of(TimeStep)[column].unit)
-    return getattr(step, column) / UNITS[unit]
+    value = getattr(step, column) / UNITS[unit]
+    return 0.0 if abs(value) < _ZERO else value
 
 
 def _ratio(value: float, reference: float, digits: int = 4) -> str:

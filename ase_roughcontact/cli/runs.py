@@ -120,8 +120,9 @@ def _relax(
             steps.append(step)
             if len(steps) > restored:
                 meter.add(["path"])
-            if prints_text(options):
-                show(*table.parts(step, restored=len(steps) <= restored))
+            parts = table.parts(step, restored=len(steps) <= restored)
+            if parts and prints_text(options):
+                show(*parts)
             if options.json:
                 print(json_line(asdict(step), units_of(scene.path.record)), flush=True)
             if draw and costs:

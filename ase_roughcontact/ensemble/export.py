@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import PathName, replaced
+from ase_roughcontact._util.files import PathName, write_table
 from ase_roughcontact.ensemble.columns import COLUMNS
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
 from ase_roughcontact.paths.record import MISSING
@@ -70,13 +69,7 @@ def write_csv(
         [f"{value:.10g}" for value in values] if values.dtype.kind == "f" else values
         for values in columns.values()
     ]
-    with (
-        replaced(file) as name,
-        open(name, "w", newline="", encoding="utf-8") as stream,
-    ):
-        writer = csv.writer(stream)
-        writer.writerow(columns)
-        writer.writerows(zip(*texts, strict=True))
+    write_table(file, columns, zip(*texts, strict=True))
 
 
 def _columns(rows: Iterable[Any]) -> dict[str, np.ndarray]:

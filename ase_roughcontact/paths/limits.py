@@ -39,7 +39,8 @@ class Check:
     value : callable
         Called with a `RelaxedStep`; returns the quantity, NaN if it is not defined.
     constant : bool
-        Whether the quantity is the same in all steps of a path.
+        Whether the quantity is the same in all steps of a path, apart from a local
+        work of adhesion.
     """
 
     name: str
@@ -244,5 +245,6 @@ CHECKS = (
         "the atoms do not resolve pi E* D^2/(4 w), the width of Dugdale's zone at the "
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,
+        constant=True,
     ),
 )

@@ -350,6 +350,14 @@ class TimeStep(LoadStep):
         "modulus; zero if the forces of both steps may explain the change of energy",
         "eV",
     )
+    base: float = column(
+        lambda s: s.base, "height of the base of the cantilever, nan without one", "Å"
+    )
+    deflection: float = column(
+        lambda s: s.height - s.base,
+        "deflection of the cantilever, positive in compression, nan without one",
+        "Å",
+    )
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:

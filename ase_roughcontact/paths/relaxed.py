@@ -55,6 +55,8 @@ class RelaxedStep(RelaxedContact):
         Wall-clock time of the relaxation.
     time : float
         Of the step, NaN unless the solid creeps.
+    base : float
+        Height of the base of the cantilever; NaN without one (Å).
     hardness : float
         Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
     """
@@ -64,6 +66,7 @@ class RelaxedStep(RelaxedContact):
     statistics: SolverStatistics
     seconds: float
     time: float = np.nan
+    base: float = np.nan
     hardness: float = np.nan
 
     @cached_property

@@ -384,6 +384,7 @@ class Stepper:
             statistics=statistics,
             seconds=time.perf_counter() - begun,
             time=moment,
+            base=target if self.control == "bases" else math.nan,
             hardness=self.options.hardness,
             control=self.control,
             continuum=self.options.continuum,

@@ -22,6 +22,7 @@ from ase_roughcontact.plot.files import draw_file
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
 from ase_roughcontact.plot.time import (
+    draw_cantilever_path,
     draw_time_path,
     plot_over_depth,
     plot_over_time,
@@ -33,6 +34,7 @@ __all__ = [
     "COLOURS",
     "GREY",
     "ORANGE",
+    "draw_cantilever_path",
     "draw_file",
     "draw_time_path",
     "plot_cantilever",

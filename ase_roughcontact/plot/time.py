@@ -2,73 +2,192 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.plot.files import written
-from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, letter
+from ase_roughcontact.plot.style import (
+    BLUE,
+    COLOURS,
+    GREY,
+    LINES,
+    ORANGE,
+    legend_below,
+    letter,
+)
 
 _NN, _NM = UNITS["nN"], UNITS["nm"]
+# Units and labels of the columns that are drawn.
+_COLUMNS = {
+    "time": (1.0, "time (s)"),
+    "penetration": (_NM, "penetration (nm)"),
+    "base": (_NM, "distance of the base $D$ (nm)"),
+    "normal_force": (_NN, "normal force $N$ (nN)"),
+    "contact_area": (_NM**2, "contact area (nm$^2$)"),
+    "continuum_area": (_NM**2, "contact area (nm$^2$)"),
+}
+_COLOURS = {
+    "approach": BLUE,
+    "dwell": COLOURS[2],
+    "retraction": ORANGE,
+    "oscillation": COLOURS[3],
+}
+# Margin of axes beside the states in which a force acts, relative to their range, and
+# part of a line over which an arrow shows its direction.
+_MARGIN, _ARROW = 0.12, 0.04
 
 
-def plot_over_time(axes: Any, steps: Sequence[Any]) -> Any:
-    """Plot force and contact area of a path in time.
-
-    Parameters
-    ----------
-    axes : matplotlib Axes
-    steps : sequence of TimeStep
-
-    Returns
-    -------
-    matplotlib Axes
-        The area has an axis on the right.
-    """
-    times = [step.time for step in steps]
-    axes.axhline(0.0, color=GREY, lw=0.8)
-    forces = [step.normal_force / _NN for step in steps]
-    axes.plot(times, forces, "-", color=BLUE)
-    areas = [step.contact_area / _NM**2 for step in steps]
-    right = axes.twinx()
-    right.plot(times, areas, "--", color=ORANGE)
-    right.set_ylabel("contact area (nm$^2$), dashed", color=ORANGE)
-    right.set_ylim(bottom=0.0)
-    axes.set_xlabel("time (s)")
-    axes.set_ylabel("normal force (nN)", color=BLUE)
-    return axes
-
-
-def plot_over_depth(axes: Any, steps: Sequence[Any]) -> Any:
-    """Plot the force of a path in time over the penetration.
+def plot_over_time(
+    axes: Any,
+    steps: Sequence[Any],
+    column: str = "normal_force",
+    ways: Sequence[str] = (),
+) -> Any:
+    """Plot a column of a path in time over the time.
 
     Parameters
     ----------
     axes : matplotlib Axes
     steps : sequence of TimeStep
+    column : {"normal_force", "contact_area", "continuum_area"}
+    ways : sequence of str, optional
+        What the path does at each step, "approach", "dwell", "retraction" or
+        "oscillation", by which lines are coloured and named.
 
     Returns
     -------
     matplotlib Axes
     """
-    axes.axhline(0.0, color=GREY, lw=0.8)
-    depths = [step.penetration / _NM for step in steps]
-    axes.plot(depths, [step.normal_force / _NN for step in steps], ".-", color=BLUE)
-    axes.set(xlabel="penetration (nm)", ylabel="normal force (nN)")
+    _plot_ways(axes, steps, ("time", column), ways)
     return axes
 
 
-def draw_time_path(file: Path, steps: Sequence[Any]) -> None:
-    """Write the figure of a path in time: over time, and over depth.
+def plot_over_depth(
+    axes: Any,
+    steps: Sequence[Any],
+    column: str = "normal_force",
+    ways: Sequence[str] = (),
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    along: str = "penetration",
+) -> Any:
+    """Plot a column of a path in time over the penetration, with arrows along the path.
+
+    The axes are limited to the states in which a force acts.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    steps, column, ways
+        See `plot_over_time`.
+    theory : mapping of str to (array_like, array_like), optional
+        Penetrations (Å) and forces (eV/Å) of theories, by label.
+    along : {"penetration", "base"}
+        Column along the other axis.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    x, y = _plot_ways(axes, steps, (along, column), ways, arrows=True)
+    for values, limit in ((x, axes.set_xlim), (y, axes.set_ylim)):
+        margin = _MARGIN * (float(np.ptp(values)) or 1.0)
+        limit(values.min() - margin, values.max() + margin)
+    for i, (label, (depth, force)) in enumerate((theory or {}).items()):
+        line = np.asarray(depth) / _NM, np.asarray(force) / _NN
+        axes.plot(*line, f"k{LINES[i % 4]}", lw=0.8, label=label, zorder=0)
+    return axes
+
+
+def draw_time_path(
+    file: Path,
+    steps: Sequence[Any],
+    ways: Sequence[str] = (),
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+) -> None:
+    """Write the figure of a path in time: force and area over time, and over depth.
 
     Parameters
     ----------
     file : path
-    steps : sequence of TimeStep
+    steps, ways, theory
+        See `plot_over_depth`.
     """
-    with written(file, 5.2) as figure:
-        panels = upper, lower = figure.subplots(2, 1)
-        plot_over_time(upper, steps)
-        plot_over_depth(lower, steps)
-        letter(panels)
+    area = steps[0].area_column
+    with written(file, 4.6, width=6.0) as figure:
+        panels = figure.subplots(2, 2, sharex="col", sharey="row")
+        plot_over_depth(panels[0, 1], steps, "normal_force", ways, theory)
+        plot_over_depth(panels[1, 1], steps, area, ways)
+        plot_over_time(panels[0, 0], steps, "normal_force", ways)
+        plot_over_time(panels[1, 0], steps, area, ways)
+        for panel in panels.flat:
+            panel.label_outer()
+        letter(list(panels.flat))
+        legend_below(figure, list(panels.flat))
+
+
+def draw_cantilever_path(file: Path, steps: Sequence[Any], ways: Sequence[str]) -> None:
+    """Write the figure of the force of a cantilever over the distance of its base.
+
+    Parameters
+    ----------
+    file : path
+    steps, ways
+        See `plot_over_depth`.
+    """
+    with written(file, 2.8) as figure:
+        axes = figure.subplots()
+        plot_over_depth(axes, steps, ways=ways, along="base")
+        legend_below(figure, [axes])
+
+
+def _plot_ways(
+    axes: Any,
+    steps: Sequence[Any],
+    columns: tuple[str, str],
+    ways: Sequence[str],
+    arrows: bool = False,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Plot one column over another; return the points at which a force acts."""
+    (x_unit, x_label), (y_unit, y_label) = (_COLUMNS[name] for name in columns)
+    x = np.array([getattr(step, columns[0]) for step in steps]) / x_unit
+    y = np.array([getattr(step, columns[1]) for step in steps]) / y_unit
+    acts = np.array([step.normal_force != 0.0 for step in steps])
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    for way, part in _runs(ways or [""] * len(steps)):
+        colour = _COLOURS.get(way, BLUE)
+        axes.plot(x[part], y[part], "-", color=colour, label=way or None)
+        inside = acts[part]
+        if arrows and way in ("approach", "retraction") and inside.any():
+            _add_arrow(axes, x[part][inside], y[part][inside], colour)
+    axes.set(xlabel=x_label, ylabel=y_label)
+    if not acts.any():
+        return x, y
+    acts[1:] |= acts[:-1]  # with the state after a jump
+    return x[acts], y[acts]
+
+
+def _runs(ways: Sequence[str]) -> Iterator[tuple[str, slice]]:
+    """Yield what is done one after the other, from the last state before on."""
+    begin = 0
+    for way, members in groupby(ways):
+        end = begin + len(list(members))
+        yield way, slice(max(begin - 1, 0), end)
+        begin = end
+
+
+def _add_arrow(axes: Any, x: np.ndarray, y: np.ndarray, colour: str) -> None:
+    """Draw an arrow at the middle of a line."""
+    steps = [np.diff(each) / (float(np.ptp(each)) or 1.0) for each in (x, y)]
+    along = np.append(0.0, np.cumsum(np.hypot(*steps)))
+    if not along[-1]:
+        return
+    at = along[-1] * np.array([0.5 - _ARROW, 0.5 + _ARROW])
+    tail, head = np.transpose([np.interp(at, along, x), np.interp(at, along, y)])
+    arrow = {"arrowstyle": "-|>", "color": colour, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", head, tail, arrowprops=arrow)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import replaced
+from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.printing import number
 from ase_roughcontact._util.units import QUANTITY, UNITS
 from ase_roughcontact._util.validation import positive
@@ -195,16 +194,16 @@ def write_curve(curve: CantileverCurve, file: Path) -> None:
     curve : CantileverCurve
     file : path
     """
-    with replaced(file) as name, open(name, "w", newline="") as table:
-        rows = csv.writer(table)
-        rows.writerow(["branch", "distance (nm)", "deflection (nm)", "force (nN)"])
-        for way in ("approach", "retraction"):
-            branch = getattr(curve, way)
-            columns = branch.distance / _NM, branch.deflection / _NM, branch.force / _NN
-            rows.writerows(
-                [way, *(f"{value:.8g}" for value in values)]
-                for values in np.transpose(columns)
-            )
+    rows = list[list[str]]()
+    for way in ("approach", "retraction"):
+        branch = getattr(curve, way)
+        columns = branch.distance / _NM, branch.deflection / _NM, branch.force / _NN
+        rows += (
+            [way, *(f"{value:.8g}" for value in values)]
+            for values in np.transpose(columns)
+        )
+    heads = "branch", "distance (nm)", "deflection (nm)", "force (nN)"
+    write_table(file, heads, rows)
 
 
 def _jump(jump: CantileverJump | None) -> str:

@@ -56,6 +56,21 @@ class Bodies(Protocol):
         """Interaction between the indenter and the atoms."""
         ...
 
+    @property
+    def radius(self) -> float:
+        """Radius of the sphere (Å)."""
+        ...
+
+    @property
+    def rough(self) -> Any:
+        """Roughness of the sphere; None if it is smooth."""
+        ...
+
+    @property
+    def whole_tip(self) -> Any:
+        """Scan that is the whole indenter; None if there is none."""
+        ...
+
 
 @dataclass(frozen=True)
 class PathKind(Section):
@@ -81,6 +96,8 @@ class PathKind(Section):
         the area relative to theory, the largest pressure, and the time.
     captions : mapping of str to str
         Names of the pictures that `draw` makes, with their captions.
+    by_load : bool
+        Whether area over load, and force over depth, are drawn for all states.
     """
 
     title = "path"
@@ -90,6 +107,7 @@ class PathKind(Section):
     evaluated: ClassVar[tuple[str, ...]] = ()
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
+    by_load: ClassVar[bool] = True
 
     def __init_subclass__(cls) -> None:
         """Make the kind known to scene files."""
@@ -227,6 +245,18 @@ class PathKind(Section):
         """Relax one state after another; see `follow_path`."""
         targets = targets_of(stepper.control, self.targets(bodies))
         return follow_path(stepper, targets, output, validity, springs=[])
+
+    def rows(self, bodies: Bodies) -> FloatArray:
+        """Return the times (s) at which states are printed; none for all states."""
+        return np.zeros(0)
+
+    def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
+        """Return what the path does at each state, "approach" for instance."""
+        depths = np.array([state.penetration for state in states])
+        approaches = np.diff(depths, prepend=-np.inf) > 0.0
+        if approaches.all():
+            return [""] * len(states)
+        return np.where(approaches, "approach", "retraction").tolist()
 
     def extremes(
         self, bodies: Bodies, states: Sequence[LoadStep]

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.units import FORCES, UNITS, per_time
 from ase_roughcontact._util.validation import (
+    FloatArray,
     finite_array,
     nonnegative,
     positive,
 )
+from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep, TimeStep
 from ase_roughcontact.paths.schedule import Schedule
@@ -21,6 +27,19 @@ from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
 from ase_roughcontact.scene.section import lengths
+from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
+
+# Number of rows of the printed table, and the least one for each part of a schedule.
+_ROWS, _LEAST_ROWS = 30, 3
+# Rounding of times, relative.
+_ROUNDING = 1e-12
+# Columns of the force curve of a cantilever, with their units.
+_CURVE = {
+    "time": 1.0,
+    "base": UNITS["nm"],
+    "deflection": UNITS["nm"],
+    "normal_force": UNITS["nN"],
+}
 
 
 @dataclass(frozen=True)
@@ -33,15 +52,12 @@ class Timed(PathKind):
     kind = "time"
     record = TimeStep
     units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
-    columns = {
-        "time": "time",
-        "penetration": "depth",
-        "normal_force": "force",
-        "contact_area": "area",
-        "energy": "energy",
-        "dissipation": "power",
+    by_load = False
+    captions = {
+        "time.png": "Force and contact area over time and over depth; arrows: "
+        "direction of the path.",
+        "cantilever.png": "Force of the cantilever over the distance of its base.",
     }
-    captions = {"time.png": "Force and contact area over time, and force over depth."}
 
     control: str = "load"
     values: tuple | None = None
@@ -53,6 +69,20 @@ class Timed(PathKind):
     cycles: int = 3
     tolerance: float = 1e-3
     cantilever: float | None = None
+
+    @property
+    def columns(self) -> dict[str, str]:  # type: ignore[override]
+        """Columns of the printed table, with their labels."""
+        base = {"base": "base", "deflection": "deflection"}
+        return {
+            "time": "time",
+            **(base if self.control == "base" else {}),
+            "penetration": "depth",
+            "normal_force": "force",
+            "contact_area": "area",
+            **({} if self.control == "base" else {"energy": "energy"}),
+            "dissipation": "power",
+        }
 
     @property
     def stiffness(self) -> float | None:
@@ -186,6 +216,7 @@ class Timed(PathKind):
         )
         jumps = [step.lost_energy for step in steps if step.lost_energy]
         found = {
+            "time steps": f"{len(steps) - 1}, all of which are in curve.csv",
             "largest force": f"{max(forces):.4g} nN",
             "pull-off force": f"{max(0.0, -min(forces)):.4g} nN",
             "dissipated energy": f"{dissipated:.4g} eV, by the solid",
@@ -195,13 +226,79 @@ class Timed(PathKind):
                 f"{sum(jumps):.4g} eV, in {len(jumps)} instabilities at the "
                 "instantaneous modulus"
             )
+        if self.frequency is not None:
+            with suppress(ValueError):  # of a path that is not finished
+                stiffness = dynamic_stiffness(steps, self.frequency) / UNITS["N/m"]
+                found["dynamic stiffness"] = (
+                    f"storage {stiffness.real:.4g} N/m, loss {stiffness.imag:.4g} N/m, "
+                    f"at {self.frequency:g} Hz"
+                )
         return found
 
     def draw(
         self, bodies: Bodies, states: Sequence[LoadStep], folder: Path
     ) -> Iterator[str]:
-        """Draw force and area over time, and force over depth."""
+        """Draw force and area over time and depth; write the force curve."""
         from ase_roughcontact import plot  # imports matplotlib
 
-        plot.draw_time_path(folder / "time.png", states)
+        ways = self.ways(bodies, states)
+        limits = {
+            f"{limit.name}: theory, {name} modulus": limit
+            for name, limit in sphere_limits(bodies).items()
+        }
+        theory = forces_over_depth(bodies, limits, states)
+        plot.draw_time_path(folder / "time.png", states, ways, theory)
         yield "time.png"
+        if self.stiffness is not None:
+            write_force_curve(ways, states, folder / "cantilever.csv")
+            plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
+            yield "cantilever.png"
+
+    def rows(self, bodies: Bodies) -> FloatArray:
+        """Return the times (s) at which states are printed, some in each part."""
+        parts = list(self.schedule(bodies).timed_parts())
+        count = max(_ROWS // len(parts), _LEAST_ROWS) + 1
+        times = [np.linspace(t, t + part.duration, count) for t, _, part in parts]
+        return np.unique(times)
+
+    def ways(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
+        """Return what the path does at each state; see `PathKind.ways`."""
+        schedule, upwards = self.schedule(bodies), self._deepest([0.0, 1.0]) == 0.0
+        parts = [
+            _way(part.end - start, upwards, part.amplitude)
+            for _, start, part in schedule.timed_parts()
+        ]
+        ends = np.cumsum([part.duration for part in schedule.parts])
+        times = np.array([state.time for state in states]) * (1.0 - _ROUNDING)
+        return [parts[min(i, len(parts) - 1)] for i in np.searchsorted(ends, times)]
+
+
+def write_force_curve(ways: Sequence[str], states: Sequence[Any], file: Path) -> None:
+    """Write branch, time (s), distance, deflection (nm) and force (nN) as CSV.
+
+    Parameters
+    ----------
+    ways : sequence of str
+        Names of the branches, for each state.
+    states : sequence of TimeStep
+        Of a path of the base of a cantilever.
+    file : path
+    """
+    heads = "branch", "time (s)", "distance (nm)", "deflection (nm)", "force (nN)"
+    write_table(
+        file,
+        heads,
+        (
+            [way, *(f"{getattr(s, name) / unit:.8g}" for name, unit in _CURVE.items())]
+            for way, s in zip(ways, states, strict=True)
+        ),
+    )
+
+
+def _way(change: float, upwards: bool, amplitude: float) -> str:
+    """Return what a part of a schedule does."""
+    if amplitude:
+        return "oscillation"
+    if not change:
+        return "dwell"
+    return "retraction" if (change > 0.0) == upwards else "approach"
