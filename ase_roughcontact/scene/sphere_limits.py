@@ -1,4 +1,4 @@
-"""Theories of the smooth sphere of a scene, over its depth and at limits of its solid."""
+"""Theories of the smooth sphere of a scene: over its depth, at limits of its solid."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Scenes of paths in time on a viscoelastic solid."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from ase_roughcontact import Creep
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 
@@ -163,6 +165,46 @@ def test_commands_run_plan_and_continue(tmp_path, capsys):
     before = (folder / "curve.csv").read_text()
     assert main(["run", str(file), "--out", str(folder)]) == 0
     assert (folder / "curve.csv").read_text() == before
+
+
+def test_each_state_is_of_a_part_of_the_path():
+    scene = with_path(amplitude="1 A", frequency=2.0)
+    times = [0.0, 0.5, 0.6, 1.5, 1.6, 2.0, 2.1]
+    states = [SimpleNamespace(time=time) for time in times]
+    ways = ["approach"] * 2 + ["dwell"] * 2 + ["retraction"] * 2 + ["oscillation"]
+    assert scene.path.ways(scene, states) == ways
+    raised = with_path(control="height", values=[0, -10, 0], rate=1.0, dwell=0.0)
+    states = [SimpleNamespace(time=time) for time in (0.5, 1.5)]
+    assert raised.path.ways(raised, states) == ["approach", "retraction"]
+
+
+def test_the_printed_table_has_a_part_of_the_steps_and_the_turns(tmp_path, capsys):
+    file = tmp_path / "rubber.toml"
+    file.write_text(TEXT)
+    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 0
+    printed = [line.split() for line in capsys.readouterr().out.splitlines()]
+    rows = [words for words in printed if words and words[0].isdigit()]
+    steps = len((tmp_path / "out" / "curve.csv").read_text().splitlines()) - 1
+    assert 20 < len(rows) < 50 < steps
+    times = [float(row[1]) for row in rows]
+    assert {0.0, 0.5, 1.5, 2.0} <= set(times)
+
+
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_the_force_of_a_cantilever_is_its_stiffness_times_its_deflection(tmp_path):
+    text = TEXT.replace('"hard"', '"repulsive"').replace('"penetration"', '"base"')
+    text = text.replace('[0, "2 nm", 0]', '["1 nm", "-2 nm", "1 nm"]')
+    file, folder = tmp_path / "rubber.toml", tmp_path / "out"
+    file.write_text(text.replace("100 nm", "20 nm") + "cantilever = 5.0\n")
+    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
+    table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
+    stiffness = 5.0 * UNITS["N/m"]
+    assert table["base"].min() == pytest.approx(-2.0 * NM)
+    force = stiffness * table["deflection"]
+    assert table["normal_force"] == pytest.approx(force, abs=1e-3 * force.max())
+    curve = read_curve(folder / "cantilever.csv", "retraction")
+    assert curve.stiffness == pytest.approx(stiffness, rel=1e-3)
+    assert len(curve.force) < len(table)
 
 
 @pytest.mark.parametrize(
