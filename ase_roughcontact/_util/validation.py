@@ -57,6 +57,12 @@ def finite(**values: Any) -> None:
     _check(values, "a finite number", lambda value: True)
 
 
+def check_poisson(**values: Any) -> None:
+    """Raise `ValueError` for a value that is no Poisson's ratio."""
+    kind = "above -1 and at most 1/2"
+    _check(values, kind, lambda value: -1.0 < value <= 0.5)
+
+
 def _check(values: dict[str, Any], kind: str, holds: Callable[[Any], bool]) -> None:
     for name, value in values.items():
         if not (_number(value) and holds(value)):

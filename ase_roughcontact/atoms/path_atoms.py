@@ -217,7 +217,7 @@ class ProblemAtoms(PathAtoms):
             surface_id(problem.indenter),
         )
         solid: dict[str, Any] = {"solid": problem.solid}
-        if isinstance(problem.solid, Isotropic):
+        if problem.solid == Isotropic(problem.solid.contact_modulus):
             solid = {"contact_modulus": problem.solid.contact_modulus}
         atoms.calc = RoughContact(
             problem.indenter,

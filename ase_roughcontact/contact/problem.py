@@ -150,7 +150,8 @@ class Problem:
         """
         solid: dict[str, Any] = {"solid": self.solid}
         if isinstance(self.solid, Isotropic):
-            solid = {"contact_modulus": self.solid.contact_modulus}
+            solid = self.solid.todict()
+            del solid["name"]
         parts = {
             "indenter": self.indenter,
             **solid,

@@ -1,9 +1,10 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
+from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel, love_kernel
 from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.crystals.cubic import Cubic, surface_modulus
-from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic, love_kernel
+from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.halfspace import (
     FreeHalfSpace,
     HalfSpace,
@@ -31,6 +32,7 @@ __all__ = [
     "PeriodicHalfSpace",
     "ReducedHalfSpace",
     "Viscoelastic",
+    "cerruti_kernel",
     "contact_modulus",
     "crystal_modulus",
     "fit_relaxation",

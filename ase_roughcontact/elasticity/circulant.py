@@ -76,12 +76,12 @@ class CirculantModel:
         if self.exact:
             grid, spectrum = halfspace.grid, halfspace.grid_spectrum
         else:
-            grid = _padded(self.box.shape)
+            grid = padded_box(self.box.shape)
             spectrum = halfspace.spectrum(grid)
         self._spectrum = self._invertible = spectrum / self.self_compliance
         self._transform = self._inverse_transform = self._transform_on(grid, halfspace)
         if self.exact and not halfspace.periodic and points > _ONE_GRID_UP_TO:
-            grid = _padded(self.box.shape)
+            grid = padded_box(self.box.shape)
             self._invertible = halfspace.spectrum(grid) / self.self_compliance
             self._inverse_transform = self._transform_on(grid, halfspace)
 
@@ -143,7 +143,7 @@ class CirculantModel:
         return lambda pressure, out: transform.filter(pressure, multiplier, out)
 
 
-def _padded(shape: tuple[int, int]) -> tuple[int, int]:
+def padded_box(shape: tuple[int, int]) -> tuple[int, int]:
     """Return a grid with some padding, of fast lengths."""
     n, m = (fast_length(min(2 * n, n + _PADDING)) for n in shape)
     return n, m

@@ -1,7 +1,8 @@
 r"""Elastic solids, each given by the Green's function of its flat surface.
 
 A solid answers one question: how far does the surface move along its normal under a
-normal pressure? For a plane wave of pressure that is a compliance :math:`G(q)`,
+normal pressure, and for friction, sideways under lateral tractions? For a plane wave of
+pressure that is a compliance :math:`G(q)`,
 
 .. math:: \tilde u(q) = -G(q)\, \tilde p(q),
 
@@ -14,21 +15,18 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import positive
+from ase_roughcontact._util.validation import check_poisson, positive
+from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel, love_kernel
 from ase_roughcontact.elasticity.creep import Creep
 
 # Relative difference of directions up to which a response is taken to be even.
 _EVEN = 1e-6
 # Directions over which a modulus is averaged, in the middle of equal sectors.
 _DIRECTIONS = np.pi / 16.0 * np.arange(1, 8, 2)
-# Distance, in cells, below which Love's kernel is tabulated, and beyond which it is a
-# Taylor series.
-_TABULATED = 160
 
 
 class ElasticSolid(ABC):
@@ -98,6 +96,45 @@ class ElasticSolid(ABC):
         raise NotImplementedError(
             f"{type(self).__name__} has no cell_compliance, which free boundaries "
             "need: define this method, or use periodic boundaries along x and y"
+        )
+
+    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the lateral displacement by plane waves of lateral traction.
+
+        Only friction needs it.
+
+        Parameters
+        ----------
+        qx, qy : ndarray
+            See `wave_compliance`.
+
+        Returns
+        -------
+        ndarray, 3 in front of the shape of the broadcast
+            Components xx, yy and xy of a positive definite matrix (length/pressure).
+
+        Raises
+        ------
+        NotImplementedError
+            If the solid has no lateral components.
+        """
+        raise self._not_lateral("lateral_wave_compliance")
+
+    def lateral_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the lateral displacement by unit lateral traction on one cell.
+
+        Parameters and errors are those of `cell_compliance` and
+        `lateral_wave_compliance`, and so is what is returned.
+        """
+        raise self._not_lateral("lateral_cell_compliance")
+
+    def _not_lateral(self, method: str) -> NotImplementedError:
+        return NotImplementedError(
+            f"{self!r} has no {method}, which friction needs: use an isotropic solid "
+            "with Poisson's ratio, Isotropic(contact_modulus, poisson=0.3), or define "
+            "this method"
         )
 
     @property
@@ -193,11 +230,14 @@ class Isotropic(ElasticSolid):
     ----------
     contact_modulus : float
         ``E* = E/(1 - nu^2)`` (pressure).
+    poisson : float, optional
+        Poisson's ratio nu, on which only lateral displacements depend.
 
     Raises
     ------
     ValueError
-        If the modulus is not positive.
+        If the modulus is not positive, or Poisson's ratio is not above -1 and at most
+        1/2.
 
     References
     ----------
@@ -205,9 +245,12 @@ class Isotropic(ElasticSolid):
     """
 
     contact_modulus: float
+    poisson: float | None = None
 
     def __post_init__(self) -> None:
         positive(contact_modulus=self.contact_modulus)
+        if self.poisson is not None:
+            check_poisson(poisson=self.poisson)
         object.__setattr__(self, "contact_modulus", float(self.contact_modulus))
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
@@ -220,89 +263,25 @@ class Isotropic(ElasticSolid):
         """Return Love's kernel; see `ElasticSolid`."""
         return love_kernel(i, j, spacing, self.contact_modulus)
 
+    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return ``2/(E* |q|)`` along q and ``2/[E* (1 - nu) |q|]`` across it."""
+        if self.poisson is None:
+            raise self._not_lateral("Poisson's ratio")
+        x, y = np.broadcast_arrays(qx, qy)
+        q = np.hypot(x, y)
+        x, y = x / q, y / q
+        nu = self.poisson
+        parts = np.stack([1.0 - nu * x * x, 1.0 - nu * y * y, -nu * x * y])
+        return 2.0 / (self.contact_modulus * (1.0 - nu) * q) * parts
 
-def love_kernel(
-    i: np.ndarray, j: np.ndarray, spacing: float, contact_modulus: float
-) -> np.ndarray:
-    r"""Return the depth of an isotropic half space under unit pressure on one cell.
+    def lateral_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return Cerruti's kernel; see `ElasticSolid`."""
+        if self.poisson is None:
+            raise self._not_lateral("Poisson's ratio")
+        return cerruti_kernel(i, j, spacing, self.contact_modulus, self.poisson)
 
-    With :math:`b` half the spacing :math:`a_0` and corners
-    :math:`X_\pm = x \pm b`, :math:`Y_\pm = y \pm b`,
-
-    .. math:: G(x, y) = \frac{1}{\pi E^*} \sum_{s,t=\pm} s t \left[
-              X_s \operatorname{arsinh}\frac{Y_t}{|X_s|}
-              + Y_t \operatorname{arsinh}\frac{X_s}{|Y_t|}\right],
-
-    at the origin :math:`4 \ln(1 + \sqrt 2) a_0/(\pi E^*)`. The differences of two
-    arsinh are evaluated as a logarithm of their ratio, since they cancel far away. From
-    160 cells on the integral of :math:`1/(\pi E^* r)` over the cell is its Taylor
-    series about the centre of the cell, lengths in spacings,
-
-    .. math:: \frac{1}{r} + \frac{1}{24 r^3}
-              + \frac{7}{1920 r^5}\left(\frac{20 x^2 y^2}{r^4} - 1\right).
-
-    The relative error is below 1e-13 at any distance.
-
-    Parameters
-    ----------
-    i, j : ndarray of int
-        Distances in cells along the two directions, broadcast together.
-    spacing : float
-        Side of the cell (length).
-    contact_modulus : float
-        E* (pressure).
-
-    Returns
-    -------
-    ndarray, shape of the broadcast
-        Displacement per pressure (length/pressure), positive.
-
-    References
-    ----------
-    A. E. H. Love, Phil. Trans. R. Soc. A 228, 377 (1929); K. L. Johnson, Contact
-    Mechanics (1985), Eq. (3.25).
-    """
-    positive(spacing=spacing, contact_modulus=contact_modulus)
-    i, j = np.abs(i), np.abs(j)
-    table = _near_cells()
-    if max(np.max(i), np.max(j)) < len(table):
-        kernel = table[i, j]
-    else:
-        kernel = np.asarray(_cell_series(i.astype(float), j.astype(float)))
-        near = (i < len(table)) & (j < len(table))
-        i, j = np.broadcast_arrays(i, j)
-        kernel[near] = table[i[near], j[near]]
-    return kernel * (spacing / (np.pi * contact_modulus))
-
-
-@lru_cache(maxsize=1)
-def _near_cells() -> np.ndarray:
-    """Return the integral of 1/r over the unit cells at distances below `_TABULATED`.
-
-    Small contacts would otherwise spend a sixth of their time on it.
-    """
-    x, y = np.indices((_TABULATED, _TABULATED)) - 0.5  # lower corners of the cells
-    return (
-        _edge_integral(x + 1.0, y)
-        - _edge_integral(x, y)
-        + _edge_integral(y + 1.0, x)
-        - _edge_integral(y, x)
-    )
-
-
-def _edge_integral(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return ``x [arsinh((y + 1)/|x|) - arsinh(y/|x|)]`` without cancellation."""
-    lower, upper = np.hypot(x, y), np.hypot(x, y + 1.0)
-    ratio = (1.0 + (2.0 * y + 1.0) / (lower + upper)) / (y + lower)
-    return x * np.log1p(ratio)
-
-
-def _cell_series(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Integrate 1/r over the unit cell at (x, y) by its Taylor series about (x, y)."""
-    x2, y2 = x * x, y * y
-    inverse = 1.0 / np.maximum(x2 + y2, 1.0)  # avoids division by zero at the origin
-    mixed = x2 * y2 * inverse * inverse
-    series = 1.0 + inverse * (
-        1.0 / 24.0 + inverse * (7.0 / 1920.0) * (20.0 * mixed - 1.0)
-    )
-    return np.sqrt(inverse) * series
+    def todict(self) -> dict[str, Any]:
+        """Return name and parameters; Poisson's ratio if it is given."""
+        return {k: v for k, v in super().todict().items() if v is not None}

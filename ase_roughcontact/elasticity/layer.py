@@ -22,8 +22,9 @@ from functools import cached_property
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from ase_roughcontact._util.validation import positive
-from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
+from ase_roughcontact._util.validation import check_poisson, positive
+from ase_roughcontact.elasticity.cell_kernels import love_kernel
+from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Depths of the images in units of the thickness: this many between these limits for a
 # layer as stiff as its base, and more, and deeper ones, for a stiffer layer.
@@ -119,12 +120,7 @@ class Layer(ElasticSolid):
         positive(layer_modulus=self.layer_modulus, thickness=self.thickness)
         if self.base_modulus is not None:
             positive(base_modulus=self.base_modulus)
-        for name in ("poisson", "base_poisson"):
-            if not -1.0 < getattr(self, name) <= 0.5:
-                raise ValueError(
-                    f"{name} must be above -1 and at most 1/2, got "
-                    f"{getattr(self, name)!r}"
-                )
+        check_poisson(poisson=self.poisson, base_poisson=self.base_poisson)
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
+from ase_roughcontact.elasticity.cell_kernels import love_kernel
 from ase_roughcontact.elasticity.fft import Blocking
-from ase_roughcontact.elasticity.greens import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 
 E, A0 = 2.0, 3.0

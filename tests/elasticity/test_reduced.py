@@ -9,7 +9,7 @@ from built import atoms_under
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
 from ase_roughcontact.atoms.exchange import exchange_window, window_of
-from ase_roughcontact.elasticity.greens import love_kernel
+from ase_roughcontact.elasticity.cell_kernels import love_kernel
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace

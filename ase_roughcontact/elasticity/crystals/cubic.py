@@ -23,12 +23,13 @@ from matscipy.elasticity import Voigt_6x6_to_full_3x3x3x3, coalesce_elastic_cons
 from numpy.polynomial.chebyshev import chebval
 
 from ase_roughcontact._util.validation import lookup, positive
+from ase_roughcontact.elasticity.cell_kernels import love_kernel
 from ase_roughcontact.elasticity.crystals.angular import (
     angular_cell_kernel,
     angular_series,
     cos4,
 )
-from ase_roughcontact.elasticity.greens import ElasticSolid, love_kernel
+from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Angles of the rotation by which the integral of the surface impedance is summed; the
 # integrand is periodic, so that the sum converges exponentially.

@@ -1,0 +1,99 @@
+"""Tractions of contacts with friction, against dense and exact solutions."""
+
+import numpy as np
+import pytest
+
+from ase_roughcontact.elasticity import Isotropic, cerruti_kernel
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.solvers.friction import (
+    Drive,
+    FrictionOptions,
+    bounded,
+    solve_friction,
+)
+
+
+def dense_tractions(matrix, bound, imposed):
+    """Minimise by accelerated projected gradients, with restarts."""
+    step = 1.0 / np.linalg.eigvalsh(matrix)[-1]
+    t = y = np.zeros_like(imposed)
+    weight = 1.0
+    for _ in range(50_000):
+        gradient = (matrix @ y.ravel()).reshape(y.shape) - imposed
+        new = bounded(y - step * gradient, bound)
+        if (gradient * (new - t)).sum() > 0.0:
+            weight = 1.0
+        elif abs(new - t).max() < 1e-14:
+            return new
+        following = 0.5 * (1.0 + np.sqrt(1.0 + 4.0 * weight**2))
+        y, t = new + (weight - 1.0) / following * (new - t), new
+        weight = following
+    return t
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_random_problems_have_the_dense_solution(seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(10):
+        n, m = rng.integers(2, 7, 2)
+        nu = float(rng.uniform(-0.3, 0.5))
+        half = LateralHalfSpace((n, m), 1.0, Isotropic(1.0, nu))
+        i, j = (index.ravel() for index in np.indices((n, m)))
+        xx, yy, xy = cerruti_kernel(i[:, None] - i, j[:, None] - j, 1.0, 1.0, nu)
+        matrix = np.block([[xx, xy], [xy, yy]])
+        bound = rng.uniform(0.1, 1.0, (n, m)) * (rng.uniform(size=(n, m)) < 0.8)
+        imposed = rng.normal(size=2)[:, None, None] + rng.normal(size=(2, n, m))
+        found = solve_friction(
+            half, bound, imposed, options=FrictionOptions(tolerance=1e-10)
+        )
+        assert found.converged
+        expected = dense_tractions(matrix, bound, imposed)
+        assert found.tractions == pytest.approx(expected, abs=1e-8)
+
+
+def hertz(n, radius):
+    x = np.arange(n) - (n - 1) / 2
+    r2 = np.add.outer(x**2, x**2)
+    return np.sqrt(np.maximum(1.0 - r2 / radius**2, 0.0)), radius
+
+
+def test_displacement_is_that_of_cattaneo_and_mindlin():
+    n, mu, modulus = 128, 0.3, 1.0
+    shape, a = hertz(n, 50.3)
+    bound = mu * shape
+    half = LateralHalfSpace((n, n), 1.0, Isotropic(modulus, 0.0))
+    full = bound.sum()
+    for part in (0.2, 0.7, 0.95):
+        found = solve_friction(
+            half, bound, np.zeros((2, n, n)), drive=Drive((part * full, 0.0))
+        )
+        assert found.converged
+        shear = 0.5 * modulus
+        expected = 3.0 * full * 2.0 / (16.0 * shear * a)
+        expected *= 1.0 - (1.0 - part) ** (2.0 / 3.0)
+        assert found.shift[0] == pytest.approx(expected, rel=2e-3)
+        stick = np.sqrt(((bound > 0.0) & ~found.slipping).sum() / np.pi)
+        assert stick == pytest.approx(a * (1.0 - part) ** (1.0 / 3.0), abs=1.0)
+
+
+def test_a_force_beyond_friction_makes_the_contact_slide():
+    shape, _ = hertz(16, 6.0)
+    half = LateralHalfSpace((16, 16), 1.0, Isotropic(1.0, 0.3))
+    found = solve_friction(
+        half, shape, np.zeros((2, 16, 16)), drive=Drive((1.1 * shape.sum(), 0.0))
+    )
+    assert not found.converged
+    assert "the contact slides" in found.message
+
+
+def test_few_fft_pairs_are_needed():
+    n, mu = 128, 0.3
+    shape, a = hertz(n, 50.3)
+    half = LateralHalfSpace((n, n), 1.0, Isotropic(1.0, 0.3))
+    full = 3.0 * mu * shape.sum() * 1.7 / (16.0 * 0.35 * a)
+    for part in (0.2, 0.6, 0.95):
+        imposed = np.zeros((2, n, n))
+        imposed[0] = part * full
+        found = solve_friction(half, mu * shape, imposed)
+        assert found.converged
+        assert found.pairs < 200
