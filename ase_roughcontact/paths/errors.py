@@ -216,9 +216,9 @@ def _relaxation(step: RelaxedContact) -> float:
     if np.isinf(response.force):  # full contact of a hard wall: no atom can open
         change = 0.0
     else:
-        n, m = fields.gap.shape
-        forces = fields.forces[:n, :m]
-        change = np.sum(forces * (1.0 - response.gap))
+        change, (n, m) = 0.0, fields.gap.shape
+        if fields.forces.any():
+            change = np.sum(fields.forces[:n, :m] * (1.0 - response.gap))
         if step.contact.interaction.hard:
             change += fields.cell_area * np.sum(
                 response.pressure * fields.gap, where=fields.contact
@@ -237,8 +237,9 @@ def _undecided_area(step: RelaxedContact) -> float:
         return 0.0
     (n, m), area = fields.gap.shape, fields.cell_area
     forces, compliance = fields.forces[:n, :m], contact.halfspace.self_compliance / area
-    attraction = contact.wall(np.maximum(fields.gap, 0.0))[1]
-    reaction = area * (fields.pressure - attraction) + forces
+    reaction = area * fields.pressure + forces
+    if contact.interaction.attractive:
+        reaction -= area * contact.wall(np.maximum(fields.gap, 0.0))[1]
     error = compliance * float(abs(forces).max()) + step.gap_error
     margin = abs(compliance * reaction - fields.gap)
     return area * float(np.count_nonzero(margin <= error)) if error else 0.0

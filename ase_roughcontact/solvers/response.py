@@ -23,6 +23,7 @@ For the height itself it is :math:`dN/dZ = a_0^2 \sum x`.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -48,7 +49,7 @@ _SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
 _DENSE_ATOMS, _DENSE_WINDOW, _DENSE_UNSTABLE = 200, 64, 600
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class HeightResponse:
     """Change of a relaxed contact by a unit of height.
 
@@ -56,15 +57,21 @@ class HeightResponse:
     ----------
     pressure : ndarray, shape (n, m)
         dp/dZ (pressure per length).
-    gap : ndarray, shape (n, m)
-        dg/dZ, which is also the solution of the adjoint equations.
     force : float
         dN/dZ, negative while the contact stiffens (force per length).
+    halfspace : HalfSpace
     """
 
     pressure: np.ndarray
-    gap: np.ndarray
     force: float
+    halfspace: HalfSpace
+
+    @cached_property
+    def gap(self) -> np.ndarray:
+        """dg/dZ, which is also the solution of the adjoint equations, shape (n, m)."""
+        if self.force == -np.inf:  # nothing can open
+            return np.zeros(self.pressure.shape)
+        return 1.0 - self.halfspace.displacement(self.pressure)
 
 
 def height_response(
@@ -111,23 +118,24 @@ def height_response(
         d[near] = compliance * stiffness
     active = hard | (d != 0.0)
     if not active.any():
-        return HeightResponse(np.zeros(shape), np.ones(shape), 0.0)
+        return HeightResponse(np.zeros(shape), 0.0, halfspace)
     if halfspace.periodic and hard.all():
-        return HeightResponse(np.full(shape, -np.inf), np.zeros(shape), -np.inf)
-    equations = None
+        return HeightResponse(np.full(shape, -np.inf), -np.inf, halfspace)
+    equations, left = None, np.zeros(shape)
     x = _dense_solution(halfspace, d, active)
     if x is None:
         equations = _Equations(halfspace, d, hard, active, tolerance)
-        x = equations.solve()
-    pressure = x / compliance
-    response = 1.0 - halfspace.displacement(pressure)
-    fields = (field[active] for field in (x, response, d, hard))
+        x, left = equations.solve()
+    result = HeightResponse(x / compliance, np.nan, halfspace)
+    # under a hard wall the equations are those of the gaps in contact: no transform
+    gap = result.gap if d.any() else -left
+    fields = (field[active] for field in (x, gap, d, hard))
     force = halfspace.cell_area / compliance * _stationary_sum(*fields)
     rigid = np.inf if hard.any() else halfspace.cell_area / compliance * d.sum()
     least = -rigid - _ROUNDING * halfspace.cell_area / compliance * abs(d).sum()
-    if not (force >= least and (equations is None or equations.solved(x, response))):
-        force = np.nan
-    return HeightResponse(pressure, response, force)
+    if force >= least and (equations is None or equations.solved(x, gap)):
+        result.force = force
+    return result
 
 
 def _dense_solution(
@@ -257,11 +265,14 @@ class _Equations:
         residual = norm(self._t * x + self._s * response)
         return residual <= _LARGEST_RESIDUAL * self._size
 
-    def solve(self) -> np.ndarray:
-        """Return the change of the pressure, in units of one over c."""
-        limit = self._tolerance * self._size
-        solution = gcr(self._apply, self._precondition, -self._s, limit, _STEPS)
-        return np.zeros(self._s.shape) + solution
+    def solve(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the change of the pressure, in units of one over c, and what is left.
+
+        The latter is minus the left-hand side of the equations.
+        """
+        limit, left = self._tolerance * self._size, -self._s
+        solution = gcr(self._apply, self._precondition, left, limit, _STEPS)
+        return np.zeros(left.shape) + solution, left
 
     def _apply(self, x: np.ndarray) -> np.ndarray:
         rows = self._halfspace.displacement(x)

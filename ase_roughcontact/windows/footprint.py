@@ -110,7 +110,7 @@ class Footprint:
         self.indenter, self.spacing = indenter, spacing
         x, y = origin
         self.offset = lattice_offset(x, spacing), lattice_offset(y, spacing)
-        self._searched = -1
+        self._searched, self._searched_level = -1, -math.inf
         self._square = Box((0, 0), (0, 0))
         self._rows = self._columns = np.zeros(0)
         self._boxes: dict[float, Box] = {}  # by level
@@ -153,14 +153,12 @@ class Footprint:
         """
         level = max(level, np.nextafter(self.lowest, np.inf))
         if level not in self._boxes:
-            self._search(self._reach(level))
-            rows, columns = (
-                np.flatnonzero(low < level) + self._square.start[0]
-                for low in (self._rows, self._columns)
-            )
-            start = int(rows[0]), int(columns[0])
-            stop = int(rows[-1]) + 1, int(columns[-1]) + 1
-            self._boxes[level] = Box.between(start, stop)
+            if level > self._searched_level:
+                self._search(self._reach(level))
+                self._searched_level = level
+            (i, k), (j, m) = (_ends(low < level) for low in (self._rows, self._columns))
+            first, _ = self._square.start
+            self._boxes[level] = Box((first + i, first + j), (k - i, m - j))
         return self._boxes[level]
 
     def clip(self, box: Box) -> Box:
@@ -249,6 +247,11 @@ class Footprint:
 def centred_box(half_side: int) -> Box:
     """Return the square of the atoms up to a distance from the axis along x and y."""
     return Box((-half_side, -half_side), (2 * half_side + 1,) * 2)
+
+
+def _ends(mask: np.ndarray) -> tuple[int, int]:
+    """Return the first index that is set, and the one after the last."""
+    return int(mask.argmax()), mask.size - int(mask[::-1].argmax())
 
 
 def _standard_side(least: int) -> int:

@@ -79,12 +79,11 @@ class DepthPrediction:
 
         def suffices(power: int) -> bool:
             depth = first * _DEPTH_RATIO**power
+            if depth >= largest:
+                return True
             box = self._overlap(depth)
-            return (
-                depth >= largest
-                or self._load(depth, half_side(box)) > load
-                or self._footprint.clip(box) != box
-            )
+            carried = self._load(depth, half_side(box))
+            return carried > load or self._footprint.clip(box) != box
 
         while self._power and suffices(self._power - 1):
             self._power -= 1
