@@ -144,6 +144,19 @@ def test_results_are_those_of_the_changed_atoms(change, options):
     assert not differ(results(unchanged, calc), before)
 
 
+@pytest.mark.parametrize(
+    "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
+)
+def test_single_properties_are_those_of_the_changed_atoms(change, options):
+    for name in ("forces", "pressure", "normal_force"):
+        atoms, calc = make_atoms(**options), rc.RoughContact(SPHERE, 1.0, WALL)
+        calc.get_property(name, atoms)
+        change(atoms)
+        found = calc.get_property(name, atoms)
+        fresh = rc.RoughContact(SPHERE, 1.0, WALL).get_property(name, atoms)
+        np.testing.assert_array_equal(found, fresh)
+
+
 def test_arrays_of_results_may_be_changed():
     atoms, calc = make_atoms(), rc.RoughContact(SPHERE, 1.0, WALL)
     first = results(atoms, calc)
@@ -178,6 +191,17 @@ def test_the_pressure_of_a_solver_is_not_used_with_other_parameters(name):
     atoms = relaxed({})
     atoms.calc.set(**OTHERS[name])
     atoms.calc.set(fft={})
+    assert_as_good_as_fresh(atoms, atoms.calc)
+
+
+@pytest.mark.filterwarnings("ignore:the load of")
+@pytest.mark.parametrize(
+    "change, options", CHANGES, ids=[change.__name__ for change, _ in CHANGES]
+)
+def test_the_pressure_of_a_solver_is_not_used_for_other_atoms(change, options):
+    atoms = relaxed(options)
+    assert_as_good_as_fresh(atoms, atoms.calc)
+    change(atoms)
     assert_as_good_as_fresh(atoms, atoms.calc)
 
 

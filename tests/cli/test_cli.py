@@ -87,6 +87,18 @@ def test_quiet_prints_nothing_and_json_a_line_per_step(scene, tmp_path, capsys):
     assert [record["step"] for record in records] == [0, 1]
 
 
+@without_pictures
+def test_json_lines_contain_units(scene, tmp_path, capsys):
+    for command in (["run", "--out", str(tmp_path / "out")], ["plan"]):
+        assert main([*command, str(scene), "--json"]) == 0
+        for line in capsys.readouterr().out.splitlines():
+            record = json.loads(line)
+            assert set(record["units"]) <= set(record)
+            assert record["units"]["memory"] == "bytes"
+            assert record["units"].get("normal_force", "eV/Å") == "eV/Å"
+            assert record["units"].get("target", "Å") == "Å"
+
+
 def test_steps_before_an_error_are_drawn(scene, tmp_path, capsys):
     out = tmp_path / "out"
     text = SMALL.replace("last = 0.6", "last = 9.0")

@@ -75,6 +75,17 @@ def test_at_equilibrium_the_pressure_causes_the_displacement(scene, relax):
     )
 
 
+def test_swapping_x_and_y_swaps_the_forces(periodic, wall, rng, solid):
+    heights = rng.uniform(0.0, 3.0, (6, 5))
+    contact = Contact(half_space(periodic, solid=solid), heights, wall)
+    swapped = Contact(half_space(periodic, (5, 6), solid=solid), heights.T, wall)
+    u = random_displacement(contact, rng)
+    state, mirror = contact.evaluate(u, 0.5), swapped.evaluate(u.T, 0.5)
+    scale = np.abs(state.forces).max()
+    np.testing.assert_allclose(mirror.forces.T, state.forces, atol=1e-12 * scale)
+    assert mirror.energy == pytest.approx(state.energy, rel=1e-13)
+
+
 # Symmetries
 
 
@@ -88,6 +99,14 @@ def test_a_shift_of_the_whole_periodic_substrate_changes_nothing(
     u = random_displacement(contact, rng)
     there, here = (getattr(contact.evaluate(u + c, 0.8), name) for c in (0.7, 0.0))
     np.testing.assert_allclose(there, here, atol=1e-12 * np.abs(here).max())
+
+
+def test_periodic_forces_sum_to_zero(wall, rng, solid):
+    contact = Contact(
+        half_space(True, solid=solid), rng.uniform(0.0, 3.0, (6, 5)), wall
+    )
+    forces = contact.evaluate(random_displacement(contact, rng), 0.5).forces
+    assert abs(forces.sum()) < 1e-12 * np.abs(forces).sum()
 
 
 # Contact

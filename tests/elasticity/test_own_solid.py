@@ -80,6 +80,17 @@ def test_periodic_boundaries_need_the_compliance_of_waves_alone():
         relaxed(False, rc.HardWall(), solid=OnlyWaves())
 
 
+def test_a_path_on_another_solid_is_not_resumed(tmp_path):
+    file = tmp_path / "coated.traj"
+    relaxed(False, rc.HardWall(), file, solid=Coated(1.0, STIFFNESS))
+    atoms = rc.substrate("Cu", (24, 20), SPHERE, spacing=1.0, fixed=False)
+    solid = Coated(1.0, 2.0)
+    atoms.calc = rc.RoughContact(SPHERE, interaction=rc.HardWall(), solid=solid)
+    output = rc.Output(trajectory=file, resume=True)
+    with pytest.raises(ValueError, match="stiffness"):
+        list(rc.load_path(atoms, loads=[5.0], fmax=1e-9, output=output))
+
+
 def test_contact_modulus_and_solid_exclude_each_other():
     atoms = rc.substrate("Cu", (4, 4), SPHERE, spacing=1.0)
     atoms.calc = rc.RoughContact(SPHERE, contact_modulus=1.0, solid=Isotropic(1.0))

@@ -138,3 +138,17 @@ def test_frames_are_good_for_a_calculation_as_they_are(name, tmp_path):
     force = atoms.calc.state(atoms).normal_force
     assert back.calc.state(back).normal_force == pytest.approx(force, rel=1e-6)
     assert np.abs(back.get_forces()[:-1]).max() < 1e-6
+
+
+def test_adhesive_window_grows_when_the_surface_bulges():
+    wall = rc.LennardJones93.adhesive(1.0, 1.0, 0.003)
+    sphere = rc.RoughSphere(1e4, rc.SelfAffine(0.1, 0.8, 4.0, 256.0, seed=0))
+    records = []
+    for window in ("auto", "fixed"):
+        atoms = rc.substrate("Cu", (511, 511), sphere, spacing=1.0)
+        atoms.calc = rc.RoughContact(sphere, 1.0, wall)
+        path = rc.load_path(atoms, [0.0, 0.1], window=window, fmax=1e-10)
+        records.append(list(path))
+    for one, other in zip(*records, strict=True):
+        assert one.normal_force == pytest.approx(other.normal_force, abs=1e-9)
+        assert one.attractive_atoms == other.attractive_atoms

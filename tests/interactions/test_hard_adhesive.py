@@ -11,6 +11,7 @@ from ase_roughcontact.interactions import (
     ExponentialWall,
     HardWall,
     PowerLawWall,
+    make_wall,
     scaled_attraction,
 )
 
@@ -91,6 +92,15 @@ def test_exponential_and_power_law_have_their_form_below_the_cutoff():
 def test_dugdale_tension_is_constant_and_ends_linearly_around_its_range():
     tension = -DugdaleWall(W, D).evaluate(D * np.array([0.0, 0.8, 1.0, 1.1, 1.2]))[1]
     assert_allclose(tension * D / W, [1.0, 1.0, 0.5, 0.25, 0.0], atol=1e-12)
+
+
+def test_scene_parameters_are_in_spacings_and_joule_per_square_metre():
+    parameters = {"work_of_adhesion": 1.0, "attraction_range": 0.5}
+    wall = make_wall("dugdale", 0.5, 2.0, parameters)
+    assert wall.attraction_range == 1.0
+    assert wall.work_of_adhesion == pytest.approx(0.062415, rel=1e-4)
+    wall = make_wall("power-law", 0.5, 2.0, {"work_of_adhesion": 1.0, "exponent": 2.0})
+    assert (wall.exponent, wall.attraction_range, wall.cutoff) == (2.0, 2.0, 40.0)
 
 
 @pytest.mark.parametrize(

@@ -178,6 +178,14 @@ def test_an_indenter_that_nothing_holds_is_reported(solid):
     assert "nothing holds the indenter" in last.message
 
 
+@pytest.mark.parametrize("height", [60.0, -15.0])
+def test_a_load_is_carried_from_any_height(height, wall, solid):
+    contact = scene(24, wall, solid=solid)
+    start = np.zeros((24, 24))
+    state = relax(contact, height, constant(10.0), start)[-1]
+    assert normal_force(contact, state) == pytest.approx(10.0, rel=1e-10)
+
+
 def test_one_atom_is_a_wall_and_its_own_compliance_in_series(solid):
     heights = np.full((33, 33), 9.0)
     heights[16, 16] = 0.0
@@ -213,6 +221,23 @@ def test_a_start_far_from_the_load_costs_less_than_twice_a_cold_one(solid):
     cold = relax(contact, 0.0, constant(60.0))
     assert pairs(heavy) < 2 * pairs(cold)
     assert heavy[-1].energy == pytest.approx(cold[-1].energy, rel=1e-12)
+
+
+def test_a_threefold_load_converges_from_a_warm_start(solid):
+    rough = rc.SelfAffine(0.1, 0.8, 4.0, 512.0, seed=1)
+    heights = rc.RoughSphere(1000.0, rough).heights((480, 480), 1.0, (-240.0, -240.0))
+    contact = scene(480, heights=heights, solid=solid)
+    light = relax(contact, 0.0, constant(1067.0))[-1]
+    heavy = relax(
+        contact,
+        light.height,
+        constant(3373.0),
+        light.pressure,
+        max_load_change=np.inf,
+    )
+    cold = relax(contact, 0.0, constant(3373.0))[-1]
+    assert heavy[-1].energy == pytest.approx(cold.energy, rel=1e-12)
+    assert len(heavy) < 60
 
 
 @pytest.mark.parametrize("work", [0.05, 0.1, 0.2])

@@ -1,5 +1,6 @@
 """Automatic windows: exact, enlarged where needed, never too small without an error."""
 
+import time
 from dataclasses import replace
 from functools import partial
 
@@ -342,3 +343,15 @@ def test_window_does_not_depend_on_how_the_optimizer_is_given():
 def test_unknown_window_is_an_error():
     with pytest.raises(ValueError, match="'fixed', 'unchecked' or 'auto'"):
         written_path(make_atoms(rc.RoughSphere(60.0), SOFT), [0.1], window="moving")
+
+
+def test_a_load_far_too_large_for_a_rough_sphere_is_refused_at_once():
+    a0 = 2.5
+    waves = {"short_wavelength": 4 * a0, "long_wavelength": 16 * a0}
+    sphere = rc.RoughSphere(50 * a0, rc.SelfAffine(0.05, 0.8, **waves, seed=2))
+    atoms = rc.substrate("Si", (8, 8), sphere, spacing=a0, fixed=False)
+    atoms.calc = rc.RoughContact(sphere, 1.0, rc.LennardJones93.repulsive(1.0, a0))
+    start = time.perf_counter()
+    with pytest.raises(ValueError, match="atoms can touch beyond"):
+        next(written_path(atoms, loads=[1e12], window="auto"))
+    assert time.perf_counter() - start < 5.0
