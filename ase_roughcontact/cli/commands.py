@@ -33,15 +33,16 @@ def plan(options: argparse.Namespace) -> int:
     The approximations that are made are printed with their reasons. The time is
     extrapolated from FFTs timed on this machine, and correct within a factor of about
     three. For a step that can't be calculated the reason is printed. Windows are those
-    that are expected; when "run" refuses a step it prints a lower bound. Of a loop, the
-    deepest state is planned.
+    that are expected; when "run" refuses a step it prints a lower bound. Of a loop and
+    of a path in time the deepest state is planned.
 
     Exit status, as that of "run": 0 all steps can run in the free memory, 2 some can't,
     or the scene is invalid.
     """
     given = checked_scene(options)
     scene, described = given.planned, given.path.describe(given)
-    planned, unit = scene.plan(), report.target_unit(scene)
+    count = given.path.expected_count(given)
+    planned, unit = scene.plan().repeated(count), report.target_unit(scene)
     if options.json:
         for step in planned.steps:
             print(json_line(asdict(step), units_of() | {"target": unit}))

@@ -29,6 +29,8 @@ from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.theory import SphereTheory
 
 NN = UNITS["nN"]
+# Rounding of times, relative.
+_ROUNDING = 1e-12
 # Number of maps in a figure.
 _MAPS = 4
 # Maps share their range if their widths differ by at most this factor.
@@ -40,19 +42,30 @@ _TENSION, _LEAST_MARGIN = 0.5, 0.03
 _POINTS, _EXTENT = 60, 1.2
 
 
-def write_view(scene: Scene, folder: Path) -> None:
+def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     """Write view.traj: few atoms, contact in colour, indenter cut open.
+
+    Of a path in time it has the steps that are printed.
 
     Parameters
     ----------
     scene : Scene
+    steps : sequence of LoadStep
+        All steps.
     folder : path
         Contains the ``sweep.traj`` of the run.
     """
-    surface = scene.sampled_surface
-    frames = read_frames(folder / "sweep.traj")
+    surface, times, kept = scene.sampled_surface, scene.path.rows(scene), None
+    if times.size:
+        known = [step.time * (1.0 + _ROUNDING) for step in steps]
+        kept = set(np.searchsorted(known, times).tolist())
+    frames = [
+        with_indenter(frame, surface)
+        for number, frame in enumerate(read_frames(folder / "sweep.traj"))
+        if kept is None or number in kept
+    ]
     with replaced(folder / "view.traj") as name:
-        write(name, [with_indenter(frame, surface) for frame in frames], format="traj")
+        write(name, frames, format="traj")
 
 
 def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[str]:

@@ -6,6 +6,7 @@ import argparse
 from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.printing import entries, show
@@ -27,6 +28,16 @@ from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
 from ase_roughcontact.scene.results import stored_steps
+
+
+class _Elapsed(NamedTuple):
+    """Progress of a path in time (s)."""
+
+    steps: float
+    total: float
+
+    def __str__(self) -> str:
+        return f"{self.steps:.3g} of {self.total:.4g} s"
 
 
 def run(options: argparse.Namespace) -> int:
@@ -114,6 +125,7 @@ def _relax(
     validity = "raise" if options.strict else "ignore"  # the table has them
     table = report.StepTable(reference, options.verbose)
     with progress_bar(options) as draw:
+        step: Any
         for step in scene.run(folder, validity, text):
             if not steps and prints_text(options):
                 show(entries(report.inputs(reference).items()), "")
@@ -127,6 +139,8 @@ def _relax(
                 print(json_line(asdict(step), units_of(scene.path.record)), flush=True)
             if draw and costs:
                 draw(meter.progress())
+            elif draw and scene.path.duration(scene):
+                draw(_Elapsed(step.time, scene.path.duration(scene)))
 
 
 def _write_results(
@@ -159,7 +173,7 @@ def _drawn(
             pictures.append(name)
     except ValueError as error:  # the states themselves are valid
         failure = str(error)
-    figures.write_view(scene, folder)
+    figures.write_view(scene, steps, folder)
     return pictures, failure
 
 

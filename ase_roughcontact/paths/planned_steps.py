@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ase_roughcontact._util.printing import entries, number, table
 from ase_roughcontact._util.text import duration
+from ase_roughcontact.paths.record import size_of
 
+# Size of an atom in a trajectory, and of a step in the one for viewing (bytes).
+_BYTES_PER_ATOM, _BYTES_OF_VIEW = 100, 120_000
 # Number of steps that a plan lists; each of them stands for several of longer paths.
 _MOST_LISTED = 500
 
@@ -60,6 +63,8 @@ class Plan:
     domain : int
         Side of the domain of the roughness that is advised, in spacings of the grid;
         zero if none is.
+    bound : bool
+        Whether the steps are at most as large as the planned ones.
     """
 
     steps: tuple[PlannedStep, ...]
@@ -67,6 +72,23 @@ class Plan:
     available: float
     advice: str = ""
     domain: int = 0
+    bound: bool = False
+
+    def repeated(self, count: int) -> Plan:
+        """Return the plan of a path whose steps are at most as large as these."""
+        if count == 1:
+            return self
+        steps = tuple(replace(step, count=count * step.count) for step in self.steps)
+        return replace(self, steps=steps, bound=True)
+
+    @property
+    def files(self) -> float:
+        """Size of the trajectories (bytes)."""
+        return sum(
+            step.count * (_BYTES_PER_ATOM * size_of(step.window) + _BYTES_OF_VIEW)
+            for step in self.steps
+            if step.window
+        )
 
     @property
     def memory(self) -> float:
@@ -117,17 +139,20 @@ class Plan:
             for steps in (self.steps, [step for step in self.steps if step.problem])
         )
         parts = [table(heads, rows), ""]
-        if total > len(self.steps):
+        if total > len(self.steps) and not self.bound:
             parts += [f"These are {len(self.steps)} of {total} steps.", ""]
         if bad:
             reasons = dict.fromkeys(each.problem for each in self.steps if each.problem)
             parts += [f"{bad} of {total} steps can't run:", *reasons]
             parts += [f"To run all, {self.advice}.", ""] if self.advice else [""]
         time, memory, free = self.seconds, self.memory / 1e9, self.available / 1e9
+        about = "at most about" if self.bound else "about"
+        enough = "" if self.fits else ": NOT ENOUGH"
         return [
             *parts,
-            f"In all about {duration(max(time, 1.0))}, and at most {memory:.2g} GB of "
-            f"the {free:.2g} GB that are free{'' if self.fits else ': NOT ENOUGH'}.",
+            f"In all {about} {duration(max(time, 1.0))}, {about} "
+            f"{self.files / 1e9:.1g} GB of files, and at most {memory:.2g} GB of the "
+            f"{free:.2g} GB of memory that are free{enough}.",
             "",
             "Left out:",
             entries(("-", reason) for reason in self.left_out),

@@ -235,6 +235,14 @@ class PathKind(Section):
         self.targets(bodies)
         return self
 
+    def expected_count(self, bodies: Bodies) -> int:
+        """Return the number of states for which each planned step stands."""
+        return 1
+
+    def previewed(self, bodies: Bodies) -> PathKind:
+        """Return the path that is previewed: the planned one, or itself as a whole."""
+        return self.planned(bodies)
+
     def describe(self, bodies: Bodies) -> str:
         """Return a description of the path, printed above its plan."""
         return ""
@@ -245,6 +253,10 @@ class PathKind(Section):
         """Relax one state after another; see `follow_path`."""
         targets = targets_of(stepper.control, self.targets(bodies))
         return follow_path(stepper, targets, output, validity, springs=[])
+
+    def duration(self, bodies: Bodies) -> float:
+        """Return the duration of a path in time (s); zero if it has no times."""
+        return 0.0
 
     def rows(self, bodies: Bodies) -> FloatArray:
         """Return the times (s) at which states are printed; none for all states."""

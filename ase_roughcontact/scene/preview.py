@@ -23,6 +23,8 @@ _PART = 1 / 256
 # A run of fewer steps, and of fewer points in all windows, takes tenths of a second and
 # less than ten times as long as one step on any grid.
 _FEW_STEPS, _FEW_POINTS = 10, 100_000
+# The same for paths in time, whose steps begin close to their results: some seconds.
+_FEW_POINTS_IN_TIME = 5_000_000
 # Level of the solver's tolerance.
 _LEVEL = "fast"
 # Part of the rms slope above which a grid loses too much.
@@ -38,7 +40,8 @@ def preview(scene: Scene) -> Scene:
     accurate on such a grid; with a wall whose states depend on those before, also the
     steps at which the path turns. Of a loop it has the deepest state: on a coarse grid
     the contact jumps at other depths. A crystal of atoms becomes an isotropic solid of
-    the same contact modulus. The errors are estimated as in any scene.
+    the same contact modulus. A path in time is previewed as a whole, on the
+    viscoelastic solid. The errors are estimated as in any scene.
 
     Parameters
     ----------
@@ -50,14 +53,23 @@ def preview(scene: Scene) -> Scene:
         The same one, or the deepest state of a loop, if its steps are so few and small
         that a single step would take more than a tenth of the time of the run.
     """
-    scene = scene.planned
-    if _is_short(scene):
-        return scene
+    path = scene.path
+    whole = path.count(scene) is None and path.previewed(scene) is path
+    if whole:
+        points = path.expected_count(scene) * _points(scene.planned)
+        if points < _FEW_POINTS_IN_TIME:
+            return scene
+    else:
+        scene = scene.planned
+        if _is_short(scene):
+            return scene
     continuum = _continuum(scene)
     for ratio in _RATIOS:
         coarse = continuum.with_grid(_coarser(scene.grid_change, ratio))
         if ratio == 1 or _is_possible(coarse):
             break
+    if whole:
+        return coarse
     steps = scene.targets / UNITS[scene.path.unit]
     count = max(1, math.floor(_PART * ratio**2 * len(steps)))
     kept = np.linspace(0, len(steps) - 1, count + 1)[1:].round().astype(int)
@@ -65,8 +77,7 @@ def preview(scene: Scene) -> Scene:
         turns = np.flatnonzero(np.diff(np.sign(np.diff(steps)))) + 1
         kept = np.union1d(kept, turns)
     values: Any = tuple(steps[kept].tolist())
-    path = Steps(scene.path.control, values=values)
-    return coarse.with_values({"path": path})
+    return coarse.with_values({"path": Steps(scene.path.control, values=values)})
 
 
 def _is_short(scene: Scene) -> bool:
@@ -74,10 +85,15 @@ def _is_short(scene: Scene) -> bool:
     # the solid of a crystal takes longer than the steps
     if scene.substrate.of_atoms or len(scene.targets) >= _FEW_STEPS:
         return False
+    return _points(scene) < _FEW_POINTS
+
+
+def _points(scene: Scene) -> float:
+    """Return the points of all windows; infinity if a step can't be calculated."""
     steps = scene.plan().steps
     if any(step.problem for step in steps):
-        return False
-    return sum(size_of(step.window) for step in steps) < _FEW_POINTS
+        return math.inf
+    return sum(size_of(step.window) for step in steps)
 
 
 def _continuum(scene: Scene) -> Scene:

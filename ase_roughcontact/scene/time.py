@@ -28,9 +28,15 @@ from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
+from ase_roughcontact.theory import Hertz
 
 # Number of rows of the printed table, and the least one for each part of a schedule.
 _ROWS, _LEAST_ROWS = 30, 3
+# Numbers of time steps for a change of the target, a hold and a cycle, as measured for
+# smooth and rough spheres under hard and adhesive walls (60 to 150, 16 to 32 and 33);
+# they grow below this tolerance.
+_STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 90, 20, 33
+_USUAL_TOLERANCE = 1e-4
 # Rounding of times, relative.
 _ROUNDING = 1e-12
 # Columns of the force curve of a cantilever, with their units.
@@ -177,19 +183,49 @@ class Timed(PathKind):
         """Return the path of one step, to the largest target."""
         schedule, unit = self.schedule(bodies), UNITS[self.unit]
         targets = [schedule.first, *(part.end for part in schedule.parts)]
-        control = "height" if self.control == "base" else self.control
-        return Steps(control, values=(self._deepest(targets) / unit,))
+        deepest = self._deepest(targets)
+        if self.stiffness is None:
+            return Steps(self.control, values=(deepest / unit,))
+        # a tip on the surface, or a rigid cantilever, whichever has the smaller force
+        depth = max(bodies.wall.contact_distance - deepest, 0.0)
+        hertz = Hertz(bodies.radius, bodies.solid.contact_modulus)
+        rigid = hertz.force(hertz.contact_radius_from_penetration(depth))
+        load = min(self.stiffness * depth, float(rigid))
+        return Steps("load", values=(load / UNITS["nN"],))
+
+    def expected_count(self, bodies: Bodies) -> int:
+        """Return the number of time steps, to a factor of two."""
+        finer = max(1.0, _USUAL_TOLERANCE / self.tolerance) ** (1 / 3)
+        found = 1.0
+        for _, start, part in self.schedule(bodies).timed_parts():
+            if part.amplitude:
+                found += _STEPS_OF_CYCLE * part.frequency * part.duration
+            else:
+                found += finer * (_STEPS_OF_HOLD if part.end == start else _STEPS)
+        return round(found)
+
+    def previewed(self, bodies: Bodies) -> PathKind:
+        """Return the path itself."""
+        return self
 
     def _deepest(self, targets: Iterable[float]) -> float:
         """Return the target at which the contact is pressed most."""
         return min(targets) if self.control in ("height", "base") else max(targets)
 
     def describe(self, bodies: Bodies) -> str:
-        """Return the duration, and what is planned."""
+        """Return duration and number of steps, and what is planned."""
+        creep = bodies.solid.creep
+        grows = ""
+        if self.unit in FORCES and creep is not None and creep.relaxed:
+            factor = creep.relaxed ** (-2.0 / 3.0)
+            grows = f"; under a load its area grows up to {factor:.2g} times by creep"
         return (
-            f"Path of {self.schedule(bodies).duration:.4g} s, in time steps of an "
-            f"error of {self.tolerance:g}; its deepest state in a solid with the "
-            "instantaneous modulus:"
+            f"Path of {self.schedule(bodies).duration:.4g} s, in about "
+            f"{self.expected_count(bodies)} time steps (within a factor of two: "
+            f"{_STEPS} for a change of the target, {_STEPS_OF_HOLD} for a dwell, "
+            f"{_STEPS_OF_CYCLE} a cycle, more with a small tolerance). All are counted "
+            "as large as the deepest state, in a solid with the instantaneous modulus"
+            f"{grows}:"
         )
 
     def run(
@@ -253,6 +289,10 @@ class Timed(PathKind):
             write_force_curve(ways, states, folder / "cantilever.csv")
             plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
             yield "cantilever.png"
+
+    def duration(self, bodies: Bodies) -> float:
+        """Return the duration (s)."""
+        return self.schedule(bodies).duration
 
     def rows(self, bodies: Bodies) -> FloatArray:
         """Return the times (s) at which states are printed, some in each part."""

@@ -46,7 +46,7 @@ def run(tmp_path_factory):
     scene = adhesive(SMOOTH, 0.5)
     folder = tmp_path_factory.mktemp("adhesive")
     steps = list(scene.run(folder))
-    write_view(scene, folder)
+    write_view(scene, steps, folder)
     return reference_for(scene), steps, folder
 
 

@@ -1,6 +1,7 @@
 """Scenes of paths in time on a viscoelastic solid."""
 
 import math
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,6 +13,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.theory import Hertz
 
 SOLID = """
 [substrate]
@@ -144,9 +146,47 @@ def test_an_elastic_solid_has_no_path_in_time():
         list(scene.relax())
 
 
+def test_a_preview_of_a_small_path_is_the_path_itself():
+    scene = Scene.parse(TEXT)
+    assert preview(scene) is scene
+
+
 @pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
-def test_a_preview_is_elastic():
-    assert next(preview(Scene.parse(TEXT)).relax()).converged
+def test_a_preview_relaxes_on_a_coarse_grid():
+    scene = with_path(values=[0, "8 nm"], rate=100.0, dwell=10.0)
+    large = scene.with_values({"sphere.radius": "2 um"})
+    coarse = preview(large)
+    assert coarse.grid_change.coarsen == 4
+    forces = [step.normal_force for step in coarse.relax()]
+    hertz = Hertz(2000.0 * NM, 0.4 * UNITS["GPa"])
+    relaxed = hertz.force(hertz.contact_radius_from_penetration(8.0 * NM))
+    assert forces[-1] == pytest.approx(float(relaxed), rel=0.03)
+
+
+def test_a_plan_counts_time_steps_within_a_factor_of_two():
+    scene = Scene.parse(TEXT)
+    count = sum(1 for _ in scene.relax(validity="ignore"))
+    assert 0.5 < scene.path.expected_count(scene) / count < 2.0
+
+
+def test_a_plan_of_a_cantilever_has_the_force_that_it_can_exert():
+    keys = {"control": "base", "cantilever": 1.0, "values": ["5 nm", "-1 um"]}
+    soft = with_path(**keys, rate=100.0, dwell=0.0)
+    assert soft.planned.path.control == "load"
+    assert soft.planned.path.values[0] == pytest.approx(1000.0, rel=1e-3)
+    soft.with_values({"interaction.kind": "repulsive"}).check_path()
+    stiff = with_path(**{**keys, "cantilever": 1e4, "values": ["5 nm", "-1 nm"]})
+    hertz = 4.0 / 3.0 * 2.0e9 * (100e-9 * (1e-9) ** 3) ** 0.5 * 1e9
+    assert stiff.planned.path.values[0] == pytest.approx(hertz, rel=1e-3)
+
+
+def test_a_plan_counts_the_files_of_all_steps(tmp_path, capsys):
+    (file := tmp_path / "rubber.toml").write_text(TEXT)
+    assert main(["run", str(file), "--out", str(tmp_path / "out"), "--quiet"]) == 0
+    size = sum(each.stat().st_size for each in (tmp_path / "out").glob("*.traj"))
+    assert main(["plan", str(file)]) == 0
+    (found,) = re.findall(r"([\d.e-]+) GB of\s+files", capsys.readouterr().out)
+    assert 1.0 < 1e9 * float(found) / size < 6.0
 
 
 def test_commands_run_plan_and_continue(tmp_path, capsys):
