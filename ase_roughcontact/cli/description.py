@@ -20,12 +20,16 @@ def bodies(scene: Scene) -> dict[str, str]:
     nm, tip = UNITS["nm"], scene.whole_tip
     radius = f"radius {scene.radius / nm:.4g} nm"
     found = {
-        "solid": f"{label_of(scene.substrate, scene.solid)}, spacing "
-        f"{scene.spacing:.3f} Å, {_hardness(scene)}",
+        "solid": f"{label_of(scene.substrate, scene.solid)}, "
+        + ("" if scene.is_flat else f"spacing {scene.spacing:.3f} Å, ")
+        + _hardness(scene),
         "indenter": f"sphere of {radius}"
         if tip is None
         else f"scanned tip ({radius}, fitted to the scan)",
     }
+    if scene.is_flat:
+        n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())
+        found["indenter"] = f"rough flat, periodic cell of {n:.4g} x {m:.4g} nm"
     rough = scene.rough
     if isinstance(rough, SelfAffine):
         found["roughness"] = (
@@ -44,7 +48,11 @@ def bodies(scene: Scene) -> dict[str, str]:
     )
     if scene.area_column == "continuum_area":
         lost = scene.lost_slope
-        found["grid"] = f"continuum on a grid of spacing {scene.grid_change.label}" + (
+        label = scene.grid_change.label
+        if scene.is_flat and scene.scan is not None:
+            label = label.replace("a0", "pixel")
+        spacing = scene.grid_change.spacing(scene.spacing) / nm
+        found["grid"] = f"continuum on a grid of spacing {label} = {spacing:.4g} nm" + (
             f"; {lost_text(scene.grid_change, lost)}" if lost else ""
         )
     return found
@@ -65,7 +73,12 @@ def theory(reference: Reference) -> dict[str, str]:
             for name, each in limits.items()
         )
         found["pull-off force"] = "; ".join(forces) or pull_off_text(reference)
-    if not scene.path.columns:
+    if scene.is_flat:
+        found["columns"] = (
+            "p: nominal pressure; gap: mean; kappa = A h' E*/N; k: stiffness; 2k/E* is "
+            "the electrical or thermal conductance times the sum of the resistivities"
+        )
+    elif not scene.path.columns:
         found[f"A/A_{smooth.symbol}"] = (
             f"contact area relative to {smooth.name}, {smooth.sphere}{_bare(scene)}"
             f"{_without_rim(scene)}"

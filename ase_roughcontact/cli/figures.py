@@ -89,7 +89,8 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
     """
     names, path = [], reference.scene.path
     if path.by_load and any(_is_compressive(step) for step in steps):
-        _draw_curve(reference, steps, folder / "curve.png")
+        draw_area = _draw_flat if reference.scene.is_flat else _draw_curve
+        draw_area(reference, steps, folder / "curve.png")
         names.append("curve.png")
     tension = any(step.normal_force < -step.tolerance for step in steps)
     if path.by_load and (tension or (path.control != "load" and names)):
@@ -218,6 +219,24 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         legend_below(figure, [axes])
 
 
+def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
+    """Draw area, mean gap and stiffness of a rough flat against nominal pressure."""
+    scene: Any = reference.scene
+    shown = [step for step in steps if _is_compressive(step)]
+    pressure = _column(shown, "normal_force") / scene.nominal_area
+    area, error = (_column(shown, n) for n in (scene.area_column, "area_error"))
+    modulus, nominal = scene.contact_modulus, scene.nominal_area
+    with written(file, 6.0) as figure:
+        panels = upper, middle, lower = figure.subplots(3, 1)
+        scale = scene.rough.rms_slope * modulus
+        plot.plot_flat_area(upper, pressure, area / nominal, scale, error / nominal)
+        plot.plot_flat_gap(middle, pressure, _column(shown, "mean_gap"))
+        stiffness = _column(shown, "contact_stiffness")
+        plot.plot_flat_conductance(lower, pressure, stiffness, modulus)
+        upper.legend()
+        letter(panels)
+
+
 def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> None:
     scene = reference.scene
     along = scene.path.along
@@ -275,7 +294,8 @@ def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) ->
             panels, frames, shown, titles, strict=True
         ):
             area = float(reference.smooth.contact_area(step.normal_force))
-            radius = math.sqrt(area / np.pi) if area > 0.0 else None
+            circle = area > 0.0 and not reference.scene.is_flat
+            radius = math.sqrt(area / np.pi) if circle else None
             image = plot.plot_contact(panel, frame, radius, largest, circle_label=label)
             panel.set_title(title)
         _share_range(panels)

@@ -19,12 +19,15 @@ from ase_roughcontact.scene.reference import Reference
 # Columns of the table of steps, with those of their errors.
 _COLUMNS = {
     "step": "",
+    "nominal_pressure": "",
+    "mean_gap": "",
     "height": "height_error",
     "penetration": "penetration_error",
     "normal_force": "force_error",
     "contact_area": "area_error",
     "continuum_area": "area_error",
     "contact_stiffness": "",
+    "conductance": "",
     "mean_pressure": "",
     "largest_pressure": "",
     "repulsive_atoms": "",
@@ -40,6 +43,11 @@ _CAPTIONS = {
     "force.png": "Normal force along the path; negative forces are tensile.",
     "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
     "same load.",
+}
+_FLAT_CAPTIONS = {
+    "curve.png": "Contact area relative to the nominal one, beside theory, mean gap, "
+    "and contact stiffness with the conductance, against the nominal pressure.",
+    "contact.png": "Pressure on the points in contact.",
 }
 
 
@@ -62,9 +70,14 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     scene = reference.scene
     record = columns_of(type(steps[0]) if steps else LoadStep)
     other_area = {"contact_area", "continuum_area"} - {scene.area_column}
-    shown = {name: record[name] for name in _COLUMNS if name not in other_area}
+    shown = {
+        name: record[name]
+        for name in _COLUMNS
+        if name in record and name not in other_area
+    }
     units = {name: printed_unit(each.unit) for name, each in shown.items()}
-    captions = _CAPTIONS | dict(scene.path.captions)
+    captions = _CAPTIONS | (_FLAT_CAPTIONS if scene.is_flat else {})
+    captions |= dict(scene.path.captions)
     template = files("ase_roughcontact.cli").joinpath("report.html").read_text("utf-8")
     environment = Environment(autoescape=True, trim_blocks=True)
     return environment.from_string(template).render(

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact import theory as theory_of
 from ase_roughcontact._util.printing import entries, note, number, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
@@ -117,6 +118,8 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     def expected(step: LoadStep) -> str:
         return number(float(reference.relative_area(max(step.normal_force, 0.0))))
 
+    if reference.scene.is_flat and not path.columns:
+        return _flat_columns(reference.scene, column)
     if path.columns:
         return [
             column(area if name == "contact_area" else name, label)
@@ -130,6 +133,41 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     if reference.rough_above is not None:
         found.append(("theory", expected))
     return [*found, column("largest_pressure"), column("seconds")]
+
+
+def _flat_columns(
+    scene: Scene, column: Callable[[str], tuple[str, Callable]]
+) -> list[tuple[str, Callable]]:
+    """Return headings and functions of the columns of the table for a rough flat."""
+    rough: Any = scene.rough
+    scale = rough.rms_slope * scene.contact_modulus
+    persson = float(
+        theory_of.mean_contact_pressure(scale, 1.0, theory_of.KAPPA_PERSSON)
+    )
+
+    def of(function: Callable[[Any, float], float]) -> Callable:
+        return lambda step: number(
+            float(function(step, getattr(step, scene.area_column)))
+        )
+
+    def expected(step: Any, area: float) -> float:
+        nominal = max(step.nominal_pressure, 0.0)
+        return float(theory_of.contact_fraction(nominal, persson))
+
+    def kappa(step: Any, area: float) -> float:
+        force = step.normal_force
+        return area * scale / force if force > 0.0 else math.nan
+
+    return [
+        ("p (MPa)", of(lambda s, area: s.nominal_pressure / UNITS["MPa"])),
+        ("gap (nm)", of(lambda s, area: s.mean_gap / UNITS["nm"])),
+        ("A/A_0", of(lambda s, area: area / scene.nominal_area)),
+        ("Persson", of(expected)),
+        ("kappa", of(kappa)),
+        ("k (N/m)", of(lambda s, area: s.contact_stiffness / UNITS["N/m"])),
+        ("2k/E* (nm)", of(lambda s, area: s.conductance / UNITS["nm"])),
+        column("seconds"),
+    ]
 
 
 def target_unit(scene: Scene) -> str:

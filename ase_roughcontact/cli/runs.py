@@ -136,7 +136,7 @@ def _relax(
             if parts and prints_text(options):
                 show(*parts)
             if options.json:
-                print(json_line(asdict(step), units_of(scene.path.record)), flush=True)
+                print(json_line(asdict(step), units_of(scene.record)), flush=True)
             if draw and costs:
                 draw(meter.progress())
             elif draw and scene.path.duration(scene):
@@ -185,7 +185,7 @@ def draw_figures(options: argparse.Namespace) -> int:
     """
     folder = options.folder
     scene = Scene.of_results(folder)
-    steps = list(read_steps(folder / "sweep.traj", scene.path.record))
+    steps = list(read_steps(folder / "sweep.traj", scene.record))
     pictures, _ = _drawn(reference_for(scene), steps, folder)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
@@ -203,7 +203,7 @@ def write_report(options: argparse.Namespace) -> int:
 
     folder = options.folder
     reference = reference_for(Scene.of_results(folder))
-    record = reference.scene.path.record
+    record = reference.scene.record
     steps = list(read_steps(folder / "sweep.traj", record))
     _drawn(reference, steps, folder)
     file = folder / "report.html"

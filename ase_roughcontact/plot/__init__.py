@@ -19,6 +19,11 @@ from ase_roughcontact.plot.curves import (
     plot_loop,
 )
 from ase_roughcontact.plot.files import draw_file
+from ase_roughcontact.plot.flats import (
+    plot_flat_area,
+    plot_flat_conductance,
+    plot_flat_gap,
+)
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
 from ase_roughcontact.plot.time import (
@@ -41,6 +46,9 @@ __all__ = [
     "plot_contact",
     "plot_convergence",
     "plot_curve",
+    "plot_flat_area",
+    "plot_flat_conductance",
+    "plot_flat_gap",
     "plot_force",
     "plot_loop",
     "plot_over_depth",

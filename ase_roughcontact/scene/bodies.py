@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import Shape
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.theory.maugis import edge_zone
@@ -34,10 +35,13 @@ class SceneBodies:
     hardness : float
         Of the surface (eV/Å^3); NaN if it is not known.
     radius : float
-        Of the sphere (Å); of a whole tip that of curvature of its scan.
+        Of the sphere (Å); of a whole tip that of curvature of its scan, of a rough flat
+        infinity.
     rough : SelfAffine or HeightMap or None
         Roughness of the sphere, None if it is smooth. None also for a whole tip, for
         which theory is that of a smooth sphere.
+    cell : (int, int) or None
+        Shape of the periodic cell of a rough flat, on the lattice of the problem.
     """
 
     problem: Problem
@@ -45,6 +49,14 @@ class SceneBodies:
     hardness: float
     radius: float
     rough: SelfAffine | HeightMap | None
+    cell: Shape | None = None
+
+    @property
+    def nominal_area(self) -> float:
+        """Nominal contact area A0 of a rough flat; NaN for other indenters (Å^2)."""
+        if self.cell is None:
+            return math.nan
+        return math.prod(self.cell) * self.problem.spacing**2
 
     @property
     def contact_modulus(self) -> float:
@@ -67,7 +79,14 @@ class SceneBodies:
         """
         if self.rough is None:
             return 1.0 / self.kappa_repulsive
-        return self.rough_theory.inverse_kappa
+        wall: Any = self.problem.wall
+        return theory.inverse_kappa(
+            self.contact_modulus,
+            self.rough,
+            wall.work_of_adhesion,
+            wall.attraction_range,
+            self.kappa_repulsive,
+        )
 
     @property
     def rough_theory(self) -> theory.RoughSphereTheory:
@@ -101,15 +120,19 @@ class SceneBodies:
         if zone >= _RESOLVED * LEAST_EDGE_ZONE:
             return []
         least, nm = length * math.sqrt(LEAST_EDGE_ZONE / zone), UNITS["nm"]
-        number = theory.MaugisDugdale(self.radius, modulus, work, least).parameter
+        advice = ""
+        if self.cell is None:
+            number = theory.MaugisDugdale(self.radius, modulus, work, least).parameter
+            advice = (
+                f", for which Maugis' parameter is {number:.2g}: from 3 on, the "
+                "pull-off force is within about 1 % of that of shorter ranges"
+            )
         return [
             f"the grid of {spacing / nm:.3g} nm does not resolve the range of the "
             f"attraction, {length / nm:.3g} nm: at the edge of a contact its zone is "
             f"{zone:.2g} spacings wide, and should be {LEAST_EDGE_ZONE:g} or more. "
             "Take a finer grid, or attraction_range = "
-            f'"{1.01 * least / nm:.3g} nm", for '
-            f"which Maugis' parameter is {number:.2g}: from 3 on, the pull-off force "
-            "is within about 1 % of that of shorter ranges"
+            f'"{1.01 * least / nm:.3g} nm"{advice}'
         ]
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
@@ -160,11 +183,14 @@ class SceneBodies:
         pressure = theory.mean_contact_pressure(
             rough.rms_slope, self.contact_modulus, 1.0 / self.inverse_kappa
         )
-        sphere = self.radius, self.contact_modulus
-        if hardness == math.inf:
-            return theory.predicted_area(normal_force, *sphere, pressure)
 
         def fraction(nominal: np.ndarray) -> np.ndarray:
+            if hardness == math.inf:
+                return theory.contact_fraction(nominal, pressure)
             return theory.plastic_contact_fraction(nominal, pressure, hardness)[0]
 
+        if self.cell is not None:
+            nominal = self.nominal_area
+            return nominal * fraction(np.asarray(normal_force) / nominal)
+        sphere = self.radius, self.contact_modulus
         return theory.predicted_area(normal_force, *sphere, fraction)

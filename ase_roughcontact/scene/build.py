@@ -21,6 +21,7 @@ from ase_roughcontact.paths.hardness import hardness_of
 from ase_roughcontact.scene.bodies import SceneBodies
 from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
+from ase_roughcontact.scene.flats import flat_cell
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.scene.solid import creep_of, named, solid_of, spacing_of
@@ -84,11 +85,20 @@ def build(scene: SceneFile) -> SceneBodies:
             rough = random_field(scene.roughness, spacing)
     problems.check()
 
-    whole_tip = scene.sphere.radius == math.inf
+    alone, cell = scene.sphere.radius == math.inf, None
     with problems.of("sphere"):
         radius = radius_of(scene.sphere, scene.topography, spacing)
+        if radius == math.inf and rough is None:
+            raise ValueError(
+                "radius = inf needs a section [topography], whose scan is the whole "
+                "tip or a rough flat, or [roughness]: give that, or a finite radius"
+            )
         profile: Any = scene.sphere.profile
-        surface = RoughSphere(math.inf if whole_tip else radius, rough, profile)
+        pixel = spacing
+        if radius == math.inf and rough is not None:
+            pixel, cell, rough = flat_cell(scene, rough, spacing)
+            solid.check(pixel)
+        surface = RoughSphere(math.inf if alone else radius, rough, profile)
     with problems.of("interaction"):
         wall = _wall(scene, solid, spacing, hardness)
     problems.check()
@@ -102,14 +112,15 @@ def build(scene: SceneFile) -> SceneBodies:
             indenter=surface,
             solid=solid,
             wall=wall,
-            spacing=spacing,
-            periodic=scene.substrate.periodic,
+            spacing=pixel,
+            periodic=scene.substrate.periodic or cell is not None,
             heterogeneity=adhesion,
         ),
         symbol=substrate.symbol,
         hardness=wall.hardness if given else hardness,
         radius=radius,
-        rough=None if whole_tip else rough,
+        rough=None if alone and cell is None else rough,
+        cell=cell,
     )
 
 
@@ -175,5 +186,9 @@ def _local_adhesion(
     if not wall.attractive:
         kind = scene.interaction.kind
         raise ValueError(f"needs a wall with a work of adhesion, got kind = {kind!r}")
-    in_range = math.sqrt(2.0 * radius * (wall.cutoff - wall.contact_distance))
+    in_range = (
+        0.0
+        if radius == math.inf
+        else math.sqrt(2.0 * radius * (wall.cutoff - wall.contact_distance))
+    )
     return local_adhesion(scene.heterogeneity, spacing, _ROOM * in_range)

@@ -52,11 +52,15 @@ class SubstrateConfig(Section):
     sliding: bool = False
     relaxation_moduli: tuple | None = None
     relaxation_times: tuple | None = None
-    model: str = "atoms"
+    model: str = ""
     refine: int | None = None
     coarsen: int | None = None
     shape: tuple[int, int] | str = "auto"
     periodic: bool = False
+
+    def contents(self) -> dict[str, Any]:
+        """Return the values by key for comparison; see `Section.contents`."""
+        return super().contents() | {"model": self.model or "atoms"}
 
     @property
     def name(self) -> str:

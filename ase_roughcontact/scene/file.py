@@ -66,6 +66,13 @@ class SceneFile:
     path: PathKind = field(default_factory=Steps)
     solver: SolverConfig = field(default_factory=SolverConfig)
 
+    def __post_init__(self) -> None:
+        """Ask for the continuum if a surface was measured, unless the file says."""
+        if not self.substrate.model:
+            atoms = self.topography is None or self.substrate.of_atoms
+            model = "atoms" if atoms else "continuum"
+            object.__setattr__(self, "substrate", replace(self.substrate, model=model))
+
     @classmethod
     def parse(
         cls: type[AnyFile], text: str, name: str = "scene", copied: bool = False

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.units import FORCES, PRESSURES, UNITS
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite,
@@ -69,6 +70,11 @@ class Bodies(Protocol):
     @property
     def whole_tip(self) -> Any:
         """Scan that is the whole indenter; None if there is none."""
+        ...
+
+    @property
+    def nominal_area(self) -> float:
+        """Nominal contact area of a rough flat; NaN for other indenters (Å^2)."""
         ...
 
 
@@ -295,7 +301,10 @@ class PathKind(Section):
 
 @dataclass(frozen=True)
 class Steps(PathKind):
-    """``[path]``: given loads in nN, penetrations or heights in Å, or with a unit."""
+    """``[path]``: given loads in nN, penetrations or heights in Å, or with a unit.
+
+    Loads of a rough flat may also be nominal pressures, such as ``"10 MPa"``.
+    """
 
     kind = "steps"
 
@@ -309,7 +318,11 @@ class Steps(PathKind):
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the targets of the steps; see `PathKind.targets`."""
         unit = self.unit
-        units = FORCES if unit in FORCES else lengths(bodies.spacing)
+        units: Mapping[str, float] = lengths(bodies.spacing)
+        if unit in FORCES:
+            area = bodies.nominal_area
+            pressures = {} if math.isnan(area) else PRESSURES
+            units = FORCES | {name: area * p for name, p in pressures.items()}
         path: Steps = self.plain(["first", "last", "values"], units, unit)
         return UNITS[unit] * path._numbers()
 

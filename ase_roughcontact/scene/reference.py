@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +12,7 @@ from numpy.typing import ArrayLike
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.scene.flats import NominalArea
 from ase_roughcontact.scene.scene import Scene
 
 # Explanation for a sphere that touches with one asperity at all loads.
@@ -27,9 +29,10 @@ class Reference:
     Attributes
     ----------
     scene : Scene
-    smooth : SphereTheory
-        Theory of the sphere without its roughness. Where adhesion flattens the
-        roughness, its work of adhesion is reduced by the cost of that.
+    smooth : SphereTheory or NominalArea
+        Theory of the sphere without its roughness; the area of a rough flat. Where
+        adhesion flattens the roughness, its work of adhesion is reduced by the cost of
+        that.
     limits : tuple of SphereTheory
         JKR and DMT, if `smooth` lies between them.
     explanation : str
@@ -105,6 +108,8 @@ def reference_for(scene: Scene) -> Reference:
     -------
     Reference
     """
+    if scene.is_flat:
+        return _flat(scene)
     if not scene.wall.attractive:
         smooth = theory.Hertz(scene.radius, scene.contact_modulus)
         plastic = _plastic(scene)
@@ -117,14 +122,35 @@ def reference_for(scene: Scene) -> Reference:
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
     if scene.rough is None:
         return reference
-    criteria = theory.stickiness(
-        scene.rough,
+    return replace(reference, criteria=_criteria(scene))
+
+
+def _criteria(scene: Scene) -> tuple[theory.Criterion, ...]:
+    """Return whether rough flats stick; empty without adhesion."""
+    if not scene.wall.attractive:
+        return ()
+    rough: Any = scene.rough
+    return theory.stickiness(
+        rough,
         scene.contact_modulus,
         scene.wall.work_of_adhesion,
         scene.wall.attraction_range,
         scene.bodies.kappa_repulsive,
     )
-    return replace(reference, criteria=criteria)
+
+
+def _flat(scene: Scene) -> Reference:
+    """Return the theory of rough flats."""
+    rough: Any = scene.rough
+    nm, area = UNITS["nm"], scene.nominal_area
+    explanation = (
+        "Persson, A/A_0 = erf(sqrt(2) p/(h' E*)), and A = kappa p A_0/(h' E*) at "
+        f"small pressures, with the rms slope h' = {rough.rms_slope:.4g} and the "
+        f"nominal area A_0 = {area / nm**2:.6g} nm²; kappa is about "
+        f"{theory.KAPPA_HARD:g} for hard walls, {theory.KAPPA_PERSSON:.2g} by Persson"
+    )
+    smooth: Any = NominalArea(area)
+    return Reference(scene, smooth, (), explanation, 0.0, _criteria(scene))
 
 
 def _with_first_asperity(rough: Reference) -> Reference:

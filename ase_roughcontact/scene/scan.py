@@ -23,7 +23,7 @@ class TopographyConfig(Section):
     role: str = ""
     unit: str | None = None
     spacing: float | str | tuple | None = None
-    detrend: str = "plane"
+    detrend: str | None = None
     center: str | tuple = "middle"
     margin: float | str = 0.0
     periodic: bool | None = None

@@ -28,7 +28,7 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.record import FlatStep, LoadStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.bodies import SceneBodies
@@ -156,8 +156,25 @@ class Scene(SceneFile):
 
     @property
     def whole_tip(self) -> HeightMap | None:
-        """Scan that is the whole indenter, for which the radius is infinity."""
-        return self.scan if self.sphere.radius == math.inf else None
+        """Scan that is a whole tip, for which the radius in the file is infinity."""
+        alone = self.sphere.radius == math.inf and not self.is_flat
+        return self.scan if alone else None
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the indenter is nominally flat, without a sphere."""
+        return self.bodies.cell is not None
+
+    @property
+    def nominal_area(self) -> float:
+        """Nominal contact area of a rough flat; NaN for other indenters (Å^2)."""
+        return self.bodies.nominal_area
+
+    @property
+    def record(self) -> type[LoadStep]:
+        """Class of the results."""
+        record = self.path.record
+        return FlatStep if self.is_flat and record is LoadStep else record
 
     @property
     def warnings(self) -> list[str]:
@@ -204,7 +221,9 @@ class Scene(SceneFile):
         with problems.of():
             _ = self.bodies
         with problems.of("substrate"):
-            _ = self.area_column, self.substrate.grid_change, self.shape
+            _ = self.area_column, self.substrate.grid_change
+            if self.sphere.radius != math.inf:
+                _ = self.substrate.window_shape
         problems.check()
         with problems.of("solver"):
             _ = self.accuracy, self.fmax, self.optimizer
@@ -261,7 +280,8 @@ class Scene(SceneFile):
     @property
     def shape(self) -> tuple[int, int] | None:
         """Shape of the window of atoms; None if it is chosen for each step."""
-        return self.substrate.window_shape
+        cell = self.bodies.cell
+        return self.substrate.window_shape if cell is None else cell
 
     @property
     def window(self) -> str:
@@ -410,7 +430,7 @@ class Scene(SceneFile):
         generator of LoadStep
         """
         frames = self.frames()
-        output = Output(**files, record=record or self.path.record, frames=frames)
+        output = Output(**files, record=record or self.record, frames=frames)
         stepper = self.stepper(frames)
         warn_of_lost_slope(stepper, self.grid_change, validity)
         if targets is None:

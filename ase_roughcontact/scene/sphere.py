@@ -7,6 +7,7 @@ import math
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.scene.config import DEFAULT_RADIUS, SphereConfig
+from ase_roughcontact.scene.flats import is_flat
 from ase_roughcontact.scene.scan import TopographyConfig
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.topography import HeightMap
@@ -27,17 +28,20 @@ def radius_of(
     Returns
     -------
     float
-        Å.
+        Å; infinity for a rough flat.
 
     Raises
     ------
     ValueError
-        If it is out of range, missing for a scanned indenter, or infinite for a scan
-        that is not a whole tip.
+        If it is out of range, missing for a scanned indenter, or infinite for a scan of
+        a hollow.
     """
     given = sphere.radius
     if given == math.inf:
-        return _radius_of_tip(topography)
+        if topography is None:
+            return math.inf
+        scan = topography.surface
+        return math.inf if is_flat(scan, topography.role) else scan.tip.radius
     if given is None:
         if topography is not None and topography.role == "indenter":
             raise ValueError(_missing_radius(topography.surface))
@@ -51,28 +55,6 @@ def radius_of(
             f"{radius:.3g} a0"
         )
     return radius * spacing
-
-
-def _radius_of_tip(topography: TopographyConfig | None) -> float:
-    if topography is None:
-        raise ValueError(
-            "radius = inf needs a section [topography], whose scan is the whole tip: "
-            "give that, or a finite radius; flat indenters are made in Python"
-        )
-    scan, role = topography.surface, topography.role
-    if role != "indenter" or scan.periodic:
-        raise ValueError(
-            "radius = inf means that the scan is the whole tip, for a scan with role = "
-            f'"indenter" that is not periodic, got role = "{role}", periodic = '
-            f"{str(scan.periodic).lower()}: give the radius of the sphere"
-        )
-    if scan.tip.radius == math.inf:
-        raise ValueError(
-            "radius = inf means that the scan is the whole tip, but it is not convex "
-            "around its highest point: is the height reversed, or the scan that of a "
-            "part of the tip? Else give the radius of the sphere"
-        )
-    return scan.tip.radius
 
 
 def _missing_radius(scan: HeightMap) -> str:

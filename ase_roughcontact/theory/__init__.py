@@ -29,10 +29,12 @@ from ase_roughcontact.theory.regime import regime
 from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
+    KAPPA_PERSSON,
     KAPPA_REPULSIVE,
     compliant_kappa,
     contact_fraction,
     flattening_energy,
+    inverse_kappa,
     inverse_kappa_attractive,
     mean_contact_pressure,
 )
@@ -49,6 +51,7 @@ __all__ = [
     "JKR",
     "JKR_ABOVE",
     "KAPPA_HARD",
+    "KAPPA_PERSSON",
     "KAPPA_REPULSIVE",
     "Criterion",
     "Hertz",
@@ -64,6 +67,7 @@ __all__ = [
     "first_contact_radius",
     "first_contact_radius_from_height",
     "flattening_energy",
+    "inverse_kappa",
     "inverse_kappa_attractive",
     "low_load_plateau",
     "mean_contact_pressure",

@@ -21,6 +21,7 @@ from ase_roughcontact.theory.self_affine import (
     band_of,
     moment_ratio,
     numbers_of,
+    slope_to_curvature_ratio,
     spectral_moment,
     wavelength_ratios,
 )
@@ -28,6 +29,9 @@ from ase_roughcontact.theory.self_affine import (
 #: kappa of hard walls in the continuum limit: S. Hyun et al., Phys. Rev. E 70, 026117
 #: (2004); N. Prodanov, W. B. Dapp, M. H. Müser, Tribol. Lett. 53, 433 (2014).
 KAPPA_HARD = 2.0
+
+#: kappa of Persson's theory: B. N. J. Persson, J. Chem. Phys. 115, 3840 (2001).
+KAPPA_PERSSON = float(np.sqrt(8.0 / np.pi))
 
 #: kappa of the repulsive 9-3 wall as stiff as the bulk, lambda_s = 4 a0: L. Pastewka,
 #: M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016).
@@ -190,6 +194,46 @@ def inverse_kappa_attractive(
     geometry = np.cbrt(3 / 16 * 4 * distance / (slope * diameter)) ** 2
     inverse: FloatArray = np.pi * work / (modulus * slope * distance) * geometry
     return inverse
+
+
+def inverse_kappa(
+    contact_modulus: float,
+    roughness: Roughness,
+    work_of_adhesion: float = 0.0,
+    attraction_range: float | None = None,
+    kappa_repulsive: float = KAPPA_HARD,
+) -> float:
+    """Return 1/kappa, that of the repulsion less `inverse_kappa_attractive`.
+
+    Parameters
+    ----------
+    contact_modulus : float
+        E*, force per area.
+    roughness : Roughness
+        Such as `ase_roughcontact.SelfAffine`.
+    work_of_adhesion : float
+        w, energy per area.
+    attraction_range : float, optional
+        D, length; without it there is no attraction.
+    kappa_repulsive : float
+        kappa without the attraction.
+
+    Returns
+    -------
+    float
+        Negative or zero if the flats adhere without a load.
+    """
+    if attraction_range is None or work_of_adhesion == 0:
+        return 1 / kappa_repulsive
+    slope = roughness.rms_slope
+    attraction = inverse_kappa_attractive(
+        work_of_adhesion,
+        contact_modulus,
+        attraction_range,
+        slope,
+        slope / slope_to_curvature_ratio(roughness),
+    )
+    return float(1 / kappa_repulsive - attraction)
 
 
 def flattening_energy(contact_modulus: float, roughness: Roughness) -> float:

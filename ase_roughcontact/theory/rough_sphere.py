@@ -11,14 +11,13 @@ from ase_roughcontact.theory.rough_contact import crossover_load, predicted_area
 from ase_roughcontact.theory.rough_flats import (
     KAPPA_HARD,
     flattening_energy,
-    inverse_kappa_attractive,
+    inverse_kappa,
     mean_contact_pressure,
 )
 from ase_roughcontact.theory.selection import sphere_theory
 from ase_roughcontact.theory.self_affine import (
     Roughness,
     numbers_of,
-    slope_to_curvature_ratio,
 )
 from ase_roughcontact.theory.smooth_sphere import SphereTheory
 
@@ -75,17 +74,13 @@ class RoughSphereTheory:
     @cached_property
     def inverse_kappa(self) -> float:
         """Value of 1/kappa_adh; 1/kappa_rep without adhesion."""
-        if self.attraction_range is None or self.work_of_adhesion == 0:
-            return 1 / self.kappa_repulsive
-        slope = self.roughness.rms_slope
-        attraction = inverse_kappa_attractive(
-            self.work_of_adhesion,
+        return inverse_kappa(
             self.contact_modulus,
+            self.roughness,
+            self.work_of_adhesion,
             self.attraction_range,
-            slope,
-            slope / slope_to_curvature_ratio(self.roughness),
+            self.kappa_repulsive,
         )
-        return float(1 / self.kappa_repulsive - attraction)
 
     @property
     def sticky(self) -> bool:

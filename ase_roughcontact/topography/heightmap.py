@@ -110,7 +110,7 @@ class HeightMap:
         *,
         spacing: Length | tuple[Length, Length] | None = None,
         unit: str | None = None,
-        detrend: str = "plane",
+        detrend: str | None = None,
         center: str | tuple[Length, Length] = "middle",
         margin: Length = 0.0,
         periodic: bool | None = None,
@@ -143,7 +143,8 @@ class HeightMap:
         detrend : {"plane", "mean", "curvature", "lines", "none"}
             What is subtracted: the plane that fits best, the mean, a polynomial of
             second degree in x and y, or a straight line from each line of the scan
-            (drift).
+            (drift). By default the plane; of a periodic scan, which has no tilt, the
+            mean.
         center : {"middle", "highest"} or (float, float)
             Place on the axis of the indenter: the middle of the scan, its highest point
             after detrending, or a position (x, y) from its first point (`unit`).
@@ -185,7 +186,8 @@ class HeightMap:
             topography, spacing=spacing, unit=unit, periodic=periodic, channel=channel
         )
         missing = int(np.isnan(scan.heights).sum())
-        scan = scan.levelled(detrend).filled()
+        scan = scan.levelled(detrend or ("mean" if scan.periodic else "plane"))
+        scan = scan.filled()
         if isinstance(center, str):
             lookup(center, {"middle": None, "highest": None}, "center")
             edge: Any = in_angstrom("margin", margin, factor)
@@ -290,6 +292,11 @@ class HeightMap:
         """Paraboloid around the lowest point of the map."""
         return TipFit.of(self._values, self.spacing)
 
+    @property
+    def turned(self) -> HeightMap:
+        """The same map with the heights reversed."""
+        return HeightMap(-self._values, self.spacing, self.periodic)
+
     @cached_property
     def _coefficients(self) -> FloatArray:
         """Coefficients of the B-splines, between which the spline is everywhere."""
@@ -353,8 +360,9 @@ class HeightMap:
 
     @property
     def short_wavelength(self) -> float:
-        """Shortest wavelength (length); see `self_affine`."""
-        return self.self_affine.short_wavelength
+        """Shortest wavelength (length); see `self_affine`. NaN if the map is flat."""
+        constant = np.ptp(self._values) == 0.0
+        return math.nan if constant else self.self_affine.short_wavelength
 
     @property
     def long_wavelength(self) -> float:

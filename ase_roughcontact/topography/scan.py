@@ -120,8 +120,8 @@ class Scan:
 
         See `HeightMap.from_topography`. Missing points are not taken into account.
         """
-        trends = {"mean": _polynomial(0), "plane": _polynomial(1)}
-        trends |= {"curvature": _polynomial(2), "lines": _lines, "none": np.zeros_like}
+        trends = {"mean": polynomial(0), "plane": polynomial(1)}
+        trends |= {"curvature": polynomial(2), "lines": _lines, "none": np.zeros_like}
         trend = lookup(detrend, trends, "way to detrend")
         return replace(self, heights=self.heights - trend(self.heights))
 
@@ -199,8 +199,11 @@ def in_angstrom(name: str, value: Any, unit: float) -> Any:
     return value * unit
 
 
-def _polynomial(degree: int) -> Any:
-    """Return a function that fits a polynomial in x and y to the known heights."""
+def polynomial(degree: int) -> Any:
+    """Return a function that fits a polynomial in x and y to the known heights.
+
+    It returns the polynomial at all points.
+    """
 
     def trend(heights: FloatArray) -> FloatArray:
         x, y = (np.linspace(-1.0, 1.0, n) for n in heights.shape)

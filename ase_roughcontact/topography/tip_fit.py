@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ase_roughcontact._util.validation import FloatArray, Point
+from ase_roughcontact.topography.scan import polynomial
 
 # A paraboloid is within 7 % of the height of a sphere up to this part of its radius.
 _PART_OF_RADIUS = 0.5
 # Smallest radius of the fitted disc, in steps of the map, and number of fits.
 _LEAST_STEPS, _FITS = 4, 4
 # Share of the variance above which the shape of a scan is that of a tip.
-_SHARE_OF_A_TIP = 0.75
+_SHARE_OF_A_TIP = 0.7
 
 
 @dataclass(frozen=True)
@@ -28,8 +29,9 @@ class TipFit:
     radius : float
         Radius of curvature; infinity if the map isn't convex there (length).
     share : float
-        Share of the variance of the heights around this point, up to the nearest edge
-        of the map, that a paraboloid explains.
+        Share of the variance of the heights that a paraboloid explains around this
+        point, up to the nearest edge of the map, or a polynomial of second degree on
+        the whole map, if that is less.
     """
 
     radius: float = math.inf
@@ -61,7 +63,11 @@ class TipFit:
                 return cls()
             disc = max(least, min(widest, _PART_OF_RADIUS / curvature))
             curvature, _share = _paraboloid(heights, x, y, disc)
-        return cls(1.0 / curvature, share) if curvature > 0.0 else cls()
+        if curvature <= 0.0:
+            return cls()
+        rest = heights - polynomial(2)(heights)
+        whole = 1.0 - float(rest.var() / heights.var())
+        return cls(1.0 / curvature, min(share, whole))
 
 
 def _paraboloid(

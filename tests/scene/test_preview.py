@@ -144,7 +144,7 @@ def test_command_writes_a_preview_beside_the_run(tmp_path, capsys):
     file.write_text(scene().toml)
     assert main(["run", str(file), "--out", str(out), "--preview"]) == 0
     text = capsys.readouterr().out
-    assert "grid of spacing 4 a0" in text and "% of the rms slope" in text
+    assert "grid of spacing 4 a0 =" in text and "% of the rms slope" in text
     assert "errors of areas " in text and "estimated" in text
     folder = tmp_path / "out-preview"
     assert Scene.read(folder / "scene.toml") == preview(scene())

@@ -77,10 +77,10 @@ def test_refined_scene_has_another_grid_and_all_else_the_same():
 
 def test_header_says_grid_and_loss():
     fine = bodies(scene('model = "continuum"\nrefine = 2'))
-    assert fine["grid"] == "continuum on a grid of spacing a0/2"
+    assert fine["grid"] == "continuum on a grid of spacing a0/2 = 0.1 nm"
     coarse = scene('model = "continuum"\ncoarsen = 4')
     text = bodies(coarse)["grid"]
-    assert "spacing 4 a0; a grid 4 times as coarse" in text
+    assert "spacing 4 a0 = 0.8 nm; a grid 4 times as coarse" in text
     assert f"{100 * coarse.lost_slope:.2g} % of the rms slope" in text
     smooth = coarse.atoms().calc.parameters["indenter"].roughness
     expected = smooth.rms_slope / coarse.rough.rms_slope

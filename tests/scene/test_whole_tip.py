@@ -64,7 +64,8 @@ ADHESIVE = '[interaction]\nkind = "adhesive"\nwork_of_adhesion = 0.05\n[path]'
     "lines", [{}, {LOADS: DEPTHS}, {LOADS: DEPTHS, "[path]": ADHESIVE}]
 )
 def test_the_scan_of_a_paraboloid_gives_the_steps_of_a_sphere(read, lines):
-    whole = read(lines=lines)
+    of_atoms = {"[substrate]": '[substrate]\nmodel = "atoms"'}
+    whole = read(lines=lines | of_atoms)
     assert whole.surface == RoughSphere(np.inf, whole.scan)
     sphere = whole.with_values({"sphere.radius": "10 nm", "topography": None})
     assert whole.plan().runs
@@ -98,8 +99,6 @@ def test_theory_of_a_tip_is_that_of_its_radius_of_curvature(read):
         ({"[topography]": "[roughness]\n[topography]"}, TIP, r"or \[topography\], not"),
         ({"radius = inf": ""}, TIP, "radius of about 10 nm .* radius = inf"),
         ({"radius = inf": ""}, ROUGH, "does not say .* radius = inf"),
-        ({"indenter": "substrate"}, TIP, 'radius = inf .* role = "substrate"'),
-        ({'center = "highest"': "periodic = true"}, TIP, "periodic = true"),
         ({}, -TIP, "on the edge of the scan: is the height reversed"),
         ({'center = "highest"': ""}, -TIP, "not convex .* is the height reversed"),
         ({'"none"': '"nome"'}, TIP, "did you mean 'none'"),

@@ -1,0 +1,110 @@
+"""Figures of nominally flat contacts against the nominal pressure."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ase_roughcontact import theory
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.plot.style import GREY, ORANGE
+
+_MPA, _NM = UNITS["MPa"], UNITS["nm"]
+# Number of points of a curve of theory, and its extent relative to that of the steps.
+_POINTS, _EXTENT = 60, 1.5
+
+
+def plot_flat_area(
+    axes: Any,
+    pressure: np.ndarray,
+    fraction: ArrayLike,
+    scale: float,
+    error: ArrayLike = 0.0,
+) -> Any:
+    """Plot the contact fraction of a rough flat against the nominal pressure.
+
+    Beside it are Persson's theory and ``A/A0 = kappa p/(h' E*)`` of hard walls.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    pressure : ndarray, shape (k,)
+        Nominal pressures, positive (eV/Å^3).
+    fraction : array_like, shape (k,)
+        A/A0.
+    scale : float
+        ``h' E*`` (eV/Å^3).
+    error : array_like, shape (k,), optional
+        Estimated errors of the fractions; twice of them are drawn as error bars.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    along = np.geomspace(*_range(pressure), _POINTS)
+    rough = theory.mean_contact_pressure(scale, 1.0, theory.KAPPA_PERSSON)
+    persson = theory.contact_fraction(along, rough)
+    linear = theory.KAPPA_HARD * along / scale
+    _against(axes, pressure)
+    axes.plot(along / _MPA, persson, "k-", lw=1, label="Persson")
+    label = rf"$\kappa p/(h' E^*)$, $\kappa = {theory.KAPPA_HARD:g}$"
+    axes.plot(along / _MPA, np.where(linear < 1.0, linear, np.nan), "k--", label=label)
+    bars = np.broadcast_to(2.0 * np.asarray(error), pressure.shape)
+    axes.errorbar(pressure / _MPA, fraction, bars, fmt="none", ecolor=ORANGE, lw=1)
+    axes.plot(pressure / _MPA, fraction, "o", color=ORANGE, label="simulation")
+    axes.set(yscale="log", ylabel="contact area $A/A_0$")
+    return axes
+
+
+def plot_flat_gap(axes: Any, pressure: np.ndarray, gap: ArrayLike) -> Any:
+    """Plot the mean gap of a rough flat (Å) against the nominal pressure (eV/Å^3)."""
+    _against(axes, pressure)
+    axes.plot(pressure / _MPA, np.asarray(gap) / _NM, "o-", color=ORANGE, lw=0.8)
+    axes.set_ylabel("mean gap (nm)")
+    return axes
+
+
+def plot_flat_conductance(
+    axes: Any, pressure: np.ndarray, stiffness: np.ndarray, modulus: float
+) -> Any:
+    """Plot the contact stiffness of a rough flat, with its conductance at the right.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    pressure : ndarray, shape (k,)
+        Nominal pressures (eV/Å^3).
+    stiffness : ndarray, shape (k,)
+        Of the contact (eV/Å^2).
+    modulus : float
+        E*, for the conductance times the sum of the resistivities (eV/Å^3).
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    unit = UNITS["N/m"]
+    _against(axes, pressure)
+    axes.plot(pressure / _MPA, stiffness / unit, "o-", color=ORANGE, lw=0.8)
+    axes.set(yscale="log", ylabel="contact stiffness $k$ (N/m)")
+    factor = 2.0 * unit / modulus / _NM
+    axes.tick_params(which="both", right=False)
+    right = axes.secondary_yaxis(
+        "right", functions=(lambda k: factor * k, lambda g: g / factor)
+    )
+    right.set_ylabel(r"conductance $\times$ resistivity, $2k/E^*$ (nm)", color=GREY)
+    return axes
+
+
+def _range(pressure: np.ndarray) -> tuple[float, float]:
+    """Return the ends of the axis of pressures."""
+    return pressure.min() / _EXTENT, pressure.max() * _EXTENT
+
+
+def _against(axes: Any, pressure: np.ndarray) -> None:
+    """Set up the axis of nominal pressures."""
+    low, high = _range(pressure)
+    axes.set(xlim=(low / _MPA, high / _MPA), xlabel="nominal pressure $p$ (MPa)")
+    axes.set_xscale("log")

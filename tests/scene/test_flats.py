@@ -1,0 +1,145 @@
+"""Measured and random surfaces that are pressed against a flat."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.cli import main
+from ase_roughcontact.scene import Scene
+
+PIXEL, POINTS, AMPLITUDE = 2.0, 64, 0.5  # nm
+
+SCENE = """
+[substrate]
+contact_modulus = 100.0
+hardness = inf
+[sphere]
+radius = inf
+[topography]
+file = "scan.npy"
+role = "substrate"
+spacing = 2.0
+unit = "nm"
+periodic = true
+[interaction]
+kind = "hard"
+[path]
+values = ["100 MPa"]
+"""
+
+
+@pytest.fixture
+def wave(tmp_path, monkeypatch):
+    """Change to a folder with the scan of a cosine along x."""
+    monkeypatch.chdir(tmp_path)
+    x = 2.0 * math.pi * np.arange(POINTS) / POINTS
+    np.save("scan.npy", AMPLITUDE * np.cos(x)[:, None] * np.ones((1, 8)))
+
+
+@pytest.mark.parametrize("part", [0.1, 0.25, 0.7])
+def test_area_and_gap_of_a_wave_are_those_of_westergaard(wave, part):
+    # p* = pi E* Delta/lambda; A/A0 = (2/pi) asin(sqrt(p/p*)); H. M. Westergaard,
+    # J. Appl. Mech. 6, 49 (1939)
+    full = math.pi * 100e3 * AMPLITUDE / (POINTS * PIXEL)
+    scene = Scene.parse(SCENE.replace('"100 MPa"', f'"{part * full} MPa"'))
+    scene.check()
+    (step,) = scene.relax()
+    pressure = step.normal_force / scene.nominal_area
+    assert pressure == pytest.approx(part * full * UNITS["MPa"])
+    assert step.nominal_pressure == pytest.approx(pressure)
+    fraction = 2.0 / math.pi * math.asin(math.sqrt(part))
+    assert step.continuum_area / scene.nominal_area == pytest.approx(fraction, abs=0.01)
+    # mean gap by K. L. Johnson, Contact Mechanics (1985), section 13.2
+    a = math.sin(math.pi * fraction / 2.0) ** 2
+    gap = AMPLITUDE * (1.0 - a + a * math.log(a)) * UNITS["nm"]
+    assert step.mean_gap == pytest.approx(gap, rel=0.02)
+
+
+def test_conductance_is_two_stiffnesses_over_the_modulus(wave):
+    scene = Scene.parse(SCENE)
+    (step,) = scene.relax()
+    expected = 2.0 * step.contact_stiffness / scene.contact_modulus
+    assert step.conductance == pytest.approx(expected)
+
+
+def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, tmp_path, capsys):
+    (tmp_path / "flat.toml").write_text(SCENE)
+    assert main(["run", "flat.toml", "--out", "out"]) == 0
+    main(["report", "out"])
+    page = (tmp_path / "out" / "report.html").read_text()
+    printed = capsys.readouterr().out
+    assert [w for w in ("Hertz", "sphere", "radius") if w in printed] == []
+    for text in (printed, page):
+        assert "Hertz" not in text
+        assert "rough flat, periodic cell of 128 x 16 nm" in text
+    with open("out/curve.csv") as table:
+        (step,) = csv.DictReader(table)
+    assert float(step["nominal_pressure"]) == pytest.approx(100.0 * UNITS["MPa"])
+    assert (tmp_path / "out" / "curve.png").exists()
+
+
+def test_a_scan_without_period_is_pressed_without_its_last_lines(wave):
+    scene = Scene.parse(SCENE.replace("periodic = true", "").replace("100", "300"))
+    scene.check()
+    assert scene.shape == (POINTS - 1, 7)
+    assert scene.nominal_area == pytest.approx((POINTS - 1) * 7 * 400.0)
+
+
+def test_random_flats_have_kappa_of_hard_walls(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = """
+[substrate]
+contact_modulus = 100.0
+hardness = inf
+model = "continuum"
+[sphere]
+radius = inf
+[roughness]
+short_wavelength = 8.0
+long_wavelength = 32.0
+domain = 128.0
+[interaction]
+kind = "hard"
+[path]
+values = ["100 MPa"]
+[solver]
+accuracy = "fast"
+"""
+    scene = Scene.parse(text)
+    (step,) = scene.relax()
+    kappa = step.continuum_area * scene.rough.rms_slope * scene.contact_modulus
+    assert 1.8 < kappa / step.normal_force < 2.5
+
+
+def test_a_tip_is_no_flat_and_a_hollow_neither(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    x = np.arange(-20.0, 21.0)
+    tip = -(x[:, None] ** 2 + x**2) / 60.0
+    text = SCENE.replace('substrate"\nsp', 'indenter"\nsp').replace(
+        "periodic = true", ""
+    )
+    text = text.replace('"100 MPa"', '"1 nN"')
+    np.save("scan.npy", tip)
+    scene = Scene.parse(text)
+    scene.check()
+    assert not scene.is_flat
+    assert scene.radius == pytest.approx(30.0 * 40.0, rel=1e-3)
+    np.save("scan.npy", -tip)
+    with pytest.raises(ValueError, match=r"not convex .* is the height reversed"):
+        Scene.parse(text).check()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("spacing = 2.0", "spacing = [2.0, 3.0]", "pixels of a flat must be squares"),
+        ("radius = inf", 'radius = "1 um"', "unit of values 'MPa'"),
+        ("[substrate]", "[substrate]\nshape = [80, 8]", "at most 64 x 8"),
+    ],
+)
+def test_what_does_not_fit_a_flat_is_an_error(wave, old, new, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(SCENE.replace(old, new)).check()
