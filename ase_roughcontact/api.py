@@ -3,6 +3,7 @@
 from ase_roughcontact.atoms.adhesion import adhesion_loop
 from ase_roughcontact.atoms.calculator import RoughContact
 from ase_roughcontact.atoms.loading import load_path
+from ase_roughcontact.atoms.sliding import sliding_path
 from ase_roughcontact.atoms.snapshot import pressure_of, restore, snapshot
 from ase_roughcontact.atoms.substrate import fcc_spacing, substrate
 from ase_roughcontact.atoms.time_path import time_path
@@ -25,6 +26,7 @@ from ase_roughcontact.interactions import (
     PlasticWall,
     PowerLawWall,
 )
+from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
 from ase_roughcontact.optimize import (
     ActiveSet,
     FourierModes,
@@ -33,7 +35,7 @@ from ase_roughcontact.optimize import (
 )
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.record import LoadStep, TimeStep, column
+from ase_roughcontact.paths.record import LoadStep, SlidingStep, TimeStep, column
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.paths.validity import Validity, ValidityWarning
@@ -48,6 +50,7 @@ from ase_roughcontact.windows.options import WindowOptions
 __all__ = [
     "ActiveSet",
     "AdhesionLoop",
+    "Coulomb",
     "Creep",
     "CrystalSurface",
     "DugdaleWall",
@@ -55,6 +58,7 @@ __all__ = [
     "ExponentialWall",
     "FoundationPrecon",
     "FourierModes",
+    "FrictionLaw",
     "HalfSpacePrecon",
     "HardWall",
     "HeightMap",
@@ -72,10 +76,12 @@ __all__ = [
     "RoughSphere",
     "Schedule",
     "SelfAffine",
+    "SlidingStep",
     "State",
     "StepOptions",
     "Stepper",
     "TimeStep",
+    "Tresca",
     "Validity",
     "ValidityWarning",
     "Viscoelastic",
@@ -88,6 +94,7 @@ __all__ = [
     "load_path",
     "pressure_of",
     "restore",
+    "sliding_path",
     "snapshot",
     "substrate",
     "time_path",

@@ -14,7 +14,7 @@ import pytest
 from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
-from ase_roughcontact.paths.record import TimeStep, columns_of
+from ase_roughcontact.paths.record import SlidingStep, TimeStep, columns_of
 
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = ROOT / "examples" / "guide"
@@ -187,8 +187,11 @@ def test_version_is_the_same_everywhere():
 
 
 def test_columns_on_the_page_are_those_of_a_step():
-    columns, in_time = columns_of(LoadStep), columns_of(TimeStep)
-    for listed in (columns, {k: v for k, v in in_time.items() if v != columns.get(k)}):
+    columns = columns_of(LoadStep)
+    for record in (LoadStep, TimeStep, SlidingStep):
+        listed = columns_of(record)
+        if record is not LoadStep:
+            listed = {k: v for k, v in listed.items() if v != columns.get(k)}
         rows = [
             f"| `{name}` | {column.description} | {column.unit} |\n"
             for name, column in listed.items()

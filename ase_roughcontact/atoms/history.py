@@ -14,7 +14,7 @@ from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
-from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.contact.state import PLASTIC_DEPTH, TRACTIONS
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
@@ -46,7 +46,7 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
     }
     info = info_of(atoms)
     for key in info.keys() - history.keys():
-        if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _creeps(key):
+        if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _is_text(key):
             history[key] = field_of(atoms, key, grid.window)
     return history
 
@@ -64,7 +64,7 @@ def set_history(
     creep: Creep | None = None,
 ) -> None:
     """Set what a surface has kept, and in which solid, in place of what it had."""
-    for key in [INDENTED, CREEP, *filter(_creeps, atoms.info)]:
+    for key in [INDENTED, CREEP, *filter(_is_text, atoms.info)]:
         atoms.info.pop(key, None)
     if creep:
         atoms.info[CREEP] = creep.todict()
@@ -85,9 +85,9 @@ def same_history(a: Atoms, b: Atoms) -> bool:
     )
 
 
-def _creeps(key: str) -> bool:
-    return key.startswith(CREEP_PRESSURE) or key == PRESSURE_RATE
+def _is_text(key: str) -> bool:
+    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *TRACTIONS)
 
 
 def _is_kept(key: str) -> bool:
-    return key == PLASTIC_DEPTH or _creeps(key)
+    return key == PLASTIC_DEPTH or _is_text(key)

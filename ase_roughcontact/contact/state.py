@@ -14,6 +14,8 @@ from ase_roughcontact.elasticity.lattice import Box, carried
 
 #: Key of the depth by which the surface has flowed, in `State.history` (length).
 PLASTIC_DEPTH = "plastic_depth"
+#: Keys in `State.history` of the tractions of friction along x and y (pressure).
+TRACTIONS = "traction_x", "traction_y"
 
 # Relative distance to the hardness within which pressures are at it: that of atoms that
 # have flowed, at the same load again, is known to the tolerance of the solver only.
@@ -37,8 +39,9 @@ class State:
     displacement : ndarray, shape (n, m), optional
         Displacement that the pressure causes, if it is known (length).
     history : mapping of str to ndarray of shape (n, m)
-        What the surface keeps of earlier steps: a plastic depth (length), or the
-        pressures of a viscoelastic past; see `contact.creep`.
+        What the surface keeps of earlier steps: a plastic depth (length), the
+        pressures of a viscoelastic past, see `contact.creep`, or the tractions of
+        friction (pressure).
     depths : mapping of str to ndarray of shape (n, m)
         Depths that pressures of the history cause, as far as they are known (length).
     creep : Creep or None

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ase_roughcontact.paths.errors import Errors, estimated_errors
 from ase_roughcontact.paths.relaxed_contact import RelaxedContact
+from ase_roughcontact.solvers.friction import FrictionSolution
 from ase_roughcontact.solvers.relaxation import Run
 
 
@@ -40,6 +42,32 @@ class SolverStatistics:
         self.pairs += run.pairs
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LateralState:
+    """Lateral state of a contact with friction.
+
+    Attributes
+    ----------
+    displacement, force : ndarray, shape (2,)
+        Of the indenter along x and y (Å), and what acts on it to hold it (eV/Å).
+    sticking, slipping : int
+        Numbers of atoms that stick and slip.
+    energy, dissipated : float
+        Elastic energy of the tractions, and energy lost by slip since the beginning
+        (eV).
+    solution : FrictionSolution
+        On the box of the tractions.
+    """
+
+    displacement: np.ndarray
+    force: np.ndarray
+    sticking: int
+    slipping: int
+    energy: float
+    dissipated: float
+    solution: FrictionSolution
+
+
 @dataclass(frozen=True, kw_only=True)
 class RelaxedStep(RelaxedContact):
     """Relaxed contact of a step, with what it cost.
@@ -59,6 +87,8 @@ class RelaxedStep(RelaxedContact):
         Height of the base of the cantilever; NaN without one (Å).
     hardness : float
         Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
+    lateral : LateralState or None
+        Under friction, of a sliding path.
     """
 
     number: int
@@ -68,6 +98,7 @@ class RelaxedStep(RelaxedContact):
     time: float = np.nan
     base: float = np.nan
     hardness: float = np.nan
+    lateral: Any = None  # so that the columns of sliding paths need no check
 
     @cached_property
     def errors(self) -> Errors:

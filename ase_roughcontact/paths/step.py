@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from typing import Any, Protocol
@@ -234,6 +235,7 @@ class Stepper:
         *,
         moment: float = math.nan,
         elapsed: float = 0.0,
+        completed: Callable[[RelaxedStep], RelaxedStep] | None = None,
     ) -> Step:
         """Relax the contact at a target, in windows enlarged until they suffice.
 
@@ -247,6 +249,8 @@ class Stepper:
             Class of the result.
         moment, elapsed : float
             Time of the step, and since the last one, if the solid creeps (time).
+        completed : callable, optional
+            Adds to the relaxed step what its result needs beside.
 
         Returns
         -------
@@ -272,6 +276,8 @@ class Stepper:
             aged = before_step(self.state, self._creep_step)
             self.state = replace(aged, creep=creep)
         relaxed = self._relaxed(number, target, moment)
+        if completed is not None:
+            relaxed = completed(relaxed)
         result = record.of(relaxed)
         fields = relaxed.fields
         if self.problem.wall.permanent and fields.plastic_atoms:

@@ -1,0 +1,98 @@
+r"""Friction laws: the largest lateral traction of an atom in contact.
+
+An atom sticks while the magnitude of its traction is below the bound, and slips where
+it is equal.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.validation import positive
+
+
+class FrictionLaw(ABC):
+    """Base class of friction laws; a subclass defines `bound`."""
+
+    @abstractmethod
+    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the largest magnitude of the traction.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (k,)
+            Of the atoms in contact; negative where a hard wall attracts (pressure).
+        x, y : ndarray, shape (k,)
+            Positions from the indenter's axis (length).
+
+        Returns
+        -------
+        ndarray, shape (k,)
+            Negative values count as zero (pressure).
+        """
+
+    def todict(self) -> dict[str, Any]:
+        """Return the name and the parameters, which identify the law in files."""
+        return {"name": type(self).__name__, **vars(self)}
+
+
+@dataclass(frozen=True)
+class Coulomb(FrictionLaw):
+    r"""Friction proportional to pressure, at most a shear strength.
+
+    .. math:: |t| \le \min(\mu p, \tau)
+
+    Parameters
+    ----------
+    coefficient : float
+        Friction coefficient mu.
+    strength : float
+        Largest traction tau; by default infinity (pressure).
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not positive.
+    """
+
+    coefficient: float
+    strength: float = math.inf
+
+    def __post_init__(self) -> None:
+        positive(coefficient=self.coefficient)
+        if self.strength != math.inf:
+            positive(strength=self.strength)
+
+    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return ``min(mu p, tau)``; see `FrictionLaw`."""
+        return np.minimum(self.coefficient * pressure, self.strength)
+
+
+@dataclass(frozen=True)
+class Tresca(FrictionLaw):
+    """Friction of a shear strength on all atoms in contact, whatever the pressure.
+
+    Parameters
+    ----------
+    strength : float
+        Largest traction (pressure).
+
+    Raises
+    ------
+    ValueError
+        If it is not positive.
+    """
+
+    strength: float
+
+    def __post_init__(self) -> None:
+        positive(strength=self.strength)
+
+    def bound(self, pressure: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the strength; see `FrictionLaw`."""
+        return np.full(pressure.shape, self.strength)

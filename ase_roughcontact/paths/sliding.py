@@ -1,0 +1,276 @@
+r"""Sliding paths: contacts with friction under lateral displacements or forces.
+
+Each step relaxes the contact along its normal, and then finds the lateral tractions at
+its pressure, see `solvers.friction`. That the tractions do not change the pressure, nor
+the pressure the lateral displacement, is exact for a Poisson's ratio of 1/2, and else
+Goodman's approximation. The indenter's heights are those before it slides: lateral
+displacements must be small compared to the roughness.
+
+References
+----------
+L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ase_roughcontact._util.validation import finite_array, one_of, positive
+from ase_roughcontact.contact import State
+from ase_roughcontact.contact.state import TRACTIONS
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.elasticity.lattice import Box, carried
+from ase_roughcontact.interactions.friction import FrictionLaw
+from ase_roughcontact.paths.output import Output, open_output
+from ase_roughcontact.paths.record import LoadStep, SlidingStep
+from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
+from ase_roughcontact.paths.resume import PathDescription
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.solvers.friction import Drive, solve_friction
+
+#: What a sliding path prescribes laterally: displacement of the indenter, force on it,
+#: or displacement of the base of a spring that moves it.
+LATERAL_CONTROLS = ("displacements", "forces", "bases")
+# Number of boxes of which half spaces are kept.
+_KEPT_HALFSPACES = 2
+
+
+@dataclass(frozen=True)
+class _Description(PathDescription):
+    """Description of a sliding path; see `PathDescription`."""
+
+    lateral: np.ndarray
+    kind: str
+
+    def of_step(self, number: int) -> dict[str, Any]:
+        """Return the description that the frame of a step carries."""
+        lateral = {self.kind: self.lateral[number].tolist()}
+        return super().of_step(number) | {"lateral": lateral}
+
+    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
+        found = super()._differences(path, number)
+        if found:
+            return found
+        lateral = {self.kind: self.lateral[number].tolist()}
+        if path.get("lateral") != lateral:
+            found = [f"lateral[{number}] was {path.get('lateral')}, is {lateral}"]
+        return found
+
+
+def follow_sliding(
+    stepper: Stepper,
+    targets: np.ndarray | float,
+    friction: FrictionLaw,
+    lateral: np.ndarray,
+    control: str = "displacements",
+    output: Output | None = None,
+    *,
+    spring: float | None = None,
+    validity: str = "warn",
+    **description: Any,
+) -> Generator[SlidingStep, None, None]:
+    """Relax a contact with friction at one pair of targets after another.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    targets : ndarray, shape (steps,), or float
+        Of the stepper; one number is that of all steps.
+    friction : FrictionLaw
+    lateral : ndarray, shape (steps, 2) or (steps,)
+        Lateral targets along x and y, or along x alone.
+    control : {"displacements", "forces", "bases"}
+        Whether they are displacements of the indenter (length), forces on it (force),
+        or displacements of the base of a spring (length).
+    output : Output, optional
+        Its `record` must be a subclass of `SlidingStep`.
+    spring : float, optional
+        Stiffness of the spring, for bases (force/length).
+    validity : {"warn", "raise", "ignore"}
+        See `load_path`.
+    **description
+        What a state depends on beside the problem.
+
+    Returns
+    -------
+    generator of SlidingStep
+        Files are read and written as it advances. At first the contact has no
+        tractions, unless the stepper's state has: a first displacement is where the
+        indenter comes down. A contact that can't carry a force is not converged.
+
+    Raises
+    ------
+    ValueError
+        If a target is not valid, or the spring is missing.
+    TypeError
+        If the record is not derived from `SlidingStep`.
+    NotImplementedError
+        If the solid has no lateral components.
+    """
+    one_of(LATERAL_CONTROLS, control=control)
+    if (control == "bases") != (spring is not None):
+        raise ValueError(
+            "bases need the stiffness of the spring, and only they do, got "
+            f"spring={spring}"
+        )
+    if spring is not None:
+        positive(spring=spring)
+    path = finite_array("lateral", lateral)
+    if path.ndim == 1:
+        path = np.stack([path, np.zeros(path.shape)], axis=1)
+    if path.ndim != 2 or path.shape[1] != 2 or not len(path):
+        raise ValueError(
+            "lateral targets must be an array of the shape (steps,) or (steps, 2), got "
+            f"{path.shape}"
+        )
+    normal = finite_array("targets", targets)
+    if normal.shape not in ((), (len(path),)):
+        raise ValueError(
+            f"give one target, or one for each of the {len(path)} lateral ones, got "
+            f"the shape {normal.shape}"
+        )
+    normal = np.broadcast_to(normal, len(path))
+    output = output or Output(record=SlidingStep)
+    if output.record is LoadStep:
+        output = replace(output, record=SlidingStep)
+    if not issubclass(output.record, SlidingStep):
+        raise TypeError(
+            f"results of a sliding path have friction: derive "
+            f"{output.record.__name__} from SlidingStep"
+        )
+    sliding = _Sliding(stepper, friction, control, spring or 0.0)
+    system = {}
+    if output.trajectory is not None:
+        system = stepper.describe_system(
+            friction=friction.todict(), spring=spring or 0.0, **description
+        )
+    described = _Description(system, stepper.control, normal, path, control)
+    return _written(sliding, described, output, ValidityReport(validity))
+
+
+def _written(
+    sliding: _Sliding, path: _Description, output: Output, report: ValidityReport
+) -> Generator[SlidingStep, None, None]:
+    """Yield the steps of a path, and write those that are not done yet."""
+    first, stepper = 0, sliding.stepper
+    resumed = path if output.resume else None
+    with open_output(output, stepper, resumed) as (finished, write):
+        for done in finished.steps:
+            report(done.step, done.validity)
+            yield done  # type: ignore[misc]
+        if finished.frame and output.frames:
+            last: Any = finished.steps[-1]
+            first = last.step + 1
+            state = output.frames.state(finished.frame)
+            stepper.restart_from(state, path.targets[first - 1])
+            sliding.continue_from(last)
+        for number in range(first, len(path.targets)):
+            target, lateral = path.targets[number], path.lateral[number]
+            step: Any = sliding.step(number, target, lateral, output.record)
+            write(step, path=path.of_step(number))
+            report(number, step.validity)
+            yield step
+
+
+class _Sliding:
+    """Steps of a contact with friction, each from the last one."""
+
+    def __init__(
+        self, stepper: Stepper, friction: FrictionLaw, control: str, spring: float
+    ) -> None:
+        self.stepper, self._friction = stepper, friction
+        self._control, self._spring = control, spring
+        self._displacement: np.ndarray | None = None
+        self._dissipated = 0.0
+        problem = stepper.problem
+
+        @lru_cache(_KEPT_HALFSPACES)
+        def halfspace(shape: tuple[int, int]) -> LateralHalfSpace:
+            return LateralHalfSpace(
+                shape, problem.spacing, problem.solid, problem.periodic
+            )
+
+        halfspace((2, 2))  # raises if the solid has no lateral components
+        self._halfspace = halfspace
+
+    def continue_from(self, last: SlidingStep) -> None:
+        """Continue after a step that was read from a file."""
+        self._displacement = np.array([last.lateral_x, last.lateral_y])
+        self._dissipated = last.dissipated_energy
+
+    def step(
+        self, number: int, target: float, lateral: np.ndarray, record: type[LoadStep]
+    ) -> LoadStep:
+        """Relax the contact, and then its tractions."""
+        before = self.stepper.state
+
+        def completed(relaxed: RelaxedStep) -> RelaxedStep:
+            state, box = self._slid(relaxed, before, lateral)
+            statistics, message = relaxed.statistics, state.solution.message
+            if message and statistics.converged:
+                statistics.converged, statistics.message = False, message
+            self._displacement, self._dissipated = state.displacement, state.dissipated
+            self._tractions = [
+                carried(values, box, relaxed.run.state.window)
+                for values in state.solution.tractions
+            ]
+            return replace(relaxed, lateral=state)
+
+        result = self.stepper.step(number, target, record, completed=completed)
+        for key, values in zip(TRACTIONS, self._tractions, strict=True):
+            self.stepper.remember(key, values)
+        return result
+
+    def _slid(
+        self, relaxed: RelaxedStep, before: State, lateral: np.ndarray
+    ) -> tuple[LateralState, Box]:
+        """Return the lateral state at a target, and the box of its tractions."""
+        window, area = relaxed.run.state.window, relaxed.fields.cell_area
+        bound, box = self._bound(relaxed), window
+        old = [before.history.get(k, np.zeros(before.window.shape)) for k in TRACTIONS]
+        if not self.stepper.problem.periodic:
+            loaded = Box.bounding(np.hypot(*old) > 0.0, before.window.start)
+            touching = Box.bounding(bound > 0.0, window.start)
+            box = touching.union(loaded) if touching else loaded or Box((0, 0), (1, 1))
+        bound = carried(bound, window, box)
+        start = np.stack([carried(values, before.window, box) for values in old])
+        halfspace = self._halfspace(box.shape)
+        depth = halfspace.displacement(start) if start.any() else np.zeros(start.shape)
+        at, drive = self._displacement, None
+        if self._control == "displacements":
+            at = lateral if at is None else at
+            move = lateral - at
+        else:
+            at, move = np.zeros(2) if at is None else at, np.zeros(2)
+            force = self._spring * (lateral - at) if self._spring else lateral
+            x, y = (force / area).tolist()
+            drive = Drive((x, y), self._spring / area)
+        imposed = depth + move[:, None, None]
+        solution = solve_friction(halfspace, bound, imposed, start, drive=drive)
+        tractions, displacement = solution.tractions, solution.displacement
+        slip = imposed + solution.shift[:, None, None] - displacement
+        slipping = int(np.count_nonzero(solution.slipping))
+        state = LateralState(
+            displacement=at + move + solution.shift,
+            force=area * tractions.sum(axis=(1, 2)),
+            sticking=int(np.count_nonzero(bound)) - slipping,
+            slipping=slipping,
+            energy=0.5 * area * float((tractions * displacement).sum()),
+            dissipated=self._dissipated + area * float((tractions * slip).sum()),
+            solution=solution,
+        )
+        return state, box
+
+    def _bound(self, relaxed: RelaxedStep) -> np.ndarray:
+        """Return the bounds of the tractions on the window."""
+        fields, (x, y) = relaxed.fields, relaxed.positions
+        bound, (i, j) = np.zeros(fields.gap.shape), fields.contact.nonzero()
+        pressure = fields.pressure[i, j]
+        bound[i, j] = np.maximum(self._friction.bound(pressure, x[i], y[j]), 0.0)
+        return bound

@@ -1,0 +1,259 @@
+"""Sliding paths, against exact results of contacts with friction."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import (
+    Coulomb,
+    FrictionLaw,
+    HardWall,
+    LennardJones93,
+    LoadStep,
+    Output,
+    PlasticWall,
+    Problem,
+    RoughContact,
+    RoughSphere,
+    SelfAffine,
+    SlidingStep,
+    StepOptions,
+    Stepper,
+    Tresca,
+    load_path,
+    sliding_path,
+    substrate,
+)
+from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.paths.sliding import follow_sliding
+
+pytestmark = pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+
+MU = 0.3
+
+
+def stepper_of(n, control="penetrations", poisson=0.0, wall=None, rough=None, **kinds):
+    indenter = RoughSphere(10.0 * n, rough) if rough else RoughSphere(10.0 * n)
+    problem = Problem(
+        indenter,
+        Isotropic(1.0, poisson),
+        wall or HardWall(),
+        1.0,
+        offset=(0.5, 0.5),
+    )
+    options = StepOptions(**({"window": "unchecked"} | kinds))
+    return Stepper(problem, control, Box((-n // 2, -n // 2), (n, n)), options)
+
+
+def follow(stepper, *args, **options):
+    return list(follow_sliding(stepper, *args, **options))
+
+
+def tractions(stepper):
+    history = stepper.state.history
+    return np.stack([history["traction_x"], history["traction_y"]])
+
+
+def test_displacement_and_stick_radius_are_those_of_cattaneo_and_mindlin():
+    n, depth = 128, 12.0 / 4.0
+    (first,) = follow(stepper_of(n), depth, Coulomb(MU), [0.0])
+    full, a = MU * first.normal_force, np.sqrt(10.0 * n * depth)
+    forces = full * np.array([0.0, 0.3, 0.6, 0.9])
+    for step in follow(stepper_of(n), depth, Coulomb(MU), forces, "forces"):
+        left = 1.0 - step.lateral_force_x / full
+        # the shear modulus is E*/2 for a Poisson's ratio of zero
+        expected = 3.0 * full * 2.0 / (8.0 * a) * (1.0 - left ** (2.0 / 3.0))
+        assert step.converged
+        assert step.lateral_x == pytest.approx(expected, rel=3e-3)
+        radius = np.sqrt(step.stick_area / np.pi)
+        assert radius == pytest.approx(a * left ** (1.0 / 3.0), abs=1.0)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_tractions_of_rough_contacts_are_those_of_ciavarella_and_jaeger(seed):
+    n = 48
+    rough = SelfAffine(0.1, 0.8, 4.0, 24.0, domain=48.0, seed=seed)
+    loads = np.array([3.0, 9.0])
+    pressures, normal = [], stepper_of(n, "loads", rough=rough, accuracy=1e-6)
+    for number, load in enumerate(loads):
+        normal.step(number, load)
+        pressures.append(normal.run.fields.pressure)
+    stepper = stepper_of(n, "loads", rough=rough, accuracy=1e-6)
+    force = MU * (loads[1] - loads[0])
+    last = follow(stepper, loads[1], Coulomb(MU), [0.0, force], "forces")[-1]
+    expected = MU * (pressures[1] - pressures[0])
+    found = tractions(stepper)
+    assert last.converged
+    assert found[0] == pytest.approx(expected, abs=1e-3 * expected.max())
+    assert abs(found[1]).max() < 1e-6 * expected.max()
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.3, 0.5])
+def test_ratio_of_lateral_and_normal_stiffness(poisson):
+    stepper = stepper_of(128, poisson=poisson)
+    steps = follow(stepper, 3.0, Coulomb(1e3), [0.0, 1e-3])
+    lateral = steps[1].lateral_force_x / 1e-3
+    ratio = 2.0 * (1.0 - poisson) / (2.0 - poisson)
+    normal = 2.0 * np.sqrt(steps[1].contact_area / np.pi)  # 2 E* a
+    assert lateral / normal == pytest.approx(ratio, rel=1e-2)
+
+
+def test_loops_lose_the_energy_of_mindlin_and_deresiewicz():
+    n, depth, part = 64, 1.0, 0.7
+    (first,) = follow(stepper_of(n), depth, Coulomb(MU), [0.0])
+    full, a = MU * first.normal_force, np.sqrt(10.0 * n * depth)
+    up = part * np.sin(np.linspace(0.0, 2.5 * np.pi, 41))
+    steps = follow(stepper_of(n), depth, Coulomb(MU), full * up, "forces")
+    lost = steps[40].dissipated_energy - steps[8].dissipated_energy
+    # Johnson, Contact Mechanics (1985), Eq. (7.47), with G = E*/2 and nu = 0
+    bracket = 1.0 - (1.0 - part) ** (5.0 / 3.0)
+    bracket -= 5.0 * part / 6.0 * (1.0 + (1.0 - part) ** (2.0 / 3.0))
+    expected = 9.0 * full**2 / (10.0 * a) * 2.0 * 2.0 * bracket
+    assert lost == pytest.approx(expected, rel=1e-2)
+
+
+def test_work_of_the_lateral_force_is_stored_or_dissipated():
+    turn = np.concatenate([np.linspace(0.0, 0.8, 21), np.linspace(0.8, -0.5, 31)])
+    path = np.stack([turn, 0.3 * turn**2], axis=1)
+    steps = follow(stepper_of(48, poisson=0.3), 1.0, Coulomb(MU), path)
+    work = 0.0
+    for a, b in pairwise(steps):
+        work += 0.5 * (a.lateral_force_x + b.lateral_force_x) * (
+            b.lateral_x - a.lateral_x
+        ) + 0.5 * (a.lateral_force_y + b.lateral_force_y) * (b.lateral_y - a.lateral_y)
+    stored = steps[-1].lateral_energy
+    assert work == pytest.approx(stored + steps[-1].dissipated_energy, rel=1e-2)
+
+
+def test_sliding_of_tresca_is_the_strength_times_the_area():
+    for wall in (HardWall(), LennardJones93.adhesive(1.0, 1.0, 0.02)):
+        steps = follow(stepper_of(48, wall=wall), 1.0, Tresca(0.02), [0.0, 50.0])
+        last = steps[-1]
+        expected = 0.02 * last.contact_area
+        assert last.lateral_force_x == pytest.approx(expected, rel=1e-6)
+
+
+def test_shear_strength_limits_coulomb_friction_under_plastic_flow():
+    law = Coulomb(MU, strength=0.02)
+    stepper = stepper_of(48, wall=PlasticWall(0.1, permanent=True))
+    last = follow(stepper, [0.5, 0.8, 0.8], law, [0.0, 0.5, 50.0])[-1]
+    pressure = stepper.run.fields.pressure
+    expected = np.minimum(MU * pressure, 0.02).sum()
+    assert last.lateral_force_x == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_law_of_ones_own_depends_on_the_position():
+    class OneSided(FrictionLaw):
+        def bound(self, pressure, x, y):
+            return np.where(x > 0.0, 0.2 * pressure, 0.0)
+
+    stepper = stepper_of(32)
+    last = follow(stepper, 0.5, OneSided(), [0.0, 50.0])[-1]
+    assert last.lateral_force_x == pytest.approx(0.1 * last.normal_force, rel=1e-6)
+
+
+def test_a_spring_follows_its_base_until_the_contact_slides():
+    bases = np.array([[0.0, 0.0], [0.1, 0.05], [400.0, 200.0]])
+    stepper = stepper_of(48, poisson=0.3)
+    steps = follow(stepper, 1.0, Coulomb(MU), bases, "bases", spring=5.0)
+    for step, base in zip(steps, bases, strict=True):
+        extension = base - [step.lateral_x, step.lateral_y]
+        force = [step.lateral_force_x, step.lateral_force_y]
+        assert step.converged
+        assert force == pytest.approx(5.0 * extension, abs=1e-5)
+    last = np.hypot(step.lateral_force_x, step.lateral_force_y)
+    assert last == pytest.approx(MU * step.normal_force, rel=1e-4)
+
+
+def test_a_force_that_friction_cannot_carry_is_not_converged():
+    steps = follow(stepper_of(32), 0.5, Coulomb(MU), [0.0, 1e3], "forces")
+    assert steps[0].converged
+    assert not steps[1].converged
+    assert "the contact slides" in steps[1].message
+
+
+def test_automatic_windows_keep_the_tractions():
+    depths = np.array([0.2, 0.5, 1.0, 0.5, 0.1, -0.5, 0.2])
+    path = np.array([0.0, 0.1, 0.2, 0.15, 0.05, 0.05, 0.1])
+    fixed, automatic = (
+        follow(stepper_of(64, window=window), depths, Coulomb(MU), path)
+        for window in ("fixed", "auto")
+    )
+    forces = [[s.lateral_force_x for s in steps] for steps in (fixed, automatic)]
+    assert forces[1] == pytest.approx(forces[0], abs=1e-4 * max(forces[0]))
+    assert fixed[5].lateral_force_x == 0.0
+    assert {s.window for s in automatic} != {s.window for s in fixed}
+
+
+def atoms_on(poisson=0.3):
+    sphere = RoughSphere(radius=200.0)
+    atoms = substrate("Cu", (32, 32), sphere, spacing=2.5)
+    solid = Isotropic(0.8, poisson)
+    atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall())
+    return atoms
+
+
+PATH = np.array([0.0, 0.2, 0.5, 0.3, -0.2, 0.1])
+DEPTHS = np.array([1.0, 1.5, 2.0, 1.8, 1.0, 1.5])
+
+
+@pytest.mark.parametrize("keep", ["all", "last"])
+@pytest.mark.parametrize("kind", ["displacements", "bases"])
+def test_a_killed_path_is_resumed(tmp_path, kind, keep):
+    lateral = {kind: PATH} | ({"spring": 3.0} if kind == "bases" else {})
+    law = Coulomb(MU)
+    whole = list(sliding_path(atoms_on(), law, DEPTHS, **lateral))
+    files = {"trajectory": tmp_path / "p.traj", "csv": tmp_path / "p.csv", "keep": keep}
+    steps = sliding_path(atoms_on(), law, DEPTHS, **lateral, output=Output(**files))
+    for _ in range(3):
+        next(steps)
+    steps.close()
+    output = Output(**files, resume=True)
+    rest = list(sliding_path(atoms_on(), law, DEPTHS, **lateral, output=output))
+    for step, expected in zip(rest[-3:], whole[3:], strict=True):
+        for name in ("lateral_force_x", "lateral_x", "dissipated_energy"):
+            found = getattr(step, name)
+            assert found == pytest.approx(getattr(expected, name), rel=1e-4), name
+
+
+def test_another_path_is_not_resumed(tmp_path):
+    files = {"trajectory": tmp_path / "p.traj"}
+    law, output = Coulomb(MU), Output(**files)
+    list(sliding_path(atoms_on(), law, 1.0, displacements=PATH, output=output))
+    output = Output(**files, resume=True)
+    with pytest.raises(ValueError, match=r"lateral\[1\] was"):
+        other = {"displacements": 2.0 * PATH}
+        list(sliding_path(atoms_on(), law, 1.0, **other, output=output))
+    with pytest.raises(ValueError, match="friction"):
+        other = {"displacements": PATH}
+        list(sliding_path(atoms_on(), Coulomb(0.4), 1.0, **other, output=output))
+
+
+def test_normal_results_are_those_without_friction():
+    law = Coulomb(MU)
+    sliding = list(sliding_path(atoms_on(), law, DEPTHS, displacements=PATH))
+    normal = list(load_path(atoms_on(), DEPTHS))
+    found = [s.normal_force for s in sliding]
+    assert found == pytest.approx([s.normal_force for s in normal], rel=1e-12)
+
+
+def test_wrong_arguments_say_what_is_expected():
+    law = Coulomb(MU)
+    with pytest.raises(ValueError, match="exactly one of displacements, forces, bases"):
+        sliding_path(atoms_on(), law, 1.0)
+    with pytest.raises(ValueError, match="stiffness of the spring"):
+        sliding_path(atoms_on(), law, 1.0, bases=PATH)
+    with pytest.raises(ValueError, match="one for each of the 6 lateral"):
+        sliding_path(atoms_on(), law, [1.0, 2.0], displacements=PATH)
+    with pytest.raises(NotImplementedError, match=r"Isotropic\(contact_modulus, pois"):
+        sliding_path(atoms_on(None), law, 1.0, displacements=PATH)
+
+    class Wrong(LoadStep):
+        pass
+
+    with pytest.raises(TypeError, match="derive Wrong from SlidingStep"):
+        output = Output(record=Wrong)
+        sliding_path(atoms_on(), law, 1.0, displacements=PATH, output=output)
+    assert issubclass(SlidingStep, LoadStep)
