@@ -1,6 +1,6 @@
 """Pull-off and hysteresis of rough spheres over the range of hard walls' attraction.
 
-    python adhesion_ranges.py             # all loops that the table ranges.csv lacks
+    python adhesion_ranges.py             # all loops that adhesion_ranges.csv lacks
     python adhesion_ranges.py --report    # means over the seeds, from the table
 
 A sphere of radius 100 a0 with roughness from 8 to 32 a0 approaches, is pressed in by
@@ -15,6 +15,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from markdown import table
 
 from ase_roughcontact import (
     DugdaleWall,
@@ -28,6 +29,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.theory import MaugisDugdale, RoughSphereTheory
 
+TABLE = Path(__file__).with_suffix(".csv")
 RADIUS, WORK = 100.0, 0.05
 UNIT = np.cbrt(WORK**2 * RADIUS)
 WALLS = {
@@ -49,7 +51,7 @@ FIELDS = (*CASE, "pull-off", "area", "lost", "states", "pairs", "converged")
 def main():
     """Calculate what is missing, and print the means."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--table", type=Path, default=Path("ranges.csv"))
+    parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--report", action="store_true")
     options = parser.parse_args()
     known = {} if not options.table.exists() else read(options.table)
@@ -93,21 +95,24 @@ def report(rows):
     groups = defaultdict(list)
     for (wall, reach, slope, _), row in rows.items():
         groups[slope, wall, float(reach)].append(row)
-    print(
-        "slope | wall | D | pull-off / pi w R | theory | largest area | energy lost | "
-        "states | pairs"
-    )
+    lines = []
     for (slope, wall, reach), found in sorted(groups.items()):
-        mean, spread = (
-            {name: form([float(row[name]) for row in found]) for name in FIELDS[4:9]}
-            for form in (np.mean, np.std)
-        )
-        print(
-            f"{slope} | {wall} | {reach:g} | {mean['pull-off']:.2f} ± "
-            f"{spread['pull-off']:.2f} | {theory(float(slope), reach):.2f} | "
-            f"{mean['area']:.0f} ± {spread['area']:.0f} | {mean['lost']:.2f} ± "
-            f"{spread['lost']:.2f} | {mean['states']:.0f} | {mean['pairs']:.0f}"
-        )
+        rough = float(slope) > 0.0
+        values = {n: np.array([float(row[n]) for row in found]) for n in FIELDS[4:9]}
+        cells = [f"{'rough' if rough else 'smooth'}, {wall}", f"{reach:g}"]
+        for name, digits in (("pull-off", 2), ("theory", 2), ("area", 0), ("lost", 2)):
+            if name == "theory":
+                cells.append(f"{theory(float(slope), reach):.2f}")
+                continue
+            mean, spread = values[name].mean(), values[name].std()
+            cell = f"{mean:.{digits}f}"
+            cells.append(f"{cell} ± {spread:.{digits}f}" if rough else cell)
+        lines.append((*cells, f"{values['states'].mean():.0f}"))
+    table(
+        "sphere, wall | $D$ | pull-off$/\\pi w R$ | theory | largest area | energy lost"
+        " | states",
+        lines,
+    )
 
 
 def theory(slope, reach):

@@ -2,7 +2,9 @@
 
     python answer_errors.py                    # all that answer_errors.csv lacks
     python answer_errors.py --study cell       # one study
-    python answer_errors.py --report           # errors and estimates, from the table
+    python answer_errors.py --errors           # errors and estimates, from the table
+    python answer_errors.py --draw             # the picture
+    python answer_errors.py --report           # largest errors of the levels
 
 *tolerance*: the model of atoms with loose tolerances, against a tight one.
 *cell*: periodic cells of 2 to 4 diameters of the contact, against a free boundary.
@@ -25,6 +27,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from markdown import table
 from matplotlib.figure import Figure
 
 from ase_roughcontact import (
@@ -214,7 +217,7 @@ def reference(case, settings, name):
     return fine + (fine - coarse) / (2.0**order - 1.0)
 
 
-def report():
+def print_errors():
     """Print the share of errors within twice the estimate, and their sizes."""
     print(
         "study, setting, answer, wall: cases, errors within twice the estimate, sizes"
@@ -226,12 +229,25 @@ def report():
             f"   median {np.median(true):.1e}, largest {true.max():.1e}, "
             f"estimate {np.median(estimate):.1e}"
         )
-    seconds = defaultdict(list)
-    for row in read():
-        if row["study"] == "levels":
-            seconds[(row["wall"], row["setting"])].append(float(row["cpu"]))
-    for key, values in seconds.items():
-        print(*key, f"CPU time {np.mean(values):.2f} s")
+
+
+def report():
+    """Print the largest errors of the area by level, and the mean time."""
+    found, rows = compared(read()), []
+    for name, study, walls in (
+        ("hard", "levels", ["hard"]),
+        ("repulsive", "levels", ["repulsive"]),
+        ("adhesive", "adhesion", ADHESIVE),
+    ):
+        errors, times = [], []
+        for level in LEVELS:
+            cases = [case for w in walls for case in found[study, level, "area", w]]
+            true, _, seconds = np.transpose(cases)
+            errors.append(f"{100 * true.max():.2g} %")
+            times.append(f"{seconds.mean():.2g} s")
+        rows.append((name, *errors, *times))
+    heads = "wall | largest error: fast | normal | high"
+    table(f"{heads} | CPU time: fast | normal | high", rows)
 
 
 def draw():
@@ -262,9 +278,14 @@ def draw():
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--study", nargs="*", choices=SETTINGS, default=list(SETTINGS))
-    parser.add_argument("--report", action="store_true", help="print the errors")
+    for name in ("report", "errors", "draw"):
+        parser.add_argument(f"--{name}", action="store_true")
     options = parser.parse_args()
-    if not options.report:
-        run(options.study)
-    report()
-    draw()
+    if options.report:
+        report()
+    elif options.draw:
+        draw()
+    else:
+        if not options.errors:
+            run(options.study)
+        print_errors()

@@ -1,6 +1,6 @@
 """Which optimizer for what: the same contact relaxed by all of them.
 
-    python examples/benchmarks/compare_optimizers.py --sizes 64 128 --out optimizers
+    python examples/benchmarks/compare_optimizers.py --sizes 128
 
 prints, for a smooth sphere, a rough one, and a rough one that adheres, how many force
 evaluations (padded transform pairs) and seconds each optimizer took to the same force,
@@ -20,6 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from ase.optimize import FIRE, FIRE2, LBFGS, BFGSLineSearch
 from ase.optimize.precon import PreconFIRE, PreconLBFGS
+from markdown import order
+from markdown import table as print_table
 
 from ase_roughcontact import (
     FourierModes,
@@ -33,6 +35,7 @@ from ase_roughcontact import (
 )
 from ase_roughcontact.atoms.calculator import contact_of
 
+OUT = Path(__file__).with_name("optimizers")
 SPACING, MODULUS = 2.5, 0.9  # Å, eV/Å^3
 UNIT = MODULUS * SPACING**2  # of force, E* a0^2
 COLOURS = {
@@ -179,14 +182,39 @@ def draw(runs, file):
     figure.savefig(file, dpi=110)
 
 
+def report(out):
+    """Print what the rough sphere took, from the table."""
+    with open(out.with_suffix(".csv"), newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["case"] == "rough"]
+    least = min(float(row["energy"]) for row in rows)
+    rows.sort(key=lambda row: float(row["evaluations"]))
+    names = [row["optimizer"].partition(", ") for row in rows]
+    print_table(
+        "optimizer | steps | FFT pairs | seconds | relative error of the energy",
+        (
+            (
+                f"`{name}`{comma}{'on ' * (helped == 'modes')}{helped}",
+                row["steps"],
+                f"{float(row['evaluations']):.0f}",
+                f"{float(row['seconds']):.2g}",
+                order(abs(float(row["energy"]) / least - 1)),
+            )
+            for row, (name, comma, helped) in zip(rows, names, strict=True)
+        ),
+    )
+
+
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--sizes", type=int, nargs="+", default=[64, 128])
     parser.add_argument("--cases", nargs="+", default=["smooth", "rough", "adhesive"])
     parser.add_argument("--fmax", type=float, default=1e-6, help="in E* a0^2")
     parser.add_argument("--steps", type=int, default=2000)
-    parser.add_argument("--out", default="optimizers", help="name of the files")
+    parser.add_argument("--out", default=OUT, help="name of the files")
+    parser.add_argument("--report", action="store_true", help="print the rough sphere")
     options = parser.parse_args(arguments)
+    if options.report:
+        return report(Path(options.out))
     runs = []
     print(f"{'case':9s}{'size':>5s}  {'optimizer':26s}{'steps':>6s}{'pairs':>8s}"
           f"{'s':>8s}  {'energy (eV)':>15s}  above the first")  # fmt: skip

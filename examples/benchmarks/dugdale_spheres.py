@@ -10,6 +10,7 @@ the largest tension of Maugis-Dugdale, and from there to a load of pi w R.
 import sys
 
 import numpy as np
+from markdown import table
 
 from ase_roughcontact import (
     DugdaleWall,
@@ -46,7 +47,7 @@ def steps_of(radius, work, reach, offsets):
 
 def pull_off():
     """Print by how many per cent the pull-off exceeds that of JKR."""
-    print("R, w, D, Maugis' parameter, zone of tension, theory (%), wall (%)")
+    rows = []
     for case in PULL_OFF:
         radius, work, reach = case
         steps, theory = steps_of(*case, NEAR)
@@ -54,12 +55,14 @@ def pull_off():
         found = -min(step.normal_force for step in steps)
         excess = 100.0 * (np.array([theory.pull_off_force, found]) / jkr - 1.0)
         zone = np.pi * reach**2 / (4.0 * work)
-        print(*case, *np.round([theory.parameter, zone, *excess], 2), flush=True)
+        cells = f"{theory.parameter:.2f}", f"{zone:.2g}"
+        rows.append((f"{radius:g}", f"{reach:g}", *cells, *np.round(excess, 1)))
+    table("$R$ | $D$ | Maugis parameter | $\\pi E^* D^2/4w$ | theory | wall", rows)
 
 
 def area():
     """Print the excess of the counted area, in units of the correction."""
-    print("R, w, D, Maugis' parameter, mean excess over the correction")
+    rows = []
     for case in AREA:
         steps, theory = steps_of(*case, DEEP)
         parts = []
@@ -68,9 +71,10 @@ def area():
             counted = step.contact_area
             correction = counted - continuum_area(counted, step.perimeter, 1.0)
             parts.append((counted - exact) / correction)
-        print(*case, *np.round([theory.parameter, np.mean(parts)], 2), flush=True)
+        rows.append((*case, *np.round([theory.parameter, np.mean(parts)], 2)))
+    table("$R$ | $w$ | $D$ | Maugis parameter | excess over the correction", rows)
 
 
 if __name__ == "__main__":
-    for table in sys.argv[1:] or ("pull-off", "area"):
-        {"pull-off": pull_off, "area": area}[table]()
+    for study in sys.argv[1:] or ("pull-off", "area"):
+        {"pull-off": pull_off, "area": area}[study]()

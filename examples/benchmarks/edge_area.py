@@ -11,6 +11,7 @@ from collections import defaultdict
 
 import numpy as np
 from grid_error import CONTACT_RADII, PRESSURES, RADIUS, SIDE, SPHERE, cases
+from markdown import table
 
 from ase_roughcontact import (
     HardWall,
@@ -53,14 +54,23 @@ def main():
                 error = step.continuum_area / best.continuum_area - 1.0
                 estimate = step.area_error / best.continuum_area
                 errors[shape, spacing, load].append((error, estimate))
-    print(
-        "shape, spacing, load: mean and largest error in %, within twice the estimate"
+    rows = []
+    for shape, loads in (("flat", PRESSURES), ("sphere", CONTACT_RADII)):
+        for load, value in enumerate(loads):
+            cells = []
+            for spacing in SPACINGS[:-1]:
+                error = 100 * np.transpose(errors[shape, spacing, load])[0]
+                cells.append(f"{error.mean():.1f}, {abs(error).max():.1f}")
+            name = f"mean pressure {value:g} $h'E^*$"
+            if shape == "sphere":
+                name = f"Hertz radius {value:g} $a_0$"
+            rows.append((f"{shape}, {name}", *cells))
+    table("contact | grid of $a_0$ | $a_0/2$ | $a_0/4$", rows)
+    error, estimate = np.transpose(
+        [pair for found in errors.values() for pair in found]
     )
-    for key, values in sorted(errors.items()):
-        error, estimate = np.transpose(values)
-        mean, largest = 100 * error.mean(), 100 * abs(error).max()
-        held = np.mean(abs(error) <= 2 * estimate)
-        print(*key, f"{mean:7.2f} {largest:6.2f}   {held:.2f} of {len(error)}")
+    held = np.sum(abs(error) <= 2 * estimate)
+    print(f"\n{held} of {len(error)} errors are within twice the estimate.")
 
 
 if __name__ == "__main__":

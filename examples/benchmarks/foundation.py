@@ -17,6 +17,7 @@ from ase.build import bulk
 from ase.calculators.emt import EMT
 from ase.optimize import FIRE, LBFGS
 from ase.optimize.precon import PreconLBFGS
+from markdown import order, table
 from matscipy.calculators.pair_potential import LennardJonesCut, PairPotential
 
 from ase_roughcontact import (
@@ -61,6 +62,7 @@ def accuracy(n=7):
     surface = CrystalSurface.from_calculator(EMT(), "Cu")
     thick, precon = thick_slab(surface, n)
     slabs = {k: crystal_slab("Cu", (n, n), k, EMT(), surface) for k in (2, 4, 8)}
+    rows = []
     for force in (0.02, -0.02, 0.3, -0.3, -1.0):
         expected = displacement(thick, EMT(), precon, force)
         errors = [
@@ -69,7 +71,8 @@ def accuracy(n=7):
             - 1
             for atoms, calculator in slabs.values()
         ]
-        print(f"{force:6.2f} eV/Å:", *(f"{error:9.1e}" for error in errors), flush=True)
+        rows.append((f"{force:g}", *map(order, errors)))
+    table("force (eV/Å) | 2 layers | 4 layers | 8 layers", rows)
 
 
 def steps(sizes=(8, 16, 32, 64)):
@@ -80,6 +83,7 @@ def steps(sizes=(8, 16, 32, 64)):
     surface = CrystalSurface.from_calculator(
         calculator, bulk("Cu", a=a), layers=11, size=7, displacement=0.0
     )
+    rows = []
     for n in sizes:
         counts = []
         for name in ("preconditioned", "LBFGS", "FIRE"):
@@ -94,13 +98,15 @@ def steps(sizes=(8, 16, 32, 64)):
             else:
                 relax = {"LBFGS": LBFGS, "FIRE": FIRE}[name](atoms, logfile=None)
             relax.run(fmax=1e-3, steps=1000)
-            counts.append(f"{name} {relax.nsteps}")
-        print(f"{n:3} cells:", *counts, flush=True)
+            counts.append(relax.nsteps)
+        rows.append((f"{n} × {n}", *counts))
+    table("cells | `PreconLBFGS` with it | `LBFGS` | `FIRE`", rows)
 
 
 def cost(sizes=(16, 32, 64)):
     """Print processor times."""
     surface = CrystalSurface.from_calculator(EMT(), "Cu")
+    rows = []
     for n in sizes:
         begin = process_time()
         atoms, foundation = crystal_slab("Cu", (n, n), 6, EMT(), surface)
@@ -120,11 +126,9 @@ def cost(sizes=(16, 32, 64)):
             foundation.coupling.evaluate(moved)
             times.append((middle - start, process_time() - middle))
         forces, elastic = np.min(times, axis=0)
-        print(
-            f"{n:3} cells: EMT {forces:.2f} s, foundation {1e3 * elastic:.2f} ms, "
-            f"once {built - begin:.1f} s",
-            flush=True,
-        )
+        times = f"{1e3 * forces:.0f}", f"{1e3 * elastic:.1f}", f"{built - begin:.1f}"
+        rows.append((f"{n} × {n}", *times))
+    table("cells | EMT (ms) | foundation (ms) | once (s)", rows)
 
 
 if __name__ == "__main__":

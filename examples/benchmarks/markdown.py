@@ -1,5 +1,7 @@
 """Tables in Markdown, for the pages of the guide."""
 
+import re
+
 
 def table(head, rows):
     """Print a table; columns of the head are separated by ``|``."""
@@ -8,3 +10,14 @@ def table(head, rows):
     print("|---" * len(titles) + "|")
     for row in rows:
         print("|", " | ".join(map(str, row)), "|")
+
+
+def order(value):
+    """Return a number with one digit, such as 2e-7, or 0."""
+    return re.sub(r"e([-+])0*", r"e\1", f"{value:.0e}") if value else "0"
+
+
+def ends(values, form=order):
+    """Return the range of numbers, each as a text of a form."""
+    least, most = form(min(values)), form(max(values))
+    return least if least == most else f"{least} to {most}"

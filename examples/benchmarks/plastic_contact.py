@@ -1,16 +1,16 @@
-"""Transforms, times and errors of the area of plastic contact, for the guide.
+"""Transforms and errors of the area of plastic contact, for the guide.
 
     python plastic_contact.py pairs   # pairs of transforms, from light to full loads
-    python plastic_contact.py times   # beside the hard and the repulsive wall
+    python plastic_contact.py walls   # beside the hard and the repulsive wall
     python plastic_contact.py area    # errors of the area by the grid
 
-Lengths are in a0, and the contact modulus is 1. Times are those of the processor.
+Lengths are in a0, and the contact modulus is 1.
 """
 
 import sys
-import time
 
 import numpy as np
+from markdown import table
 from problems import Problem
 
 from ase_roughcontact import (
@@ -33,17 +33,17 @@ SIZE, TOLERANCE = 256, 1e-6
 PARTS = (0.01, 0.1, 0.5, 0.9, 0.99)
 WALLS = {
     "hard": HardWall(),
-    "plastic, 0.1": PlasticWall(0.1),
-    "plastic, 0.03": PlasticWall(0.03),
-    "plastic, 0.01": PlasticWall(0.01),
+    "plastic, $H$ = 0.1 $E^*$": PlasticWall(0.1),
+    "plastic, $H$ = 0.03 $E^*$": PlasticWall(0.03),
+    "plastic, $H$ = 0.01 $E^*$": PlasticWall(0.01),
     "repulsive": LennardJones93.repulsive(1.0, 1.0),
 }
 
 
-def main(tables):
+def main(studies):
     """Print the tables."""
-    for table in tables or ("pairs", "times", "area"):
-        {"pairs": pairs, "times": times, "area": area}[table]()
+    for study in studies or ("pairs", "walls", "area"):
+        {"pairs": pairs, "walls": walls, "area": area}[study]()
 
 
 def solved(contact, height, load=None):
@@ -68,6 +68,7 @@ def pairs():
     rough = SelfAffine(0.1, 0.8, 4.0, float(SIZE), seed=1, domain=float(SIZE))
     sphere = RoughSphere(8.0 * SIZE, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=1))
     corner = -(SIZE // 2), -(SIZE // 2)
+    rows = []
     for name, kind, heights in (
         ("periodic", PeriodicHalfSpace, rough.heights(shape, 1.0)),
         ("rough sphere", FreeHalfSpace, sphere.heights(shape, 1.0, corner)),
@@ -78,27 +79,31 @@ def pairs():
                 contact = Contact(kind(shape, 1.0, 1.0), heights, PlasticWall(hardness))
                 height, loaded = solved(contact, 0.0, part * hardness * SIZE**2)
                 row.append(f"{loaded:.0f} / {solved(contact, height)[1]:.0f}")
-            print(f"{name}, {hardness:g} |", " | ".join(row), flush=True)
+            rows.append((f"{name}, {hardness:g}", *row))
+    parts = " | ".join(f"{part:g} $H$" for part in PARTS[1:])
+    table(f"$H/E^*$ | mean pressure {PARTS[0]:g} $H$ | {parts}", rows)
 
 
-def times(repeats=3):
-    """Milliseconds and pairs of cold solutions under the load of `problems`."""
-    for kind in ("periodic", "hard"):
-        for n in (256, 512):
-            problem = Problem(kind, n)
-            for name, wall in WALLS.items():
-                spent = []
-                for _ in range(repeats):
-                    halfspace = problem.contact().halfspace
-                    contact = Contact(halfspace, problem.heights, wall)
-                    start = time.process_time()
-                    _, count = solved(contact, contact.first_contact, problem.load)
-                    spent.append(1e3 * (time.process_time() - start))
-                print(f"{kind}, {n} | {name} | {min(spent):.0f} ms, {count:.0f}")
+def walls():
+    """Pairs of cold solutions under the load of `problems`."""
+    problems = {
+        f"{name}, {n}": Problem(kind, n)
+        for name, kind in (("flat", "periodic"), ("sphere", "hard"))
+        for n in (256, 512)
+    }
+    rows = []
+    for name, wall in WALLS.items():
+        counts = []
+        for problem in problems.values():
+            contact = Contact(problem.contact().halfspace, problem.heights, wall)
+            counts.append(solved(contact, contact.first_contact, problem.load)[1])
+        rows.append((name, *(f"{count:.0f}" for count in counts)))
+    table(f"wall | {' | '.join(problems)}", rows)
 
 
 def area(side=32, spacings=(1.0, 0.25, 0.125)):
     """Errors in % on the grid of spacing one, mean of three flats."""
+    rows = []
     for hardness in (0.1, 0.05, 0.02, 0.01):
         for part in (0.05, 0.3, 0.7):
             found = np.mean(
@@ -112,12 +117,10 @@ def area(side=32, spacings=(1.0, 0.25, 0.125)):
             limit = 2.0 * counted[-1] - counted[-2]
             errors = 100.0 * (found[0, :3] / limit - 1.0)
             plastic = found[-1, 3] / limit
-            print(
-                f"| {hardness:g} | {part:g} $H$ | {100 * plastic:.0f} % | "
-                + " | ".join(f"{error:.1f}" for error in errors)
-                + " |",
-                flush=True,
-            )
+            cells = f"{hardness:g}", f"{part:g} $H$", f"{100 * plastic:.0f} %"
+            rows.append((*cells, *(f"{error:.1f}" for error in errors)))
+    head = "$H/E^*$ | mean pressure | area at $H$ | counted"
+    table(f"{head} | corrected by the perimeter | and at least $N/H$", rows)
 
 
 def row(hardness, part, side, spacing, seed):

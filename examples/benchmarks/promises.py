@@ -17,6 +17,7 @@ from functools import cache, partial
 from itertools import product
 
 import numpy as np
+from markdown import ends, table
 from speed_accuracy import CASES, LARGE, LEVELS, Settings, reference, relaxed
 
 from ase_roughcontact import (
@@ -75,22 +76,24 @@ def pairs(side, dtype):
 
 
 def cutoffs():
-    """Print what the cutoff costs, by radius, work of adhesion, roughness and depth."""
-    print("R, w, rough, depth: cutoff, error, error (cutoff/r0)^3, window, seconds")
+    """Print the error of the force by the cutoff, smooth and rough."""
     rough = SelfAffine(0.1, 0.8, 4.0, 48.0, seed=1, domain=4096.0)
-    smooth = product((100.0, 300.0), (1 / 27, 1 / 270), (None,))
-    for radius, work, roughness in (*smooth, (300.0, 1 / 27, rough)):
+    ends = (3.0, 5.0, 10.0, 30.0, 100.0)
+    rows, windows = [], {cutoff: [] for cutoff in ends}
+    for name, roughness in (("smooth", None), ("rough", rough)):
+        errors = {cutoff: [] for cutoff in ends}
         for depth in (0.3, 1.5, 4.0):
-            print(f"  {radius:g}, {work:.4f}, {roughness is not None}, {depth:g}:")
-            sphere = RoughSphere(radius, roughness)
-            truth, push = attracted(sphere, work, 300.0, depth)
-            for cutoff in (3.0, 5.0, 10.0, 20.0, 30.0, 60.0, 100.0):
-                record, _ = attracted(sphere, work, cutoff, depth)
+            sphere = RoughSphere(300.0, roughness)
+            truth, push = attracted(sphere, 1 / 27, 300.0, depth)
+            for cutoff in ends:
+                record, _ = attracted(sphere, 1 / 27, cutoff, depth)
                 error = abs(record.normal_force - truth.normal_force) / push
-                print(
-                    f"    {cutoff:4g} {error:.1e} {error * cutoff**3:6.3f} "
-                    f"{record.window:>8} {record.seconds:.2f}"
-                )
+                errors[cutoff].append(error)
+                windows[cutoff].append(int(record.window.partition("x")[0]))
+        rows.append((name, *map(ends, errors.values())))
+    sides = [ends(sides, str) for sides in windows.values()]
+    rows.append(("side of the window ($a_0$)", *sides))
+    table("cutoff / $r_0$ | " + " | ".join(f"{cutoff:g}" for cutoff in ends), rows)
 
 
 def attracted(sphere, work, cutoff, depth):

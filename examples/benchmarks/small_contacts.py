@@ -12,6 +12,7 @@ import time
 from functools import partial
 
 import numpy as np
+from markdown import table
 
 from ase_roughcontact import (
     HardWall,
@@ -74,9 +75,7 @@ def main():
     parser.add_argument("--sizes", type=int, nargs="+", default=[16, 32, 64, 128])
     parser.add_argument("--repeat", type=int, default=20)
     options = parser.parse_args()
-    print(
-        "atoms  wall       pair    cold: ms  pairs  ratio  warm: ms  pairs  ratio  path"
-    )
+    rows = []
     for size in options.sizes:
         sphere = RoughSphere(10.0 * size, SelfAffine(0.1, 0.8, 4.0, 64.0, seed=0))
         heights = sphere.heights((size, size), 1.0, (-size / 2, -size / 2))
@@ -86,16 +85,17 @@ def main():
         for name, wall in WALLS.items():
             near, _ = solution(wall, heights, 0.97 * load)
             ways = [(), (near.pressure, near.height)]
-            row = []
+            cells = []
             for way in ways:
                 pairs = solution(wall, heights, load, *way)[1]
                 solve = partial(solution, wall, heights, load, *way)
                 took = least_time(solve, options.repeat)
                 pair = least_time(partial(halfspace.displacement, ones), 200)
-                row.append(f"{took:8.2f}  {pairs:5.1f}  {took / pair:5.0f}")
-            path = step_time(wall, sphere, size, load)
-            cold, warm = row
-            print(f"{size:5}  {name:9} {pair:6.3f}  {cold}  {warm}  {path:6.2f}")
+                cells += [f"{took:.2f}", f"{pairs:.1f}", f"{took / pair:.0f}"]
+            path = f"{step_time(wall, sphere, size, load):.2f}"
+            rows.append((f"{size} × {size}", name, f"{pair:.3f}", *cells, path))
+    head = "atoms | wall | convolution | cold | pairs | ratio | warm | pairs | ratio"
+    table(f"{head} | step of a path", rows)
 
 
 if __name__ == "__main__":

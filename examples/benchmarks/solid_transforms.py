@@ -34,7 +34,10 @@ def solids():
     file = Path(__file__).parent / "crystals" / "EMT-Cu.json"
     yield "EMT Cu", Crystal.read(file)
     unit = Cubic(1.0, 0.7, 0.6).contact_modulus
-    yield "cubic", Cubic(1.0 / unit, 0.7 / unit, 0.6 / unit)
+    yield (
+        "cubic, $2 C_{44}/(C_{11} - C_{12}) = 4$",
+        Cubic(1.0 / unit, 0.7 / unit, 0.6 / unit),
+    )
     for modulus, thickness in ((4.0, 4.0), (0.25, 4.0), (0.25, 16.0)):
         layer = Layer(modulus, thickness, 1.0, 0.3, 0.3)
         yield f"layer of {modulus} E*, {thickness:g} a0 thick", layer

@@ -20,7 +20,8 @@ import matplotlib
 import numpy as np
 from ase.calculators.eam import EAM
 from ase.calculators.emt import EMT
-from markdown import table
+from ase.units import GPa
+from markdown import order, table
 from scipy.special import erfinv
 
 from ase_roughcontact import (
@@ -210,7 +211,7 @@ def report(file):
         "solid | κ, hard wall | κ, repulsive wall",
         (
             (
-                solid.replace("-", " ").replace("Sutton Chen", "Sutton-Chen"),
+                titled(solid),
                 *(
                     f"{np.mean(walls[wall]):.3f} ± {np.std(walls[wall], ddof=1):.3f}"
                     for wall in WALLS
@@ -219,6 +220,56 @@ def report(file):
             for solid, walls in found.items()
         ),
     )
+
+
+FIGURES = {
+    "repetition": "change when forces are calculated again",
+    "rest": "change by the forces on the slab before an atom is displaced",
+    "sum_rule": "resultant of the forces on all atoms",
+    "symmetry": "change under exchange of two atoms",
+    "reach": "force constants at the edges of the slab",
+    "thickness": "change of E* with four layers less",
+    "square": "difference of directions that should be alike",
+    "interpolation": "error of the interpolated E*",
+    "long_waves": "difference from the continuum with the moduli of the strained bulk",
+}
+
+
+def report_figures(_):
+    """Print the errors that are stored with the crystals."""
+    crystals = [crystal(name) for name in CRYSTALS]
+    table(
+        f"name | what it is | {' | '.join(map(titled, CRYSTALS))}",
+        (
+            (f"`{key}`", what, *(order(one.figures[key]) for one in crystals))
+            for key, what in FIGURES.items()
+        ),
+    )
+
+
+def titled(name):
+    """Return the name of a solid for people."""
+    return name.replace("-", " ").replace("Sutton Chen", "Sutton-Chen")
+
+
+def report_waves(_):
+    """Print the moduli of waves of the crystals (GPa)."""
+    rows = []
+    for name in CRYSTALS:
+        solid = crystal(name)
+        pi = np.pi / solid.spacing
+        waves = [(1e-4 * pi, 0.0), (1e-4 * pi, 1e-4 * pi), (0.5 * pi, 0.0), (pi, 0.0)]
+        waves.append((pi, pi))
+        moduli = [
+            2.0 / (np.hypot(*q) * float(solid.wave_compliance(*map(np.array, q))))
+            for q in waves
+        ]
+        values = (solid.contact_modulus, *moduli)
+        cells = [f"{value / GPa:.1f}" for value in values]
+        lattice = f"{2**0.5 * solid.spacing:.4f}"
+        rows.append((titled(name), lattice, *cells))
+    head = "crystal | a (Å) | E* | long waves | at 45° | 4 a0 | 2 a0"
+    table(f"{head} | corner of the zone", rows)
 
 
 def fraction(loads):
@@ -233,10 +284,12 @@ def main(arguments=None):
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--draw", type=Path, help="picture of the table")
     parser.add_argument("--table", type=Path, default=HERE / "solids.csv")
-    parser.add_argument("--report", action="store_true", help="print its kappas")
+    reports = {"kappa": report, "figures": report_figures, "waves": report_waves}
+    parser.add_argument("--of", choices=reports, default="kappa", help="what to print")
+    parser.add_argument("--report", action="store_true", help="print a table")
     options = parser.parse_args(arguments)
     if options.report:
-        report(options.table)
+        reports[options.of](options.table)
         return
     if options.draw:
         draw(options.table, options.draw)

@@ -3,6 +3,7 @@
     python speed_accuracy.py                            # all that the table lacks
     python speed_accuracy.py --case rough --size 100    # one part
     python speed_accuracy.py --plot                     # the picture alone
+    python speed_accuracy.py --case pull-off --report   # a table of the guide
 
 Lengths are in spacings a0, and the contact modulus is 1. A row of the table is one
 setting: its errors against the same case calculated to a force of 1e-12 of the mean on
@@ -20,6 +21,8 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
+from markdown import ends, order
+from markdown import table as print_table
 
 from ase_roughcontact import (
     HardWall,
@@ -322,6 +325,41 @@ def draw(table, file):
     figure.savefig(file, dpi=120)
 
 
+def report_pull_off(lines):
+    """Print the error of the pull-off force against the tolerance of the path."""
+    rows = []
+    for tolerance in (1e-2, 1e-3, 1e-4):
+        mine = [row for row in lines if f" tolerance={tolerance} " in row["setting"]]
+        errors = [
+            ends([float(row["pull_off_error"]) for row in mine if row["size"] == size])
+            for size in map(str, SIZES)
+        ]
+        cost = [
+            ends([int(row[name]) for row in mine], str)
+            for name in ("iterations", "pairs")
+        ]
+        rows.append((order(tolerance), *errors, *cost))
+    print_table("tolerance | R = 50 $a_0$ | R = 200 $a_0$ | states | FFT pairs", rows)
+
+
+def report_cells(lines):
+    """Print the error of the area in periodic cells."""
+    found = {(row["case"], row["size"], row["setting"]): row for row in lines}
+    cases = [(case, str(size)) for case in ("smooth", "rough") for size in SIZES]
+    rows = []
+    for cell in (1, 2, 4):
+        mine = [found[(*case, str(Settings(1e-6, cell=cell)))] for case in cases]
+        errors = [f"{100 * float(row['area_error']):.2g} %" for row in mine]
+        rows.append((cell, *errors, f"{float(mine[1]['bytes']) / 1e6:.0f} MB"))
+    free = found["smooth", "100", str(Settings(1e-6))]
+    rows.append(("free boundary", *[0] * 4, f"{float(free['bytes']) / 1e6:.0f} MB"))
+    heads = [f"{case}, {size}" for case, size in cases]
+    print_table(
+        f"cell / diameter of the contact | {' | '.join(heads)} | memory, smooth, 100",
+        rows,
+    )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     every = (*CASES, "pull-off", "transforms")
@@ -329,7 +367,12 @@ def main():
     parser.add_argument("--size", nargs="*", type=int, choices=SIZES, default=SIZES)
     parser.add_argument("--table", type=Path, default=TABLE)
     parser.add_argument("--plot", action="store_true", help="only draw")
+    parser.add_argument("--report", action="store_true", help="print a table")
     options = parser.parse_args()
+    if options.report:
+        lines = [row for row in read(options.table) if row["case"] in options.case]
+        (report_pull_off if "pull-off" in options.case else report_cells)(lines)
+        return
     done = {tuple(row[name] for name in KEY) for row in read(options.table)}
     with open(options.table, "a", newline="") as file, threads(1):
         writer = csv.DictWriter(file, FIELDS)

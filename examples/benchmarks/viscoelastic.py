@@ -9,6 +9,7 @@ Appl. Mech. 33, 845 (1966), relative to the largest one.
 import math
 
 import numpy as np
+from markdown import order, table
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -47,10 +48,7 @@ def ting_force(time, half):
 
 def main():
     """Print a table of errors and costs."""
-    heads = "duration (relaxation times)", "tolerance", "time steps"
-    heads += "error of loading", "error of unloading", "FFT pairs a step"
-    print(f"| {' | '.join(heads)} |")
-    print("|---|---|---|---|---|---|")
+    rows = []
     for half in (0.1, 4.0, 40.0):
         for tolerance in (1e-2, 1e-3, 1e-4):
             solid = Viscoelastic(1.0, CREEP)
@@ -71,12 +69,12 @@ def main():
             errors /= exact.max()
             loading = np.array([step.time <= half for step in steps])
             pairs = np.mean([step.pairs for step in steps])
-            print(
-                f"| {half:g} | {tolerance:.0e} | {len(steps)} | "
-                f"{errors[loading].max():.1e} | {errors[~loading].max():.1e} | "
-                f"{pairs:.1f} |",
-                flush=True,
+            worst = (f"{errors[part].max():.1e}" for part in (loading, ~loading))
+            rows.append(
+                (f"{half:g}", order(tolerance), len(steps), *worst, f"{pairs:.1f}")
             )
+    head = "duration (relaxation times) | tolerance | time steps | error of loading"
+    table(f"{head} | error of unloading | FFT pairs a step", rows)
 
 
 if __name__ == "__main__":
