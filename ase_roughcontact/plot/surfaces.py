@@ -99,9 +99,14 @@ def scale_bar(axes: Any, unit: str) -> None:
     x, y = right - 0.05 * width, bottom + 0.05 * (top - bottom)
     axes.plot([x - length, x], [y, y], "k-", lw=2.5, solid_capstyle="butt")
     text = f"{length:g} {unit}"
-    place: dict[str, Any] = {"textcoords": "offset points", "ha": "center"}
+    # ends with the bar, which may be shorter than the text and is near the frame
+    place: dict[str, Any] = {
+        "textcoords": "offset points",
+        "ha": "right",
+        "va": "bottom",
+    }
     white = {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 0.5}
-    axes.annotate(text, (x - 0.5 * length, y), (0, 3), **place, bbox=white)
+    axes.annotate(text, (x, y), (0, 2), **place, bbox=white)
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
 
 

@@ -193,7 +193,7 @@ def report(out):
         "optimizer | steps | FFT pairs | seconds | relative error of the energy",
         (
             (
-                f"`{name}`{comma}{'on ' * (helped == 'modes')}{helped}",
+                f"`{name}`{' on ' if helped == 'modes' else comma}{helped}",
                 row["steps"],
                 f"{float(row['evaluations']):.0f}",
                 f"{float(row['seconds']):.2g}",

@@ -78,14 +78,14 @@ def pairs(side, dtype):
 def cutoffs():
     """Print the error of the force by the cutoff, smooth and rough."""
     rough = SelfAffine(0.1, 0.8, 4.0, 48.0, seed=1, domain=4096.0)
-    ends = (3.0, 5.0, 10.0, 30.0, 100.0)
-    rows, windows = [], {cutoff: [] for cutoff in ends}
+    values = (3.0, 5.0, 10.0, 30.0, 100.0)
+    rows, windows = [], {cutoff: [] for cutoff in values}
     for name, roughness in (("smooth", None), ("rough", rough)):
-        errors = {cutoff: [] for cutoff in ends}
+        errors = {cutoff: [] for cutoff in values}
         for depth in (0.3, 1.5, 4.0):
             sphere = RoughSphere(300.0, roughness)
             truth, push = attracted(sphere, 1 / 27, 300.0, depth)
-            for cutoff in ends:
+            for cutoff in values:
                 record, _ = attracted(sphere, 1 / 27, cutoff, depth)
                 error = abs(record.normal_force - truth.normal_force) / push
                 errors[cutoff].append(error)
@@ -93,7 +93,7 @@ def cutoffs():
         rows.append((name, *map(ends, errors.values())))
     sides = [ends(sides, str) for sides in windows.values()]
     rows.append(("side of the window ($a_0$)", *sides))
-    table("cutoff / $r_0$ | " + " | ".join(f"{cutoff:g}" for cutoff in ends), rows)
+    table("cutoff / $r_0$ | " + " | ".join(f"{cutoff:g}" for cutoff in values), rows)
 
 
 def attracted(sphere, work, cutoff, depth):

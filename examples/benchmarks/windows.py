@@ -2,7 +2,6 @@
 
     python windows.py path --radius 1000 --contact 512    # automatic windows or one
     python windows.py cold --wall hard         # one contact, pairs, memory, time
-    python windows.py contacts                 # four of them as a table
     python windows.py cost                     # cost against contact radius, a plot
 
 Lengths are in spacings, and the contact modulus is 1. Run one at a time, on a machine
@@ -12,16 +11,12 @@ that does nothing else: the ratios are what counts.
 import argparse
 import csv
 import resource
-import subprocess
-import sys
 import time
-from itertools import product
 from pathlib import Path
 
 import ducc0
 import numpy as np
 import scipy.fft
-from markdown import table
 
 from ase_roughcontact import (
     HardWall,
@@ -134,30 +129,6 @@ def cold(options):
         )
 
 
-def contacts(options):
-    """One contact in a process of its own, as a row of a table, or four of them."""
-    rows = []
-    for wall, contact in product(WALLS, (512, 1024)):
-        words = [sys.executable, __file__, "row", "--wall", wall]
-        words += ["--contact", str(contact)]
-        rows.append(subprocess.check_output(words, text=True).strip().split("|"))
-    head = "wall | contact radius | window | touching points | FFT pairs"
-    table(f"{head} | memory (GB) | processor time (s)", rows)
-
-
-def row(options):
-    """Print the cost of one contact, of which its roughness is no part."""
-    atoms = make_atoms(options.radius, options.wall)
-    start = time.process_time()
-    loads = [load_of(options.contact, options.radius)]
-    (record,) = load_path(atoms, loads=loads, window="auto")
-    seconds = time.process_time() - start
-    window = record.window.replace("x", " × ")
-    cells = options.wall, f"{options.contact:g}", window, record.repulsive_atoms
-    costs = f"{record.pairs:.0f}", f"{memory():.2f}", f"{seconds:.2g}"
-    print(*cells, *costs, sep="|")
-
-
 def cost(options):
     """Cost against contact radius, each from a cold start."""
     rows = []
@@ -203,18 +174,15 @@ def draw(rows, file):
     figure.savefig(file, dpi=150)
 
 
-STUDIES = {f.__name__: f for f in (path, cold, contacts, row, cost)}
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("what", choices=STUDIES)
+    parser.add_argument("what", choices=("path", "cold", "cost"))
     parser.add_argument("--radius", type=float, default=1e4)
     parser.add_argument("--wall", choices=WALLS, default="hard")
     parser.add_argument("--contact", type=float, default=1024.0)
     parser.add_argument("--out", type=Path, default=IMAGES)
     options = parser.parse_args()
-    STUDIES[options.what](options)
+    {"path": path, "cold": cold, "cost": cost}[options.what](options)
 
 
 if __name__ == "__main__":
