@@ -14,7 +14,8 @@ slips, :math:`g = \lambda t` with :math:`|t| = r` and :math:`\lambda \ge 0`.
 Newton's method on the set of atoms that slip: those that stick have two unknowns, and
 those that slip one, along their circle, whose curvature adds :math:`\lambda` to the
 diagonal. Each system is solved iteratively, preconditioned by the inverse spectrum,
-scaled by :math:`(1 + \lambda/G_0)^{-1/2}` on both sides. Atoms whose traction exceeds
+with the harmonic mean of :math:`\lambda` added and scaled by
+:math:`(1 + \lambda/G_0)^{-1/2}` on both sides. Atoms whose traction exceeds
 the bound begin to slip, and those that are driven backwards stick again. A step that
 does not lower the function is shortened, and replaced by one along the gradient at
 last.
@@ -360,7 +361,12 @@ class _System:
         self._curvature = np.divide(
             curvature, problem.bound, out=curvature, where=touching
         )
-        self._scale = touching / np.sqrt(1.0 + self._curvature / problem.unit)
+        relative = 1.0 + self._curvature / problem.unit
+        # a uniform part of the curvature, small where most atoms stick
+        uniform = float(np.mean(1.0 / relative[touching])) if touching.any() else 1.0
+        self._scale = touching / np.sqrt(uniform * relative)
+        softness = problem.unit * (1.0 / uniform - 1.0)
+        self._approximate = self._halfspace.preconditioner(softness)
 
     def solve(self, opening: np.ndarray, error: float) -> np.ndarray:
         """Return the change of the tractions that closes an opening, to an error."""
@@ -381,5 +387,5 @@ class _System:
         return self._project(values) + self._curvature * change
 
     def _precondition(self, residual: np.ndarray) -> np.ndarray:
-        scaled = self._halfspace.approximate_tractions(self._scale * residual)
+        scaled = self._approximate(self._scale * residual)
         return self._project(self._scale * scaled)
