@@ -192,7 +192,7 @@ def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table
     """Return the table of mean areas; with the realisations to expect if wanted."""
     unit = printed_unit(report.target_unit(scene))
     heads = [
-        f"{scene.path.control} ({unit})",
+        f"{'time' if unit == 's' else scene.path.control} ({unit})",
         f"mean {report.heading(scene.area_column)}",
     ]
     heads += ["standard error (%)", "realisations", "expected (likely)"]

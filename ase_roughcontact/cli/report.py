@@ -171,8 +171,10 @@ def _flat_columns(
 
 
 def target_unit(scene: Scene) -> str:
-    """Return ASE's unit of the targets of a scene's path."""
+    """Return ASE's unit of the targets of a scene's path, or of its times."""
     control = scene.path.control
+    if scene.path.duration(scene):
+        return "s"
     return columns_of()["normal_force" if control == "load" else control].unit
 
 
@@ -275,7 +277,7 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     """Return why a step is no result."""
     touches = step.repulsive_atoms or step.attractive_atoms
     if scene.path.control == "load" and not touches:
-        target = float(scene.targets[step.step])
+        target = scene.path.target_of(scene, step)
         if target < 0.0:
             return f"PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
     unit = " (forces in eV/Å)" if "force" in step.message else ""

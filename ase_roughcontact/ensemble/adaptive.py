@@ -36,7 +36,7 @@ class MeanArea:
     Attributes
     ----------
     target : float
-        Load (eV/Å), penetration or height (Å).
+        Load (eV/Å), penetration or height (Å), or time (s) of a path in time.
     realisations : int
         Number of them.
     mean : float
@@ -157,7 +157,8 @@ def sample_ensemble(
 
     Each load step has as many realisations as it needs: small contacts scatter more
     than large ones. With a wall whose states depend on those before, each realisation
-    is calculated up to the last step that needs it. Seeds count up
+    is calculated up to the last step that needs it. Paths in time are calculated as a
+    whole, and averaged at the ends of their parts at the deepest target. Seeds count up
     from that of the scene. A run that was interrupted, or had another error, is
     continued, and steps of `run_ensemble` in the database are used.
 
@@ -209,7 +210,8 @@ def _rounds(
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
-    counts = np.full(len(scene.targets), pilot)
+    counts = np.full(len(scene.path.sampled(scene)), pilot)
+    whole = scene.path.count(scene) is None
     areas, first = _Areas(scene, database), scene.roughness.seed
     with pool as executor:
         while True:
@@ -218,9 +220,11 @@ def _rounds(
             cases = [case_of(each) for each in scenes]
             wanted = counts > np.arange(len(scenes))[:, None]
             steps = [np.flatnonzero(each).tolist() for each in wanted]
-            if scene.wall.depends_on_history:  # with the steps before them
+            if scene.is_in_order:  # with the steps before them
                 steps = [list(range(each[-1] + 1)) for each in steps]
-            options: dict[str, Any] = {"interval": interval, "steps": steps}
+            options: dict[str, Any] = {"interval": interval}
+            if not whole:
+                options["steps"] = steps
             with closing(run_ensemble(scenes, database, executor, **options)) as run:
                 for progress in run:
                     sampling = Sampling(error, areas.means(cases, error), progress)
@@ -247,12 +251,13 @@ class _Areas:
         """Return the means of the steps that the database has of some cases."""
         for row in self._stored.select(f"id>{self._newest}", converged=True):
             area = row.get(self._scene.area_column)
-            if area is not None:
-                self._of_case[row["case"]][row["step"]] = area
+            sample = self._scene.path.sample_of(self._scene, row)
+            if area is not None and sample is not None:
+                self._of_case[row["case"]][sample] = area
             self._newest = max(self._newest, row.id)
         known = [self._of_case[case] for case in cases]
         means = []
-        for number, target in enumerate(self._scene.targets):
+        for number, target in enumerate(self._scene.path.sampled(self._scene)):
             areas = np.array([of[number] for of in known if number in of])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)

@@ -9,7 +9,7 @@ from importlib.metadata import version
 from typing import Any, get_type_hints
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.record import MISSING, LoadStep
+from ase_roughcontact.paths.record import MISSING, LoadStep, TimeStep
 from ase_roughcontact.scene import Scene
 
 
@@ -20,6 +20,12 @@ def _relative(scene: Scene, length: float | None) -> float | None:
 
 def _wavelength(scene: Scene, name: str) -> float | None:
     return _relative(scene, getattr(scene.rough, name, None))
+
+
+def _rate(path: Any) -> float | None:
+    """Return the rate of a path in time in the unit of the file, if it has one."""
+    rate = getattr(path, "rate", None)
+    return rate if isinstance(rate, (int, float)) else None
 
 
 # Columns that the scene determines: type, and how to obtain the value, None if missing.
@@ -48,6 +54,7 @@ _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
     "permanent": (bool, lambda s: s.wall.permanent),
     "spacing": (float, lambda s: s.spacing),
     "contact_modulus": (float, lambda s: s.contact_modulus),
+    "rate": (float, lambda s: _rate(s.path)),
 }
 
 #: Columns of an ensemble and their types; see `read_ensemble`.
@@ -57,7 +64,7 @@ COLUMNS: dict[str, type] = {
     "control": str,
     "target": float,
     **{name: kind for name, (kind, _) in _OF_SCENE.items()},
-    **{name: kind for name, kind in get_type_hints(LoadStep).items() if name != "step"},
+    **{name: kind for name, kind in get_type_hints(TimeStep).items() if name != "step"},
     "version": str,
 }
 
@@ -75,7 +82,7 @@ def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
     """Return all columns of a load step of a case; see `COLUMNS`."""
     return {
         "case": case,
-        "target": float(scene.targets[record.step]),
+        "target": scene.path.target_of(scene, record),
         **scene_columns(scene),
         **asdict(record),
         # with a letter, since ASE's databases refuse text that reads as a number

@@ -94,6 +94,11 @@ class EnsembleDatabase:
         """
         return _steps(_connect(self.address), f"id>{after}", **query)
 
+    def done(self) -> set[str]:
+        """Return the cases whose calculation has ended without an error."""
+        query = {"record": "case", "state": "done", "include_data": False}
+        return {row.case for row in _connect(self.address).select(**query)}
+
     def add_steps(
         self, rows: Sequence[dict[str, Any]], data: dict[str, Any], **query: Any
     ) -> int:

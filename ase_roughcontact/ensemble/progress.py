@@ -24,7 +24,7 @@ class Progress:
     Attributes
     ----------
     steps, total : int
-        Number of finished load steps, and of all.
+        Number of finished load steps, and of all; a path in time counts as one.
     elapsed : float
         Time since the start of this run (s).
     left : float
@@ -119,7 +119,8 @@ def expected_costs(scene: Scene) -> np.ndarray:
     Returns
     -------
     ndarray, shape (steps + 1,)
-        Cost before each step and after the last one, in arbitrary units.
+        Cost before each step and after the last one, in arbitrary units; a path in time
+        counts as one step.
 
     Raises
     ------
@@ -127,6 +128,9 @@ def expected_costs(scene: Scene) -> np.ndarray:
         If the scene is invalid.
     """
     scene.check()
+    if scene.path.count(scene) is None:
+        whole = scene.path.expected_count(scene)
+        return np.append(0.0, whole * expected_costs(scene.planned)[-1])
     steps = scene.targets
     if scene.shape:
         areas = np.full(steps.shape, float(math.prod(scene.shape)))

@@ -33,7 +33,7 @@ def run_ensemble(
     workers: int | None = None,
     *,
     interval: float = 1.0,
-    steps: Iterable[Sequence[int]] | None = None,
+    steps: Iterable[Sequence[int] | None] | None = None,
 ) -> Generator[Progress, None, None]:
     """Calculate the load steps of all scenes that the database does not have yet.
 
@@ -62,7 +62,8 @@ def run_ensemble(
         Time between two queries of the database (s).
     steps : iterable of sequence of int, optional
         Numbers of the load steps that are wanted of each scene; if states depend on
-        those before, all up to the last one. By default all steps of all scenes.
+        those before, all up to the last one; None for all, as of all paths in time. By
+        default all steps of all scenes.
 
     Yields
     ------
@@ -87,8 +88,8 @@ def run_ensemble(
     A machine that crashes may hold its locks on a network file system, and thereby its
     cases, until the file server releases them.
 
-    With an attractive wall, or one that keeps the plastic shape, a state depends on the
-    states before it (`Interaction.depends_on_history`). The last frame of each such
+    With an attractive wall, or one that keeps the plastic shape, and along a path in
+    time, a state depends on the states before it. The last frame of each such
     case is kept in the folder ``<database>-checkpoints`` beside an SQLite file.
     With PostgreSQL an interrupted case is calculated from its first step again.
 
@@ -113,11 +114,21 @@ def run_ensemble(
     positive(interval=interval)
     pool = worker_pool(executor, workers)
     costs = {case: expected_costs(scene) for case, scene in cases.items()}
-    wanted: dict[str, Sequence[int]]
+    wanted: dict[str, Sequence[int] | None]
     wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
+    for case, scene in cases.items():
+        if scene.path.count(scene) is None:
+            wanted[case] = None
+            if not scene.path.resumes:
+                raise ValueError(
+                    f'an ensemble has no paths of kind = "{scene.path.kind}", which '
+                    'choose their steps as they run: give kind = "steps" or "time"'
+                )
     if steps is not None:
         wanted = dict(zip(map(case_of, scenes), steps, strict=True))
         for case, numbers in wanted.items():
+            if numbers is None:
+                continue
             each = np.diff(costs[case])[list(numbers)]
             costs[case] = np.append(0.0, np.cumsum(each))
     largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
@@ -134,7 +145,7 @@ def run_ensemble(
 
 def _run(
     database: EnsembleDatabase,
-    tasks: Mapping[str, tuple[Scene, Sequence[int]]],
+    tasks: Mapping[str, tuple[Scene, Sequence[int] | None]],
     meter: ProgressMeter,
     calculate: Callable[..., tuple[str, str]],
     pool: AbstractContextManager[Executor],
@@ -144,6 +155,7 @@ def _run(
     run = f"run-{uuid.uuid4().hex}"
     submitted: dict[Future, str] = {}
     newest, reported = 0, None
+    whole = {case for case, (_, steps) in tasks.items() if steps is None}
     with ExitStack() as stack:
         executor = stack.enter_context(pool)
         stack.callback(_cancel, submitted)
@@ -154,8 +166,12 @@ def _run(
             meter.add(
                 case
                 for case, step in new.values()
-                if case in tasks and step in tasks[case][1]
+                if case in tasks and step in (tasks[case][1] or ())
             )
+            if whole:
+                done = whole & database.done()
+                whole -= done
+                meter.add(done)
             progress = meter.progress()
             if progress != reported:
                 reported = progress

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import os
 import threading
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Container, Generator, Iterator, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import partial
@@ -41,7 +41,8 @@ def calculate_case(
         Name of the case.
     scene : Scene
     steps : sequence of int, optional
-        Load steps to calculate, in increasing order; by default all.
+        Load steps to calculate, in increasing order; by default all. A path in time
+        is calculated as a whole.
 
     Returns
     -------
@@ -56,8 +57,6 @@ def calculate_case(
         if not free:
             return "busy", ""
         stored = {step for _, step in database.steps(case=case).values()}
-        wanted = range(len(scene.targets)) if steps is None else steps
-        missing = [step for step in wanted if step not in stored]
         state, message = "done", ""
         try:
             if case_of(scene) != case:
@@ -65,12 +64,16 @@ def calculate_case(
                     f"{', '.join(scene.files)}: not what it was when the ensemble "
                     "began, or not the same on this machine: start the ensemble again"
                 )
-            with threads(_threads()), closing(_relax(scene, missing, frame)) as records:
-                for step in missing:
-                    if not database.is_locked(run):
-                        return "stopped", ""
-                    row = step_columns(case, scene, next(records))
-                    database.add_steps([row], data, case=case, step=step)
+            relaxed = _relax(scene, stored, steps, frame)
+            with threads(_threads()), closing(relaxed) as records:
+                while database.is_locked(run):
+                    record = next(records, None)
+                    if record is None:
+                        break
+                    row = step_columns(case, scene, record)
+                    database.add_steps([row], data, case=case, step=record.step)
+                else:
+                    return "stopped", ""
             if frame is not None:
                 frame.unlink(missing_ok=True)
         except Exception as error:
@@ -86,12 +89,22 @@ def _threads() -> int:
 
 
 def _relax(
-    scene: Scene, missing: Sequence[int], frame: Path | None
+    scene: Scene,
+    stored: Container[int],
+    steps: Sequence[int] | None,
+    frame: Path | None,
 ) -> Generator[LoadStep, None, None]:
-    """Relax the missing steps, and those on which they depend."""
+    """Relax the wanted steps that are not stored, and those on which they depend."""
+    if scene.path.count(scene) is None:  # how many there are is not known
+        first = next(step for step in itertools.count() if step not in stored)
+        path = _resume(scene, first, frame)
+        yield from (record for record in path if record.step not in stored)
+        return
+    wanted = range(len(scene.targets)) if steps is None else steps
+    missing = [step for step in wanted if step not in stored]
     if not missing:
         return
-    if scene.wall.depends_on_history:
+    if scene.is_in_order:
         path = _resume(scene, missing[0], frame)
         yield from (record for record in path if record.step in missing)
     else:  # each step has one solution, whatever came before

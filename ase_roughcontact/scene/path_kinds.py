@@ -216,6 +216,18 @@ class PathKind(Section):
         known = type(self).targets is not PathKind.targets
         return len(self.targets(bodies)) if known else None
 
+    def target_of(self, bodies: Bodies, state: Any) -> float:
+        """Return the target of a state."""
+        return float(self.targets(bodies)[state.step])
+
+    def sampled(self, bodies: Bodies) -> FloatArray:
+        """Return targets, or times of a path in time, at which areas are averaged."""
+        return self.targets(bodies)
+
+    def sample_of(self, bodies: Bodies, columns: Mapping[str, Any]) -> int | None:
+        """Return which of `sampled` a stored state belongs to; None if to none."""
+        return columns["step"]
+
     def smallest_step(self, bodies: Bodies) -> float:
         """Return the step (Å) below which a change of force is an instability.
 

@@ -244,6 +244,12 @@ class Scene(SceneFile):
         return f"{self.path.control}s"
 
     @property
+    def is_in_order(self) -> bool:
+        """Whether states depend on those before."""
+        whole = self.path.count(self) is None
+        return whole or self.wall.depends_on_history
+
+    @property
     def targets(self) -> np.ndarray:
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
         return self.path.targets(self)

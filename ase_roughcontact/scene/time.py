@@ -290,6 +290,22 @@ class Timed(PathKind):
             plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
             yield "cantilever.png"
 
+    def target_of(self, bodies: Bodies, state: Any) -> float:
+        """Return the target at the time of a state."""
+        return self.schedule(bodies).at(state.time)
+
+    def sampled(self, bodies: Bodies) -> FloatArray:
+        """Return the times (s) at the ends of parts at the deepest target."""
+        parts = list(self.schedule(bodies).timed_parts())
+        deepest = self._deepest(part.end for _, _, part in parts)
+        ends = [t + part.duration for t, _, part in parts if part.end == deepest]
+        return np.unique(ends)
+
+    def sample_of(self, bodies: Bodies, columns: Mapping[str, Any]) -> int | None:
+        """Return which of `sampled` a stored state belongs to; None if to none."""
+        same = np.isclose(self.sampled(bodies), columns["time"], rtol=1e-9, atol=0.0)
+        return int(same.argmax()) if same.any() else None
+
     def duration(self, bodies: Bodies) -> float:
         """Return the duration (s)."""
         return self.schedule(bodies).duration
