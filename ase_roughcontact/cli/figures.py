@@ -19,7 +19,7 @@ from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
 from ase_roughcontact.paths.record import LoadStep, TimeStep
 from ase_roughcontact.plot.files import written
-from ase_roughcontact.plot.style import legend_below, letter
+from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
@@ -68,7 +68,12 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
         write(name, frames, format="traj")
 
 
-def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[str]:
+def draw(
+    reference: Reference,
+    steps: Sequence[LoadStep],
+    folder: Path,
+    shown: Sequence[LoadStep] | None = None,
+) -> list[str]:
     """Draw the figures of a run.
 
     Parameters
@@ -79,6 +84,8 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
         All steps.
     folder : path
         Contains the ``sweep.traj`` of the run.
+    shown : sequence of LoadStep, optional
+        Those in contact have maps; by default four of all.
 
     Returns
     -------
@@ -96,8 +103,9 @@ def draw(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> list[
     if path.by_load and (tension or (path.control != "load" and names)):
         _draw_force(reference, steps, folder / "force.png")
         names.append("force.png")
-    if any(step.repulsive_atoms for step in steps):
-        _draw_maps(reference, steps, folder)
+    shown = _shown(steps) if shown is None else _touching(shown)
+    if shown:
+        _draw_maps(reference, steps, shown, folder)
         names.append("contact.png")
     return names
 
@@ -265,18 +273,34 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         legend_below(figure, [axes])
 
 
-def _draw_maps(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> None:
-    """Draw maps of some steps, with the contact of a smooth sphere under their load."""
-    touching = [step for step in steps if step.repulsive_atoms]
+def _touching(steps: Sequence[LoadStep]) -> list[LoadStep]:
+    """Return the steps in contact."""
+    return [step for step in steps if step.repulsive_atoms]
+
+
+def _shown(steps: Sequence[LoadStep]) -> list[LoadStep]:
+    """Return four steps in contact, the deepest one included."""
+    touching = _touching(steps)
+    if not touching:
+        return []
     chosen = np.linspace(0, len(touching) - 1, _MAPS).round().astype(int)
     deepest = int(np.argmax(_column(touching, "penetration")))
     chosen[np.argmin(abs(chosen - deepest))] = deepest
-    shown = [touching[i] for i in np.unique(chosen)]
+    return [touching[i] for i in np.unique(chosen)]
+
+
+def _draw_maps(
+    reference: Reference,
+    steps: Sequence[LoadStep],
+    shown: Sequence[LoadStep],
+    folder: Path,
+) -> None:
+    """Draw maps of some steps, with the contact of a smooth sphere under their load."""
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
     ways = reference.scene.path.ways(reference.scene, steps)
     titles = [
         f"({name}) {_title(reference.scene, step, ways[steps.index(step)])}"
-        for name, step in zip("abcd", shown, strict=False)
+        for name, step in zip(letters(len(shown)), shown, strict=True)
     ]
     largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]
     label = reference.smooth.label

@@ -91,10 +91,13 @@ def make_parser() -> argparse.ArgumentParser:
     maps.add_argument(
         "--format", choices=["nc", "npz", "vti"], default="nc", help="default: nc"
     )
+    _add_times(maps)
     summary = "write the results of a run as one HTML page"
     _add_folder(command("report", summary, "runs.write_report"))
     summary = "draw the figures of a run again"
-    _add_folder(command("figure", summary, "runs.draw_figures"))
+    figure = command("figure", summary, "runs.draw_figures")
+    _add_folder(figure)
+    _add_times(figure)
     summary = "print the built-in scene as a template"
     command("scene", summary, "commands.print_scene")
     completion = command(
@@ -259,6 +262,14 @@ def _add_scene(parser: argparse.ArgumentParser) -> None:
 def _add_folder(parser: argparse.ArgumentParser) -> None:
     options: dict[str, Any] = {"metavar": "DIR", "type": Path, "completion": _FOLDER}
     _add_path(parser, "folder", help="output folder of the run", **options)
+
+
+def _add_times(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--times",
+        metavar="LIST",
+        help='comma-separated times of maps of a path in time, in s or "20 ms"',
+    )
 
 
 def _add_out(parser: argparse.ArgumentParser, default: str) -> None:

@@ -8,8 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ase_roughcontact._util.files import refuse_link, replaced
 from ase_roughcontact._util.printing import entries, show
+from ase_roughcontact._util.units import TIMES, quantity
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, write_map
 from ase_roughcontact.atoms.trajectory import count_steps, read_frames, read_steps
@@ -161,13 +164,16 @@ def _write_results(
 
 
 def _drawn(
-    reference: Reference, steps: list[LoadStep], folder: Path
+    reference: Reference,
+    steps: list[LoadStep],
+    folder: Path,
+    shown: list[LoadStep] | None = None,
 ) -> tuple[list[str], str]:
     """Draw figures, write the trajectory for viewing; return names, and what failed."""
     from ase_roughcontact.cli import figures  # imports matplotlib
 
     scene, failure = reference.scene, ""
-    pictures = figures.draw(reference, steps, folder)
+    pictures = figures.draw(reference, steps, folder, shown)
     try:
         for name in scene.path.draw(scene, steps, folder):
             pictures.append(name)
@@ -181,12 +187,14 @@ def draw_figures(options: argparse.Namespace) -> int:
     """Draw the figures of a run again.
 
     Draws curve.png, force.png and contact.png of a finished or interrupted run, and
-    writes view.traj, as "run" does.
+    writes view.traj, as "run" does. Maps of a path in time are those of the steps
+    closest to the times, for instance: --times 0.5,1,"1500 ms".
     """
     folder = options.folder
     scene = Scene.of_results(folder)
     steps = list(read_steps(folder / "sweep.traj", scene.record))
-    pictures, _ = _drawn(reference_for(scene), steps, folder)
+    shown = _at_times(scene, steps, options.times)
+    pictures, _ = _drawn(reference_for(scene), steps, folder, shown)
     if not pictures:
         raise RuntimeError("no figures: the sphere touches in no step")
     print("\n".join(str(folder / name) for name in pictures))
@@ -217,14 +225,44 @@ def write_maps(options: argparse.Namespace) -> int:
     """Write the pressure, gap, displacement and contact of each step to DIR/maps.
 
     The run may be finished or interrupted. The format is NetCDF (nc), arrays of NumPy
-    (npz) or that of ParaView (vti).
+    (npz) or that of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps of a
+    path in time that are closest to these times have maps.
     """
     folder = options.folder
-    surface = Scene.of_results(folder).sampled_surface
+    scene = Scene.of_results(folder)
+    steps = list(read_steps(folder / "sweep.traj", scene.record))
+    kept = _at_times(scene, steps, options.times) or steps
+    wanted, surface = {step.step for step in kept}, scene.sampled_surface
     refuse_link(folder / "maps")
     (folder / "maps").mkdir(exist_ok=True)
     for number, frame in enumerate(read_frames(folder / "sweep.traj")):
+        if number not in wanted:
+            continue
         name = folder / "maps" / f"step-{number:04d}.{options.format}"
         write_map(ContactMap.from_frame(frame, surface), name)
         print(name)
     return 0
+
+
+def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | None:
+    """Return the steps closest to times as given; None if none are given."""
+    if text is None:
+        return None
+    if not scene.path.duration(scene):
+        raise ValueError(
+            f'--times needs a path of kind = "time", got kind = "{scene.path.kind}"'
+        )
+    known = np.array([step.time for step in steps])
+    found = set()
+    for each in text.split(","):
+        try:
+            time = float(each)
+        except ValueError:
+            time = quantity("--times", each, TIMES, "s")
+        if not 0.0 <= time <= scene.path.duration(scene):
+            raise ValueError(
+                f"--times must be between 0 and the {scene.path.duration(scene):g} s "
+                f"of the path, got {time:g} s"
+            )
+        found.add(int(abs(known - time).argmin()))
+    return [steps[number] for number in sorted(found)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from string import ascii_lowercase
 from typing import Any
 
 from cycler import cycler
@@ -57,9 +58,16 @@ def style() -> AbstractContextManager:
     )
 
 
+def letters(count: int) -> list[str]:
+    """Return the letters of panels, a, b, ...; numbers of more than 26."""
+    if count > len(ascii_lowercase):
+        return [str(number) for number in range(1, count + 1)]
+    return list(ascii_lowercase[:count])
+
+
 def letter(panels: Sequence[Any]) -> None:
     """Write (a), (b), ... at the upper left of panels."""
-    for name, panel in zip("abcdefgh", panels, strict=False):
+    for name, panel in zip(letters(len(panels)), panels, strict=True):
         panel.set_title(f"({name})", loc="left")
 
 

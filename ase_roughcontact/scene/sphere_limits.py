@@ -17,10 +17,10 @@ _EXTENT = 1.2
 def sphere_limits(bodies: Bodies) -> dict[str, theory.SphereTheory]:
     """Return theories with the instantaneous and the relaxed modulus, by these words.
 
-    There are none for an elastic solid, and a fluid has no relaxed modulus.
+    There are none for an elastic solid or a flat, and a fluid has no relaxed modulus.
     """
     creep, wall = bodies.solid.creep, bodies.wall
-    if creep is None:
+    if creep is None or bodies.radius == math.inf:
         return {}
     moduli = {"instantaneous": 1.0, "relaxed": creep.relaxed}
     return {

@@ -207,6 +207,26 @@ def test_commands_run_plan_and_continue(tmp_path, capsys):
     assert (folder / "curve.csv").read_text() == before
 
 
+def test_maps_are_those_at_the_times(tmp_path, capsys):
+    (file := tmp_path / "rubber.toml").write_text(TEXT)
+    folder = tmp_path / "out"
+    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
+    times = ["--times", "500 ms,1.5"]
+    assert main(["maps", str(folder), "--format", "npz", *times]) == 0
+    written = sorted((folder / "maps").glob("*.npz"))
+    steps = [int(each.stem[-4:]) for each in written]
+    table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
+    assert table["time"][steps] == pytest.approx([0.5, 1.5])
+    first, last = (np.load(each)["pressure"] for each in written)
+    assert first.max() > 1.2 * last.max()  # GPa, relaxes at the same depth
+    capsys.readouterr()
+    assert main(["figure", str(folder), *times]) == 0
+    assert "contact.png" in capsys.readouterr().out
+    for wrong, message in (("9", "between 0 and the 2 s"), ("1 m", "unit of --times")):
+        assert main(["maps", str(folder), "--times", wrong]) == 2
+        assert message in capsys.readouterr().err
+
+
 def test_each_state_is_of_a_part_of_the_path():
     scene = with_path(amplitude="1 A", frequency=2.0)
     times = [0.0, 0.5, 0.6, 1.5, 1.6, 2.0, 2.1]
