@@ -33,6 +33,8 @@ class Progress:
         and scaled to the steps that all workers have finished during this run.
     failures : dict
         Error messages of the cases that failed, by case.
+    unit : str
+        What is counted, "steps" or "paths".
     """
 
     steps: int
@@ -40,9 +42,10 @@ class Progress:
     elapsed: float = field(default=0.0, compare=False)
     left: float = field(default=math.nan, compare=False)
     failures: dict[str, str] = field(default_factory=dict)
+    unit: str = "steps"
 
     def __str__(self) -> str:
-        parts = [f"{self.steps}/{self.total} steps"]
+        parts = [f"{self.steps}/{self.total} {self.unit}"]
         if self.failures:
             parts.append(f"{len(self.failures)} failed")
         if math.isfinite(self.left):
@@ -57,6 +60,8 @@ class ProgressMeter:
     ----------
     costs : mapping
         From `expected_costs`, by case.
+    unit : str
+        See `Progress`.
 
     Attributes
     ----------
@@ -66,7 +71,8 @@ class ProgressMeter:
         Error messages of the cases that failed, by case.
     """
 
-    def __init__(self, costs: Mapping[str, np.ndarray]) -> None:
+    def __init__(self, costs: Mapping[str, np.ndarray], unit: str = "steps") -> None:
+        self._unit = unit
         self.finished = dict.fromkeys(costs, 0)
         self.failures: dict[str, str] = {}
         self._costs = costs
@@ -106,6 +112,7 @@ class ProgressMeter:
             elapsed=elapsed,
             left=left if unfinished else 0.0,
             failures=dict(self.failures),
+            unit=self._unit,
         )
 
 

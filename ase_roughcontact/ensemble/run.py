@@ -132,7 +132,8 @@ def run_ensemble(
             each = np.diff(costs[case])[list(numbers)]
             costs[case] = np.append(0.0, np.cumsum(each))
     largest_first = sorted(costs.items(), key=lambda item: -item[1][-1])
-    meter = ProgressMeter(dict(largest_first))
+    in_time = all(numbers is None for numbers in wanted.values())
+    meter = ProgressMeter(dict(largest_first), "paths" if in_time else "steps")
     shared = EnsembleDatabase(database_address(database))
     shared.create()
     on_server = "://" in shared.address

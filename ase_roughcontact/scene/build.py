@@ -65,7 +65,7 @@ def build(scene: SceneFile) -> SceneBodies:
         spacing = spacing_of(substrate)
     with problems.of("substrate"):
         solid: Any = solid_of(substrate)
-        creep = creep_of(substrate)
+        creep = creep_of(scene.substrate)
     problems.check()
 
     with problems.of("substrate"):

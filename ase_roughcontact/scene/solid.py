@@ -162,6 +162,12 @@ def creep_of(substrate: SubstrateConfig) -> Creep | None:
         return None
     if moduli is None or times is None:
         raise ValueError("give both relaxation_moduli and relaxation_times")
+    given = "contact_modulus", "elastic_constants", "layer_modulus"
+    if substrate.material and all(getattr(substrate, key) is None for key in given):
+        raise ValueError(
+            f"the modulus of material = {substrate.material!r} is not instantaneous: "
+            "give contact_modulus, from which relaxation_moduli relax"
+        )
     if not len(moduli) == len(times) > 0:
         raise ValueError(
             "give as many relaxation_moduli as relaxation_times, at least one, got "
@@ -188,8 +194,10 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
     name = substrate.name or "half space of given moduli"
     modulus = _printed_modulus(solid.contact_modulus)
     if isinstance(solid, Viscoelastic):
-        relaxed = solid.creep.relaxed * solid.contact_modulus
         label = label_of(substrate, solid.solid)
+        if not solid.creep.relaxed:
+            return f"{label}, a fluid in the end"
+        relaxed = solid.creep.relaxed * solid.contact_modulus
         return f"{label}, relaxing to {_printed_modulus(relaxed)}"
     if isinstance(solid, Layer):
         layer = _printed_modulus(solid.layer_modulus)

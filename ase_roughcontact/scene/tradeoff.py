@@ -140,6 +140,8 @@ def tradeoff(
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
+    if scene.path.count(scene) is None:
+        raise ValueError(_without_steps(scene))
     if of == _PRESCRIBED.get(scene.control):
         raise ValueError(
             f"the path prescribes the {of}, which has no error: ask for that of the "
@@ -185,6 +187,20 @@ def tradeoff(
     unit = scene.path.unit
     shown = tuple(f"{target / UNITS[unit]:.4g} {unit}" for target in targets)
     return Tradeoff(error, shown, tuple(choices), plan, checked, of, tuple(left_out))
+
+
+def _without_steps(scene: Scene) -> str:
+    """Return the message that a path has no known steps, and what has an error."""
+    deepest = scene.planned.path
+    elastic = ""
+    if scene.solid.creep is not None:
+        elastic = ", without relaxation_moduli and relaxation_times"
+    values = ", ".join(f"{v / UNITS[deepest.unit]:.4g}" for v in scene.planned.targets)
+    return (
+        f'kind = "{scene.path.kind}" chooses its steps as it runs: measure its deepest '
+        f'state, kind = "steps", control = "{deepest.control}", values = [{values}]'
+        f"{elastic}"
+    )
 
 
 def _targets(finest: Scene, steps: int, points: int) -> tuple[list[float], list[str]]:

@@ -155,7 +155,7 @@ def test_the_command_prints_means_over_time(tmp_path, capsys):
     database = ["--database", str(tmp_path / "e.db"), "--workers", "1"]
     assert main(["ensemble", str(file), "--set", "roughness.seed=0,1", *database]) == 0
     printed = capsys.readouterr().out
-    assert "2/2 steps" in printed
+    assert "2/2 paths" in printed
     assert re.search(r"time .*\n *\(s\)", printed)
     assert re.search(r"\n *0.5000 .*\n *1.500 ", printed)
 

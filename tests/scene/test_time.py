@@ -13,6 +13,9 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.scene.solid import label_of
+from ase_roughcontact.scene.sphere_limits import sphere_limits
+from ase_roughcontact.scene.tradeoff import tradeoff
 from ase_roughcontact.theory import Hertz
 
 SOLID = """
@@ -207,6 +210,18 @@ def test_commands_run_plan_and_continue(tmp_path, capsys):
     assert (folder / "curve.csv").read_text() == before
 
 
+def test_a_tradeoff_is_advised_of_the_deepest_elastic_state():
+    advice = 'control = "penetration", values = .20., without relaxation_moduli'
+    with pytest.raises(ValueError, match=advice):
+        tradeoff(Scene.parse(TEXT))
+
+
+def test_a_fluid_is_named_one():
+    scene = Scene.parse(TEXT.replace("[0.5, 0.3]", "[0.5, 0.5]"))
+    assert label_of(scene.substrate, scene.solid).endswith("a fluid in the end")
+    assert list(sphere_limits(scene)) == ["instantaneous"]
+
+
 def test_maps_are_those_at_the_times(tmp_path, capsys):
     (file := tmp_path / "rubber.toml").write_text(TEXT)
     folder = tmp_path / "out"
@@ -271,6 +286,10 @@ def test_the_force_of_a_cantilever_is_its_stiffness_times_its_deflection(tmp_pat
     ("text", "message"),
     [
         ("[substrate]\ncontact_modulus = 2.0\n" + PATH, "give relaxation_moduli and"),
+        (
+            TEXT.replace("contact_modulus = 2.0", 'material = "PDMS"'),
+            "'PDMS' is not instantaneous: give contact_modulus",
+        ),
         (SOLID + "[path]\nvalues = [1.0]\n", 'viscoelastic: give kind = "time"'),
         (SOLID + "[path]\nrate = 1.0\ndwell = 1.0\n", 'give kind = "time"'),
     ],
