@@ -336,7 +336,7 @@ def _warnings(
         found.append(
             f"the residuals of {noise / UNITS['nN']:.3g} nN are far above the noise of "
             f"the curve, {curve.noise / UNITS['nN']:.3g} nN: the scene does not "
-            "describe it, or a column is not what it should be (depth = -(distance + "
+            "describe it, or a column is another quantity (depth = -(distance + "
             "deflection)), and the errors of the parameters are not valid"
         )
     mean, points, sigmas = max(
