@@ -9,7 +9,8 @@ five decades. At the largest tension, radius a and force N of the contact give t
 of adhesion that JKR theory with the relaxed modulus needs,
 ``w = (4 E a^3/3R - N)^2/(8 pi E a^3)``, and the radii around it the speed of the edge.
 Beside it is that of a long crack, B. N. J. Persson, E. A. Brener, Phys. Rev. E 71,
-036123 (2005), Eqs. 14 and 15, with the largest tension of the wall at its tip.
+036123 (2005), with the largest tension of the wall at its tip; its formula is checked
+in the limits of slow and fast cracks.
 """
 
 import csv
