@@ -147,6 +147,10 @@ def test_atoms_under_a_sphere_begin_as_an_elastic_half_crystal(run):
     assert not variables["change"].any()
 
 
+def test_a_fast_pull_off_from_a_viscoelastic_solid_needs_several_times_the_force(run):
+    assert 3.0 < run("pull_off_rates")[0]["effective"][0] < 4.5
+
+
 def test_springs_as_calculator_and_as_constraints_give_the_same_state(run):
     assert run("mixed_calculator")[0]["error"] < 1e-5
 

@@ -66,7 +66,7 @@ with style():
     right.set(xlabel="rate (Å/s)", ylabel="effective over true work of adhesion")
     right.set_ylim(bottom=0.0)
     right.legend()
-    plt.show()
+    figure.savefig("pull_off_rates.png", dpi=120)
 
 # %%
 # The rough sphere adheres a little less at all rates; its pull-off force grows with the
