@@ -37,7 +37,7 @@ def plot_flat_area(
     scale : float
         ``h' E*`` (eV/Å^3).
     error : array_like, shape (k,), optional
-        Estimated errors of the fractions; twice of them are drawn as error bars.
+        Estimated errors of the fractions; error bars show twice the estimate.
 
     Returns
     -------
