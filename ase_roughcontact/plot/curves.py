@@ -45,7 +45,7 @@ def plot_curve(
     hertz_label : str
         Label of the line at a relative area of one.
     area_error : array_like, shape (k,), optional
-        Estimated errors of the areas; twice of them are drawn as error bars.
+        Estimated errors of the areas; error bars show twice the estimate.
     label : str
         Label of the areas.
 
@@ -115,7 +115,7 @@ def plot_force(
     pull_off_label : str
         Label of `pull_off_force`.
     depth_error, force_error : array_like, shape (k,), optional
-        Estimated errors (Å, eV/Å); twice of them are drawn as error bars.
+        Estimated errors (Å, eV/Å); error bars show twice the estimate.
 
     Returns
     -------
