@@ -17,7 +17,8 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
-from ase_roughcontact.paths.record import LoadStep, TimeStep
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
 from ase_roughcontact.scene import Scene

@@ -17,7 +17,7 @@ from ase_roughcontact._util.printing import entries, note, number, table
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.paths.limits import failed_checks
-from ase_roughcontact.paths.record import LoadStep, TimeStep, columns_of
+from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
 
@@ -105,7 +105,8 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
 
     def column(name: str, label: str = "") -> tuple[str, Callable]:
         digits = 2 if name.endswith("error") else 4
-        head = heading(name, label or _LABELS.get(name, ""))
+        record = reference.scene.record
+        head = heading(name, label or _LABELS.get(name, ""), record)
         if name == "seconds":
             return head, lambda step: f"{step.seconds:.2f}"
         return head, lambda step: number(float(_printed(step, name)), digits)
@@ -178,9 +179,9 @@ def target_unit(scene: Scene) -> str:
     return columns_of()["normal_force" if control == "load" else control].unit
 
 
-def heading(column: str, label: str = "") -> str:
+def heading(column: str, label: str = "", record: type[LoadStep] = LoadStep) -> str:
     """Return the heading of a column, with the unit in which it is printed."""
-    entry = columns_of(TimeStep)[column]
+    entry = columns_of(record)[column]
     unit = printed_unit(entry.unit)
     return (label or entry.label or column.replace("_", " ")) + (
         f" ({unit})" * bool(unit)
@@ -286,7 +287,7 @@ def _failure(scene: Scene, step: LoadStep) -> str:
 
 def _printed(step: LoadStep, column: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
-    unit = printed_unit(columns_of(TimeStep)[column].unit)
+    unit = printed_unit(columns_of(type(step))[column].unit)
     value = getattr(step, column) / UNITS[unit]
     return 0.0 if abs(value) < _ZERO else value
 

@@ -9,7 +9,10 @@ from importlib.metadata import version
 from typing import Any, get_type_hints
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.paths.record import MISSING, LoadStep, TimeStep
+from ase_roughcontact.paths.flat_record import FlatStep
+from ase_roughcontact.paths.record import MISSING, LoadStep
+from ase_roughcontact.paths.sliding_record import SlidingStep
+from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene import Scene
 
 
@@ -64,7 +67,12 @@ COLUMNS: dict[str, type] = {
     "control": str,
     "target": float,
     **{name: kind for name, (kind, _) in _OF_SCENE.items()},
-    **{name: kind for name, kind in get_type_hints(TimeStep).items() if name != "step"},
+    **{
+        name: kind
+        for record in (LoadStep, TimeStep, FlatStep, SlidingStep)
+        for name, kind in get_type_hints(record).items()
+        if name != "step"
+    },
     "version": str,
 }
 

@@ -22,9 +22,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import Field, dataclass, field, fields
 from typing import Any, TypeVar, get_type_hints
 
-import numpy as np
-
-from ase_roughcontact.contact.creep import creep_energy, dissipation_rate
 from ase_roughcontact.paths.limits import violations
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.theory.counted_area import continuum_area
@@ -98,18 +95,6 @@ def _mean_pressure(step: RelaxedStep) -> float:
 def _memory(step: RelaxedStep) -> float:
     points = step.problem.facts.points(step.problem.spacing)
     return memory_of(step.halfspace.shape, points=points)
-
-
-def _energy_with_creep(step: RelaxedStep) -> float:
-    creep = step.problem.solid.creep
-    of_past = creep_energy(step.run.state, creep) if creep else 0.0
-    return step.run.energy + step.fields.cell_area * of_past
-
-
-def _dissipation(step: RelaxedStep) -> float:
-    creep = step.problem.solid.creep
-    power = dissipation_rate(step.run.state, creep) if creep else 0.0
-    return step.fields.cell_area * power
 
 
 Step = TypeVar("Step", bound="LoadStep")
@@ -335,114 +320,6 @@ class LoadStep:
         missing = {k: MISSING.get(kind) for k, kind in get_type_hints(cls).items()}
         values = {name: columns.get(name, missing[name]) for name in columns_of(cls)}
         return cls(**values | {"step": columns["step"]})
-
-
-@dataclass(frozen=True)
-class TimeStep(LoadStep):
-    """Result of one time step; its attributes are the output columns."""
-
-    time: float = column(lambda s: s.time, "time since the beginning", "s", "time")
-    energy: float = column(
-        _energy_with_creep, "energy of solid, wall and load that is stored", "eV"
-    )
-    dissipation: float = column(_dissipation, "power that the solid dissipates", "eV/s")
-    lost_energy: float = column(
-        lambda s: 0.0,
-        "energy lost since the last step in an instability at the instantaneous "
-        "modulus; zero if the forces of both steps may explain the change of energy",
-        "eV",
-    )
-    base: float = column(
-        lambda s: s.base, "height of the base of the cantilever, nan without one", "Å"
-    )
-    deflection: float = column(
-        lambda s: s.height - s.base,
-        "deflection of the cantilever, positive in compression, nan without one",
-        "Å",
-    )
-
-
-@dataclass(frozen=True)
-class FlatStep(LoadStep):
-    """Result for a nominally flat indenter; its attributes are the output columns."""
-
-    nominal_pressure: float = column(
-        lambda s: s.fields.normal_force / _cell_area(s),
-        "force over the area of the periodic cell",
-        "eV/Å^3",
-        "pressure",
-    )
-    mean_gap: float = column(
-        lambda s: float(np.maximum(s.fields.gap, 0.0).mean()),
-        "mean distance of the surfaces over the periodic cell",
-        "Å",
-        "mean gap",
-    )
-    conductance: float = column(
-        lambda s: -2.0 * s.response.force / s.halfspace.contact_modulus,
-        "electrical or thermal conductance times the sum of the resistivities of both "
-        "bodies, from the contact stiffness; see `conductance`",
-        "Å",
-        "conductance",
-    )
-
-
-def _cell_area(step: RelaxedStep) -> float:
-    return math.prod(step.halfspace.shape) * step.fields.cell_area
-
-
-@dataclass(frozen=True)
-class SlidingStep(LoadStep):
-    """Result of one step with friction; its attributes are the output columns."""
-
-    lateral_x: float = column(
-        lambda s: float(s.lateral.displacement[0]),
-        "lateral displacement of the indenter along x",
-        "Å",
-        "x",
-    )
-    lateral_y: float = column(
-        lambda s: float(s.lateral.displacement[1]),
-        "lateral displacement of the indenter along y",
-        "Å",
-    )
-    lateral_force_x: float = column(
-        lambda s: float(s.lateral.force[0]),
-        "force along x that holds the indenter against friction",
-        "eV/Å",
-        "friction",
-    )
-    lateral_force_y: float = column(
-        lambda s: float(s.lateral.force[1]),
-        "force along y that holds the indenter against friction",
-        "eV/Å",
-    )
-    stick_area: float = column(
-        lambda s: s.lateral.sticking * s.fields.cell_area,
-        "area of the atoms in contact that stick",
-        "Å^2",
-        "stick",
-    )
-    slip_area: float = column(
-        lambda s: s.lateral.slipping * s.fields.cell_area,
-        "area of the atoms in contact whose traction is at its bound",
-        "Å^2",
-        "slip",
-    )
-    lateral_energy: float = column(
-        lambda s: s.lateral.energy, "elastic energy of the lateral tractions", "eV"
-    )
-    dissipated_energy: float = column(
-        lambda s: s.lateral.dissipated, "energy lost by slip since the beginning", "eV"
-    )
-    friction_residual: float = column(
-        lambda s: s.lateral.solution.residual,
-        "residual of the conditions of friction, relative to the largest traction",
-    )
-    friction_pairs: float = column(
-        lambda s: s.lateral.solution.pairs,
-        "FFT pairs of two components for friction, on the box of the tractions",
-    )
 
 
 def columns_of(record: type[LoadStep] = LoadStep) -> dict[str, Column]:

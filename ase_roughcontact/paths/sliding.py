@@ -27,9 +27,10 @@ from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
 from ase_roughcontact.paths.output import Output, open_output
-from ase_roughcontact.paths.record import LoadStep, SlidingStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 from ase_roughcontact.paths.resume import PathDescription
+from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.solvers.friction import Drive, solve_friction

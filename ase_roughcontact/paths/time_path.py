@@ -30,10 +30,11 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.paths.output import Output, open_output
-from ase_roughcontact.paths.record import LoadStep, TimeStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.paths.validity import ValidityReport
 
 # Powers of two by which the duration of a part is divided: at least, at its beginning,

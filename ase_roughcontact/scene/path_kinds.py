@@ -22,8 +22,9 @@ from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.loading import follow_path, targets_of
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.record import LoadStep, TimeStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.section import (
     Problems,
     Section,

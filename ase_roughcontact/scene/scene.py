@@ -22,13 +22,14 @@ from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.flat_record import FlatStep
 from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_for
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost_slope
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
-from ase_roughcontact.paths.record import FlatStep, LoadStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.bodies import SceneBodies

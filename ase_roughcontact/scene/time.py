@@ -21,10 +21,11 @@ from ase_roughcontact._util.validation import (
 )
 from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
 from ase_roughcontact.paths.output import Output
-from ase_roughcontact.paths.record import LoadStep, TimeStep
+from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import follow_schedule
+from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
 from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits

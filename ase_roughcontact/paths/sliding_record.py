@@ -1,0 +1,61 @@
+"""Output columns of sliding paths."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ase_roughcontact.paths.record import LoadStep, column
+
+
+@dataclass(frozen=True)
+class SlidingStep(LoadStep):
+    """Result of one step with friction; its attributes are the output columns."""
+
+    lateral_x: float = column(
+        lambda s: float(s.lateral.displacement[0]),
+        "lateral displacement of the indenter along x",
+        "Å",
+        "x",
+    )
+    lateral_y: float = column(
+        lambda s: float(s.lateral.displacement[1]),
+        "lateral displacement of the indenter along y",
+        "Å",
+    )
+    lateral_force_x: float = column(
+        lambda s: float(s.lateral.force[0]),
+        "force along x that holds the indenter against friction",
+        "eV/Å",
+        "friction",
+    )
+    lateral_force_y: float = column(
+        lambda s: float(s.lateral.force[1]),
+        "force along y that holds the indenter against friction",
+        "eV/Å",
+    )
+    stick_area: float = column(
+        lambda s: s.lateral.sticking * s.fields.cell_area,
+        "area of the atoms in contact that stick",
+        "Å^2",
+        "stick",
+    )
+    slip_area: float = column(
+        lambda s: s.lateral.slipping * s.fields.cell_area,
+        "area of the atoms in contact whose traction is at its bound",
+        "Å^2",
+        "slip",
+    )
+    lateral_energy: float = column(
+        lambda s: s.lateral.energy, "elastic energy of the lateral tractions", "eV"
+    )
+    dissipated_energy: float = column(
+        lambda s: s.lateral.dissipated, "energy lost by slip since the beginning", "eV"
+    )
+    friction_residual: float = column(
+        lambda s: s.lateral.solution.residual,
+        "residual of the conditions of friction, relative to the largest traction",
+    )
+    friction_pairs: float = column(
+        lambda s: s.lateral.solution.pairs,
+        "FFT pairs of two components for friction, on the box of the tractions",
+    )
