@@ -11,10 +11,10 @@ from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
 from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
-from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
+from ase_roughcontact.scene.curve_files import read_curve
 from ase_roughcontact.scene.fit import Fit, fit_curve
 from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit

@@ -13,6 +13,7 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``bodies``                        what is built, and theory for it
 ``scene``                         `Scene`: problem, solver and steps
 ``plan``, ``results``             plans of paths, and folders of results
+``curve_files``                   force curves from files, by ``curve_tables``
 ================================  ====================================================
 
 ``reference``, ``preview``, ``tradeoff`` and ``fit`` are functions of a scene.

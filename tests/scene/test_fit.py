@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.cli.figures import draw_fit
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import InteractionConfig
+from ase_roughcontact.scene.curve_files import read_curve
 from ase_roughcontact.scene.fit import fit_curve
 from ase_roughcontact.scene.fit_parameters import FREE, ForceDerivatives
 from ase_roughcontact.scene.force_curve import ForceCurve

@@ -10,8 +10,8 @@ import pytest
 from ase_roughcontact import Creep
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
-from ase_roughcontact.cli.curves import read_curve
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.curve_files import read_curve
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.scene.sphere_limits import sphere_limits

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable, Sequence
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,8 +16,10 @@ from ase_roughcontact._util.validation import FloatArray, finite, shown
 
 # Number of bytes at the beginning of a file that tell text from other formats.
 _FIRST = 4096
-# Name and unit: "Height (nm)", "Force [nN]".
-_HEAD = re.compile(r"\s*([^([]*?)\s*(?:[([](.*)[])])?\s*")
+# Name and unit: "Height (nm)", "Force [nN]", "z / nm"; and several of them between
+# blanks.
+_HEAD = re.compile(r"\s*([^([/]*?)\s*(?:[([/]\s*(.*?)\s*[])]?)?\s*")
+_HEADS = re.compile(r"[^\s([/]+(?:\s*[([][^])]*[])]|\s*/\s*\S+)?")
 # Branches in the names of columns of NanoScope (Height_Sensor_nm_Ex, Calc_Ramp_Rt_nm),
 # of segments of JPK, and by numbers in afmformats.
 _WAYS = {"Ex": "approach", "Rt": "retraction"}
@@ -111,11 +114,12 @@ def read_table(
         If the file is not text, and afmformats is missing.
     """
     data = file.read_bytes()
-    if b"\0" in data[:_FIRST]:
+    wide = data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE)
+    if b"\0" in data[:_FIRST] and not wide:
         table = _of_instrument(file)
     else:
         try:
-            text = data.decode("utf-8-sig")
+            text = data.decode("utf-16" if wide else "utf-8-sig")
         except UnicodeDecodeError:  # of older programs
             text = data.decode("latin-1")
         lines = {i: x for i, x in enumerate(text.splitlines(), start=1) if x.strip()}
@@ -132,23 +136,56 @@ def _of(branch: str | None) -> str:
     return "" if branch is None else f" of the branch {branch!r}"
 
 
+def _rows(lines: dict[int, str]) -> tuple[list[str], dict[int, list[str]]]:
+    """Return the names of the columns of a table, and its rows by their lines.
+
+    Names are in the first row, or in the comment above it, as by `numpy.savetxt`.
+    """
+    kept = {i: x for i, x in lines.items() if x[0] not in "#\\" and x[:2] != '"\\'}
+    kept = {i: x.strip(" ") for i, x in kept.items() if x[:4] != "sep="}  # of Excel
+    at, line = next(iter(kept.items()), (0, ""))
+    delimiter = next((each for each in "\t;," if each in line), " ")
+
+    def cells(texts: Iterable[str]) -> Iterator[list[str]]:
+        return csv.reader(texts, delimiter=delimiter, skipinitialspace=True)
+
+    rows = dict(zip(kept, cells(kept.values()), strict=True))
+    if _are_numbers(rows.get(at, [])):
+        line = next((x for i, x in reversed(lines.items()) if i < at), "").lstrip("# ")
+    else:
+        rows.pop(at, None)
+    if delimiter == " ":
+        names = _HEADS.findall(line)
+    else:
+        names = next(cells([line]), [])
+    return [name.strip() for name in names], rows
+
+
 def _columns(
     file: Path, lines: dict[int, str], branch: str | None, heads: Sequence[str]
 ) -> list[tuple[str | None, list[Column]]]:
     """Return the columns of a table, and of an export of NanoScope."""
-    kept = {i: x for i, x in lines.items() if x[0] not in "#\\" and x[:2] != '"\\'}
-    head = next(iter(kept.values()), "")
-    delimiter = max(",;\t", key=head.count)
-    rows = dict(zip(kept, csv.reader(kept.values(), delimiter=delimiter), strict=True))
-    first = next(iter(rows.values()), [])
-    if not _are_numbers(first):
-        del rows[next(iter(rows))]
-    elif not heads:
+    names, rows = _rows(lines)
+    first = [each.strip() for each in heads or names]
+    if not any(first):
         raise ValueError(
             f"{file} begins with numbers, not with names of columns: give them, "
             'such as --columns "distance (nm), force (nN)"'
         )
-    first = [each.strip() for each in heads or first]
+    if twice := next((x for i, x in enumerate(first) if x and x in first[:i]), ""):
+        raise ValueError(
+            f"{file}: the column {twice} is there twice: name those of approach and "
+            'retraction by --columns "Height_nm_Ex, Force_nN_Ex, Height_nm_Rt, '
+            'Force_nN_Rt", or write one below the other'
+        )
+    for line, row in rows.items():
+        if any(row[len(first) :]):
+            raise ValueError(
+                f"{file}, line {line}: {len(row)} values for the {len(first)} columns "
+                f"{', '.join(first)}. If commas are decimal points, columns must be "
+                "separated by semicolons or tabs; else give names and units of all "
+                "columns: --columns"
+            )
     if "branch" in first and branch is not None:
         at = first.index("branch")
         rows = {i: row for i, row in rows.items() if row[at : at + 1] == [branch]}
@@ -267,6 +304,6 @@ _AFMFORMATS = {"force": "N", "height (measured)": "m", "height (piezo)": "m"}
 
 def _are_numbers(cells: Iterable[str]) -> bool:
     try:
-        return all(np.isfinite(float(cell.replace(",", "."))) for cell in cells)
+        return bool([float(cell.replace(",", ".")) for cell in cells if cell])
     except ValueError:
         return False

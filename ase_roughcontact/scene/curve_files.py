@@ -10,7 +10,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import FORCES, LENGTHS, UNITS, quantity
 from ase_roughcontact._util.validation import FloatArray, positive
-from ase_roughcontact.cli.curve_tables import Column, read_table
+from ase_roughcontact.scene.curve_tables import Column, read_table
 from ase_roughcontact.scene.force_curve import ForceCurve
 
 # Relative difference up to which stiffnesses of the cantilever are the same.
@@ -23,6 +23,7 @@ _OWN_UNITS = {"penetration": "Å", "normal_force": "eV/Å"}
 # away from the surface or towards it follows from the force.
 _NAMES = {
     "depth": ("depth", "penetration", "indentation"),
+    "separation": ("separation", "tip-sample separation", "sep"),
     "distance": ("distance",),
     "height": (
         *("height sensor", "height (measured)", "measuredheight"),
@@ -32,7 +33,7 @@ _NAMES = {
         *("calc ramp", "ramp", "z"),
     ),
     "deflection": ("deflection", "defl", "vertical deflection", "vdeflection"),
-    "force": ("force", "normal_force"),
+    "force": ("force", "normal_force", "f"),
 }
 
 
@@ -48,13 +49,13 @@ def read_curve(
     Parameters
     ----------
     file : path
-        A table in CSV with a header, separated by commas, or by semicolons or tabs with
-        decimal points or commas; lines that begin with # are left out. Columns are
-        ``depth (nm)`` and ``force (nN)``; or ``distance (nm)`` of the base, or its
-        height, with ``deflection (nm)`` of the cantilever, also in V, and ``force
-        (nN)``, one of which may be left out if the stiffness is known; or those of
-        ``curve.csv``. Or a text export of NanoScope or JPK, or, with afmformats, a file
-        of an instrument, with approach and retraction.
+        A table with names of columns, separated by commas, or by semicolons, tabs or
+        blanks with decimal points or commas. Columns are ``depth (nm)``, or the
+        ``separation (nm)`` of tip and surface, and ``force (nN)``; or ``distance (nm)``
+        of the base, or its height, with ``deflection (nm)`` of the cantilever, also in
+        V, and ``force (nN)``, one of which may be left out if the stiffness is known;
+        or those of ``curve.csv``. Or a text export of NanoScope or JPK, or, with
+        afmformats, a file of an instrument, with approach and retraction.
     branch : str, optional
         "approach" or "retraction".
     stiffness : float, optional
@@ -131,11 +132,13 @@ def _quantities(
                 kind = "force"
             units = FORCES if kind == "force" else LENGTHS
             if kind == "deflection" and sensitivity:
-                units = units | {"V": sensitivity}
+                units = units | {"V": sensitivity, "mV": 1e-3 * sensitivity}
             if unit in units and kind not in found:
                 found[kind] = units[unit] * column.numbers(file)
             elif unit not in units:
                 doubts.append(column)
+    if "separation" in found:  # of tip and surface
+        found.setdefault("depth", -found.pop("separation"))
     if "height" in found:
         found.setdefault("distance", _away(found.pop("height"), found))
     if doubts and not _enough(found):
@@ -166,7 +169,7 @@ def _away(height: FloatArray, found: Mapping[str, FloatArray]) -> FloatArray:
 
 def _without_units(file: Path, columns: Sequence[Column]) -> str:
     """Return the message for columns that can't be converted."""
-    if all(column.unit == "V" for column in columns):
+    if all(column.unit in ("V", "mV") for column in columns):
         return (
             f"{file}: {columns[0].head} needs the sensitivity of the instrument: "
             '--sensitivity "50 nm/V"'

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.cli.curves import read_curve
+from ase_roughcontact.scene.curve_files import read_curve
 
 STIFFNESS, SENSITIVITY = 5.0, 40.0  # N/m, nm/V
 NM, NN = UNITS["nm"], UNITS["nN"]
@@ -45,6 +45,29 @@ def volts(file):
     height, volts = joined(bases, bend)
     table = rows("\t", height / 1e3, volts / SENSITIVITY)
     file.write_text(f"Height [µm]\tDeflection [V]\n{table}\n", encoding="latin-1")
+
+
+def din(file):
+    """Table of a spreadsheet: units behind strokes, decimal commas, UTF-16."""
+    bases, bend = [base for base, _ in measured()], bends()
+    height, volts = joined(bases, bend)
+    table = rows("\t", height / 1e3, 1e3 * volts / SENSITIVITY).replace(".", ",")
+    file.write_text(f"z / µm\tDeflection / mV\n{table}\n", encoding="utf-16")
+
+
+def savetxt(file):
+    """Names in a comment, columns between blanks, as numpy writes them."""
+    bases, forces = zip(*measured(), strict=True)
+    table = np.transpose(joined(bases, forces))
+    np.savetxt(file, table, header="distance (nm) force (nN)")
+
+
+def separation(file):
+    """Distance of tip and surface, written by Excel."""
+    bases, bend = [base for base, _ in measured()], bends()
+    base, bend = joined(bases, bend)
+    table = rows(";", base + bend, bend * STIFFNESS)
+    file.write_text(f"sep=;\nSeparation (nm);Force (nN);\n{table}\n")
 
 
 def nanoscope(file):
@@ -124,6 +147,9 @@ def afm_hdf5(file):
     [
         (piezo_csv, {"stiffness": STIFFNESS * UNITS["N/m"]}),
         (volts, {"stiffness": STIFFNESS * UNITS["N/m"], "sensitivity": "40 nm/V"}),
+        (din, {"stiffness": STIFFNESS * UNITS["N/m"], "sensitivity": "40 nm/V"}),
+        (savetxt, {"stiffness": STIFFNESS * UNITS["N/m"]}),
+        (separation, {"stiffness": STIFFNESS * UNITS["N/m"]}),
         (nanoscope, {}),
         (jpk, {}),
         (afm_hdf5, {}),
@@ -164,6 +190,8 @@ def test_missing_names_units_and_sensitivities_are_asked_for(tmp_path):
         ("Height (nm),Deflection (V)\n", r'\(V\) needs the sens.*--sensitivity "50 nm'),
         ("", "begins with numbers, not with names of columns: give them, such as"),
         ("Z,pulse\n", r"Z has no unit"),
+        ("Z (nm),F (nN)\n1,5,2\n", r"line 2: 3 values for the 2 columns Z .* decimal"),
+        ("Z (nm),Z (nm)\n", r"Z \(nm\) is there twice: .* --columns \"Height_nm_Ex"),
         ("time,pulse\n", r"needs the columns .* got time, pulse: rename them, or give"),
     ):
         file.write_text(text + numbers)
