@@ -14,7 +14,12 @@ from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
-from ase_roughcontact.contact.state import PLASTIC_DEPTH, TRACTIONS
+from ase_roughcontact.contact.state import (
+    PLASTIC_DEPTH,
+    SHIFTS,
+    SLIPPING,
+    TRACTIONS,
+)
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
@@ -86,7 +91,8 @@ def same_history(a: Atoms, b: Atoms) -> bool:
 
 
 def _is_text(key: str) -> bool:
-    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *TRACTIONS)
+    lateral = *TRACTIONS, *SHIFTS, SLIPPING
+    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *lateral)
 
 
 def _is_kept(key: str) -> bool:

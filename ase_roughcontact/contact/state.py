@@ -16,6 +16,9 @@ from ase_roughcontact.elasticity.lattice import Box, carried
 PLASTIC_DEPTH = "plastic_depth"
 #: Keys in `State.history` of the tractions of friction along x and y (pressure).
 TRACTIONS = "traction_x", "traction_y"
+#: Keys of the lateral displacements that these cause (length), and of the mask of the
+#: atoms that slip.
+SHIFTS, SLIPPING = ("displacement_x", "displacement_y"), "slipping"
 
 # Relative distance to the hardness within which pressures are at it: that of atoms that
 # have flowed, at the same load again, is known to the tolerance of the solver only.
@@ -41,7 +44,8 @@ class State:
     history : mapping of str to ndarray of shape (n, m)
         What the surface keeps of earlier steps: a plastic depth (length), the
         pressures of a viscoelastic past, see `contact.creep`, or the tractions of
-        friction (pressure).
+        friction (pressure), with the lateral displacements that they cause (length),
+        and which atoms slip (1 or 0).
     depths : mapping of str to ndarray of shape (n, m)
         Depths that pressures of the history cause, as far as they are known (length).
     creep : Creep or None

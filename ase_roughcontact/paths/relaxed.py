@@ -51,7 +51,9 @@ class LateralState:
     displacement, force : ndarray, shape (2,)
         Of the indenter along x and y (Å), and what acts on it to hold it (eV/Å).
     sticking, slipping : int
-        Numbers of atoms that stick and slip.
+        Numbers of atoms in contact that stick, and of the others.
+    stiffness : float
+        Lateral force per displacement along x, if all atoms stuck (eV/Å^2).
     energy, dissipated : float
         Elastic energy of the tractions, and energy lost by slip since the beginning
         (eV).
@@ -63,6 +65,7 @@ class LateralState:
     force: np.ndarray
     sticking: int
     slipping: int
+    stiffness: float
     energy: float
     dissipated: float
     solution: FrictionSolution

@@ -16,13 +16,14 @@ from __future__ import annotations
 from collections.abc import Generator
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import finite_array, one_of, positive
+from ase_roughcontact._util.validation import finite_array, one_of, positive, shown
 from ase_roughcontact.contact import State
-from ase_roughcontact.contact.state import TRACTIONS
+from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
@@ -33,13 +34,17 @@ from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-from ase_roughcontact.solvers.friction import Drive, solve_friction
+from ase_roughcontact.solvers.friction import Drive, FrictionOptions, solve_friction
 
 #: What a sliding path prescribes laterally: displacement of the indenter, force on it,
 #: or displacement of the base of a spring that moves it.
 LATERAL_CONTROLS = ("displacements", "forces", "bases")
 # Number of boxes of which half spaces are kept.
-_KEPT_HALFSPACES = 2
+_KEPT_HALFSPACES = 3
+# Relative difference of lateral targets that counts as rounding.
+_ROUNDING = 1e-12
+# Residual of the tractions from which the lateral stiffness follows.
+_OF_STIFFNESS = FrictionOptions(tolerance=1e-3)
 
 
 @dataclass(frozen=True)
@@ -58,9 +63,14 @@ class _Description(PathDescription):
         found = super()._differences(path, number)
         if found:
             return found
-        lateral = {self.kind: self.lateral[number].tolist()}
-        if path.get("lateral") != lateral:
-            found = [f"lateral[{number}] was {path.get('lateral')}, is {lateral}"]
+        old, new = path.get("lateral", {}).get(self.kind), self.lateral
+        if old is None:
+            return [f"its path has no lateral {self.kind}"]
+        if abs(new[number] - old).max() > _ROUNDING * np.ptp(new, axis=0).max():
+            values = [
+                ", ".join(f"{v:.12g}" for v in each) for each in (old, new[number])
+            ]
+            found = [f"{self.kind}[{number}] was {values[0]}, is {values[1]}"]
         return found
 
 
@@ -103,14 +113,15 @@ def follow_sliding(
     generator of SlidingStep
         Files are read and written as it advances. At first the contact has no
         tractions, unless the stepper's state has: a first displacement is where the
-        indenter comes down. A contact that can't carry a force is not converged.
+        indenter comes down. A contact that can't carry a force is not converged: how
+        far it slides is not known, and counted neither as displacement nor as energy.
 
     Raises
     ------
     ValueError
         If a target is not valid, or the spring is missing.
     TypeError
-        If the record is not derived from `SlidingStep`.
+        If the record is not derived from `SlidingStep`, or friction is no law.
     NotImplementedError
         If the solid has no lateral components.
     """
@@ -122,19 +133,23 @@ def follow_sliding(
         )
     if spring is not None:
         positive(spring=spring)
-    path = finite_array("lateral", lateral)
+    if not isinstance(friction, FrictionLaw):
+        raise TypeError(
+            f"friction must be a law such as Coulomb(0.3), got {shown(friction)}"
+        )
+    normal = finite_array(stepper.control, targets)
+    path = finite_array(control, lateral)
     if path.ndim == 1:
         path = np.stack([path, np.zeros(path.shape)], axis=1)
     if path.ndim != 2 or path.shape[1] != 2 or not len(path):
         raise ValueError(
-            "lateral targets must be an array of the shape (steps,) or (steps, 2), got "
-            f"{path.shape}"
+            f"{control} must be numbers along x, or rows of two along x and y, got an "
+            f"array of the shape {path.shape}"
         )
-    normal = finite_array("targets", targets)
     if normal.shape not in ((), (len(path),)):
         raise ValueError(
-            f"give one target, or one for each of the {len(path)} lateral ones, got "
-            f"the shape {normal.shape}"
+            f"give one of {stepper.control} for all {len(path)} {control}, or one for "
+            f"each, got {normal.size}"
         )
     normal = np.broadcast_to(normal, len(path))
     output = output or Output(record=SlidingStep)
@@ -189,6 +204,7 @@ class _Sliding:
         self._control, self._spring = control, spring
         self._displacement: np.ndarray | None = None
         self._dissipated = 0.0
+        self._stiffness_of: tuple[Any, float] = None, 0.0  # contact, and its stiffness
         problem = stepper.problem
 
         @lru_cache(_KEPT_HALFSPACES)
@@ -212,21 +228,33 @@ class _Sliding:
         before = self.stepper.state
 
         def completed(relaxed: RelaxedStep) -> RelaxedStep:
+            begun = perf_counter()
             state, box = self._slid(relaxed, before, lateral)
             statistics, message = relaxed.statistics, state.solution.message
             if message and statistics.converged:
                 statistics.converged, statistics.message = False, message
             self._displacement, self._dissipated = state.displacement, state.dissipated
-            self._tractions = [
-                carried(values, box, relaxed.run.state.window)
-                for values in state.solution.tractions
-            ]
-            return replace(relaxed, lateral=state)
+            self._fields = self._on_window(state, box, relaxed.run.state.window)
+            seconds = relaxed.seconds + perf_counter() - begun
+            return replace(relaxed, lateral=state, seconds=seconds)
 
         result = self.stepper.step(number, target, record, completed=completed)
-        for key, values in zip(TRACTIONS, self._tractions, strict=True):
+        for key, values in self._fields.items():
             self.stepper.remember(key, values)
         return result
+
+    def _on_window(
+        self, state: LateralState, box: Box, window: Box
+    ) -> dict[str, np.ndarray]:
+        """Return what the surface keeps of a step."""
+        found, (x, y) = state.solution, state.solution.tractions
+        tractions = [carried(values, box, window) for values in (x, y)]
+        shifts = found.displacement
+        if box != window:
+            shifts = self._halfspace(window.shape).displacement(np.stack(tractions))
+        slipping = carried(found.slipping.astype(float), box, window)
+        keys = *TRACTIONS, *SHIFTS, SLIPPING
+        return dict(zip(keys, (*tractions, *shifts, slipping), strict=True))
 
     def _slid(
         self, relaxed: RelaxedStep, before: State, lateral: np.ndarray
@@ -256,22 +284,44 @@ class _Sliding:
         solution = solve_friction(halfspace, bound, imposed, start, drive=drive)
         tractions, displacement = solution.tractions, solution.displacement
         slip = imposed + solution.shift[:, None, None] - displacement
-        slipping = int(np.count_nonzero(solution.slipping))
+        lost = area * float((tractions * slip).sum())
+        if self._control == "forces" and not solution.converged:
+            solution, lost = replace(solution, shift=np.zeros(2)), 0.0  # not known
+        sticking = int(np.count_nonzero((bound > 0.0) & ~solution.slipping))
         state = LateralState(
             displacement=at + move + solution.shift,
             force=area * tractions.sum(axis=(1, 2)),
-            sticking=int(np.count_nonzero(bound)) - slipping,
-            slipping=slipping,
+            sticking=sticking,
+            slipping=relaxed.fields.repulsive_atoms - sticking,
+            stiffness=area * self._stiffness(halfspace, bound > 0.0),
             energy=0.5 * area * float((tractions * displacement).sum()),
-            dissipated=self._dissipated + area * float((tractions * slip).sum()),
+            dissipated=self._dissipated + lost,
             solution=solution,
         )
         return state, box
+
+    def _stiffness(self, halfspace: LateralHalfSpace, touching: np.ndarray) -> float:
+        """Return the sum of the tractions per displacement along x without slip."""
+        key = halfspace.shape, touching.tobytes()
+        if self._stiffness_of[0] != key:
+            imposed = np.zeros((2, *touching.shape))
+            imposed[0] = 1.0
+            bound = np.where(touching, np.inf, 0.0)
+            found = solve_friction(halfspace, bound, imposed, options=_OF_STIFFNESS)
+            self._stiffness_of = key, float(found.tractions[0].sum())
+        return self._stiffness_of[1]
 
     def _bound(self, relaxed: RelaxedStep) -> np.ndarray:
         """Return the bounds of the tractions on the window."""
         fields, (x, y) = relaxed.fields, relaxed.positions
         bound, (i, j) = np.zeros(fields.gap.shape), fields.contact.nonzero()
         pressure = fields.pressure[i, j]
-        bound[i, j] = np.maximum(self._friction.bound(pressure, x[i], y[j]), 0.0)
+        values = np.asarray(self._friction.bound(pressure, x[i], y[j]), dtype=float)
+        if values.shape not in ((), pressure.shape) or np.isnan(values).any():
+            raise ValueError(
+                f"{type(self._friction).__name__}.bound must return a number for each "
+                f"of the {pressure.size} atoms in contact, got {values.size} with "
+                f"{np.isnan(values).sum()} of NaN"
+            )
+        bound[i, j] = np.maximum(values, 0.0)
         return bound

@@ -41,9 +41,16 @@ class SlidingStep(LoadStep):
     )
     slip_area: float = column(
         lambda s: s.lateral.slipping * s.fields.cell_area,
-        "area of the atoms in contact whose traction is at its bound",
+        "area of the atoms in contact that slip, their tractions at the bounds",
         "Å^2",
         "slip",
+    )
+    lateral_stiffness: float = column(
+        lambda s: s.lateral.stiffness,
+        "derivative of the lateral force along x to the displacement, of the contact "
+        "if all atoms stuck",
+        "eV/Å^2",
+        "lateral stiffness",
     )
     lateral_energy: float = column(
         lambda s: s.lateral.energy, "elastic energy of the lateral tractions", "eV"

@@ -198,7 +198,9 @@ def solve_friction(
             f"friction has not converged after {state.steps} steps: a residual of "
             f"{residual:.2g} remains"
         )
-        if drive and state.slipping.sum() == np.count_nonzero(bound):
+        if drive and not bound.any():
+            message = "no atom in contact can carry the lateral force"
+        elif drive and state.slipping.sum() == np.count_nonzero(bound):
             message = (
                 f"the contact slides: a part of {error:.2g} of the lateral force is "
                 "not carried by friction"

@@ -98,6 +98,7 @@ def test_ratio_of_lateral_and_normal_stiffness(poisson):
     ratio = 2.0 * (1.0 - poisson) / (2.0 - poisson)
     normal = 2.0 * np.sqrt(steps[1].contact_area / np.pi)  # 2 E* a
     assert lateral / normal == pytest.approx(ratio, rel=1e-2)
+    assert steps[0].lateral_stiffness == pytest.approx(lateral, rel=1e-3)
 
 
 def test_loops_lose_the_energy_of_mindlin_and_deresiewicz():
@@ -154,6 +155,25 @@ def test_a_law_of_ones_own_depends_on_the_position():
     assert last.lateral_force_x == pytest.approx(0.1 * last.normal_force, rel=1e-6)
 
 
+def test_a_bound_of_infinity_never_slips_and_none_always_does():
+    class Half(FrictionLaw):
+        def bound(self, pressure, x, y):
+            return np.where(x > 0.0, np.inf, 0.0)
+
+    (step,) = follow(stepper_of(32), 0.5, Half(), [1.0])[:1]
+    assert step.stick_area == step.slip_area == 0.5 * step.contact_area
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.ones(3)])
+def test_bounds_of_a_law_that_are_no_numbers_are_refused(wrong):
+    class Wrong(FrictionLaw):
+        def bound(self, pressure, x, y):
+            return wrong
+
+    with pytest.raises(ValueError, match=r"Wrong.bound must return a number for each"):
+        follow(stepper_of(32), 0.5, Wrong(), [0.0])
+
+
 def test_a_spring_follows_its_base_until_the_contact_slides():
     bases = np.array([[0.0, 0.0], [0.1, 0.05], [400.0, 200.0]])
     stepper = stepper_of(48, poisson=0.3)
@@ -172,6 +192,15 @@ def test_a_force_that_friction_cannot_carry_is_not_converged():
     assert steps[0].converged
     assert not steps[1].converged
     assert "the contact slides" in steps[1].message
+    # how far it slides is not known
+    assert steps[1].lateral_x == steps[1].dissipated_energy == 0.0
+    assert steps[1].slip_area == steps[1].contact_area
+
+
+def test_nothing_carries_a_force_out_of_contact():
+    steps = follow(stepper_of(32), [0.5, -1.0, 0.5], Coulomb(MU), [0, 1, 0], "forces")
+    assert [step.converged for step in steps] == [True, False, True]
+    assert "no atom in contact" in steps[1].message
 
 
 def test_automatic_windows_keep_the_tractions():
@@ -223,12 +252,14 @@ def test_another_path_is_not_resumed(tmp_path):
     law, output = Coulomb(MU), Output(**files)
     list(sliding_path(atoms_on(), law, 1.0, displacements=PATH, output=output))
     output = Output(**files, resume=True)
-    with pytest.raises(ValueError, match=r"lateral\[1\] was"):
+    with pytest.raises(ValueError, match=r"displacements\[1\] was 0.2, 0, is 0.4"):
         other = {"displacements": 2.0 * PATH}
         list(sliding_path(atoms_on(), law, 1.0, **other, output=output))
     with pytest.raises(ValueError, match="friction"):
         other = {"displacements": PATH}
         list(sliding_path(atoms_on(), Coulomb(0.4), 1.0, **other, output=output))
+    with pytest.raises(ValueError, match="no lateral forces"):
+        list(sliding_path(atoms_on(), law, 1.0, forces=PATH, output=output))
 
 
 def test_normal_results_are_those_without_friction():
@@ -245,10 +276,13 @@ def test_wrong_arguments_say_what_is_expected():
         sliding_path(atoms_on(), law, 1.0)
     with pytest.raises(ValueError, match="stiffness of the spring"):
         sliding_path(atoms_on(), law, 1.0, bases=PATH)
-    with pytest.raises(ValueError, match="one for each of the 6 lateral"):
+    with pytest.raises(ValueError, match="all 6 displacements, or one for each"):
         sliding_path(atoms_on(), law, [1.0, 2.0], displacements=PATH)
     with pytest.raises(NotImplementedError, match=r"Isotropic\(contact_modulus, pois"):
         sliding_path(atoms_on(None), law, 1.0, displacements=PATH)
+
+    with pytest.raises(TypeError, match=r"law such as Coulomb\(0.3\), got 0.3"):
+        sliding_path(atoms_on(), 0.3, 1.0, displacements=PATH)
 
     class Wrong(LoadStep):
         pass
