@@ -190,9 +190,7 @@ def draw_figures(options: argparse.Namespace) -> int:
     writes view.traj, as "run" does. Maps of a path in time are those of the steps
     closest to the times, for instance: --times 0.5,1,"1500 ms".
     """
-    folder = options.folder
-    scene = Scene.of_results(folder)
-    steps = list(read_steps(folder / "sweep.traj", scene.record))
+    folder, scene, steps = _of_results(options)
     shown = _at_times(scene, steps, options.times)
     pictures, _ = _drawn(reference_for(scene), steps, folder, shown)
     if not pictures:
@@ -209,10 +207,8 @@ def write_report(options: argparse.Namespace) -> int:
     """
     from ase_roughcontact.cli.page import page  # imports jinja2
 
-    folder = options.folder
-    reference = reference_for(Scene.of_results(folder))
-    record = reference.scene.record
-    steps = list(read_steps(folder / "sweep.traj", record))
+    folder, scene, steps = _of_results(options)
+    reference = reference_for(scene)
     _drawn(reference, steps, folder)
     file = folder / "report.html"
     with replaced(file) as name:
@@ -228,9 +224,7 @@ def write_maps(options: argparse.Namespace) -> int:
     (npz) or that of ParaView (vti). With --times 0.5,1,"1500 ms" only the steps of a
     path in time that are closest to these times have maps.
     """
-    folder = options.folder
-    scene = Scene.of_results(folder)
-    steps = list(read_steps(folder / "sweep.traj", scene.record))
+    folder, scene, steps = _of_results(options)
     kept = _at_times(scene, steps, options.times) or steps
     wanted, surface = {step.step for step in kept}, scene.sampled_surface
     refuse_link(folder / "maps")
@@ -242,6 +236,13 @@ def write_maps(options: argparse.Namespace) -> int:
         write_map(ContactMap.from_frame(frame, surface), name)
         print(name)
     return 0
+
+
+def _of_results(options: argparse.Namespace) -> tuple[Path, Scene, list[LoadStep]]:
+    """Return the folder of a run, its scene and its steps."""
+    scene = Scene.of_results(options.folder)
+    steps = read_steps(options.folder / "sweep.traj", scene.record)
+    return options.folder, scene, list(steps)
 
 
 def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | None:

@@ -79,27 +79,29 @@ class SceneBodies:
         """
         if self.rough is None:
             return 1.0 / self.kappa_repulsive
-        wall: Any = self.problem.wall
-        return theory.inverse_kappa(
-            self.contact_modulus,
-            self.rough,
-            wall.work_of_adhesion,
-            wall.attraction_range,
-            self.kappa_repulsive,
-        )
+        rough: Any = self.rough
+        return theory.inverse_kappa(self.contact_modulus, rough, *self._of_wall)
 
     @property
     def rough_theory(self) -> theory.RoughSphereTheory:
         """Theory of the rough sphere."""
         rough: Any = self.rough
-        return theory.RoughSphereTheory(
-            self.radius,
-            self.contact_modulus,
-            rough,
-            self.problem.wall.work_of_adhesion,
-            self.problem.wall.attraction_range,
-            self.kappa_repulsive,
-        )
+        modulus = self.contact_modulus
+        return theory.RoughSphereTheory(self.radius, modulus, rough, *self._of_wall)
+
+    @property
+    def criteria(self) -> tuple[theory.Criterion, ...]:
+        """Whether rough flats stick; empty without adhesion, and if smooth."""
+        rough: Any = self.rough
+        if rough is None or not self.problem.wall.attractive:
+            return ()
+        return theory.stickiness(rough, self.contact_modulus, *self._of_wall)
+
+    @property
+    def _of_wall(self) -> tuple[float, float, float]:
+        """Work of adhesion, range of the attraction, and kappa without attraction."""
+        wall = self.problem.wall
+        return wall.work_of_adhesion, wall.attraction_range, self.kappa_repulsive
 
     def range_warnings(self, spacing: float) -> list[str]:
         """Return a warning if a grid is far too coarse for the range of the attraction.

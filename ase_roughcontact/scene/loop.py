@@ -67,11 +67,6 @@ class Loop(PathKind):
         positive(cantilever=self.cantilever)
         return self.cantilever * _N_PER_M
 
-    @property
-    def loop_tolerance(self) -> float:
-        """Relative error of the energy balance."""
-        return self.tolerance
-
     def smallest_step(self, bodies: Bodies) -> float:
         """Return the step (Å) below which a change of force is an instability."""
         return self.options(bodies)["smallest_step"]

@@ -183,11 +183,6 @@ class PathKind(Section):
         return "height" if self.control == "height" else "penetration"
 
     @property
-    def loop_tolerance(self) -> float:
-        """Relative error of the energy balance of a loop in place of this path."""
-        return 1e-3
-
-    @property
     def stiffness(self) -> float | None:
         """Stiffness of a cantilever on which the tip is (eV/Å^2); None without one."""
         return None
@@ -257,10 +252,6 @@ class PathKind(Section):
     def expected_count(self, bodies: Bodies) -> int:
         """Return the number of states for which each planned step stands."""
         return 1
-
-    def previewed(self, bodies: Bodies) -> PathKind:
-        """Return the path that is previewed: the planned one, or itself as a whole."""
-        return self.planned(bodies)
 
     def describe(self, bodies: Bodies) -> str:
         """Return a description of the path, printed above its plan."""

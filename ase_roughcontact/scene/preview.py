@@ -54,7 +54,7 @@ def preview(scene: Scene) -> Scene:
         that a single step would take more than a tenth of the time of the run.
     """
     path = scene.path
-    whole = path.count(scene) is None and path.previewed(scene) is path
+    whole = path.duration(scene) > 0.0
     if whole:
         points = path.expected_count(scene) * _points(scene.planned)
         if points < _FEW_POINTS_IN_TIME:

@@ -120,23 +120,7 @@ def reference_for(scene: Scene) -> Reference:
         found = Reference(scene, smooth, explanation=plastic, rough_above=0.0)
         return found if plastic else _with_first_asperity(found)
     reference = _rough(_adhesive(scene, scene.wall.work_of_adhesion))
-    if scene.rough is None:
-        return reference
-    return replace(reference, criteria=_criteria(scene))
-
-
-def _criteria(scene: Scene) -> tuple[theory.Criterion, ...]:
-    """Return whether rough flats stick; empty without adhesion."""
-    if not scene.wall.attractive:
-        return ()
-    rough: Any = scene.rough
-    return theory.stickiness(
-        rough,
-        scene.contact_modulus,
-        scene.wall.work_of_adhesion,
-        scene.wall.attraction_range,
-        scene.bodies.kappa_repulsive,
-    )
+    return replace(reference, criteria=scene.bodies.criteria)
 
 
 def _flat(scene: Scene) -> Reference:
@@ -150,7 +134,7 @@ def _flat(scene: Scene) -> Reference:
         f"{theory.KAPPA_HARD:g} for hard walls, {theory.KAPPA_PERSSON:.2g} by Persson"
     )
     smooth: Any = NominalArea(area)
-    return Reference(scene, smooth, (), explanation, 0.0, _criteria(scene))
+    return Reference(scene, smooth, (), explanation, 0.0, scene.bodies.criteria)
 
 
 def _with_first_asperity(rough: Reference) -> Reference:

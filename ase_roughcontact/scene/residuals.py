@@ -21,6 +21,7 @@ import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -80,7 +81,8 @@ class Residuals:
 
     def __init__(self, scene: Scene, curve: ForceCurve, free: Sequence[str]) -> None:
         self._scene, self._curve = scene, curve
-        self.tolerance = scene.path.loop_tolerance
+        path: Any = scene.path if isinstance(scene.path, Loop) else Loop
+        self.tolerance: float = path.tolerance
         self._free = tuple(name for name in free if name in FREE)
         self._with_range = scene.wall.attractive and "attraction_range" not in free
         lines = tuple(name for name in free if name in BASELINE)

@@ -81,12 +81,8 @@ def smooth_fit(
 
     def theory(work: float) -> SphereTheory:
         wall = changed(scene, {"work_of_adhesion": min(abs(work), _LARGEST)}).wall
-        return sphere_theory(
-            scene.radius,
-            scene.contact_modulus,
-            wall.work_of_adhesion,
-            wall.attraction_range,
-        )
+        adhesion = wall.work_of_adhesion, wall.attraction_range
+        return sphere_theory(scene.radius, scene.contact_modulus, *adhesion)
 
     lines = curve.baseline(baseline)
     corrected = curve

@@ -22,16 +22,13 @@ def sphere_limits(bodies: Bodies) -> dict[str, theory.SphereTheory]:
     creep, wall = bodies.solid.creep, bodies.wall
     if creep is None or bodies.radius == math.inf:
         return {}
-    moduli = {"instantaneous": 1.0, "relaxed": creep.relaxed}
+    adhesion = wall.work_of_adhesion, wall.attraction_range
+    instantaneous = bodies.solid.contact_modulus
+    moduli = {"instantaneous": instantaneous, "relaxed": creep.relaxed * instantaneous}
     return {
-        name: theory.sphere_theory(
-            bodies.radius,
-            part * bodies.solid.contact_modulus,
-            wall.work_of_adhesion,
-            wall.attraction_range,
-        )
-        for name, part in moduli.items()
-        if part
+        name: theory.sphere_theory(bodies.radius, modulus, *adhesion)
+        for name, modulus in moduli.items()
+        if modulus
     }
 
 

@@ -205,10 +205,6 @@ class Timed(PathKind):
                 found += finer * (_STEPS_OF_HOLD if part.end == start else _STEPS)
         return round(found)
 
-    def previewed(self, bodies: Bodies) -> PathKind:
-        """Return the path itself."""
-        return self
-
     def _deepest(self, targets: Iterable[float]) -> float:
         """Return the target at which the contact is pressed most."""
         return min(targets) if self.control in ("height", "base") else max(targets)
