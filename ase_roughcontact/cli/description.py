@@ -8,7 +8,6 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
-from ase_roughcontact.scene.scan_summary import scan_line
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.scene.sphere_limits import sphere_limits
 from ase_roughcontact.topography import SelfAffine
@@ -38,7 +37,7 @@ def bodies(scene: Scene) -> dict[str, str]:
             f"{rough.long_wavelength / nm:.4g} nm; one realisation"
         )
     if scene.scan is not None and scene.topography is not None:
-        found["scan"] = scan_line(scene.topography)
+        found["scan"] = scene.topography.summary
     wall = scene.wall
     found["wall"] = wall.label + (
         f", {wall.work_of_adhesion / UNITS['J/m^2']:.3g} J/m², range of the attraction "

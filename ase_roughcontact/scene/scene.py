@@ -41,7 +41,6 @@ from ase_roughcontact.scene.plan import check_targets, plan_targets
 from ase_roughcontact.scene.results import (
     write_results,
 )
-from ase_roughcontact.scene.scan_summary import scan_warnings
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
 from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
@@ -183,7 +182,7 @@ class Scene(SceneFile):
         found = self.bodies.range_warnings(self.grid_change.spacing(self.spacing))
         if self.topography is not None:
             whole = self.whole_tip is not None
-            found += scan_warnings(self.topography, self.radius, whole)
+            found += self.topography.warnings(self.radius, whole)
         return found
 
     @property

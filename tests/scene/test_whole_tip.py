@@ -6,7 +6,6 @@ import pytest
 from ase_roughcontact import HeightMap, RoughSphere, SelfAffine
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
-from ase_roughcontact.scene.scan_summary import scan_line
 
 X, Y = np.meshgrid(np.arange(-30.0, 34.0), np.arange(-33.0, 31.0), indexing="ij")
 TIP = -(4.0 * X**2 + 4.0 * Y**2) / 200.0  # Å, radius 100 Å at a spacing of 2 Å
@@ -49,7 +48,7 @@ def steps(scene):
 
 
 def test_the_summary_of_an_array_says_which_index_and_which_radius_is_meant(read):
-    line = scan_line(read().topography)
+    line = read().topography.summary
     assert "64 x 64 points (first index along x), 0 (0 %) missing" in line
     assert line.endswith(", curvature of the scan itself: radius 10 nm")
 
