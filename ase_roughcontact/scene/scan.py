@@ -149,8 +149,8 @@ class TopographyConfig(Section):
             found.append(
                 f"the scan itself has a radius of about {surface.tip.radius / nm:.3g} "
                 "nm at its highest point, and the curvature of the sphere is added to "
-                'it: give radius = inf if it is the whole tip, or detrend = "curvature" '
-                "if it is roughness of the sphere"
+                "it: give radius = inf if it is the whole tip, or detrend = "
+                '"curvature" if it is roughness of the sphere'
             )
         return [f"{Path(self.file).name}: {each}" for each in found]
 
