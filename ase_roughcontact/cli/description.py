@@ -29,6 +29,11 @@ def bodies(scene: Scene) -> dict[str, str]:
     if scene.is_flat:
         n, m = (k * scene.spacing / nm for k in scene.bodies.cell or ())
         found["indenter"] = f"rough flat, periodic cell of {n:.4g} x {m:.4g} nm"
+        if removed := scene.bodies.problem.facts.edge_change:
+            found["indenter"] += (
+                ", made periodic without a smooth surface of rms height "
+                f"{removed / nm:.3g} nm (Moisan 2011), which is in the errors of areas"
+            )
     rough = scene.rough
     if isinstance(rough, SelfAffine):
         found["roughness"] = (

@@ -63,8 +63,8 @@ def flat_cell(
 ) -> tuple[float, Shape, SelfAffine | HeightMap]:
     """Return grid spacing, shape and roughness of the periodic cell of a flat.
 
-    The grid of a scan is that of its pixels, and the cell the scan, without the last
-    row and column if it is not periodic. A random surface is sampled by atoms.
+    The grid of a scan is that of its pixels, and the cell the scan, which is made
+    periodic. A random surface is sampled by atoms.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def flat_cell(
         Å.
     shape : (int, int)
     rough : SelfAffine or HeightMap
-        With the middle of the cell on the axis.
+        With the middle of the cell on the axis; see `HeightMap.made_periodic`.
 
     Raises
     ------
@@ -93,8 +93,7 @@ def flat_cell(
                 f"the pixels of a flat must be squares, got {x / 10:g} x {y / 10:g} nm:"
                 " resample the scan, or correct spacing"
             )
-        n, m = rough.shape if rough.periodic else (k - 1 for k in rough.shape)
-        spacing, rough = x, rough.centered((n // 2 * x, m // 2 * x))
+        (n, m), spacing, rough = rough.shape, x, rough.made_periodic()
     else:
         n = m = round(rough.side / spacing)
     shape = replace(scene.substrate, periodic=False).window_shape or (n, m)

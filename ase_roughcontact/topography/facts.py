@@ -58,6 +58,11 @@ class IndenterFacts:
         """Side of the domain of a roughness that is synthesised, else zero (length)."""
         return getattr(self.roughness, "side", 0.0)
 
+    @property
+    def edge_change(self) -> float:
+        """Rms height subtracted to make a scan periodic (length)."""
+        return getattr(self.roughness, "edge_change", 0.0)
+
     def part_of_period(self, sides: np.ndarray) -> float:
         """Return the smaller ratio of a side of a cell, shape (2,), and the period.
 

@@ -31,6 +31,7 @@ from ase_roughcontact.topography.spectrum import (
     Statistics,
     axis_spacings,
     power_spectrum,
+    smooth_component,
     statistics,
 )
 from ase_roughcontact.topography.tip_fit import TipFit
@@ -64,6 +65,8 @@ class HeightMap:
     ----------
     missing : int
         Number of points of the scan that were not measured, and are interpolated.
+    edge_change : float
+        Rms height that `made_periodic` has subtracted (length).
 
     Raises
     ------
@@ -91,7 +94,7 @@ class HeightMap:
         self._values = height_array(heights)
         self.spacing = axis_spacings(spacing)
         self.periodic = bool(periodic)
-        self.missing = 0
+        self.missing, self.edge_change = 0, 0.0
         middle = [n // 2 * step for n, step in self._axes]
         x, y = middle if center is None else position(center, 1.0)
         self.center = float(x), float(y)
@@ -305,6 +308,16 @@ class HeightMap:
     def centered(self, center: Point) -> HeightMap:
         """Return the same map with another place on the axis; see `HeightMap`."""
         return HeightMap(self._values, self.spacing, self.periodic, center)
+
+    def made_periodic(self) -> HeightMap:
+        """Return the map without steps between opposite edges, its middle on the axis.
+
+        A `smooth_component` is subtracted, unless the map is periodic.
+        """
+        smooth = 0.0 if self.periodic else smooth_component(self._values)
+        found = HeightMap(self._values - smooth, self.spacing, periodic=True)
+        found.edge_change = float(np.std(smooth))
+        return found
 
     def places(
         self, n: int, m: int, margin: float = 0.0

@@ -50,6 +50,35 @@ class Statistics:
         return cls(*(math.sqrt(total) for total in sums))
 
 
+def smooth_component(heights: FloatArray) -> FloatArray:
+    """Return a smooth surface without which heights are periodic.
+
+    Its Laplacian is zero but at the edges, where it is that of the steps between
+    opposite edges.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (n, m)
+
+    Returns
+    -------
+    ndarray, shape (n, m)
+        Of mean zero.
+
+    References
+    ----------
+    L. Moisan, J. Math. Imaging Vis. 39, 161 (2011), eqs. (8) to (11).
+    """
+    steps = np.zeros_like(heights)
+    for edges, rows in ((steps, heights), (steps.T, heights.T)):
+        edges[0] += rows[-1] - rows[0]
+        edges[-1] -= rows[-1] - rows[0]
+    x, y = (2.0 * np.cos(2.0 * np.pi * fft.fftfreq(n)) - 2.0 for n in heights.shape)
+    laplacian = x[:, None] + y
+    laplacian[0, 0] = 1.0  # the steps have no mean
+    return fft.ifft2(fft.fft2(steps) / laplacian).real
+
+
 def statistics(
     heights: ArrayLike, spacing: float | tuple[float, float], periodic: bool = True
 ) -> Statistics:

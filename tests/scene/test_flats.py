@@ -8,7 +8,9 @@ import pytest
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.topography import SelfAffine
 
 PIXEL, POINTS, AMPLITUDE = 2.0, 64, 0.5  # nm
 
@@ -81,11 +83,42 @@ def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, tmp_path, ca
     assert (tmp_path / "out" / "curve.png").exists()
 
 
-def test_a_scan_without_period_is_pressed_without_its_last_lines(wave):
-    scene = Scene.parse(SCENE.replace("periodic = true", "").replace("100", "300"))
-    scene.check()
-    assert scene.shape == (POINTS - 1, 7)
-    assert scene.nominal_area == pytest.approx((POINTS - 1) * 7 * 400.0)
+def fraction_and_error(heights, pressure):
+    """Contact fraction of a scan, and its estimated error."""
+    np.save("scan.npy", heights)
+    is_mirrored = "true" if len(heights) > POINTS else "false"
+    text = SCENE.replace("= true", f"= {is_mirrored}").replace("100 MPa", pressure)
+    scene = Scene.parse(text)
+    (step,) = scene.relax(validity="ignore")
+    nominal = scene.nominal_area
+    assert nominal == pytest.approx(400.0 * heights.size)  # no line is left out
+    return step.continuum_area / nominal, step.area_error / nominal
+
+
+def test_errors_of_a_scan_without_period_contain_how_it_goes_on(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    rough, covered, errors = SelfAffine(0.2, 0.8, 4.0, 256.0, domain=256.0), 0, []
+    whole = rough.heights((256, 256), 1.0)
+    for i in range(0, 256, POINTS):
+        part = whole[i : i + POINTS, :POINTS]
+        mirrored = np.vstack([part, part[::-1]])
+        mirrored = np.hstack([mirrored, mirrored[:, ::-1]])
+        found, error = fraction_and_error(part, "200 MPa")
+        expected, of_grid = fraction_and_error(mirrored, "200 MPa")
+        covered += abs(found - expected) < 2.0 * error
+        errors.append(error)
+        assert error > 3.0 * of_grid
+    assert covered >= 3  # nine of ten, in the mean
+    assert max(errors) < 0.3 * found
+
+
+def test_the_part_of_the_scan_that_is_left_out_is_printed(wave):
+    text = SCENE.replace("periodic = true", "")
+    x = np.linspace(-1.0, 1.0, POINTS)
+    np.save("scan.npy", np.load("scan.npy") + 0.3 * x[:, None] ** 2)
+    scene = Scene.parse(text)
+    removed = scene.bodies.problem.facts.edge_change / 10.0
+    assert f"smooth surface of rms height {removed:.3g} nm" in bodies(scene)["indenter"]
 
 
 def test_random_flats_have_kappa_of_hard_walls(tmp_path, monkeypatch):

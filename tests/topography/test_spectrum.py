@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.spectrum import power_spectrum, statistics
+from ase_roughcontact.topography.spectrum import (
+    power_spectrum,
+    smooth_component,
+    statistics,
+)
 
 BUMPS = np.random.default_rng(0).standard_normal((9, 12))
 
@@ -98,3 +102,18 @@ def test_heights_that_are_not_a_finite_map_are_refused(function, heights, messag
 def test_a_wrong_spacing_is_refused(function, spacing):
     with pytest.raises(ValueError, match="spacing must be a finite number > 0"):
         function(BUMPS, spacing)
+
+
+def test_without_its_smooth_component_a_surface_repeats_without_steps():
+    x, y = np.arange(48.0)[:, None], np.arange(32.0)
+    waves = np.cos(2.0 * np.pi * x / 24) * np.sin(2.0 * np.pi * y / 16)
+    tilted = waves + 0.2 * x - 0.1 * y + 2e-3 * x * y
+    smooth = smooth_component(tilted)
+    # harmonic between the edges
+    around = smooth[2:, 1:-1] + smooth[:-2, 1:-1] + smooth[1:-1, 2:] + smooth[1:-1, :-2]
+    np.testing.assert_allclose(around, 4.0 * smooth[1:-1, 1:-1], atol=1e-12)
+    left = tilted - smooth
+    for heights in (left, left.T):
+        steps = abs(heights[-1] - heights[0]).max()
+        assert steps <= abs(np.diff(heights, axis=0)).max()
+    assert abs(tilted[-1] - tilted[0]).min() > 9.0
