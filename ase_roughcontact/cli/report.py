@@ -140,8 +140,7 @@ def _flat_columns(
     scene: Scene, column: Callable[[str], tuple[str, Callable]]
 ) -> list[tuple[str, Callable]]:
     """Return headings and functions of the columns of the table for a rough flat."""
-    rough: Any = scene.rough
-    scale = rough.rms_slope * scene.contact_modulus
+    scale = scene.rough.rms_slope * scene.contact_modulus
     persson = float(
         theory_of.mean_contact_pressure(scale, 1.0, theory_of.KAPPA_PERSSON)
     )

@@ -15,7 +15,6 @@ from ase_roughcontact._util.validation import Shape
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.theory.maugis import edge_zone
-from ase_roughcontact.topography import HeightMap, SelfAffine
 
 # Part of the necessary zone at the edge below which there is a warning: surfaces jump
 # atom by atom, in many steps.
@@ -48,7 +47,7 @@ class SceneBodies:
     symbol: str
     hardness: float
     radius: float
-    rough: SelfAffine | HeightMap | None
+    rough: Any
     cell: Shape | None = None
 
     @property
@@ -79,23 +78,20 @@ class SceneBodies:
         """
         if self.rough is None:
             return 1.0 / self.kappa_repulsive
-        rough: Any = self.rough
-        return theory.inverse_kappa(self.contact_modulus, rough, *self._of_wall)
+        return theory.inverse_kappa(self.contact_modulus, self.rough, *self._of_wall)
 
     @property
     def rough_theory(self) -> theory.RoughSphereTheory:
         """Theory of the rough sphere."""
-        rough: Any = self.rough
-        modulus = self.contact_modulus
-        return theory.RoughSphereTheory(self.radius, modulus, rough, *self._of_wall)
+        sphere = self.radius, self.contact_modulus, self.rough
+        return theory.RoughSphereTheory(*sphere, *self._of_wall)
 
     @property
     def criteria(self) -> tuple[theory.Criterion, ...]:
         """Whether rough flats stick; empty without adhesion, and if smooth."""
-        rough: Any = self.rough
-        if rough is None or not self.problem.wall.attractive:
+        if self.rough is None or not self.problem.wall.attractive:
             return ()
-        return theory.stickiness(rough, self.contact_modulus, *self._of_wall)
+        return theory.stickiness(self.rough, self.contact_modulus, *self._of_wall)
 
     @property
     def _of_wall(self) -> tuple[float, float, float]:

@@ -125,11 +125,10 @@ def reference_for(scene: Scene) -> Reference:
 
 def _flat(scene: Scene) -> Reference:
     """Return the theory of rough flats."""
-    rough: Any = scene.rough
     nm, area = UNITS["nm"], scene.nominal_area
     explanation = (
         "Persson, A/A_0 = erf(sqrt(2) p/(h' E*)), and A = kappa p A_0/(h' E*) at "
-        f"small pressures, with the rms slope h' = {rough.rms_slope:.4g} and the "
+        f"small pressures, with the rms slope h' = {scene.rough.rms_slope:.4g} and the "
         f"nominal area A_0 = {area / nm**2:.6g} nm²; kappa is about "
         f"{theory.KAPPA_HARD:g} for hard walls, {theory.KAPPA_PERSSON:.2g} by Persson"
     )

@@ -42,7 +42,7 @@ from ase_roughcontact.scene.results import (
     write_results,
 )
 from ase_roughcontact.scene.section import Problems
-from ase_roughcontact.topography import HeightMap, Heterogeneity, SelfAffine
+from ase_roughcontact.topography import HeightMap, Heterogeneity
 from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
@@ -122,8 +122,8 @@ class Scene(SceneFile):
         return self.bodies.radius
 
     @property
-    def rough(self) -> SelfAffine | HeightMap | None:
-        """Roughness of the sphere; None if it is smooth, and for a whole tip."""
+    def rough(self) -> Any:
+        """`SelfAffine` or `HeightMap`; None for a smooth sphere and a whole tip."""
         return self.bodies.rough
 
     @property
