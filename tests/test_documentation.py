@@ -186,6 +186,19 @@ def test_the_package_lists_no_names_that_it_imports_for_itself():
 def test_version_is_the_same_everywhere():
     assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
     assert f"\n## {__version__}" in (ROOT / "CHANGELOG.md").read_text()
+    assert f"version = {{{__version__}}}" in PAGES["README.md"]
+
+
+def test_description_for_an_index_has_no_relative_links(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT))
+    description = import_module("setup").description
+    text = description(PAGES["README.md"], "")
+    assert "examples/" not in re.sub(r"(?s)```.*?```", "", text)
+    assert "![" not in text and "Eq. (4) of the paper" not in text
+    known = description(PAGES["README.md"], "https://host/name")
+    assert "](https://host/name/raw/main/examples/images/contact.png)" in known
+    links = re.findall(r"\]\(([^)]*)\)", known)
+    assert all(link.startswith(("https://", "#")) for link in links)
 
 
 def test_columns_on_the_page_are_those_of_a_step():

@@ -1,8 +1,9 @@
 """The Python code of the README and of the guide, and the comparison of optimizers."""
 
-import importlib.util
 import re
 import subprocess
+import sys
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +18,8 @@ PAGES = {
     for page in (ROOT / "README.md", *sorted(ROOT.glob("examples/guide/*.md")))
     if page.stem not in ELSEWHERE and "```python" in page.read_text()
 }
-spec = importlib.util.spec_from_file_location(
-    "results", ROOT / "examples" / "guide" / "results.py"
-)
-results = importlib.util.module_from_spec(spec)
-spec.loader.exec_module(results)
+sys.path.insert(0, str(ROOT / "examples" / "guide"))
+results, sources = import_module("results"), import_module("sources")
 STORED = {
     page.relative_to(ROOT).as_posix(): page.read_text()
     for page in results.PAGES
@@ -98,6 +96,33 @@ def test_stored_results_are_used_once_and_have_an_existing_command():
         command = file.read_text().partition("\n")[0]
         (script,) = re.findall(r"(?:examples|tests)/[\w/]+\.py", command)
         assert command.startswith("$ ") and (ROOT / script).exists(), command
+
+
+def test_stored_results_and_pictures_are_made_by_the_present_scripts():
+    stale = " ".join(sources.stale())
+    assert not stale, f"run python examples/guide/sources.py --renew {stale}"
+
+
+def test_a_checksum_changes_with_code_and_inputs_and_not_with_layout(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(sources, "EXAMPLES", tmp_path)
+    script, rows = tmp_path / "script.py", tmp_path / "rows.csv"
+    rows.write_text("1,2")
+
+    def checksum(code, file="picture.png"):
+        script.write_text(code)
+        return sources.checksum(file, "python examples/script.py", "rows.csv")
+
+    first = checksum("def run(a):\n    return a + 1\n")
+    same = '"""What it does."""\nimport math\n\ndef run(\n    a,\n):\n    # more\n'
+    assert checksum(same + "    return (a + 1)\n") == first
+    assert checksum("def run(a):\n    return a + 2\n") != first
+    rows.write_text("1,3")
+    assert checksum("def run(a):\n    return a + 1\n") != first
+    shown = [f"def run(): pass\ndef report(): return {n}\n" for n in (1, 2)]
+    assert checksum(shown[0], "rows.csv") == checksum(shown[1], "rows.csv")
+    assert checksum(shown[0]) != checksum(shown[1])
 
 
 def test_numbers_within_a_tolerance_agree_and_words_must_be_equal():

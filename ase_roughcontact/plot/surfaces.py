@@ -105,7 +105,7 @@ def scale_bar(axes: Any, unit: str) -> None:
         "ha": "right",
         "va": "bottom",
     }
-    white = {"facecolor": "white", "alpha": 0.7, "lw": 0, "pad": 0.5}
+    white = {"facecolor": "white", "alpha": 0.9, "lw": 0, "pad": 0.5}
     axes.annotate(text, (x, y), (0, 2), **place, bbox=white)
     axes.set(xticks=[], yticks=[], xlabel="", ylabel="")
 

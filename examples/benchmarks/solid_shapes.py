@@ -17,6 +17,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from solids import titled
 
 from ase_roughcontact import (
     ActiveSet,
@@ -32,6 +33,7 @@ from ase_roughcontact.plot import style
 HERE = Path(__file__).parent
 METALS = "EMT-Cu", "EMT-Au", "EMT-Al", "Sutton-Chen-Cu"
 RADII = 10.0, 30.0, 100.0
+MARKS = {"cubic": "os", "EMT Au": "x+"}
 
 
 def unit_crystal(name):
@@ -47,19 +49,21 @@ def draw_zones(picture):
     qx, qy = np.meshgrid(q, q)
     with style():
         figure, panels = plt.subplots(
-            1, 4, figsize=(9.0, 2.5), sharey=True, layout="constrained"
+            2, 2, figsize=(5.2, 4.5), sharex=True, sharey=True
         )
-        for panel, name in zip(panels, METALS, strict=True):
+        for letter, panel, name in zip("abcd", panels.flat, METALS, strict=True):
             solid = unit_crystal(name)
             modulus = 2.0 / (np.hypot(qx, qy) * solid.wave_compliance(qx, qy))
             print(f"{name}: E*(q) from {modulus.min():.3f} to {modulus.max():.3f} E*")
             image = panel.imshow(
                 modulus, origin="lower", extent=(-1, 1, -1, 1), vmin=0.7, vmax=1.45
             )
-            panel.set(title=name.replace("-", " "), xlabel=r"$q_x a_0/\pi$")
-        panels[0].set(ylabel=r"$q_y a_0/\pi$")
+            panel.set(title=f"({letter}) {titled(name)}")
+        for below, beside in zip(panels[1], panels[:, 0], strict=True):
+            below.set(xlabel=r"$q_x a_0/\pi$")
+            beside.set(ylabel=r"$q_y a_0/\pi$")
         figure.colorbar(image, ax=panels, label=r"$E^*(q)/E^*$")
-        figure.savefig(picture, dpi=100)
+        figure.savefig(picture, dpi=150)
 
 
 def contact(solid, a):
@@ -67,7 +71,8 @@ def contact(solid, a):
     sphere = RoughSphere(20.0 * a)
     n = 2 * int(1.2 * a) + 1
     load = 4.0 * a**3 / (3.0 * sphere.radius)
-    atoms = substrate("Cu", (n, n), sphere, spacing=1.0, fixed=False)
+    symbol = getattr(solid, "symbol", "Cu")
+    atoms = substrate(symbol, (n, n), sphere, spacing=1.0, fixed=False)
     atoms.calc = RoughContact(sphere, solid=solid, interaction=HardWall(), load=load)
     first = contact_of(atoms).first_contact
     atoms.positions[-1, 2] = first
@@ -95,9 +100,7 @@ def draw_contacts(picture):
         "EMT Au": unit_crystal("EMT-Au"),
     }
     with style():
-        figure, (atoms, profile) = plt.subplots(
-            1, 2, figsize=(7.2, 3.1), layout="constrained"
-        )
+        figure, (atoms, profile) = plt.subplots(1, 2, figsize=(6.8, 2.9))
         for name, solid in solids.items():
             for a in RADII:
                 penetration, pressure = contact(solid, a)
@@ -116,7 +119,7 @@ def draw_contacts(picture):
                 color = {"cubic": "C0", "EMT Au": "C1"}[name]
                 along = pressure[middle:, middle], np.diag(pressure)[middle:]
                 for values, step, mark, where in zip(
-                    along, (1.0, 2**0.5), "os", ("rows", "45°"), strict=True
+                    along, (1.0, 2**0.5), MARKS[name], ("rows", "45°"), strict=True
                 ):
                     profile.plot(
                         *(x * step / a, values), mark, color=color, mfc="none", ms=3,
@@ -129,18 +132,19 @@ def draw_contacts(picture):
                     )
         r = np.linspace(0.0, 1.2, 500)
         profile.plot(r, np.sqrt(np.clip(1.0 - r**2, 0, None)), "k-", label="Hertz")
-        profile.set(xlabel="r/a", ylabel=r"$p/p_0$", xlim=(0.0, 1.2))
-        profile.legend(fontsize="small")
+        profile.set(xlabel="$r/a$", ylabel="$p/p_0$", xlim=(0.0, 1.2))
+        profile.set_title("(b) along two directions")
+        profile.legend()
         angle = np.linspace(0.0, 2.0 * np.pi, 200)
         atoms.plot(np.cos(angle), np.sin(angle), "w--", lw=1.0)
-        atoms.set(xlabel="x/a", ylabel="y/a", title="cubic continuum")
+        atoms.set(xlabel="$x/a$", ylabel="$y/a$", title="(a) cubic continuum")
         figure.colorbar(image, ax=atoms, label=r"$p/p_0$")
-        figure.savefig(picture, dpi=100)
+        figure.savefig(picture, dpi=150)
 
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=HERE.parent / "images")
+    parser.add_argument("--out", type=Path, default=Path())
     out = parser.parse_args(arguments).out
     draw_zones(out / "zones.png")
     draw_contacts(out / "smooth.png")

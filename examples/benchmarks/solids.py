@@ -34,6 +34,7 @@ from ase_roughcontact import (
     substrate,
 )
 from ase_roughcontact.elasticity import Crystal, Isotropic
+from ase_roughcontact.plot import style
 from ase_roughcontact.theory import (
     Hertz,
     crossover_load,
@@ -166,37 +167,54 @@ def draw(table, picture):
     with table.open() as file:
         rows = list(csv.DictReader(file))
     unit = crossover_load(RADIUS, 1.0, SLOPE, 2.0)
-    figure, (areas, kappas) = plt.subplots(
-        1, 2, figsize=(9.0, 3.6), layout="constrained"
-    )
-    for number, name in enumerate(("isotropic", "EMT-Cu")):
-        found = [r for r in rows if r["study"] == "sphere" and r["solid"] == name]
-        area = np.array([float(row["area"]) for row in found]).reshape(-1, LOADS.size)
-        relative = area / Hertz(RADIUS, 1.0).contact_area(LOADS * unit)
-        mean, spread = relative.mean(axis=0), relative.std(axis=0, ddof=1)
-        areas.errorbar(LOADS, mean, spread, fmt="os"[number], mfc="none", label=name)
-    areas.plot(LOADS, fraction(LOADS * unit), "k-", label="Eq. (4), κ = 2")
-    areas.set(xscale="log", yscale="log", xlabel=r"$N/N_c$", ylabel=r"$A/A_{Hertz}$")
-    areas.legend()
-    names = list(dict.fromkeys(row["solid"] for row in rows))
-    for wall, marker in (("hard", "o"), ("repulsive", "s")):
-        for place, name in enumerate(names):
-            values = [
-                float(row["kappa"])
-                for row in rows
-                if (row["study"], row["solid"], row["wall"]) == ("flats", name, wall)
-            ]
-            mean, spread = np.mean(values), np.std(values, ddof=1)
-            print(f"{name:15} {wall:10} kappa {mean:.3f} +- {spread:.3f}")
-            label = f"{wall} wall" if place == 0 else None
-            color = {"hard": "C0", "repulsive": "C1"}[wall]
-            kappas.errorbar(
-                place, mean, spread, fmt=marker, color=color, mfc="none", label=label
+    with style():
+        figure, (areas, kappas) = plt.subplots(1, 2, figsize=(6.8, 3.0))
+        for number, name in enumerate(("isotropic", "EMT-Cu")):
+            found = [r for r in rows if r["study"] == "sphere" and r["solid"] == name]
+            area = np.array([float(row["area"]) for row in found]).reshape(
+                -1, LOADS.size
             )
-    kappas.set_xticks(range(len(names)), names, rotation=25)
-    kappas.set(ylabel="κ of rough flats")
-    kappas.legend()
-    figure.savefig(picture, dpi=100)
+            relative = area / Hertz(RADIUS, 1.0).contact_area(LOADS * unit)
+            mean, spread = relative.mean(axis=0), relative.std(axis=0, ddof=1)
+            areas.errorbar(
+                LOADS, mean, spread, fmt="os"[number], mfc="none", label=titled(name)
+            )
+        areas.plot(LOADS, fraction(LOADS * unit), "k-", label="Eq. (4), κ = 2")
+        areas.set(
+            xscale="log",
+            yscale="log",
+            xlabel=r"$N/N_c$",
+            ylabel=r"contact area $A/A_\mathrm{Hertz}$",
+        )
+        areas.set_title("(a) rough sphere, hard wall")
+        areas.legend()
+        names = list(dict.fromkeys(row["solid"] for row in rows))
+        for wall, marker in (("hard", "o"), ("repulsive", "s")):
+            for place, name in enumerate(names):
+                values = [
+                    float(row["kappa"])
+                    for row in rows
+                    if (row["study"], row["solid"], row["wall"])
+                    == ("flats", name, wall)
+                ]
+                mean, spread = np.mean(values), np.std(values, ddof=1)
+                print(f"{name:15} {wall:10} kappa {mean:.3f} +- {spread:.3f}")
+                label = f"{wall} wall" if place == 0 else None
+                color = {"hard": "C0", "repulsive": "C1"}[wall]
+                kappas.errorbar(
+                    place,
+                    mean,
+                    spread,
+                    fmt=marker,
+                    color=color,
+                    mfc="none",
+                    label=label,
+                )
+        ticks = [titled(name).replace(" ", "\n") for name in names]
+        kappas.set_xticks(range(len(names)), ticks, fontsize=6)
+        kappas.set(ylabel="κ", ylim=(2.0, 3.6), title="(b) rough flats")
+        kappas.legend()
+        figure.savefig(picture, dpi=150)
 
 
 def report(file):
@@ -292,7 +310,8 @@ def main(arguments=None):
         reports[options.of](options.table)
         return
     if options.draw:
-        draw(options.table, options.draw)
+        with style():
+            draw(options.table, options.draw)
         return
     done = set()
     if options.table.exists():

@@ -1,22 +1,26 @@
 """What it saves to model only the atoms that can touch.
 
-    python windows.py path --radius 1000 --contact 512    # automatic windows or one
-    python windows.py cold --wall hard         # one contact, pairs, memory, time
-    python windows.py cost                     # cost against contact radius, a plot
+    python windows.py path     # automatic windows or one, a table of the guide
+    python windows.py cold     # one contact, pairs, memory, time
+    python windows.py cost     # cost against contact radius
+    python windows.py draw     # its picture, from the table
 
 Lengths are in spacings, and the contact modulus is 1. Run one at a time, on a machine
-that does nothing else: the ratios are what counts.
+that does nothing else.
 """
 
 import argparse
 import csv
 import resource
 import time
+from itertools import product
 from pathlib import Path
 
 import ducc0
 import numpy as np
 import scipy.fft
+from markdown import table
+from matplotlib import pyplot
 
 from ase_roughcontact import (
     HardWall,
@@ -29,16 +33,18 @@ from ase_roughcontact import (
 )
 from ase_roughcontact._util.threads import available_threads
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace
+from ase_roughcontact.plot import style
 
 WALLS = {"hard": HardWall(), "repulsive": LennardJones93.repulsive(1.0, 1.0)}
-IMAGES = Path(__file__).parents[1] / "images"
+LARGEST = 256.0  # contact radius of the last load of a path
+TABLE = Path(__file__).parents[1] / "images" / "windows-cost.csv"
 
 
 def make_atoms(radius, wall, shape=(8, 8)):
     rough = SelfAffine(0.1, 0.8, 4.0, 512.0, seed=1, domain=4096.0)
     sphere = RoughSphere(radius, rough)
     atoms = substrate("Cu", shape, sphere, spacing=1.0, fixed=False)
-    atoms.calc = RoughContact(sphere, 1.0, WALLS[wall])
+    atoms.calc = RoughContact(sphere, 1.0, wall)
     return atoms
 
 
@@ -90,27 +96,25 @@ def memory():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
 
 
-def path(options):
-    """Thirty loads, from the first touching atom to the contact radius."""
-    lightest = load_of(0.5, options.radius)
-    loads = np.geomspace(lightest, load_of(options.contact, options.radius), 30)
-    seconds, areas = {}, {}
-    shape = (8, 8)
-    for window in ("auto", "fixed"):
-        atoms = make_atoms(options.radius, options.wall, shape)
-        start = time.perf_counter()
-        records = list(load_path(atoms, loads=loads, window=window))
-        seconds[window] = time.perf_counter() - start
-        areas[window] = [record.repulsive_atoms for record in records]
-        shape = shape_of(records[-1])
-        print(window, shape, f"{seconds[window]:.1f} s", areas[window], flush=True)
-    ratio = seconds["fixed"] / seconds["auto"]
-    print(f"R = {options.radius:g}, {options.wall}: one window takes {ratio:.1f} times")
+def path(_):
+    """Compare the processor time of both windows at thirty loads."""
+    rows = []
+    for radius, wall in product((1e3, 1e5), WALLS):
+        loads = np.geomspace(load_of(0.5, radius), load_of(LARGEST, radius), 30)
+        times, shape = [], (8, 8)
+        for window in ("auto", "fixed"):
+            atoms = make_atoms(radius, WALLS[wall], shape)
+            start = time.process_time()
+            records = list(load_path(atoms, loads=loads, window=window))
+            times.append(time.process_time() - start)
+            shape = shape_of(records[-1])
+        rows.append((f"{radius:g}", wall, f"{times[1] / times[0]:.1f}"))
+    table("$R/a_0$ | wall | time with one window, relative", rows)
 
 
 def cold(options):
     """One contact from a cold start."""
-    atoms = make_atoms(options.radius, options.wall)
+    atoms = make_atoms(options.radius, WALLS[options.wall])
     load = load_of(options.contact, options.radius)
     (record,) = load_path(atoms, loads=[load], window="auto")
     peak = memory()
@@ -134,55 +138,51 @@ def cost(options):
     rows = []
     for wall in WALLS:
         for contact in 2.0 ** np.arange(4, 10.5, 0.5):
-            atoms = make_atoms(options.radius, wall)
+            atoms = make_atoms(options.radius, WALLS[wall])
             loads = [load_of(contact, options.radius)]
+            start = time.process_time()
             (record,) = load_path(atoms, loads=loads, window="auto")
+            seconds = time.process_time() - start
             n, m = shape_of(record)
-            rows.append((wall, contact, n * m, record.pairs, record.seconds))
+            rows.append((wall, contact, n * m, record.pairs, f"{seconds:.4f}"))
             print(*rows[-1], flush=True)
-    with open(options.out / "windows-cost.csv", "w", newline="") as file:
+    with TABLE.open("w", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(("wall", "contact_radius", "window", "pairs", "seconds"))
+        writer.writerow(("wall", "contact_radius", "points", "pairs", "seconds"))
         writer.writerows(rows)
-    draw(rows, options.out / "windows-cost.png")
 
 
-def draw(rows, file):
-    import matplotlib
-
-    matplotlib.use("Agg")
-    from matplotlib import pyplot
-
-    figure, axes = pyplot.subplots(figsize=(5, 4), layout="constrained")
-    for wall, colour in zip(WALLS, ("#0072B2", "#D55E00"), strict=True):
-        mine = np.array([row[1:] for row in rows if row[0] == wall])
-        axes.loglog(mine[:, 0], mine[:, 3], "o-", color=colour, label=f"{wall} wall")
-    side = mine[:, 1] ** 0.5
-    growth = mine[:, 1] * np.log(mine[:, 1])
-    axes.loglog(
-        mine[:, 0],
-        mine[-1, 3] * growth / growth[-1],
-        "k--",
-        lw=1,
-        label=r"$\propto n^2 \log n$, window of $n \times n$ atoms",
-    )
-    axes.set_xlabel("contact radius $a_\\mathrm{Hertz}/a_0$")
-    axes.set_ylabel("time from a cold start (s)")
-    axes.set_ylim(bottom=0.3 * min(row[4] for row in rows))
-    axes.set_title(f"windows up to {side.max():.0f} atoms along a side", fontsize=10)
-    axes.legend(frameon=False)
-    figure.savefig(file, dpi=150)
+def draw(options):
+    """Draw the table."""
+    with TABLE.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    with style():
+        figure, axes = pyplot.subplots()
+        for wall, line in zip(WALLS, ("o-", "s--"), strict=True):
+            mine = [row for row in rows if row["wall"] == wall]
+            names = "contact_radius", "points", "seconds"
+            contact, points, seconds = (
+                np.array([float(row[name]) for row in mine]) for name in names
+            )
+            axes.loglog(contact, seconds, line, label=f"{wall} wall")
+        growth = points * np.log(points)
+        label = r"$\propto n^2 \log n$, window of $n \times n$ points"
+        axes.loglog(contact, seconds[-1] * growth / growth[-1], "k:", label=label)
+        axes.set(xlabel=r"contact radius $a_\mathrm{Hertz}/a_0$")
+        axes.set(ylabel="CPU time from a cold start (s)", ylim=(5e-3, None))
+        axes.legend()
+        figure.savefig(options.out / "windows-cost.png", dpi=200)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("what", choices=("path", "cold", "cost"))
+    parser.add_argument("what", choices=("path", "cold", "cost", "draw"))
     parser.add_argument("--radius", type=float, default=1e4)
     parser.add_argument("--wall", choices=WALLS, default="hard")
     parser.add_argument("--contact", type=float, default=1024.0)
-    parser.add_argument("--out", type=Path, default=IMAGES)
+    parser.add_argument("--out", type=Path, default=Path())
     options = parser.parse_args()
-    {"path": path, "cold": cold, "cost": cost}[options.what](options)
+    {"path": path, "cold": cold, "cost": cost, "draw": draw}[options.what](options)
 
 
 if __name__ == "__main__":

@@ -66,8 +66,9 @@ window = (49, 49), 1.0, (-24.0, -24.0)
 maps = None, adhesion.factors(*window), rough.heights(*window)
 lost = {}
 with style():
-    figure, axes = plt.subplots(1, 3, figsize=(9.0, 3.4), sharey=True, layout="tight")
-    for ax, (name, case), shown in zip(axes, cases.items(), maps, strict=True):
+    figure, axes = plt.subplots(1, 3, figsize=(6.8, 2.8), sharey=True)
+    for letter, ax, name, shown in zip("abc", axes, cases, maps, strict=True):
+        case = cases[name]
         loop, work = loop_of(*case), case[1]
         lost[name] = loop.dissipated_energy / np.cbrt(work**5 * RADIUS**4)
         print(f"{name}: energy lost {lost[name]:.3f}")
@@ -78,7 +79,7 @@ with style():
             heights, forces, _ = interpolated(steps, jumps)
             depths = steps[0].height + steps[0].penetration - heights
             ax.plot(depths, forces / (np.pi * work * RADIUS), line)
-        ax.set(title=name, xlabel="depth / $a_0$", ylim=(-2.8, 0.5))
+        ax.set(title=f"({letter}) {name}", xlabel="depth / $a_0$", ylim=(-2.8, 0.5))
         if shown is not None:
             inset = ax.inset_axes((0.7, 0.04, 0.27, 0.38), xticks=[], yticks=[])
             inset.imshow(shown)

@@ -73,15 +73,16 @@ for depth in depths:
 
 change = neighbours() - at_rest
 with style():
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3), layout="constrained")
-    left.plot(depths, expected, label="elastic semi-infinite crystal")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 2.8))
+    left.plot(depths, expected, label="elastic crystal")
     left.plot(depths, forces, "o-", label="explicit atoms")
-    left.set(xlabel="depth (Å)", ylabel="load (eV/Å)")
+    left.set(xlabel="depth (Å)", ylabel="load (eV/Å)", title="(a) load")
     left.legend()
     x, _, z = atoms.positions[:-1].T
     right.scatter(x, z, s=12, color="0.8")
     x, z, change = x[change != 0], z[change != 0], change[change != 0]
     dots = right.scatter(x, z, s=25, c=change, cmap="coolwarm", vmin=-4, vmax=4)
-    right.set(xlabel="x (Å)", ylabel="z (Å)", aspect="equal")
+    right.set(xlabel="$x$ (Å)", ylabel="$z$ (Å)", aspect="equal")
+    right.set_title(f"(b) atoms at a depth of {DEPTHS[-1]:g} Å")
     figure.colorbar(dots, ax=right, label="change of neighbours")
-    figure.savefig("atoms_under_sphere.png", dpi=110)
+    figure.savefig("atoms_under_sphere.png", dpi=150)

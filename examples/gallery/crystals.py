@@ -16,7 +16,7 @@ from ase.units import GPa
 from matscipy.elasticity import fit_elastic_constants
 
 from ase_roughcontact.elasticity import Crystal, Cubic
-from ase_roughcontact.plot import style
+from ase_roughcontact.plot import BLUE, ORANGE, style
 
 METALS = ("Cu", "Au", "Al")
 SLAB = {"layers": 15, "size": 9}
@@ -45,14 +45,14 @@ for crystal in crystals:
 half = np.linspace(0.01, np.pi, 100)
 qx, qy = np.meshgrid([*-half[::-1], *half], [*-half[::-1], *half], indexing="ij")
 with style():
-    figure, (lines, zone) = plt.subplots(1, 2, figsize=(7.2, 3.1), layout="constrained")
-    for number, crystal in enumerate(crystals):
+    figure, (lines, zone) = plt.subplots(1, 2, figsize=(6.8, 3.0))
+    for colour, crystal in zip((BLUE, ORANGE, "k"), crystals, strict=False):
         for direction, line in (([1, 0], "-"), ([1, 1], "--")):
             wave = np.outer(direction, half / crystal.spacing)
             modulus = 2 / (np.hypot(*wave) * crystal.wave_compliance(*wave))
             label = crystal.symbol + (" rows" if line == "-" else " 45°")
             relative = modulus / crystal.contact_modulus
-            lines.plot(half / np.pi, relative, line, color=f"C{number}", label=label)
+            lines.plot(half / np.pi, relative, line, color=colour, label=label)
     lines.set(xlabel=r"$q_x a_0/\pi$", ylabel=r"$E^*(q)/E^*$")
     lines.set_title("(a) along two directions")
     lines.legend(fontsize="small")
@@ -63,6 +63,7 @@ with style():
     relative = modulus.T / crystals[0].contact_modulus
     image = zone.imshow(relative, origin="lower", extent=(-1, 1, -1, 1))
     figure.colorbar(image, ax=zone, label=rf"$E^*(q)/E^*$, {METALS[0]}")
-    zone.set(xlabel=r"$q_x a_0/\pi$", ylabel=r"$q_y a_0/\pi$")
+    ticks = (-1, -0.5, 0, 0.5, 1)
+    zone.set(xlabel=r"$q_x a_0/\pi$", ylabel=r"$q_y a_0/\pi$", xticks=ticks)
     zone.set_title(f"(b) all waves on {METALS[0]}")
-    figure.savefig("crystals.png", dpi=110)
+    figure.savefig("crystals.png", dpi=150)

@@ -82,5 +82,7 @@ with style():
     title = f"(b) contact at {load[-1]:g} nN"
     image = plot_contact(right, frames[-1], hertz_radius, None, title, first)
     figure.colorbar(image, ax=right, label="pressure (GPa)")
-    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
-    figure.savefig("load_sweep.png", dpi=200)
+    figure.legend(
+        *right.get_legend_handles_labels(), loc="outside lower right", ncols=2
+    )
+    figure.savefig("load_sweep.png", dpi=150)

@@ -95,4 +95,4 @@ with style():
     image = right.imshow(areas.T / 100, origin="lower", extent=extent)
     figure.colorbar(image, label="contact area (nm²)")
     right.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)", title="(b) contact area by place")
-    figure.savefig("measured_topography.png", dpi=200)
+    figure.savefig("measured_topography.png", dpi=150)

@@ -50,35 +50,37 @@ def press(wall):
 
 def show(ax, contact, values, title, **options):
     """Draw a map with lengths in nm."""
-    extent = np.array([*contact.y[[0, -1]], *contact.x[[0, -1]]]) / nm
-    image = ax.imshow(values, extent=extent, origin="lower", **options)
-    ax.set(title=title, xlabel="y / nm", ylabel="x / nm")
+    extent = np.array([*contact.x[[0, -1]], *contact.y[[0, -1]]]) / nm
+    image = ax.imshow(values.T, extent=extent, origin="lower", **options)
+    ax.set(title=title, xlabel="$x$ (nm)", ylabel="$y$ (nm)")
     ax.set(xlim=(-15, 15), ylim=(-15, 15))
     return image
 
 
 # %%
-# Above: pressures at the largest load. Below: areas along the path, and the dents that
-# are left after it.
+# Above: pressures at the largest load. Below: areas along the path, dashed while the
+# load falls, and the dents that are left after it.
 
 with style():
-    figure, axes = plt.subplots(2, 2, figsize=(7.0, 6.2), layout="constrained")
+    figure, axes = plt.subplots(2, 2, figsize=(6.8, 6.0))
     curve, top = axes[1, 0], len(LOADS)
     walls = (HardWall(), PlasticWall(hardness, permanent=True))
-    for ax, wall, name in zip(axes[0], walls, ("elastic", "plastic"), strict=True):
+    names = "(a) elastic", "(b) plastic"
+    for ax, wall, name in zip(axes[0], walls, names, strict=True):
         loads, areas, pressed, lifted = press(wall)  # nN, nm²
         pressure = np.where(pressed.contact, pressed.pressure / hardness, np.nan)
         image = show(ax, pressed, pressure, f"{name}, {LOADS[-1]:g} nN", vmin=0, vmax=3)
-        (line,) = curve.plot(loads[:top], areas[:top], "o-", label=name)
+        (line,) = curve.plot(loads[:top], areas[:top], "o-", label=name[4:])
         curve.plot(loads[top - 1 :], areas[top - 1 :], "--", color=line.get_color())
     full = LOADS[-1] * nanonewton / hardness / nm**2
-    curve.plot([0, LOADS[-1]], [0, full], "k:", label="N/H")
-    curve.set(xlabel="load / nN", ylabel="contact area / nm²")
-    curve.legend(title="dashed: unloading")
+    curve.plot([0, LOADS[-1]], [0, full], "k:", label="load over hardness")
+    curve.plot([], [], "k--", label="unloading")
+    curve.set(xlabel="load (nN)", ylabel="contact area (nm²)", title="(c) contact area")
+    curve.legend()
     figure.colorbar(image, ax=axes[0], label="pressure / hardness", extend="max")
     depth = lifted.plastic_depth / nm
-    image = show(axes[1, 1], lifted, depth, "after unloading", cmap="magma_r")
-    figure.colorbar(image, ax=axes[1, 1], label="plastic depth / nm")
+    image = show(axes[1, 1], lifted, depth, "(d) after unloading", cmap="magma_r")
+    figure.colorbar(image, ax=axes[1, 1], label="plastic depth (nm)")
     figure.savefig("plastic_contact.png", dpi=150)
 
 ratio = areas[top - 1] / full

@@ -51,22 +51,25 @@ def retraction(rate, roughness=None):
 
 
 with style():
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.0, 3.0))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.0))
     for roughness, label, line in ((None, "smooth", "o-"), (ROUGH, "rough", "s--")):
         effective = []
         for rate in RATES:
             depths, forces = retraction(rate, roughness)
             effective.append(-forces.min() / (1.5 * np.pi * RADIUS * WORK))
             if roughness is None:
-                left.plot(depths, forces, label=f"{rate:g}")
+                colour = plt.cm.viridis(np.log10(rate / RATES[0]) / 5.5)
+                left.plot(depths, forces, color=colour, label=f"{rate:g}")
         right.semilogx(RATES, effective, line, label=label)
         print(label, np.round(effective, 2))
     left.set(xlabel="penetration (Å)", ylabel="normal force (eV/Å)")
+    left.set_title("(a) retraction of the smooth sphere")
     left.legend(title="rate (Å/s)")
-    right.set(xlabel="rate (Å/s)", ylabel="effective over true work of adhesion")
+    right.set(xlabel="rate (Å/s)", ylabel="effective / true work of adhesion")
     right.set_ylim(bottom=0.0)
+    right.set_title("(b) work of adhesion as read by JKR")
     right.legend()
-    figure.savefig("pull_off_rates.png", dpi=120)
+    figure.savefig("pull_off_rates.png", dpi=150)
 
 # %%
 # The rough sphere adheres a little less at all rates; its pull-off force grows with the

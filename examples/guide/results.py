@@ -1,13 +1,13 @@
 """Numbers of the guide: printed output of its code, and stored results of scripts.
 
-    python examples/guide/results.py            # name the pages that differ
-    python examples/guide/results.py --write    # rewrite them
+    python examples/guide/results.py              # name the pages that differ
+    python examples/guide/results.py --write      # rewrite them
+    python examples/guide/results.py --pictures tutorial    # pictures of a page
 
 A ``text`` block after a ``python`` block is what that code prints. Lines between
 ``<!-- results/NAME -->`` and ``<!-- /results -->`` are those of the file
-``results/NAME.md``, whose first line is the command that measured them; ``--report``
-runs those that make a table from stored rows. Pages with a folder of their name run in
-a copy of it, with their commands.
+``results/NAME.md``, whose first line is the command that measured them; ``sources.py``
+runs it. Pages with a folder of their name run in a copy of it, with their commands.
 """
 
 import argparse
@@ -121,12 +121,11 @@ def main() -> None:
     """Compare or rewrite the pages."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--write", action="store_true", help="rewrite the pages")
-    parser.add_argument("--report", action="store_true", help="renew stored tables")
+    parser.add_argument("--pictures", action="store_true", help="keep them here")
     parser.add_argument("pages", nargs="*", help="names of pages; default: all")
     options = parser.parse_args()
     os.environ.setdefault("MPLBACKEND", "Agg")
-    for file, command in reports() if options.report else ():
-        file.write_text(file.read_text().partition("\n")[0] + "\n" + report(command))
+    here = os.getcwd()
     for page in PAGES:
         if options.pages and page.stem not in options.pages:
             continue
@@ -136,8 +135,10 @@ def main() -> None:
             with tempfile.TemporaryDirectory() as folder:
                 os.chdir(folder)
                 made = with_stored(with_outputs(page))
-                os.chdir(GUIDE)
-        if made != before:
+                for picture in Path().glob("*.png") if options.pictures else ():
+                    shutil.copy(picture, here)
+                os.chdir(here)
+        if made != before and not options.pictures:
             print(page.name, "rewritten" if options.write else "differs")
             if options.write:
                 page.write_text(made)

@@ -36,6 +36,7 @@ from ase_roughcontact.ensemble import (
     run_ensemble,
     write_csv,
 )
+from ase_roughcontact.plot import BLUE, COLOURS, ORANGE, style
 from ase_roughcontact.theory import (
     Hertz,
     contact_fraction,
@@ -44,9 +45,8 @@ from ase_roughcontact.theory import (
 )
 
 HERE = Path(__file__).parent
-# Colours of Okabe and Ito, which remain distinct for all kinds of colour vision.
-SLOPE_COLOURS = {0.1: "#D55E00", 0.01: "#0072B2"}
-WORK_COLOURS = {0.0005: "#009E73", 0.005: "#CC79A7"}
+SLOPE_COLOURS = {0.1: ORANGE, 0.01: BLUE}
+WORK_COLOURS = {0.0005: COLOURS[5], 0.005: COLOURS[4]}
 MARKERS = {1e2: "o", 1e3: "s", 1e4: "^", 1e5: "D"}
 STYLES = {1e3: "-", 1e5: "--"}
 # Contacts of fewer atoms are drawn pale: there is no circle of one atom.
@@ -74,8 +74,8 @@ def draw(table: Path, picture: Path) -> None:
     import matplotlib.pyplot as plt
 
     found = curves(read_table(table))
-    size = {"figsize": (16.0, 5.2), "sharex": True, "layout": "constrained"}
-    figure, (hard, repulsive, adhesive) = plt.subplots(1, 3, **size)
+    figure, axes = plt.subplots(2, 2, figsize=(6.8, 6.0))
+    hard, repulsive, adhesive, names = axes.flat
     for curve in found:
         axes = {"hard": hard, "repulsive": repulsive, "adhesive": adhesive}[curve.kind]
         (draw_adhesive if curve.work else draw_repulsive)(axes, curve)
@@ -84,18 +84,20 @@ def draw(table: Path, picture: Path) -> None:
     hard.set_title(r"(a) hard wall, $N_c$ with $\kappa$ = 2")
     repulsive.set_title(r"(b) repulsive 9-3 wall, $N_c$ with $\kappa$ = 2.9")
     adhesive.set_title(r"(c) adhesive, $h'_\mathrm{rms}$ = 0.1, $N_c$ as in (b)")
-    hard.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
     for axes in (hard, repulsive, adhesive):
         axes.set(xscale="log", yscale="log", xlabel="normal force $N/N_c$", **LIMITS)
+        axes.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
         axes.axhline(1.0, color="0.6", lw=0.7, zorder=0)
     adhesive.set_ylim(3e-3, 3e3)
     hard.plot([], [], "ko", ms=4, mfc="white", label="number of atoms")
     hard.plot([], [], "k.", ms=3, label="corrected for the grid")
     adhesive.plot([], [], "k-", lw=0.8, label=r"Eq. (4) with $f$ of rough flats")
     adhesive.plot([], [], "k:", lw=0.8, label=r"Eq. (4) with $\kappa_\mathrm{adh}$")
-    for axes in (hard, adhesive):
-        axes.legend(frameon=False, fontsize="small")
-    figure.savefig(picture, dpi=120)
+    names.axis("off")
+    above, below = (axes.get_legend_handles_labels() for axes in (hard, adhesive))
+    both = (first + second for first, second in zip(above, below, strict=True))
+    names.legend(*both, loc="center")
+    figure.savefig(picture, dpi=180)
     plt.close(figure)
 
 
@@ -157,13 +159,15 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--out", type=Path, default=HERE / "results")
     parser.add_argument("--workers", type=int, help="processes; one per processor")
     parser.add_argument("--draw", action="store_true", help="only what the table holds")
+    parser.add_argument("--picture", type=Path, help="file of the picture")
     options = parser.parse_args(arguments)
     options.out.mkdir(parents=True, exist_ok=True)
     name = f"figure2-{options.scale}"
     table, database = options.out / f"{name}.csv", options.out / f"{name}.db"
     if not options.draw:
         calculate(options.scale, table, database, options.workers)
-    draw(table, options.out / f"{name}.png")
+    with style():
+        draw(table, options.picture or options.out / f"{name}.png")
 
 
 if __name__ == "__main__":
