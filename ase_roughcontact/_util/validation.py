@@ -8,6 +8,7 @@ import reprlib
 from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any, TypeAlias
+from unicodedata import normalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -212,7 +213,8 @@ def unknown(name: str, known: Sequence[str], what: str) -> str:
     """Return the error message for an unknown name, with the most similar known one."""
     similar = get_close_matches(name[:100], known, n=1, cutoff=_SIMILAR)
     hint = f"; did you mean {similar[0]!r}?" if similar else "."
-    known_names = ", ".join(known) or "none"
+    alike = dict.fromkeys(normalize("NFKC", name) for name in known)
+    known_names = ", ".join(alike) or "none"
     return f"unknown {what} {shown(name)}{hint} Known: {known_names}"
 
 

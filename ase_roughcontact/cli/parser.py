@@ -9,6 +9,7 @@ from collections.abc import Callable
 from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
+from textwrap import fill
 from typing import Any, NoReturn
 
 # Completions of arguments in the format of shtab.
@@ -38,7 +39,9 @@ class _Parser(argparse.ArgumentParser):
         """Return the help, described by the docstring of the command."""
         if self.function:
             text = inspect.getdoc(function_of(self.function)) or ""
-            self.description = text.replace("::\n", ":\n")
+            parts = text.replace("::\n", ":\n").split("\n\n")
+            filled = (p if "\n " in p or p[0] == " " else fill(p, 79) for p in parts)
+            self.description = "\n\n".join(filled)
         return super().format_help()
 
 

@@ -17,6 +17,7 @@ from small_scene import SMALL
 from ase_roughcontact import __version__
 from ase_roughcontact.atoms.view import TAG_INDENTER
 from ase_roughcontact.cli import ensembles, main
+from ase_roughcontact.cli.parser import make_parser
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
 
@@ -405,6 +406,14 @@ def test_help_lists_commands_and_files(arguments, capsys):
     text = capsys.readouterr().out
     expected = ("run", "scene") if arguments == ["--help"] else ("curve.csv", "--out")
     assert all(word in text for word in expected)
+
+
+def test_help_fits_80_columns(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    parser = make_parser()
+    (commands,) = (action.choices for action in parser._actions if action.choices)
+    for command in (parser, *commands.values()):
+        assert max(map(len, command.format_help().splitlines())) <= 80, command.prog
 
 
 @pytest.mark.parametrize(
