@@ -12,6 +12,7 @@ from ase_roughcontact.analysis.distributions import (
 )
 from ase_roughcontact.analysis.dynamic_stiffness import dynamic_stiffness
 from ase_roughcontact.analysis.first_contact_point import first_contact
+from ase_roughcontact.analysis.friction import loop_energies, static_friction
 from ase_roughcontact.analysis.grid_limit import extrapolate
 from ase_roughcontact.analysis.map_files import write_map
 from ase_roughcontact.analysis.radial import radial_average
@@ -23,8 +24,10 @@ __all__ = [
     "extrapolate",
     "first_contact",
     "gap_distribution",
+    "loop_energies",
     "patches",
     "pressure_distribution",
     "radial_average",
+    "static_friction",
     "write_map",
 ]

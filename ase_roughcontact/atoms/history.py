@@ -14,12 +14,7 @@ from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.fields import field_of, info_of
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
-from ase_roughcontact.contact.state import (
-    PLASTIC_DEPTH,
-    SHIFTS,
-    SLIPPING,
-    TRACTIONS,
-)
+from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
@@ -91,8 +86,7 @@ def same_history(a: Atoms, b: Atoms) -> bool:
 
 
 def _is_text(key: str) -> bool:
-    lateral = *TRACTIONS, *SHIFTS, SLIPPING
-    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *lateral)
+    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *LATERAL)
 
 
 def _is_kept(key: str) -> bool:

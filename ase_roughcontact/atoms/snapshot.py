@@ -33,7 +33,7 @@ from ase_roughcontact.atoms.history import (
 )
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.topography import Surface
@@ -167,6 +167,25 @@ def plastic_depth_of(frame: Atoms) -> np.ndarray:
     if "plastic_depth" not in info_of(frame):
         return np.zeros(window)
     return field_of(frame, "plastic_depth", window)
+
+
+def lateral_of(frame: Atoms) -> dict[str, np.ndarray]:
+    """Return the lateral fields of a snapshot.
+
+    Parameters
+    ----------
+    frame : Atoms
+        From `snapshot`, also read back from a file.
+
+    Returns
+    -------
+    dict of ndarray, shape (n, m)
+        Tractions of friction ``traction_x`` and ``traction_y`` on the surface (eV/Å^3),
+        its displacements ``displacement_x`` and ``displacement_y`` (Å), and which atoms
+        slip, ``slipping`` (1 or 0). Empty without friction.
+    """
+    history = history_of(frame, SurfaceGrid.of(frame))
+    return {key: history[key] for key in LATERAL if key in history}
 
 
 def gap_of(frame: Atoms, grid: SurfaceGrid, indenter: Surface) -> np.ndarray:

@@ -50,6 +50,11 @@ def bodies(scene: Scene) -> dict[str, str]:
         if wall.attractive
         else ""
     )
+    if scene.friction is not None:
+        found["friction"] = scene.friction.label
+        poisson = getattr(scene.solid, "poisson", None)
+        if poisson is not None:
+            found["friction"] += f"; Poisson's ratio of the solid {poisson:.3g}"
     if scene.area_column == "continuum_area":
         lost = scene.lost_slope
         label = scene.grid_change.label

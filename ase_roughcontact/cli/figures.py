@@ -280,8 +280,9 @@ def _touching(steps: Sequence[LoadStep]) -> list[LoadStep]:
 
 
 def _shown(steps: Sequence[LoadStep]) -> list[LoadStep]:
-    """Return four steps in contact, the deepest one included."""
-    touching = _touching(steps)
+    """Return four different steps in contact, the deepest one included."""
+    states = {(s.height, s.normal_force, s.contact_area): s for s in _touching(steps)}
+    touching = list(states.values())
     if not touching:
         return []
     chosen = np.linspace(0, len(touching) - 1, _MAPS).round().astype(int)

@@ -19,6 +19,8 @@ TRACTIONS = "traction_x", "traction_y"
 #: Keys of the lateral displacements that these cause (length), and of the mask of the
 #: atoms that slip.
 SHIFTS, SLIPPING = ("displacement_x", "displacement_y"), "slipping"
+#: All keys of friction.
+LATERAL = *TRACTIONS, *SHIFTS, SLIPPING
 
 # Relative distance to the hardness within which pressures are at it: that of atoms that
 # have flowed, at the same load again, is known to the tolerance of the solver only.

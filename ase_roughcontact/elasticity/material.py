@@ -68,6 +68,18 @@ def contact_modulus(elastic_constants: object) -> float:
     >>> round(contact_modulus(CRYSTALS["Cu"]), 1)
     144.6
     """
+    bulk, shear = _isotropic_moduli(elastic_constants)
+    return 4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear)
+
+
+def poisson_ratio(elastic_constants: object) -> float:
+    """Return Poisson's ratio of the isotropic average; see `contact_modulus`."""
+    bulk, shear = _isotropic_moduli(elastic_constants)
+    return (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
+
+
+def _isotropic_moduli(elastic_constants: object) -> tuple[float, float]:
+    """Return bulk and shear modulus of the isotropic average of a crystal."""
     constants = finite_array("elastic_constants", elastic_constants)
     if constants.shape == (3,):
         c11, c12, c44 = constants
@@ -82,8 +94,7 @@ def contact_modulus(elastic_constants: object) -> float:
             "elastic_constants must be symmetric and positive definite (a stable "
             f"crystal), got {np.asarray(elastic_constants).tolist()}"
         )
-    bulk, shear = _hill(constants, np.linalg.inv(constants))
-    return float(4.0 * shear * (3.0 * bulk + shear) / (3.0 * bulk + 4.0 * shear))
+    return _hill(constants, np.linalg.inv(constants))
 
 
 def crystal_constants(symbol: str) -> tuple[float, float, float]:

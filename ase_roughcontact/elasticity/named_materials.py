@@ -27,7 +27,13 @@ from typing import Any
 from ase.data import atomic_names, atomic_numbers
 
 from ase_roughcontact._util.validation import shown
-from ase_roughcontact.elasticity.material import CRYSTALS, TABLES, crystal_modulus
+from ase_roughcontact.elasticity.material import (
+    CRYSTALS,
+    TABLES,
+    crystal_constants,
+    crystal_modulus,
+    poisson_ratio,
+)
 
 #: Cutoff :math:`D_0` of van der Waals forces (nm), a typical range of the attraction.
 ATTRACTION_RANGE = 0.165
@@ -54,6 +60,8 @@ class Material:
         Dispersive surface energy (J/m^2), None if it is not known.
     adhesion_source : str
         Where it is from.
+    poisson : float or None
+        Poisson's ratio, None of anisotropic solids but for averages of cubic crystals.
     """
 
     contact_modulus: float
@@ -62,10 +70,15 @@ class Material:
     spacing: float | None = None
     surface_energy: float | None = None
     adhesion_source: str = ""
+    poisson: float | None = None
 
 
-def _isotropic(young: float, poisson: float) -> float:
-    return young / (1.0 - poisson**2)
+def _isotropic(young: float, poisson: float) -> tuple[float, float]:
+    return young / (1.0 - poisson**2), poisson
+
+
+def _average(symbol: str) -> tuple[float, float]:
+    return crystal_modulus(symbol), poisson_ratio(crystal_constants(symbol))
 
 
 def _from_hamaker(constant: float) -> float:
@@ -88,23 +101,24 @@ def indentation_modulus(c11: float, c33: float, c13: float, c44: float) -> float
 def _read(**entry: Any) -> Material:
     """Return the material of an entry of the file ``materials.toml``."""
     kind, modulus = next((k, m) for k, m in _MODULI.items() if k in entry)
-    contact_modulus = modulus(entry.pop(kind))
+    contact_modulus, poisson = modulus(entry.pop(kind))
     if "hamaker" in entry:
         entry["surface_energy"] = _from_hamaker(entry.pop("hamaker"))
-    return Material(contact_modulus, **entry)
+    return Material(contact_modulus, poisson=poisson, **entry)
 
 
-_MODULI: dict[str, Callable[[Any], float]] = {
-    "crystal": crystal_modulus,
+# Contact moduli and Poisson's ratios.
+_MODULI: dict[str, Callable[[Any], tuple[float, float | None]]] = {
+    "crystal": _average,
     "isotropic": lambda constants: _isotropic(*constants),
-    "axial": lambda constants: indentation_modulus(*constants),
+    "axial": lambda constants: (indentation_modulus(*constants), None),
 }
 #: Materials by name, from the file ``materials.toml``. Crystals of `CRYSTALS` are
 #: known, too; see `material`.
 MATERIALS = {name: _read(**entry) for name, entry in TABLES["materials"].items()}
 _CRYSTALS = {
-    each: Material(crystal_modulus(each), MATERIALS["Si"].source, each)
-    for each in CRYSTALS
+    each: Material(modulus, MATERIALS["Si"].source, each, poisson=poisson)
+    for each, (modulus, poisson) in ((each, _average(each)) for each in CRYSTALS)
 }
 _KNOWN = _CRYSTALS | MATERIALS
 
@@ -138,6 +152,29 @@ def combined_modulus(*moduli: float) -> float:
     50.0
     """
     return 1.0 / sum(1.0 / modulus for modulus in moduli)
+
+
+def combined_poisson(*bodies: tuple[float, float]) -> float:
+    r"""Return Poisson's ratio of the solid that slides as two elastic bodies do.
+
+    With :math:`G = E^* (1 - \nu)/2` of each body, the compliances
+    :math:`(1 - \nu)/G` along a wave and :math:`1/G` across it add up,
+
+    .. math:: \frac{1}{G} = \frac{1}{G_1} + \frac{1}{G_2}, \qquad
+              \frac{\nu}{G} = \frac{\nu_1}{G_1} + \frac{\nu_2}{G_2} .
+
+    Parameters
+    ----------
+    *bodies : (float, float)
+        Contact modulus and Poisson's ratio of each.
+
+    References
+    ----------
+    K. L. Johnson, Contact Mechanics (1985), Sec. 7.1.
+    """
+    shear = [2.0 / (modulus * (1.0 - nu)) for modulus, nu in bodies]
+    terms = [nu * each for each, (_, nu) in zip(shear, bodies, strict=True)]
+    return sum(terms) / sum(shear)
 
 
 def work_of_adhesion(first: str, second: str) -> float:

@@ -55,6 +55,14 @@ _OF_SCENE: dict[str, tuple[type, Callable[[Scene], Any]]] = {
         lambda s: s.hardness / UNITS["GPa"] if s.wall.hardness < math.inf else None,
     ),
     "permanent": (bool, lambda s: s.wall.permanent),
+    "friction_coefficient": (
+        float,
+        lambda s: s.friction.coefficient if s.friction else None,
+    ),
+    "shear_strength": (
+        float,
+        lambda s: s.friction.shear_strength if s.friction else None,
+    ),
     "spacing": (float, lambda s: s.spacing),
     "contact_modulus": (float, lambda s: s.contact_modulus),
     "rate": (float, lambda s: _rate(s.path)),

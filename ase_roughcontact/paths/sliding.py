@@ -23,7 +23,7 @@ import numpy as np
 
 from ase_roughcontact._util.validation import finite_array, one_of, positive, shown
 from ase_roughcontact.contact import State
-from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTIONS
+from ase_roughcontact.contact.state import LATERAL, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
@@ -253,8 +253,7 @@ class _Sliding:
         if box != window:
             shifts = self._halfspace(window.shape).displacement(np.stack(tractions))
         slipping = carried(found.slipping.astype(float), box, window)
-        keys = *TRACTIONS, *SHIFTS, SLIPPING
-        return dict(zip(keys, (*tractions, *shifts, slipping), strict=True))
+        return dict(zip(LATERAL, (*tractions, *shifts, slipping), strict=True))
 
     def _slid(
         self, relaxed: RelaxedStep, before: State, lateral: np.ndarray

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ase_roughcontact.paths.record import LoadStep, column
+from ase_roughcontact.paths.record import LoadStep, column, columns_of
+from ase_roughcontact.windows.memory import friction_memory
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,14 @@ class SlidingStep(LoadStep):
     )
     dissipated_energy: float = column(
         lambda s: s.lateral.dissipated, "energy lost by slip since the beginning", "eV"
+    )
+    memory: float = column(
+        lambda s: (
+            columns_of()["memory"].value(s)
+            + friction_memory(s.lateral.solution.slipping.size)
+        ),
+        "estimated peak memory, also for friction",
+        "bytes",
     )
     friction_residual: float = column(
         lambda s: s.lateral.solution.residual,

@@ -24,6 +24,13 @@ from ase_roughcontact.plot.flats import (
     plot_flat_conductance,
     plot_flat_gap,
 )
+from ase_roughcontact.plot.friction import (
+    draw_friction,
+    draw_tractions,
+    plot_friction_loop,
+    plot_slip_areas,
+    plot_tractions,
+)
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
 from ase_roughcontact.plot.time import (
@@ -41,7 +48,9 @@ __all__ = [
     "ORANGE",
     "draw_cantilever_path",
     "draw_file",
+    "draw_friction",
     "draw_time_path",
+    "draw_tractions",
     "plot_cantilever",
     "plot_contact",
     "plot_convergence",
@@ -50,10 +59,13 @@ __all__ = [
     "plot_flat_conductance",
     "plot_flat_gap",
     "plot_force",
+    "plot_friction_loop",
     "plot_loop",
     "plot_over_depth",
     "plot_over_time",
     "plot_pressure",
+    "plot_slip_areas",
+    "plot_tractions",
     "plot_tradeoff",
     "scale_bar",
     "style",

@@ -33,6 +33,7 @@ from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS, on_modes
 from ase_roughcontact.scene.path_kinds import PathKind, Steps
 from ase_roughcontact.scene.scene import NANONEWTON, Scene
+from ase_roughcontact.scene.sliding import Sliding
 from ase_roughcontact.scene.time import Timed
 
 PathConfig = Steps
@@ -47,6 +48,7 @@ __all__ = [
     "PathKind",
     "RoughnessConfig",
     "Scene",
+    "Sliding",
     "SolverConfig",
     "SphereConfig",
     "Steps",

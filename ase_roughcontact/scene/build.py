@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 from ase_roughcontact._util.units import UNITS
@@ -13,6 +14,7 @@ from ase_roughcontact.elasticity.greens import Isotropic
 from ase_roughcontact.elasticity.named_materials import (
     ATTRACTION_RANGE,
     combined_modulus,
+    combined_poisson,
     material,
     work_of_adhesion,
 )
@@ -24,7 +26,13 @@ from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.flats import flat_cell
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import Problems
-from ase_roughcontact.scene.solid import creep_of, named, solid_of, spacing_of
+from ase_roughcontact.scene.solid import (
+    creep_of,
+    named,
+    poisson_of,
+    solid_of,
+    spacing_of,
+)
 from ase_roughcontact.scene.sphere import radius_of
 from ase_roughcontact.topography import (
     HeightMap,
@@ -72,6 +80,8 @@ def build(scene: SceneFile) -> SceneBodies:
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
         hardness = _hardness(scene.substrate, substrate.symbol, spacing)
+        if scene.friction is not None and isinstance(solid, Isotropic):
+            solid = replace(solid, poisson=poisson_of(scene.substrate))
     with problems.of("sphere"):
         solid = _with_tip(solid, scene.sphere.material, creep)
     rough: SelfAffine | HeightMap | None = None
@@ -152,7 +162,16 @@ def _with_tip(solid: ElasticSolid, name: str, creep: Creep | None) -> ElasticSol
             f"{solid!r}: leave it out"
         )
     tip = material(name).contact_modulus * UNITS["GPa"]
-    both = Isotropic(combined_modulus(solid.contact_modulus, tip))
+    poisson, of_tip = None, material(name).poisson
+    if solid.poisson is not None:
+        if of_tip is None:
+            raise ValueError(
+                f"Poisson's ratio of the material {name!r} is not known, which "
+                "friction needs: leave it out"
+            )
+        first = solid.contact_modulus, solid.poisson
+        poisson = combined_poisson(first, (tip, of_tip))
+    both = Isotropic(combined_modulus(solid.contact_modulus, tip), poisson)
     if creep is None:
         return both
     return Viscoelastic(

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ase_roughcontact._util.validation import grid_shape, lookup
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import grid_shape, lookup, positive
 from ase_roughcontact.interactions import WALLS, wall_parameters
+from ase_roughcontact.interactions.friction import Coulomb, FrictionLaw, Tresca
 from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.scene.random_fields import HeterogeneityConfig, RoughnessConfig
 from ase_roughcontact.scene.scan import TopographyConfig
@@ -157,6 +160,40 @@ class InteractionConfig(Section):
 
 
 @dataclass(frozen=True)
+class FrictionConfig(Section):
+    """``[friction]``: friction coefficient, shear strength in GPa, or both."""
+
+    title = "friction"
+    units = {"shear_strength": "GPa"}
+
+    coefficient: float | None = None
+    shear_strength: float | None = None
+
+    @property
+    def law(self) -> FrictionLaw:
+        """Largest traction of an atom, the smaller one of two."""
+        strength = self.shear_strength
+        if strength is not None:
+            positive(shear_strength=strength)
+            strength *= UNITS["GPa"]
+        if self.coefficient is not None:
+            return Coulomb(self.coefficient, strength or math.inf)
+        if strength is None:
+            raise ValueError("give coefficient, shear_strength, or both")
+        return Tresca(strength)
+
+    @property
+    def label(self) -> str:
+        """The law in words."""
+        found = []
+        if self.coefficient is not None:
+            found.append(f"coefficient {self.coefficient:g}")
+        if self.shear_strength is not None:
+            found.append(f"shear strength {self.shear_strength:g} GPa")
+        return ", or ".join(found)
+
+
+@dataclass(frozen=True)
 class SolverConfig(Section):
     """``[solver]``: fmax in units of E* a0^2."""
 
@@ -177,6 +214,7 @@ SECTIONS: dict[str, type[Section]] = {
         TopographyConfig,
         HeterogeneityConfig,
         InteractionConfig,
+        FrictionConfig,
         PathKind,
         SolverConfig,
     )

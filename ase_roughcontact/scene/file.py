@@ -15,6 +15,7 @@ from ase_roughcontact._util.identity import canonical, identity
 from ase_roughcontact._util.validation import lookup, shown
 from ase_roughcontact.scene.config import (
     SECTIONS,
+    FrictionConfig,
     HeterogeneityConfig,
     InteractionConfig,
     RoughnessConfig,
@@ -63,6 +64,7 @@ class SceneFile:
     topography: TopographyConfig | None = None
     heterogeneity: HeterogeneityConfig | None = None
     interaction: InteractionConfig = field(default_factory=InteractionConfig)
+    friction: FrictionConfig | None = None
     path: PathKind = field(default_factory=Steps)
     solver: SolverConfig = field(default_factory=SolverConfig)
 

@@ -32,8 +32,8 @@ from ase_roughcontact.scene.section import (
     lengths,
 )
 
-# Largest number of steps of a path, all of which are kept in memory.
-_MOST_STEPS = 1_000_000
+#: Largest number of steps of a path, all of which are kept in memory.
+MOST_STEPS = 1_000_000
 _UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
 
 #: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
@@ -74,6 +74,16 @@ class Bodies(Protocol):
         ...
 
     @property
+    def periodic(self) -> bool:
+        """Whether the half space repeats."""
+        ...
+
+    @property
+    def friction(self) -> Any:
+        """Section on friction; None without."""
+        ...
+
+    @property
     def nominal_area(self) -> float:
         """Nominal contact area of a rough flat; NaN for other indenters (Å^2)."""
         ...
@@ -105,6 +115,8 @@ class PathKind(Section):
         Names of the pictures that `draw` makes, with their captions.
     by_load : bool
         Whether area over load, and force over depth, are drawn for all states.
+    in_order : bool
+        Whether states depend on those before, so that a preview has all of them.
     """
 
     title = "path"
@@ -115,6 +127,7 @@ class PathKind(Section):
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
     by_load: ClassVar[bool] = True
+    in_order: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
         """Make the kind known to scene files."""
@@ -176,6 +189,14 @@ class PathKind(Section):
     def unit(self) -> str:
         """Unit of the targets, one of `UNITS`."""
         return lookup(self.control, _UNITS, "control")
+
+    def units_of_targets(self, bodies: Bodies) -> Mapping[str, float]:
+        """Return the units in which targets may be given, with their values."""
+        if self.unit not in FORCES:
+            return lengths(bodies.spacing)
+        area = bodies.nominal_area
+        pressures = {} if math.isnan(area) else PRESSURES
+        return FORCES | {name: area * p for name, p in pressures.items()}
 
     @property
     def along(self) -> str:
@@ -321,13 +342,8 @@ class Steps(PathKind):
 
     def targets(self, bodies: Bodies) -> FloatArray:
         """Return the targets of the steps; see `PathKind.targets`."""
-        unit = self.unit
-        units: Mapping[str, float] = lengths(bodies.spacing)
-        if unit in FORCES:
-            area = bodies.nominal_area
-            pressures = {} if math.isnan(area) else PRESSURES
-            units = FORCES | {name: area * p for name, p in pressures.items()}
-        path: Steps = self.plain(["first", "last", "values"], units, unit)
+        keys, unit = ["first", "last", "values"], self.unit
+        path: Steps = self.plain(keys, self.units_of_targets(bodies), unit)
         return UNITS[unit] * path._numbers()
 
     def _numbers(self) -> FloatArray:
@@ -351,8 +367,8 @@ class Steps(PathKind):
         ends: Any = self.first, self.last
         first, last = ends
         steps = integer("steps", self.steps, 1)
-        if steps > _MOST_STEPS:
-            raise ValueError(f"steps must be at most {_MOST_STEPS}, got {steps}")
+        if steps > MOST_STEPS:
+            raise ValueError(f"steps must be at most {MOST_STEPS}, got {steps}")
         finite(first=first, last=last)
         scales = {"geometric": np.geomspace, "linear": np.linspace}
         scale = lookup(self.scale, scales, "scale")

@@ -15,8 +15,10 @@ from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.plan import plan_path
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
+from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.path_kinds import PathKind
 from ase_roughcontact.windows.expected import ExpectedContact, coarsened
+from ase_roughcontact.windows.memory import friction_memory
 
 # Number of steps up to which an error lists them.
 _MOST_LISTED = 20
@@ -121,6 +123,23 @@ def plan_targets(
             for target, count in zip(targets.tolist(), counts.tolist(), strict=True)
         ),
     )
+
+
+def with_friction(plan: Plan) -> Plan:
+    """Return a plan with the memory of friction, and what this leaves out."""
+    steps = (
+        replace(step, memory=step.memory + friction_memory(size_of(step.window)))
+        if step.window
+        else step
+        for step in plan.steps
+    )
+    left_out = (
+        "changes of the heights by sliding, which must be small compared to the "
+        "roughness, and of the pressure by lateral tractions: none for a Poisson's "
+        "ratio of 1/2"
+    )
+    others = plan.left_out[1:]  # those along x and y are not left out
+    return replace(plan, steps=tuple(steps), left_out=(left_out, *others))
 
 
 def _coarse_problem(expected: ExpectedContact, ratio: int) -> Problem:

@@ -40,8 +40,8 @@ def preview(scene: Scene) -> Scene:
     accurate on such a grid; with a wall whose states depend on those before, also the
     steps at which the path turns. Of a loop it has the deepest state: on a coarse grid
     the contact jumps at other depths. A crystal of atoms becomes an isotropic solid of
-    the same contact modulus. A path in time is previewed as a whole, on the
-    viscoelastic solid. The errors are estimated as in any scene.
+    the same contact modulus. A path in time, or of sliding, is previewed as a
+    whole. The errors are estimated as in any scene.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def preview(scene: Scene) -> Scene:
         that a single step would take more than a tenth of the time of the run.
     """
     path = scene.path
-    whole = path.duration(scene) > 0.0
+    whole = path.in_order
     if whole:
         points = path.expected_count(scene) * _points(scene.planned)
         if points < _FEW_POINTS_IN_TIME:
@@ -93,7 +93,7 @@ def _points(scene: Scene) -> float:
     steps = scene.plan().steps
     if any(step.problem for step in steps):
         return math.inf
-    return sum(size_of(step.window) for step in steps)
+    return sum(step.count * size_of(step.window) for step in steps)
 
 
 def _continuum(scene: Scene) -> Scene:

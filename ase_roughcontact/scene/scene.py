@@ -30,6 +30,7 @@ from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 from ase_roughcontact.scene.bodies import SceneBodies
@@ -37,7 +38,7 @@ from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
-from ase_roughcontact.scene.plan import check_targets, plan_targets
+from ase_roughcontact.scene.plan import check_targets, plan_targets, with_friction
 from ase_roughcontact.scene.results import (
     write_results,
 )
@@ -60,7 +61,7 @@ class Scene(SceneFile):
 
     Parameters
     ----------
-    substrate, sphere, roughness, topography, interaction, path, solver
+    substrate, sphere, roughness, topography, interaction, friction, path, solver
         Sections of a scene file. With neither `roughness` nor `topography` the sphere
         is smooth.
 
@@ -166,6 +167,11 @@ class Scene(SceneFile):
         return self.bodies.cell is not None
 
     @property
+    def periodic(self) -> bool:
+        """Whether the half space repeats."""
+        return self.bodies.problem.periodic
+
+    @property
     def nominal_area(self) -> float:
         """Nominal contact area of a rough flat; NaN for other indenters (Å^2)."""
         return self.bodies.nominal_area
@@ -228,6 +234,13 @@ class Scene(SceneFile):
         with problems.of("solver"):
             _ = self.accuracy, self.fmax, self.optimizer
             integer("max_steps", self.solver.max_steps, 1)
+        with problems.of("friction"):
+            _ = self.friction and self.friction.law
+            if self.friction and not issubclass(self.path.record, SlidingStep):
+                raise ValueError(
+                    'needs [path] kind = "sliding", got kind = '
+                    f'"{self.path.kind}": give that, or leave out [friction]'
+                )
         with problems.of("path"):
             _ = self.planned, self.cantilever
             self.path.check(self)
@@ -246,7 +259,7 @@ class Scene(SceneFile):
     @property
     def is_in_order(self) -> bool:
         """Whether states depend on those before."""
-        whole = self.path.count(self) is None
+        whole = self.path.in_order or self.path.count(self) is None
         return whole or self.wall.depends_on_history
 
     @property
@@ -384,6 +397,8 @@ class Scene(SceneFile):
             scene = replace(self, roughness=None)
         path = self.control, self.targets
         plan = plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
+        if self.friction:
+            plan = with_friction(plan)
         if not plan.domain:
             return plan
         change = self.grid_change

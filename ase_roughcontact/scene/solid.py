@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -28,6 +29,7 @@ from ase_roughcontact.elasticity.material import (
     crystal_constants,
     crystal_modulus,
     fcc_spacing,
+    poisson_ratio,
 )
 from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.scene.config import SYMBOL, SubstrateConfig
@@ -148,6 +150,39 @@ def spacing_of(substrate: SubstrateConfig) -> float | None:
     return None if substrate.of_atoms else _known(substrate, fcc_spacing)
 
 
+def poisson_of(substrate: SubstrateConfig) -> float:
+    """Return Poisson's ratio of an isotropic solid, which friction needs.
+
+    Parameters
+    ----------
+    substrate : SubstrateConfig
+        See `named`, with the material as given.
+
+    Returns
+    -------
+    float
+
+    Raises
+    ------
+    ValueError
+        If it is neither given nor known.
+    """
+    if substrate.poisson is not None:
+        return substrate.poisson
+    if substrate.elastic_constants is not None:
+        return poisson_ratio(substrate.elastic_constants)
+    known = None
+    if substrate.name:
+        with suppress(ValueError):
+            known = material(substrate.name).poisson
+    if known is None:
+        raise ValueError(
+            "friction needs Poisson's ratio, which is not known of this solid: give "
+            "poisson"
+        )
+    return known
+
+
 def creep_of(substrate: SubstrateConfig) -> Creep | None:
     """Return the creep of a viscoelastic solid; None for an elastic one.
 
@@ -221,7 +256,7 @@ def _printed_modulus(modulus: float) -> str:
 
 
 def _isotropic(substrate: SubstrateConfig) -> Isotropic:
-    return Isotropic(UNITS["GPa"] * _modulus(substrate))
+    return Isotropic(UNITS["GPa"] * _modulus(substrate), substrate.poisson)
 
 
 def _modulus(substrate: SubstrateConfig) -> float:
@@ -372,7 +407,7 @@ _SOLIDS: dict[str, Callable[[SubstrateConfig], ElasticSolid]] = {
 _NEEDED: dict[str, tuple[str, ...]] = {
     "surface": ("calculator", "potential", "crystal", "anisotropic"),
     **dict.fromkeys(
-        ("layer_modulus", "layer_poisson", "poisson", "rigid_base", "sliding"),
+        ("layer_modulus", "layer_poisson", "rigid_base", "sliding"),
         ("layer_thickness",),
     ),
 }

@@ -27,7 +27,6 @@ from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
-from ase_roughcontact.scene.section import lengths
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
 from ase_roughcontact.theory import Hertz
 
@@ -60,6 +59,7 @@ class Timed(PathKind):
     record = TimeStep
     units = {"cantilever": "N/m", "times": "s", "dwell": "s", "frequency": "Hz"}
     by_load = False
+    in_order = True
     captions = {
         "time.png": "Force and contact area over time and over depth; arrows: "
         "direction of the path.",
@@ -119,8 +119,7 @@ class Timed(PathKind):
         ValueError
             If a key is missing or invalid.
         """
-        unit = self.unit
-        units = FORCES if unit in FORCES else lengths(bodies.spacing)
+        unit, units = self.unit, self.units_of_targets(bodies)
         path: Timed = self.plain(["values", "amplitude"], units, unit)
         values = (
             UNITS[unit] * finite_array("values", list(path.values or ()))

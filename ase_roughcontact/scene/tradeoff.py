@@ -140,7 +140,7 @@ def tradeoff(
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
-    if scene.path.count(scene) is None:
+    if scene.path.in_order or scene.path.count(scene) is None:
         raise ValueError(_without_steps(scene))
     if of == _PRESCRIBED.get(scene.control):
         raise ValueError(
@@ -195,11 +195,14 @@ def _without_steps(scene: Scene) -> str:
     elastic = ""
     if scene.solid.creep is not None:
         elastic = ", without relaxation_moduli and relaxation_times"
-    values = ", ".join(f"{v / UNITS[deepest.unit]:.4g}" for v in scene.planned.targets)
+    if scene.friction:
+        elastic = ", without [friction]"
+    targets = np.unique(scene.planned.targets) / UNITS[deepest.unit]
+    values = ", ".join(f"{target:.4g}" for target in targets)
     return (
-        f'kind = "{scene.path.kind}" chooses its steps as it runs: measure its deepest '
-        f'state, kind = "steps", control = "{deepest.control}", values = [{values}]'
-        f"{elastic}"
+        f'states of kind = "{scene.path.kind}" depend on those before: measure its '
+        f'deepest state, kind = "steps", control = "{deepest.control}", values = '
+        f"[{values}]{elastic}"
     )
 
 

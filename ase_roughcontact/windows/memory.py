@@ -11,8 +11,9 @@ import psutil
 from ase_roughcontact.topography import Surface
 from ase_roughcontact.topography.facts import IndenterFacts
 
-# Bytes for each atom at the peak of a step.
-_PER_ATOM = 350
+# Bytes for each atom at the peak of a step, and for each one in the rectangle around
+# the tractions of friction.
+_PER_ATOM, _PER_LATERAL = 350, 900
 # Bytes for each point of a roughness: while it is synthesised, and afterwards.
 _PER_POINT_MADE = 30
 _PER_POINT_KEPT = 11
@@ -39,6 +40,11 @@ def memory_of(window: tuple[int, int], *, points: int = 0) -> float:
     """
     step = math.prod(window) * _PER_ATOM
     return _BASE + max(_PER_POINT_MADE * points, _PER_POINT_KEPT * points + step)
+
+
+def friction_memory(atoms: int) -> float:
+    """Estimate the memory of friction beside that of a step, for a number of atoms."""
+    return float(_PER_LATERAL * atoms)
 
 
 def points_of(indenter: Surface, spacing: float) -> int:

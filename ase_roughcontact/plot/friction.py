@@ -1,0 +1,195 @@
+"""Figures of sliding paths: friction loops, areas of stick and slip, tractions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ase import Atoms
+
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
+from ase_roughcontact.analysis import ContactMap
+from ase_roughcontact.atoms.snapshot import lateral_of
+from ase_roughcontact.contact.state import SLIPPING, TRACTIONS
+from ase_roughcontact.plot.files import written
+from ase_roughcontact.plot.style import (
+    BLUE,
+    GREY,
+    ORANGE,
+    legend_below,
+    letter,
+)
+from ase_roughcontact.plot.surfaces import scale_bar
+
+_NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
+# Margin of maps beside contacts.
+_MARGIN = 1.1
+# Lateral force across the path, relative to that along it, above which it is drawn, and
+# part of the largest friction above which that is drawn.
+_DRAWN, _NEAR = 0.01, 0.5
+
+
+def plot_friction_loop(
+    axes: Any,
+    steps: Sequence[Any],
+    towards: Sequence[float] | FloatArray = (1.0, 0.0),
+    coefficient: float | None = None,
+) -> Any:
+    """Plot the lateral force over the lateral displacement.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    steps : sequence of SlidingStep
+    towards : (float, float)
+        Unit vector along which displacement and force are drawn; a force across it is
+        drawn, too, unless it is small.
+    coefficient : float, optional
+        Friction coefficient, for lines at it times the normal force, unless these are
+        far away.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    x = _displacements(steps, towards)
+    forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps]) / _NN
+    along, across = forces @ towards, forces @ [-towards[1], towards[0]]
+    limit = (coefficient or 0.0) * np.array([s.normal_force for s in steps]) / _NN
+    if coefficient and abs(along).max() > _NEAR * limit.max():
+        axes.plot(x, limit, "--", color=GREY, lw=0.8, label=r"$\pm\mu N$")
+        axes.plot(x, -limit, "--", color=GREY, lw=0.8)
+    axes.plot(x, along, ".-", color=BLUE, label="along the path")
+    if abs(across).max() > _DRAWN * abs(along).max():
+        axes.plot(x, across, ".-", color=ORANGE, label="across it")
+    axes.set(xlabel="displacement (nm)", ylabel="lateral force (nN)")
+    return axes
+
+
+def plot_slip_areas(
+    axes: Any,
+    steps: Sequence[Any],
+    towards: Sequence[float] | FloatArray = (1.0, 0.0),
+) -> Any:
+    """Plot the areas of stick and slip over the lateral displacement.
+
+    Parameters
+    ----------
+    axes, steps, towards
+        See `plot_friction_loop`.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    x = _displacements(steps, towards)
+    for name, colour in (("stick", BLUE), ("slip", ORANGE)):
+        area = np.array([getattr(s, f"{name}_area") for s in steps]) / _NM**2
+        axes.plot(x, area, ".-", color=colour, label=name)
+    axes.set(xlabel="displacement (nm)", ylabel="area (nm$^2$)")
+    return axes
+
+
+def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> list[Any]:
+    """Draw a map of the lateral tractions, in blue where atoms stick, else in orange.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    frame : Atoms
+        Of the trajectory of a sliding path; see `lateral_of`.
+    largest : float, optional
+        Traction at the end of the colour scales (GPa).
+
+    Returns
+    -------
+    list of matplotlib images
+        Magnitudes of the tractions of atoms that stick and slip (GPa), for colour bars.
+    """
+    fields, seen = lateral_of(frame), ContactMap.from_frame(frame)
+    size = np.hypot(*(fields[key] for key in TRACTIONS)) / _GPA
+    largest = largest or float(size.max()) or None
+    x, y, half = seen.x / _NM, seen.y / _NM, 0.5 * seen.spacing / _NM
+    slips = fields[SLIPPING] > 0.0
+    images = [
+        axes.imshow(
+            np.where(seen.contact & part, size, np.nan).T,
+            cmap=colours,
+            vmin=-0.2 * (largest or 0.0),  # not white
+            vmax=largest,
+            origin="lower",
+            extent=(x[0] - half, x[-1] + half, y[0] - half, y[-1] + half),
+            interpolation="none",
+        )
+        for part, colours in ((~slips, "Blues"), (slips, "Oranges"))
+    ]
+    i, j = seen.contact.nonzero()
+    if i.size:
+        reach = _MARGIN * max(float(abs(side).max()) for side in (x[i], y[j]))
+        axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
+    return images
+
+
+def draw_friction(
+    file: Path,
+    steps: Sequence[Any],
+    towards: Sequence[float] | FloatArray = (1.0, 0.0),
+    coefficient: float | None = None,
+) -> None:
+    """Write the figure of a sliding path: force and areas over displacement.
+
+    Parameters
+    ----------
+    file : path
+    steps, towards, coefficient
+        See `plot_friction_loop`.
+    """
+    with written(file, 4.6) as figure:
+        panels = upper, lower = figure.subplots(2, 1, sharex=True)
+        plot_friction_loop(upper, steps, towards, coefficient)
+        plot_slip_areas(lower, steps, towards)
+        upper.label_outer()
+        letter(panels)
+        legend_below(figure, panels)
+
+
+def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -> None:
+    """Write the figure of the lateral tractions of some frames.
+
+    Parameters
+    ----------
+    file : path
+    frames : sequence of Atoms
+        See `plot_tractions`.
+    titles : sequence of str
+        Of the maps.
+    """
+    largest = max(
+        np.hypot(*(lateral_of(frame)[key] for key in TRACTIONS)).max()
+        for frame in frames
+    )
+    rows, columns = -(-len(frames) // 2), min(len(frames), 2)
+    with written(file, 1.4 + rows * (2.6 / columns + 0.16)) as figure:
+        panels = list(figure.subplots(rows, columns, squeeze=False).flat)
+        for panel in panels[len(frames) :]:
+            panel.remove()
+        panels = panels[: len(frames)]
+        for panel, frame, title in zip(panels, frames, titles, strict=True):
+            images = plot_tractions(panel, frame, largest / _GPA)
+            panel.set_title(title, loc="right")
+            scale_bar(panel, "nm")
+        letter(panels)
+        for image, name in zip(images, ("stick", "slip"), strict=True):
+            bar = figure.colorbar(image, ax=panels, location="bottom", aspect=40)
+            bar.set_label(f"traction of atoms that {name} (GPa)")
+            bar.ax.set_xlim(left=0.0)
+
+
+def _displacements(
+    steps: Sequence[Any], towards: Sequence[float] | FloatArray
+) -> FloatArray:
+    points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
+    return points @ towards / _NM

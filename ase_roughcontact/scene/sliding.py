@@ -1,0 +1,227 @@
+"""Sliding paths of a scene: there and back against friction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from ase.io import read
+
+from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.validation import (
+    FloatArray,
+    finite,
+    finite_array,
+    integer,
+    positive,
+)
+from ase_roughcontact.analysis.friction import loop_energies, static_friction
+from ase_roughcontact.elasticity.lateral import LateralHalfSpace
+from ase_roughcontact.paths.output import Output
+from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, follow_sliding
+from ase_roughcontact.paths.sliding_record import SlidingStep
+from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.scene.path_kinds import MOST_STEPS, Bodies, PathKind
+from ase_roughcontact.scene.section import lengths
+
+# Number of maps in a figure.
+_MAPS = 4
+
+
+@dataclass(frozen=True)
+class Sliding(PathKind):
+    """``[path]`` of kind "sliding": lateral targets between which the indenter moves.
+
+    Displacements and bases are in Å, forces in nN, or with a unit. The load,
+    penetration or height has one value, or one for each lateral target.
+    """
+
+    kind = "sliding"
+    record = SlidingStep
+    units = {"spring": "N/m"}
+    by_load = False
+    in_order = True
+    captions = {
+        "friction.png": "Lateral force over displacement, and areas of stick and slip.",
+        "tractions.png": "Lateral tractions at some displacements; blue: atoms that "
+        "stick; orange: atoms that slip.",
+    }
+
+    control: str = "load"
+    values: tuple | float | str | None = None
+    displacements: tuple | None = None
+    forces: tuple | None = None
+    bases: tuple | None = None
+    spring: float | None = None
+    direction: float = 0.0
+    steps: int = 10
+
+    @property
+    def columns(self) -> dict[str, str]:  # type: ignore[override]
+        """Columns of the printed table, with their labels."""
+        along_y = {"lateral_y": "y", "lateral_force_y": "force y"}
+        return {
+            "lateral_x": "x",
+            "lateral_force_x": "force x",
+            **(along_y if self.direction else {}),
+            "normal_force": "load",
+            "stick_area": "stick",
+            "slip_area": "slip",
+            "lateral_stiffness": "stiffness",
+            "dissipated_energy": "lost",
+        }
+
+    @property
+    def towards(self) -> FloatArray:
+        """Unit vector along which the indenter moves."""
+        finite(direction=self.direction)
+        angle = math.radians(self.direction)
+        return np.array([math.cos(angle), math.sin(angle)])
+
+    def turns(self, bodies: Bodies) -> tuple[str, FloatArray]:
+        """Return what is prescribed laterally, and the targets (Å or eV/Å).
+
+        Raises
+        ------
+        ValueError
+            If not exactly one of the keys is given, or a value is invalid.
+        """
+        given = [key for key in LATERAL_CONTROLS if getattr(self, key) is not None]
+        if len(given) != 1:
+            raise ValueError(
+                "give displacements, forces or bases, between which the indenter "
+                f"moves, such as displacements = [0, 5, -5, 5], got "
+                f"{' and '.join(given) or 'none of them'}"
+            )
+        (key,), unit = given, "nN" if given == ["forces"] else "Å"
+        units = FORCES if unit == "nN" else lengths(bodies.spacing)
+        values = getattr(self.plain([key], units, unit), key)
+        found = UNITS[unit] * finite_array(key, list(values))
+        if len(found) < 2:
+            raise ValueError(
+                f"{key} must be two or more, between which the indenter moves, got "
+                f"{len(found)}"
+            )
+        if integer("steps", self.steps, 1) * len(found) > MOST_STEPS:
+            raise ValueError(f"a path has at most {MOST_STEPS} steps, got more")
+        return key, found
+
+    def targets(self, bodies: Bodies) -> FloatArray:
+        """Return the normal targets of the steps; see `PathKind.targets`."""
+        units, unit, key = self.units_of_targets(bodies), self.unit, self.control
+        if self.values is None:
+            raise ValueError(f"give values, the {key} while the indenter moves")
+        values = self.plain(["values"], units, unit).values
+        found = UNITS[unit] * np.atleast_1d(finite_array("values", values))
+        name, turns = self.turns(bodies)
+        if len(found) not in (1, len(turns)):
+            raise ValueError(
+                f"give one {key} in values, or one for each of the {len(turns)} "
+                f"{name}, got {len(found)}"
+            )
+        return self._between(np.broadcast_to(found, turns.shape))
+
+    def _between(self, turns: FloatArray) -> FloatArray:
+        """Return the values at all steps."""
+        at = np.arange(self.steps * (len(turns) - 1) + 1) / self.steps
+        return np.interp(at, np.arange(len(turns)), turns)
+
+    @property
+    def spring_stiffness(self) -> float | None:
+        """Stiffness of the spring between base and indenter (eV/Å^2)."""
+        if (self.bases is None) != (self.spring is None):
+            raise ValueError("bases need a spring (N/m), and only they do")
+        if self.spring is None:
+            return None
+        positive(spring=self.spring)
+        return self.spring * UNITS["N/m"]
+
+    def check(self, bodies: Bodies) -> None:
+        """Raise an error if the solid has no friction, or no lateral response."""
+        super().check(bodies)
+        _ = self.towards, self.spring_stiffness
+        if bodies.friction is None:
+            raise ValueError(
+                'kind = "sliding" needs a section [friction]: give coefficient or '
+                "shear_strength in it"
+            )
+        try:
+            LateralHalfSpace((2, 2), bodies.spacing, bodies.solid, bodies.periodic)
+        except NotImplementedError as error:
+            raise ValueError(
+                "friction needs the lateral response of the solid, which "
+                f"{type(bodies.solid).__name__} has not: give an isotropic half space"
+            ) from error
+
+    def describe(self, bodies: Bodies) -> str:
+        """Return the number of steps, and what is planned."""
+        key, _ = self.turns(bodies)
+        return (
+            f"Sliding in {self.count(bodies)} steps, {self.steps} between two of the "
+            f"{key}. The states at the normal targets are planned; the time "
+            "of friction is of the same order:"
+        )
+
+    def run(
+        self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
+    ) -> Generator[LoadStep, None, None]:
+        """Move the indenter; see `follow_sliding`."""
+        control, turns = self.turns(bodies)
+        yield from follow_sliding(
+            stepper,
+            self.targets(bodies),
+            bodies.friction.law,
+            np.outer(self._between(turns), self.towards),
+            control,
+            output,
+            spring=self.spring_stiffness,
+            validity=validity,
+            springs=[],
+        )
+
+    def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
+        """Return nothing: most paths are at one load; see `PathKind.ways`."""
+        return [""] * len(states)
+
+    def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
+        """Return static friction, the energy of the last loop, and the stiffness."""
+        steps: Any = states
+        friction, energies = static_friction(steps), loop_energies(steps)
+        found = {
+            "static friction": f"{friction / UNITS['nN']:.4g} nN"
+            if math.isfinite(friction)
+            else "not reached: some atoms stick in all steps",
+            "lost energy": f"{steps[-1].dissipated_energy:.4g} eV",
+        }
+        if len(energies):
+            found["lost energy"] += f", {energies[-1]:.4g} eV of it in the last loop"
+        lateral = steps[-1].lateral_stiffness
+        found["stiffness without slip"] = (
+            f"{lateral / UNITS['N/m']:.4g} N/m, "
+            f"{lateral / steps[-1].contact_stiffness:.4g} times the normal one"
+        )
+        return found
+
+    def draw(
+        self, bodies: Bodies, states: Sequence[Any], folder: Path
+    ) -> Iterator[str]:
+        """Draw friction loop, areas, and maps of tractions."""
+        from ase_roughcontact import plot  # imports matplotlib
+
+        limit = bodies.friction.coefficient
+        plot.draw_friction(folder / "friction.png", states, self.towards, limit)
+        yield "friction.png"
+        slides = [state for state in states if state.repulsive_atoms]
+        if slides:
+            chosen = np.linspace(0, len(slides) - 1, _MAPS + 1)[1:].round().astype(int)
+            shown = [slides[i] for i in np.unique(chosen)]
+            frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
+            x, y = self.towards / UNITS["nm"]
+            titles = [f"{x * s.lateral_x + y * s.lateral_y:.3g} nm" for s in shown]
+            plot.draw_tractions(folder / "tractions.png", frames, titles)
+            yield "tractions.png"

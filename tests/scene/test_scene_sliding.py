@@ -1,0 +1,216 @@
+"""Scenes with friction."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import Coulomb, Tresca
+from ase_roughcontact._util.units import UNITS
+from ase_roughcontact.analysis import loop_energies, static_friction
+from ase_roughcontact.cli import main
+from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity.named_materials import combined_poisson
+from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
+from ase_roughcontact.scene import Scene, Sliding
+from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.scene.tradeoff import tradeoff
+
+NM, NN, GPA = (UNITS[unit] for unit in ("nm", "nN", "GPa"))
+TEXT = """
+[substrate]
+contact_modulus = 80.0
+poisson = 0.3
+spacing = 2.5
+hardness = inf
+[sphere]
+radius = "20 nm"
+[interaction]
+kind = "hard"
+[friction]
+coefficient = 0.3
+[path]
+kind = "sliding"
+values = [20.0]
+displacements = [0, "1 Å", "-0.1 nm", 1]
+steps = 4
+"""
+
+
+def scene_with(**values):
+    return Scene.parse(TEXT).with_values(
+        {key.replace("__", "."): value for key, value in values.items()}
+    )
+
+
+def test_lateral_targets_are_reached_in_equal_steps():
+    scene = scene_with()
+    steps = list(scene.relax(validity="ignore"))
+    x = [*np.linspace(0, 1, 5), *np.linspace(1, -1, 5)[1:], *np.linspace(-1, 1, 5)[1:]]
+    assert [step.lateral_x for step in steps] == pytest.approx(x)
+    assert {step.lateral_y for step in steps} == {0.0}
+    forces = [step.normal_force for step in steps]
+    assert forces == pytest.approx([20.0 * NN] * 13, rel=1e-3)
+    assert static_friction(steps) == pytest.approx(6.0 * NN, rel=1e-3)
+    # the first loading of 1 Å slides less than the loop does
+    (energy,) = loop_energies(steps)
+    expected = steps[12].dissipated_energy - steps[4].dissipated_energy
+    assert energy == expected > 2.0 * steps[4].dissipated_energy
+
+
+def test_no_loop_and_no_static_friction_without_them():
+    there = list(scene_with(path__displacements=[0, 0.01]).relax(validity="ignore"))
+    assert np.isnan(static_friction(there))
+    assert loop_energies(there).size == 0
+
+
+def test_direction_forces_and_changing_loads():
+    keys = {"displacements": None, "forces": ["1 nN", 3], "values": [20, "40 nN"]}
+    scene = scene_with(
+        **{f"path__{k}": v for k, v in keys.items()}, path__direction=30.0
+    )
+    steps = list(scene.relax(validity="ignore"))
+    forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps]) / NN
+    turned = np.linspace(1, 3, 5)[:, None] * [np.sqrt(0.75), 0.5]
+    assert forces == pytest.approx(turned, rel=1e-4)
+    assert scene.targets == pytest.approx(np.linspace(20, 40, 5) * NN)
+    assert steps[2].normal_force == pytest.approx(30.0 * NN, rel=1e-3)
+
+
+def test_bases_move_a_spring():
+    keys = {"displacements": None, "bases": [0, "5 nm"], "spring": "10 N/m"}
+    scene = scene_with(**{f"path__{k}": v for k, v in keys.items()}, path__steps=2)
+    stiffness = 10.0 * UNITS["N/m"]
+    for step, base in zip(scene.relax(validity="ignore"), [0, 25, 50], strict=True):
+        extension = base - step.lateral_x
+        assert step.lateral_force_x == pytest.approx(stiffness * extension, abs=1e-4)
+
+
+def test_laws_of_a_scene():
+    assert scene_with().friction.law == Coulomb(0.3)
+    both = scene_with(friction__shear_strength="500 MPa").friction.law
+    assert both == Coulomb(0.3, strength=0.5 * GPA)
+    only = scene_with(friction__coefficient=None, friction__shear_strength=0.5)
+    assert only.friction.law == Tresca(0.5 * GPA)
+
+
+def test_poissons_ratio_is_that_of_the_substrate():
+    assert scene_with().solid == Isotropic(80.0 * GPA, 0.3)
+    named = Scene.parse(TEXT).with_values(
+        {"substrate.contact_modulus": None, "substrate.poisson": None}
+    )
+    values = {"substrate.material": "SiO2", "substrate.spacing": None}
+    assert named.with_values(values).solid.poisson == 0.16
+    # Hill's average of copper: bulk 137.1 GPa, shear 47.2 GPa
+    assert named.solid.poisson == pytest.approx(0.345, abs=1e-3)
+    # without friction solids are what they were
+    without = named.with_values({"friction": None})
+    assert without.solid == Isotropic(without.solid.contact_modulus)
+
+
+def test_two_elastic_bodies_slide_as_their_compliances_add_up():
+    scene = scene_with(sphere__material="SiO2")
+    tip = Isotropic(72.7 / (1.0 - 0.16**2) * GPA, 0.16)
+    both = scene.solid
+    q = np.array([0.3]), np.array([0.2])
+    expected = Isotropic(80.0 * GPA, 0.3).lateral_wave_compliance(*q)
+    expected = expected + tip.lateral_wave_compliance(*q)
+    assert both.lateral_wave_compliance(*q) == pytest.approx(expected)
+    assert combined_poisson((80.0, 0.3), (80.0, 0.3)) == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"path.displacements": None}, "displacements, forces or bases, .* none of"),
+        ({"path.forces": [0, 1]}, "got displacements and forces"),
+        ({"path.displacements": [0]}, "displacements must be two or more"),
+        ({"path.displacements": [0, "1 nN"]}, "unknown unit of displacements 'nN'"),
+        ({"path.values": None}, "give values, the load while the indenter moves"),
+        ({"path.values": [1, 2]}, "one load in values, or .* each of the 4 displ"),
+        ({"path.values": [1, "1 nm"]}, "unknown unit of values 'nm'"),
+        ({"path.spring": 1.0}, "bases need a spring"),
+        ({"path.steps": 0}, "steps must be"),
+        ({"path.first": 1.0}, "first"),
+        ({"friction": None}, r'"sliding" needs a section \[friction\]'),
+        ({"friction.coefficient": None}, "give coefficient, shear_strength, or both"),
+        ({"friction.coefficient": -0.1}, "coefficient must be a finite number > 0"),
+        ({"friction.shear_strength": 0.0}, "shear_strength must be a finite number"),
+        ({"substrate.poisson": None}, "give poisson"),
+        ({"substrate.poisson": 0.7}, "poisson must be above -1 and at most 1/2"),
+        ({"sphere.material": "mica"}, "Poisson's ratio of the material 'mica'"),
+    ],
+)
+def test_errors_name_section_key_and_unit(values, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(TEXT).with_values(values).check()
+
+
+def test_friction_needs_a_sliding_path_and_a_solid_with_lateral_response():
+    steps = TEXT[: TEXT.index("[path]")] + "[path]\nvalues = [1.0]\n"
+    with pytest.raises(ValueError, match=r'\[friction\] needs \[path\] kind = "slid'):
+        Scene.parse(steps).check()
+    layer = {"layer_thickness": 20.0, "layer_modulus": 5.0}
+    with pytest.raises(ValueError, match="lateral response of the solid, which Layer"):
+        scene_with(**{f"substrate__{k}": v for k, v in layer.items()}).check()
+    creep = {"relaxation_moduli": (0.5,), "relaxation_times": (1.0,)}
+    with pytest.raises(ValueError, match='viscoelastic: give kind = "time"'):
+        scene_with(**{f"substrate__{k}": v for k, v in creep.items()}).check()
+
+
+def test_a_preview_and_what_needs_single_steps():
+    scene = scene_with(path__steps=1000, path__values=[2000.0])
+    coarse = preview(scene)
+    assert isinstance(coarse.path, Sliding)
+    assert coarse.grid_change.coarsen > 1
+    with pytest.raises(ValueError, match=r"depend on those before: .*without \[fric"):
+        tradeoff(scene_with(), 0.1)
+
+
+def test_the_plan_has_the_memory_of_friction():
+    without = scene_with(friction=None).plan().steps[0]
+    with_friction = scene_with().plan().steps[0]
+    assert len(scene_with().plan().steps) == 13
+    n, m = map(int, without.window.split("x"))
+    assert with_friction.memory - without.memory == 900 * n * m
+
+
+def test_the_commands_run_resume_and_report_a_sliding_path(tmp_path, capsys):
+    file, out = tmp_path / "scene.toml", tmp_path / "out"
+    file.write_text(TEXT)
+    assert main(["plan", str(file)]) == 0
+    assert "Sliding in 13 steps" in capsys.readouterr().out
+    steps = Scene.parse(TEXT).run(out, "ignore")
+    for _ in range(6):
+        next(steps)
+    steps.close()  # as when it is killed
+    assert main(["run", str(file), "--out", str(out)]) == 0
+    printed = capsys.readouterr().out
+    for words in ("coefficient 0.3; Poisson's ratio of the solid 0.3", "force x"):
+        assert words in printed
+    friction = re.search(r"static friction +([\d.]+) nN", printed)
+    assert float(friction[1]) == pytest.approx(6.0, rel=1e-3)
+    whole = list(Scene.parse(TEXT).relax(validity="ignore"))
+    rows = np.genfromtxt(out / "curve.csv", delimiter=",", names=True)
+    for name in ("lateral_force_x", "dissipated_energy", "stick_area"):
+        expected = [getattr(step, name) for step in whole]
+        assert rows[name] == pytest.approx(expected, rel=1e-4), name
+    for picture in ("friction", "tractions", "contact"):
+        assert (out / f"{picture}.png").stat().st_size > 5000
+    assert main(["report", str(out)]) == 0
+    assert "atoms that slip" in (out / "report.html").read_text()
+    assert main(["run", str(file), "--out", str(out), "--json"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert json.loads(lines[-1])["lateral_x"] == 1.0
+
+
+def test_an_ensemble_of_sliding_paths_is_that_of_its_scenes(tmp_path):
+    scenes = product(Scene.parse(TEXT), {"friction.coefficient": [0.1, 0.3]})
+    database = tmp_path / "friction.db"
+    *_, last = run_ensemble(scenes, database, workers=1)
+    assert not last.failures
+    found = read_ensemble(database)
+    expected = [s.lateral_force_x for s in scenes[1].relax(validity="ignore")]
+    mine = found["friction_coefficient"] == 0.3
+    assert found["lateral_force_x"][mine] == pytest.approx(expected, rel=1e-6)
