@@ -14,7 +14,7 @@ from ase_roughcontact.solvers.active_set import active_set
 from ase_roughcontact.solvers.newton import newton_krylov
 
 SIDE = 48
-BLOCKS = Blocking(500, 8, 100, single_thread_points=0, whole_grid_bytes=0)
+BLOCKS = Blocking(500, 8, 100, whole_grid_bytes=0)
 WALLS = {
     "hard": rc.HardWall(),
     "repulsive": rc.LennardJones93.repulsive(1.0, 1.0),

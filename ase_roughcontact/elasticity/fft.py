@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from scipy.fft import next_fast_len
@@ -32,8 +32,6 @@ from ase_roughcontact.elasticity.fft_backends import (
     PyfftwTransform,
 )
 
-# Most numbers in a SIMD vector of any processor: 64 bytes in single precision.
-_LONGEST_VECTOR = 16
 # Grids up to this number of points are transformed by pyfftw, whose calls take less
 # time: with 32 * 32 points a sixth.
 _SMALL = 64 * 64
@@ -54,16 +52,13 @@ class Blocking:
         up a cache line, or a multiple of it.
     column_height : int
         See `column_block`.
-    single_thread_points : int
-        Grids with fewer points are transformed by one thread, as a whole.
     whole_grid_bytes : int
-        Smaller grids are transformed by ducc0 in one buffer, a part by each thread.
+        Smaller grids are transformed by one thread, as a whole.
     """
 
     row_block: int = 131072
     column_block: int = 8
     column_height: int = 14000
-    single_thread_points: int = 432 * 432
     whole_grid_bytes: int = 8 << 20
 
 
@@ -134,16 +129,15 @@ class RealFFT2:
         self.blocking = blocking or Blocking()
         self.pairs = 0
 
-        self._whole, self._row_blocks, self._column_blocks = self._blocks()
+        self._row_blocks, self._column_blocks = self._blocks()
+        self._whole = len(self._row_blocks) == len(self._column_blocks) == 1
         self.workers = min(
             self.threads, max(len(self._row_blocks), len(self._column_blocks))
         )
-        rows, columns = self.window[0], self.grid[1] // 2 + 1
-        if not self._whole:
-            rows, columns = _longest(self._row_blocks), _longest(self._column_blocks)
+        rows, columns = map(_longest, (self._row_blocks, self._column_blocks))
         self._buffers: list[BlockTransform] = [
             ENGINES[self.engine](self.grid, rows, columns, dtype=self.dtype)
-            for _ in range(1 if self._whole else self.workers)
+            for _ in range(self.workers)
         ]
 
     def twin(self) -> RealFFT2:
@@ -165,13 +159,15 @@ class RealFFT2:
     def forward(self, values: np.ndarray) -> np.ndarray:
         """Transform `values`, shape (n, m), and return `spectrum`."""
         self._transform_rows(values, self.spectrum)
-        self._each(self._column_blocks, self._forward_columns)
+        forward = ENGINES[self.engine].columns_forward
+        self._transform_columns(self.spectrum, self.window[0], self.grid[0], forward)
         return self.spectrum
 
     def inverse(self) -> np.ndarray:
         """Transform `spectrum` back and return a new array (n, m), not normalised."""
-        self._each(self._column_blocks, self._inverse_columns)
-        return self._inverse_rows(self.spectrum)
+        inverse = ENGINES[self.engine].columns_inverse
+        self._transform_columns(self.spectrum, self.grid[0], self.window[0], inverse)
+        return self._inverse_rows(self.spectrum, np.empty(self.window, self.dtype))
 
     def multiplier(self, values: np.ndarray, factor: float = 1.0) -> np.ndarray:
         """Prepare a real, even spectrum for `filter`, times a factor and normalised.
@@ -221,145 +217,92 @@ class RealFFT2:
                 f"out must be of the shape {self.window} and the type {self.dtype}, "
                 f"got {out.shape} and {out.dtype}"
             )
-        self.pairs += 1
-        if self._whole and self.workers == 1:
-            self._check(values)
-            if out is None:
-                out = np.empty(self.window, self.dtype)
-            self._buffers[0].filter(values, multiplier, out)
-            return out
-        self._transform_rows(values, self._row_spectra)
-        self._each(self._column_blocks, self._filter_columns, multiplier)
-        return self._inverse_rows(self._row_spectra, out)
-
-    def _transform_rows(self, values: np.ndarray, spectra: np.ndarray) -> None:
-        self._check(values)
-        self._each(self._row_blocks, self._forward_row_block, values, spectra)
-
-    def _check(self, values: np.ndarray) -> None:
         if values.shape != self.window:
             raise ValueError(f"expected the shape {self.window}, got {values.shape}")
+        self.pairs += 1
+        if out is None:
+            out = np.empty(self.window, self.dtype)
+        if self._whole:
+            self._buffers[0].filter(values, multiplier, out)
+            return out
 
-    def _inverse_rows(
-        self, spectra: np.ndarray, out: np.ndarray | None = None
-    ) -> np.ndarray:
-        result = np.empty(self.window, self.dtype) if out is None else out
-        self._each(self._row_blocks, self._inverse_row_block, spectra, result)
-        return result
+        def filter_columns(buffer: BlockTransform, columns: slice) -> None:
+            buffer.columns_forward(columns)
+            block, rows = buffer.columns[:, : _length(columns)], len(multiplier)
+            block[:rows] *= multiplier[:, columns]
+            if rows < len(block):
+                block[rows:] *= multiplier[len(block) - rows : 0 : -1, columns]
+            buffer.columns_inverse(columns)
 
-    def _forward_row_block(
-        self, buffer: BlockTransform, rows: slice, values: np.ndarray, out: np.ndarray
+        spectra, rows = self._row_spectra, self.window[0]
+        self._transform_rows(values, spectra)
+        self._transform_columns(spectra, rows, rows, filter_columns)
+        return self._inverse_rows(spectra, out)
+
+    def _transform_rows(self, values: np.ndarray, spectra: np.ndarray) -> None:
+        def work(buffer: BlockTransform, rows: slice) -> None:
+            padded, width = buffer.rows[: _length(rows)], self.window[1]
+            padded[:, :width] = values[rows]
+            padded[:, width:] = 0.0
+            buffer.rows_forward(spectra[rows])
+
+        self._each(self._row_blocks, work)
+
+    def _inverse_rows(self, spectra: np.ndarray, out: np.ndarray) -> np.ndarray:
+        def work(buffer: BlockTransform, rows: slice) -> None:
+            buffer.rows_inverse(spectra[rows])
+            out[rows] = buffer.rows[: _length(rows), : self.window[1]]
+
+        self._each(self._row_blocks, work)
+        return out
+
+    def _transform_columns(
+        self,
+        spectra: np.ndarray,
+        known: int,
+        wanted: int,
+        operation: Callable[[Any, slice], None],
     ) -> None:
-        part, width = self._part(rows), self.window[1]
-        padded = buffer.rows[part]
-        padded[:, :width] = values[rows]
-        padded[:, width:] = 0.0
-        buffer.rows_forward(part, out[rows])
+        """Transform columns, zero beyond some rows, of which the first are wanted."""
 
-    def _inverse_row_block(
-        self, buffer: BlockTransform, rows: slice, spectra: np.ndarray, out: np.ndarray
-    ) -> None:
-        part = self._part(rows)
-        buffer.rows_inverse(part, spectra[rows])
-        out[rows] = buffer.rows[part, : self.window[1]]
+        def work(buffer: BlockTransform, columns: slice) -> None:
+            block = buffer.columns[:, : _length(columns)]
+            block[:known] = spectra[:known, columns]
+            block[known:] = 0.0
+            operation(buffer, columns)
+            spectra[:wanted, columns] = block[:wanted]
 
-    def _forward_columns(self, buffer: BlockTransform, columns: slice) -> None:
-        part = self._part(columns)
-        block = self._load(buffer, part, self.spectrum[: self.window[0], columns])
-        buffer.columns_forward(part)
-        self._store(block, self.spectrum[:, columns])
-
-    def _inverse_columns(self, buffer: BlockTransform, columns: slice) -> None:
-        part = self._part(columns)
-        block = self._load(buffer, part, self.spectrum[:, columns])
-        buffer.columns_inverse(part)
-        self._store(block, self.spectrum[: self.window[0], columns])
-
-    def _filter_columns(
-        self, buffer: BlockTransform, columns: slice, multiplier: np.ndarray
-    ) -> None:
-        part = self._part(columns)
-        block = self._load(buffer, part, self._row_spectra[:, columns])
-        buffer.columns_forward(part)
-        rows = len(multiplier)
-        block[:rows] *= multiplier[:, columns]
-        if rows < len(block):
-            block[rows:] *= multiplier[len(block) - rows : 0 : -1, columns]
-        buffer.columns_inverse(part)
-        self._store(block, self._row_spectra[:, columns])
-
-    def _part(self, block: slice) -> slice:
-        """Return the part of a buffer for a block of the grid."""
-        return block if self._whole else slice(0, block.stop - block.start)
-
-    def _load(
-        self, buffer: BlockTransform, part: slice, spectra: np.ndarray
-    ) -> np.ndarray:
-        """Return a part of the buffer of columns with spectra of rows, and zeros."""
-        block = buffer.columns[:, part]
-        if not self._whole:
-            block[: len(spectra)] = spectra
-        block[len(spectra) :] = 0.0
-        return block
-
-    def _store(self, block: np.ndarray, spectra: np.ndarray) -> None:
-        """Copy the leading rows of the buffer of columns back."""
-        if not self._whole:
-            spectra[:] = block[: len(spectra)]
+        self._each(self._column_blocks, work)
 
     def _each(
-        self, blocks: list[slice], work: Callable[..., None], *arrays: np.ndarray
+        self, blocks: list[slice], work: Callable[[BlockTransform, slice], None]
     ) -> None:
-        """Call ``work(buffer, block, *arrays)`` for all blocks, shared by threads."""
-        if len(blocks) == 1:
-            work(self._buffers[0], blocks[0], *arrays)
-            return
-        idle = self._buffers * self.workers if self._whole else self._buffers[::-1]
+        """Call ``work(buffer, block)`` for all blocks, shared by threads."""
+        idle = self._buffers[::-1]
 
         def run(block: slice) -> None:
             buffer = idle.pop()
-            work(buffer, block, *arrays)
+            work(buffer, block)
             idle.append(buffer)
 
         thread_map(run, blocks, self.workers)
 
-    def _blocks(self) -> tuple[bool, list[slice], list[slice]]:
-        """Return the blocks of rows of the window and of columns of the spectrum.
-
-        Before them, whether the buffers are for the whole grid.
-        """
+    def _blocks(self) -> tuple[list[slice], list[slice]]:
+        """Return the blocks of rows of the window and of columns of the spectrum."""
         rows, (height, width) = self.window[0], self.grid
-        columns, points = width // 2 + 1, height * width
-        size = points * self.dtype.itemsize
-        if points < self.blocking.single_thread_points:
-            return True, [slice(0, rows)], [slice(0, columns)]
-        if self.engine == "ducc0" and size < self.blocking.whole_grid_bytes:
-            return True, _shares(rows, self.threads), _shares(columns, self.threads)
-        tall = math.ceil(self.blocking.column_height / height)
+        columns, blocking = width // 2 + 1, self.blocking
+        if height * width * self.dtype.itemsize < blocking.whole_grid_bytes:
+            return [slice(0, rows)], [slice(0, columns)]
+        tall = math.ceil(blocking.column_height / height)
         return (
-            False,
-            split(rows, self.blocking.row_block // width),
-            split(columns, self.blocking.column_block * tall),
+            split(rows, blocking.row_block // width),
+            split(columns, blocking.column_block * tall),
         )
 
     def _complex_rows(self, rows: int) -> np.ndarray:
-        """Return an array for some rows of the spectrum: the buffer if it is whole."""
-        buffer = self._buffers[0].columns
-        if self._whole:
-            return buffer[:rows]
-        return np.zeros((rows, self.grid[1] // 2 + 1), buffer.dtype)
-
-
-def _shares(length: int, threads: int) -> list[slice]:
-    """Cut a length into a piece for each thread.
-
-    All but the last are multiples of the lengths of SIMD vectors. Where a line is in
-    its vector, which may change the rounding of its transform, then does not depend on
-    the number of threads.
-    """
-    vectors = math.ceil(length / _LONGEST_VECTOR)
-    ends = [vectors * k // threads * _LONGEST_VECTOR for k in range(threads + 1)]
-    return [slice(a, min(b, length)) for a, b in pairwise(ends) if a < b]
+        """Return an array for some rows of the spectrum."""
+        kind = self._buffers[0].columns.dtype
+        return np.zeros((rows, self.grid[1] // 2 + 1), kind)
 
 
 def _float_type(dtype: object) -> np.dtype:
@@ -373,5 +316,9 @@ def _float_type(dtype: object) -> np.dtype:
     return known
 
 
+def _length(block: slice) -> int:
+    return block.stop - block.start
+
+
 def _longest(blocks: list[slice]) -> int:
-    return max(block.stop - block.start for block in blocks)
+    return max(map(_length, blocks))

@@ -16,8 +16,8 @@ except ImportError:
 class BlockTransform(ABC):
     """Buffers for a block of rows and a block of columns, and their transforms.
 
-    Each transform uses one thread. Several threads may use different parts of buffers
-    of ducc0; those of FFTW are always transformed as a whole.
+    Each transform uses one thread. A block that is smaller than the buffers fills their
+    first rows or columns.
 
     Parameters
     ----------
@@ -37,12 +37,7 @@ class BlockTransform(ABC):
     """
 
     def __init__(
-        self,
-        grid: tuple[int, int],
-        rows: int,
-        columns: int,
-        *,
-        dtype: np.dtype,
+        self, grid: tuple[int, int], rows: int, columns: int, *, dtype: np.dtype
     ) -> None:
         complex_type = np.result_type(dtype, np.complex64)
         self.rows = pyfftw.zeros_aligned((rows, grid[1]), dtype)
@@ -57,17 +52,17 @@ class BlockTransform(ABC):
         The array for the result may be the values.
         """
         rows, columns = self.rows, self.columns
-        (n, m), everything = values.shape, slice(None)
+        (n, m), every = values.shape, slice(0, columns.shape[1])
         rows[:, :m] = values
         if m < rows.shape[1]:
             rows[:, m:] = 0.0
-        self.rows_forward(everything, columns[:n])
+        self.rows_forward(columns[:n])
         if n < len(columns):
             columns[n:] = 0.0
-        self.columns_forward(everything)
+        self.columns_forward(every)
         np.multiply(columns, multiplier, out=columns)
-        self.columns_inverse(everything)
-        self.rows_inverse(everything, columns[:n])
+        self.columns_inverse(every)
+        self.rows_inverse(columns[:n])
         out[:] = rows[:, :m]
 
     @abstractmethod
@@ -75,20 +70,20 @@ class BlockTransform(ABC):
         """Prepare the transforms."""
 
     @abstractmethod
-    def rows_forward(self, part: slice, spectra: np.ndarray) -> None:
-        """Transform a part of the rows into `spectra`, shape (k, M//2 + 1)."""
+    def rows_forward(self, spectra: np.ndarray) -> None:
+        """Transform the first k rows into `spectra`, shape (k, M//2 + 1)."""
 
     @abstractmethod
-    def rows_inverse(self, part: slice, spectra: np.ndarray) -> None:
-        """Transform `spectra`, shape (k, M//2 + 1), back into a part of the rows."""
+    def rows_inverse(self, spectra: np.ndarray) -> None:
+        """Transform `spectra`, shape (k, M//2 + 1), back into the first k rows."""
 
     @abstractmethod
-    def columns_forward(self, part: slice) -> None:
-        """Transform a part of the columns in place."""
+    def columns_forward(self, block: slice) -> None:
+        """Transform the first columns, as many as a block has, in place."""
 
     @abstractmethod
-    def columns_inverse(self, part: slice) -> None:
-        """Transform a part of the columns back in place, not normalised."""
+    def columns_inverse(self, block: slice) -> None:
+        """Transform the first columns back in place, not normalised."""
 
 
 class PyfftwTransform(BlockTransform):
@@ -114,21 +109,21 @@ class PyfftwTransform(BlockTransform):
         self._columns_forward = plan(*both, **columns)
         self._columns_inverse = plan(*both, **columns, **inverse)
 
-    def rows_forward(self, part: slice, spectra: np.ndarray) -> None:
+    def rows_forward(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
         self._rows_forward.execute()
-        spectra[:] = self._spectra[part]
+        spectra[:] = self._spectra[: len(spectra)]
 
-    def rows_inverse(self, part: slice, spectra: np.ndarray) -> None:
+    def rows_inverse(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        self._spectra[part] = spectra
+        self._spectra[: len(spectra)] = spectra
         self._rows_inverse.execute()
 
-    def columns_forward(self, part: slice) -> None:
+    def columns_forward(self, block: slice) -> None:
         """See `BlockTransform`."""
         self._columns_forward.execute()
 
-    def columns_inverse(self, part: slice) -> None:
+    def columns_inverse(self, block: slice) -> None:
         """See `BlockTransform`."""
         self._columns_inverse.execute()
 
@@ -142,21 +137,23 @@ class DuccTransform(BlockTransform):
                 "engine 'ducc0' needs the package ducc0: pip install ducc0"
             )
 
-    def rows_forward(self, part: slice, spectra: np.ndarray) -> None:
+    def rows_forward(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        ducc0.fft.r2c(self.rows[part], axes=(1,), out=spectra)
+        ducc0.fft.r2c(self.rows[: len(spectra)], axes=(1,), out=spectra)
 
-    def rows_inverse(self, part: slice, spectra: np.ndarray) -> None:
+    def rows_inverse(self, spectra: np.ndarray) -> None:
         """See `BlockTransform`."""
-        rows, width = self.rows[part], self.rows.shape[1]
+        rows, width = self.rows[: len(spectra)], self.rows.shape[1]
         ducc0.fft.c2r(spectra, axes=(1,), lastsize=width, forward=False, out=rows)
 
-    def columns_forward(self, part: slice) -> None:
+    def columns_forward(self, block: slice) -> None:
         """See `BlockTransform`."""
-        columns = self.columns[:, part]
-        ducc0.fft.c2c(columns, axes=(0,), out=columns)
+        self._columns(block, forward=True)
 
-    def columns_inverse(self, part: slice) -> None:
+    def columns_inverse(self, block: slice) -> None:
         """See `BlockTransform`."""
-        columns = self.columns[:, part]
-        ducc0.fft.c2c(columns, axes=(0,), forward=False, out=columns)
+        self._columns(block, forward=False)
+
+    def _columns(self, block: slice, forward: bool) -> None:
+        columns = self.columns[:, : block.stop - block.start]
+        ducc0.fft.c2c(columns, axes=(0,), forward=forward, out=columns)

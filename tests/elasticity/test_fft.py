@@ -30,9 +30,12 @@ def transform(window, grid=None, engine="pyfftw", **options):
     return RealFFT2(window, grid, engine=engine, **options)
 
 
+CUT = {"whole_grid_bytes": 0}  # also small grids into blocks
+
+
 def blocks(rows=20, columns=1, height=10):
     """Return a blocking that cuts small grids as large ones are cut."""
-    return Blocking(rows, columns, height, single_thread_points=0, whole_grid_bytes=0)
+    return Blocking(rows, columns, height, **CUT)
 
 
 def random(shape):
@@ -98,7 +101,7 @@ def test_filter_leaves_its_arguments_alone_and_returns_a_new_array(engine):
 def test_results_do_not_depend_on_the_number_of_threads(window, dtype, engine):
     values, results = random(window), []
     for count in (1, 2, 3):
-        options = {"dtype": dtype, "threads": count}
+        options = {"dtype": dtype, "threads": count, "blocking": Blocking(**CUT)}
         fft = transform(window, engine=engine, **options)
         one = fft.multiplier(np.ones((window[0], window[1] // 2 + 1)))
         results.append(fft.filter(values, one))

@@ -189,7 +189,7 @@ def test_single_precision_keeps_six_digits(kind):
 def test_engine_and_threads_do_not_change_the_answer(kind, engine, threads):
     pytest.importorskip(engine)
     # several blocks for each thread
-    blocking = Blocking(500, 8, 100, single_thread_points=0, whole_grid_bytes=0)
+    blocking = Blocking(500, 8, 100, whole_grid_bytes=0)
     shape = (60, 41)
     pressure = random_pressure(shape)
     expected = kind(shape, A0, E, threads=1).displacement(pressure)
