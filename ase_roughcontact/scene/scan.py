@@ -38,6 +38,7 @@ class TopographyConfig(Section):
     margin: float | str = 0.0
     periodic: bool | None = None
     channel: int | str | None = None
+    transpose: bool = False
 
     @property
     def edge(self) -> float:
@@ -89,7 +90,7 @@ class TopographyConfig(Section):
         place = "highest" if self.center == "highest" else "axis"
         parts = [
             f"{width / unit:.4g} x {height / unit:.4g} {name}",
-            f"{n} x {m} points{_order(self.file)}",
+            f"{n} x {m} points{self._order}",
             f"{surface.missing} ({100.0 * surface.missing / (n * m):.2g} %) missing",
             f"rms height {statistics.rms_height / nm:.3g} nm",
             f"rms slope {statistics.rms_slope:.3g}",
@@ -99,7 +100,16 @@ class TopographyConfig(Section):
             parts.append(
                 f"curvature of the scan itself: radius {surface.tip.radius / nm:.3g} nm"
             )
-        return f"{Path(self.file).name}: {', '.join(parts)}"
+        return f"{Path(self.file).name}, the {self.role}: {', '.join(parts)}"
+
+    @property
+    def _order(self) -> str:
+        """Which way x is, for files that do not say it themselves."""
+        suffix = Path(self.file).suffix.lower()
+        if suffix == ".npy":
+            return f" ({'second' if self.transpose else 'first'} index along x)"
+        along = "y" if self.transpose else "x"
+        return f" (rows of a matrix along {along})" if suffix in TEXT else ""
 
     def warnings(self, radius: float, whole_tip: bool) -> list[str]:
         """Return warnings about the scan.
@@ -127,7 +137,7 @@ class TopographyConfig(Section):
             )
         if statistics.rms_height < _CONSTANT:
             found.append("all heights are the same: is it the channel of the height?")
-        elif statistics.rms_height > radius:
+        elif statistics.rms_height > radius and not whole_tip:
             found.append(
                 f"the rms height of {statistics.rms_height / nm:.3g} nm exceeds the "
                 f"radius of the sphere, {radius / nm:.3g} nm: are both units right?"
@@ -160,14 +170,6 @@ def _read(config: TopographyConfig, changed: int) -> HeightMap:
     """Read a scan, unless it was read before and the file has not changed."""
     options = config.entries()
     return HeightMap.from_topography(options.pop("file"), **options)
-
-
-def _order(file: str) -> str:
-    """Return which way x is, for files that do not say it themselves."""
-    suffix = Path(file).suffix.lower()
-    if suffix == ".npy":
-        return " (first index along x)"
-    return " (rows of a matrix along x)" if suffix in TEXT else ""
 
 
 def _size(surface: HeightMap) -> tuple[float, float]:

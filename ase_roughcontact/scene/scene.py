@@ -184,9 +184,15 @@ class Scene(SceneFile):
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the scan, and a range of the wall that is not resolved."""
+        """Warnings about the scan, a radius without unit, and the range of the wall."""
         found = self.bodies.range_warnings(self.grid_change.spacing(self.spacing))
+        radius, unit = self.sphere.radius, self.sphere.unit
         if self.topography is not None:
+            if isinstance(radius, int | float) and radius < math.inf and unit == "a0":
+                found.append(
+                    f"radius = {radius:g} is in spacings a0 of the atoms, "
+                    f"{self.radius / UNITS['nm']:.4g} nm: give it with a unit"
+                )
             whole = self.whole_tip is not None
             found += self.topography.warnings(self.radius, whole)
         return found

@@ -118,6 +118,7 @@ class HeightMap:
         margin: Length = 0.0,
         periodic: bool | None = None,
         channel: int | str | None = None,
+        transpose: bool = False,
     ) -> HeightMap:
         """Return the lower side of an indenter for a scan of a surface.
 
@@ -158,6 +159,9 @@ class HeightMap:
             Whether the scan is periodic; by default whether the object says so.
         channel : int or str, optional
             Channel of a file with several; by default the height.
+        transpose : bool
+            Whether the indices of an array, or of the matrix in a file, are exchanged
+            before anything else: the first index of ``.npy`` is then along y.
 
         Returns
         -------
@@ -186,7 +190,12 @@ class HeightMap:
         ((20.0, 60.0), -30.0)
         """
         scan, factor = Scan.of(
-            topography, spacing=spacing, unit=unit, periodic=periodic, channel=channel
+            topography,
+            spacing=spacing,
+            unit=unit,
+            periodic=periodic,
+            channel=channel,
+            transpose=transpose,
         )
         missing = int(np.isnan(scan.heights).sum())
         scan = scan.levelled(detrend or ("mean" if scan.periodic else "plane"))
@@ -197,6 +206,7 @@ class HeightMap:
             place = scan.highest(edge) if center == "highest" else None
         else:
             place = position(center, factor)
+            scan.check(place)
         heights, place = scan.lower_side(role, place)
         surface = cls(heights, scan.spacing, scan.periodic, place)
         surface.missing = missing

@@ -16,6 +16,7 @@ one direction, which is x.
 from __future__ import annotations
 
 import os
+import warnings
 from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
@@ -32,12 +33,15 @@ from ase_roughcontact._util.validation import (
     nonnegative,
     unknown,
 )
+from ase_roughcontact.topography.interpolation import ROUNDING
 from ase_roughcontact.topography.scan_files import read_scan, scan_of
 from ase_roughcontact.topography.spectrum import axis_spacings
 
 #: A number, or a string of a number and a unit of length.
 Length: TypeAlias = float | str
 
+# Relative difference up to which spacings are the same.
+_SAME_SPACING = 0.01
 # Numbers of points that are not missing, and beyond the edges of a scan.
 _KNOWN, _BEYOND = -1, -2
 
@@ -71,6 +75,7 @@ class Scan:
         unit: str | None = None,
         periodic: bool | None = None,
         channel: int | str | None = None,
+        transpose: bool = False,
     ) -> tuple[Scan, float]:
         """Return a scan in Å, and the unit of given lengths in Å.
 
@@ -78,6 +83,8 @@ class Scan:
         """
         is_file = isinstance(topography, (str, os.PathLike))
         raw = read_scan(topography, channel) if is_file else scan_of(topography)
+        if transpose:
+            raw = raw.transposed
         if raw.unit is None and unit is None and (is_file or raw.spacing is not None):
             raise ValueError(
                 f"the unit of {topography!r} is not known: give unit, for example 'nm'"
@@ -88,6 +95,8 @@ class Scan:
         )
         if spacing is not None:
             steps = axis_spacings(in_angstrom("spacing", spacing, given))
+            if raw.spacing is not None:
+                _warn_of_other_spacing(steps, np.multiply(raw.spacing, of_scan))
         elif raw.spacing is not None:
             steps = raw.spacing[0] * of_scan, raw.spacing[1] * of_scan
         else:
@@ -96,6 +105,16 @@ class Scan:
             )
         periodic = raw.periodic if periodic is None else bool(periodic)
         return cls(raw.heights * of_scan, steps, periodic), given
+
+    def check(self, place: Point) -> None:
+        """Raise `ValueError` if a place (x, y) is not on the scan (Å)."""
+        last, number = np.array(self.heights.shape) - 1, np.divide(place, self.spacing)
+        if (abs(number - last / 2) > last / 2 + ROUNDING).any():
+            (x, y), (width, height) = place, last * self.spacing
+            raise ValueError(
+                f"center must be on the scan, which spans {width / 10:.4g} x "
+                f"{height / 10:.4g} nm, got ({x / 10:.4g}, {y / 10:.4g}) nm"
+            )
 
     def filled(self) -> Scan:
         """Return the scan with missing points interpolated.
@@ -166,6 +185,17 @@ class Scan:
         if place is not None:
             place = (len(self.heights) - 1) * self.spacing[0] - place[0], place[1]
         return -self.heights[::-1], place
+
+
+def _warn_of_other_spacing(given: Point, found: FloatArray) -> None:
+    """Warn of a given spacing that is not that of the file (Å)."""
+    if not np.allclose(given, found, rtol=_SAME_SPACING):
+        sizes = (" x ".join(f"{x / 10:.4g}" for x in steps) for steps in (given, found))
+        warnings.warn(
+            "the spacing {} nm is given and used, but the file has {} nm: leave "
+            "spacing out, unless the file is wrong".format(*sizes),
+            stacklevel=2,
+        )
 
 
 def position(center: Any, unit: float) -> Point:

@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -58,6 +58,12 @@ class RawScan:
     spacing: tuple[float, float] | None = None
     unit: str | None = None
     periodic: bool = False
+
+    @property
+    def transposed(self) -> RawScan:
+        """The scan with x and y exchanged."""
+        spacing = self.spacing and self.spacing[::-1]
+        return replace(self, heights=self.heights.T, spacing=spacing)
 
 
 def scan_from_text(text: str) -> RawScan:

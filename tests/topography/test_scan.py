@@ -308,6 +308,14 @@ def test_decimal_commas_and_missing_cells_of_text_are_recognised(tmp_path, text)
     np.testing.assert_allclose(raw(got), raw(expected), rtol=0, atol=1e-9)
 
 
+def test_a_spacing_that_is_not_that_of_the_file_is_reported(tmp_path):
+    file = tmp_path / "scan.txt"
+    file.write_text("# Width: 10 nm\n# Height: 10 nm\n# Value units: nm\n0 1\n2 3\n")
+    with pytest.warns(UserWarning, match="2 x 2 nm is given and used, .* has 5 x 5 nm"):
+        assert untouched(file, spacing="2 nm").spacing == pytest.approx((20.0, 20.0))
+    assert untouched(file, spacing="5.02 nm").spacing[0] == pytest.approx(50.2)
+
+
 def test_text_without_header_needs_unit_and_spacing(tmp_path):
     file = tmp_path / "scan.txt"
     file.write_text("# nothing about lengths\n" + matrix(ROUGH))
