@@ -3,7 +3,6 @@
 Tests of interrupted ensembles are in `tests/ensemble`.
 """
 
-import csv
 import errno
 import fcntl
 import os
@@ -26,6 +25,7 @@ from ase.io import Trajectory, read
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene, default_text
 
@@ -106,7 +106,7 @@ def signalled(file, folder, part, call, number):
 def rows(folder):
     try:
         with open(folder / "curve.csv", newline="") as file:
-            return list(csv.DictReader(file))
+            return list(table_rows(file))
     except FileNotFoundError:
         return []
 

@@ -1,6 +1,5 @@
 """Files of a version with other output columns stay readable."""
 
-import csv
 import math
 from concurrent.futures import ThreadPoolExecutor
 
@@ -9,6 +8,7 @@ import pytest
 from ase.io import Trajectory, read
 from small_scene import SMALL
 
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.trajectory import checksum
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import read_ensemble, read_places, run_ensemble
@@ -52,7 +52,7 @@ def test_an_older_run_is_continued(older):
     assert before[0].normal_force > 0.0 and before[0].validity == ""
     assert last.area_error > 0.0
     with open(files["csv"], newline="") as table:
-        rows = list(csv.DictReader(table))
+        rows = list(table_rows(table))
     assert [float(row["area_error"]) > 0.0 for row in rows] == [False, False, True]
     assert "temperature" not in rows[0]
 
@@ -90,5 +90,5 @@ def test_an_older_table_of_places_is_read(tmp_path):
     table = tmp_path / "places.csv"
     table.write_text("x (nm),y (nm),contact_area (nm²),humidity\n1.0,2.0,3.0,0.4\n")
     (place,) = read_places(table)
-    assert (place.x, place.y, place.contact_area) == (10.0, 20.0, 300.0)
+    assert (place.x, place.y, place.area) == (10.0, 20.0, 300.0)
     assert math.isnan(place.pull_off_force) and not place.converged

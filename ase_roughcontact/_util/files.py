@@ -8,8 +8,9 @@ import fcntl
 import os
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from itertools import zip_longest
 from pathlib import Path
 from typing import IO, Any
 
@@ -127,22 +128,33 @@ def named_in_errors(file: PathName) -> Iterator[None]:
         raise OSError(f"can't write {os.fspath(file)}: {cause}") from error
 
 
+def table_rows(lines: Iterable[str]) -> Iterator[dict[str, str]]:
+    """Yield the rows of a CSV file by the names of the columns, without their units."""
+    rows = csv.reader(lines)
+    names = [head.partition(" (")[0] for head in next(rows, [])]
+    for row in filter(None, rows):
+        yield dict(zip_longest(names, row[: len(names)], fillvalue=""))
+
+
 @contextmanager
 def table_writer(
-    file: PathName, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]
+    file: PathName,
+    columns: Mapping[str, str],
+    rows: Iterable[Mapping[str, Any]],
 ) -> Iterator[Callable[[Mapping[str, Any]], None]]:
     """Replace a CSV file by a new one, and yield a function that writes a further row.
 
-    The first rows may be read from the old file; missing values are empty, others are
-    left out. A symbolic link is refused.
+    `columns` are their heads by their names: ``"height (Å)"``. The first rows may be
+    read from the old file; missing values are empty, others are left out. A symbolic
+    link is refused.
     """
     refuse_link(file)
     with closed_at_end(file) as stack:
         with replaced(file) as new:
             text = open_file(new, "w", newline="", encoding="utf-8")
             opened = stack.enter_context(text)
-            table = csv.DictWriter(opened, columns, extrasaction="ignore")
-            table.writeheader()
+            table = csv.DictWriter(opened, list(columns), extrasaction="ignore")
+            table.writerow(columns)
             table.writerows(rows)
             opened.flush()
 

@@ -20,7 +20,7 @@ _HEADS = "x (nm)", "y (nm)", "load (nN)", "area (nm²)", "pull-off force (nN)"
 _POINTS = 256
 # Attributes in the figure, with their units and labels.
 _MAPS = {
-    "contact_area": ("nm²", "contact area"),
+    "area": ("nm²", "contact area"),
     "pull_off_force": ("nN", "pull-off force"),
 }
 
@@ -57,7 +57,7 @@ def places(options: argparse.Namespace) -> int:
 
 def _row(place: Place) -> list[str]:
     units = UNITS["nm"], UNITS["nm"], UNITS["nN"], UNITS["nm²"], UNITS["nN"]
-    values = place.x, place.y, place.normal_force, place.contact_area
+    values = place.x, place.y, place.normal_force, place.area
     pairs = zip((*values, place.pull_off_force), units, strict=True)
     first, *others = (number(value / unit) for value, unit in pairs)
     return [f"{first:>10}", *others]

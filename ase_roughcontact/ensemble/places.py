@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 from collections.abc import Iterator
 from concurrent.futures import Executor, as_completed
@@ -12,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.files import locked, table_writer
+from ase_roughcontact._util.files import locked, table_rows, table_writer
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.ensemble.processes import worker_pool
 from ase_roughcontact.scene import Scene
@@ -23,11 +22,11 @@ _UNITS = {
     "x": "nm",
     "y": "nm",
     "normal_force": "nN",
-    "contact_area": "nm²",
+    "area": "nm²",
     "pull_off_force": "nN",
 }
-_COLUMNS = [*(f"{name} ({unit})" for name, unit in _UNITS.items())]
-_COLUMNS += ["converged", "message"]
+# Names of the area in the file.
+_AREAS = "contact_area", "continuum_area"
 
 
 @dataclass(frozen=True)
@@ -38,8 +37,9 @@ class Place:
     ----------
     x, y : float
         Position from the first point of the scan (Å).
-    normal_force, contact_area : float
-        At the last step of the path, or at the deepest state of a loop (eV/Å, Å^2).
+    normal_force, area : float
+        At the last step of the path, or at the deepest state of a loop (eV/Å, Å^2). The
+        area is that which the scene asks for; in the file it has the name of this one.
     pull_off_force : float
         Largest tension of the path or of the retraction (eV/Å).
     converged : bool
@@ -50,7 +50,7 @@ class Place:
     x: float
     y: float
     normal_force: float = math.nan
-    contact_area: float = math.nan
+    area: float = math.nan
     pull_off_force: float = math.nan
     converged: bool = False
     message: str = ""
@@ -101,7 +101,10 @@ def run_places(
         found = _earlier(scene, folder)
         yield from (found[place] for place in places if place in found)
         missing = [place for place in places if place not in found]
-        rows = table_writer(table, _COLUMNS, map(_row, found.values()))
+        names = {"area": scene.area_column}
+        heads = {k: f"{names.get(k, k)} ({unit})" for k, unit in _UNITS.items()}
+        heads |= {"converged": "converged", "message": "message"}
+        rows = table_writer(table, heads, map(_row, found.values()))
         with worker_pool(executor, workers) as running, rows as write:
             tasks = [running.submit(_calculate, scene, *place) for place in missing]
             try:
@@ -140,7 +143,7 @@ def read_places(file: str | Path) -> list[Place]:
                 converged=row.get("converged") == "True",
                 message=row.get("message") or "",
             )
-            for row in csv.DictReader(lines)
+            for row in table_rows(lines)
         ]
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{file} is damaged ({error}): delete it") from error
@@ -182,16 +185,16 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
 
 def _row(place: Place) -> dict[str, Any]:
     numbers = (getattr(place, name) / UNITS[unit] for name, unit in _UNITS.items())
-    values = [*(f"{x:.12g}" for x in numbers), place.converged, place.message]
-    return dict(zip(_COLUMNS, values, strict=True))
+    values = dict(zip(_UNITS, (f"{x:.12g}" for x in numbers), strict=True))
+    return values | {"converged": place.converged, "message": place.message}
 
 
 def _number(row: dict[str, str], name: str) -> float:
-    unit = _UNITS[name]
-    key = f"{name} ({unit})"
     if name in ("x", "y"):
-        return round(UNITS[unit] * float(row[key]), 6)  # as by `_grid`
-    return UNITS[unit] * float(row.get(key, math.nan))
+        return round(UNITS[_UNITS[name]] * float(row[name]), 6)  # as by `_grid`
+    names = _AREAS if name == "area" else [name]
+    found = next((row[each] for each in names if each in row), "nan")
+    return UNITS[_UNITS[name]] * float(found)
 
 
 def as_map(places: list[Place], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

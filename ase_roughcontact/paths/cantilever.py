@@ -1,15 +1,17 @@
 r"""Force curves of a tip on a cantilever, as an atomic force microscope records them.
 
-The base of the cantilever is at height D, where the tip would be without a force. A
-tip at height Z is deflected by :math:`d = Z - D`, and a cantilever of stiffness k is in
-equilibrium with the contact if :math:`N = k d`. So each state of an adhesion loop, for
-which the tip is held, is an equilibrium for the base at
+The base of the cantilever is at height D, where the tip would be without a force,
+counted from where the flat substrate begins to repel it, as the penetration
+:math:`\delta`. The tip is deflected by :math:`d = -\delta - D`, and a cantilever of
+stiffness k is in equilibrium with the contact if :math:`N = k d`. So each state of an
+adhesion loop, for which the tip is held, is an equilibrium for the base at
 
-.. math:: D = Z - N(Z)/k .
+.. math:: D = -\delta - N(\delta)/k .
 
-Where D rises while the tip goes down, :math:`dN/dZ > k`, the cantilever is too soft to
-hold the tip: it jumps, at constant D, to the next equilibrium. The surface relaxes much
-faster than the cantilever moves, so that it follows the states of the loop meanwhile.
+Where D rises while the tip goes down, :math:`-dN/d\delta > k`, the cantilever is too
+soft to hold the tip: it jumps, at constant D, to the next equilibrium. The surface
+relaxes much faster than the cantilever moves, so that it follows the states of the loop
+meanwhile.
 """
 
 from __future__ import annotations
@@ -31,7 +33,7 @@ class CantileverJump:
     Attributes
     ----------
     distance : float
-        Height of the base (Å).
+        Height of the base above first contact (Å).
     force_before, force_after : float
         Normal forces (eV/Å).
     """
@@ -48,8 +50,9 @@ class CantileverBranch:
     Attributes
     ----------
     distance : ndarray, shape (k,)
-        Height of the base, monotonic, from or to where the tip is free; twice the same
-        at a jump (Å).
+        Height of the base above first contact, monotonic, from or to where the tip is
+        free; twice the same at a jump (Å). With the deflection it is the negative
+        penetration.
     force : ndarray, shape (k,)
         Normal force (eV/Å).
     deflection : ndarray, shape (k,)
@@ -130,9 +133,10 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
     free = max(first[0], last[-1]) + 1.1 * max(0.0, -up.min()) / stiffness
     first, down = np.append(free, first), np.append(0.0, down)
     last, up = np.append(last, free), np.append(up, 0.0)
-    approach = _followed(first, down, loop.approach_jumps, stiffness, -1.0)
     deepest = loop.retraction[0]
-    turn = deepest.height - deepest.normal_force / stiffness
+    zero = deepest.height + deepest.penetration
+    approach = _followed(first, down, zero, loop.approach_jumps, stiffness, -1.0)
+    turn = deepest.height - zero - deepest.normal_force / stiffness
     if approach.distance[-1] != turn:
         raise ValueError(
             f"the tip on a cantilever of {stiffness / UNITS['J/m^2']:.4g} N/m jumps in "
@@ -140,13 +144,14 @@ def cantilever_curve(loop: AdhesionLoop, stiffness: float) -> CantileverCurve:
             f"{deepest.penetration / UNITS['nm']:.4g} nm: choose a deeper one, or a "
             "stiffer cantilever"
         )
-    retraction = _followed(last, up, loop.retraction_jumps, stiffness, 1.0)
+    retraction = _followed(last, up, zero, loop.retraction_jumps, stiffness, 1.0)
     return CantileverCurve(stiffness, approach, retraction)
 
 
 def _followed(
     height: FloatArray,
     force: FloatArray,
+    zero: float,
     unstable: tuple[Jump, ...],
     stiffness: float,
     direction: float,
@@ -156,7 +161,7 @@ def _followed(
     ends = [
         i for i, state in enumerate(zip(height, force, strict=True)) if state in after
     ]
-    along = direction * (height - force / stiffness)
+    along = direction * (height - zero - force / stiffness)
     distance, columns, last, landed = follow(along, force[:, None], np.array(ends, int))
     jumps = [
         CantileverJump(float(direction * along[i]), float(force[i]), float(end))

@@ -10,7 +10,13 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any, Protocol
 
-from ase_roughcontact._util.files import PathName, locked, refuse_link, table_writer
+from ase_roughcontact._util.files import (
+    PathName,
+    locked,
+    refuse_link,
+    table_rows,
+    table_writer,
+)
 from ase_roughcontact._util.validation import one_of
 from ase_roughcontact.contact import State
 from ase_roughcontact.paths.record import LoadStep, columns_of
@@ -141,7 +147,10 @@ def open_output(
         if table is not None:
             first = finished.steps[0].step if finished.steps else 0
             known = chain(_lines(table, first), map(asdict, finished.steps))
-            columns = list(columns_of(output.record))
+            columns = {
+                name: f"{name} ({each.unit})" if each.unit else name
+                for name, each in columns_of(output.record).items()
+            }
             rows = files.enter_context(table_writer(table, columns, known))
 
         def write(step: LoadStep, **info: Any) -> None:
@@ -159,7 +168,7 @@ def _lines(table: PathName, count: int) -> Sequence[Mapping[str, str]]:
         return []
     try:
         with open(table, newline="", encoding="utf-8") as file:
-            lines = list(islice(csv.DictReader(file), count))
+            lines = list(islice(table_rows(file), count))
             steps = [int(line["step"]) for line in lines]
     except (KeyError, TypeError, ValueError, csv.Error):
         steps = [-1]

@@ -17,8 +17,6 @@ from ase_roughcontact.scene.force_curve import ForceCurve
 _SAME_STIFFNESS = 0.02
 # Part of the points at either end whose slope tells where the contact is: 1/10.
 _TENTH = 10
-# Units of columns of curve.csv without one in their heads.
-_OWN_UNITS = {"penetration": "Å", "normal_force": "eV/Å"}
 # Names of columns by what they are, the best ones first. Whether a height is positive
 # away from the surface or towards it follows from the force.
 _NAMES = {
@@ -127,7 +125,7 @@ def _quantities(
     for name in (name for names in _NAMES.values() for name in names):
         for column in (each for each in columns if each.name == name):
             kind = next(kind for kind, names in _NAMES.items() if name in names)
-            unit = column.unit or _OWN_UNITS.get(name, "")
+            unit = column.unit or ""
             if kind == "deflection" and unit in FORCES:
                 kind = "force"
             units = FORCES if kind == "force" else LENGTHS

@@ -15,6 +15,7 @@ from ase.io import read
 from small_scene import SMALL
 
 from ase_roughcontact import __version__
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.view import TAG_INDENTER
 from ase_roughcontact.cli import ensembles, main
 from ase_roughcontact.cli.parser import make_parser
@@ -36,7 +37,7 @@ def test_run_writes_table_trajectories_and_figures(scene, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["run", str(scene), "--out", str(out)]) == 0
     with open(out / "curve.csv", newline="") as file:
-        rows = list(csv.DictReader(file))
+        rows = list(table_rows(file))
     assert [row["converged"] for row in rows] == ["True", "True"]
     assert len(read(out / "sweep.traj", ":")) == 2
     view = read(out / "view.traj", ":")

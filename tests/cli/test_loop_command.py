@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from small_scene import LOOP, SMALL
 
 from ase_roughcontact import adhesion_loop
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 from ase_roughcontact.cli import main
@@ -52,7 +53,7 @@ def test_the_largest_step_is_a_tenth_of_the_way_down_by_default():
 
 def test_states_are_in_the_files_of_a_run(run):
     with open(run / "curve.csv") as table:
-        states = list(csv.DictReader(table))
+        states = list(table_rows(table))
     assert count_steps(run / "sweep.traj") == len(states) > 10
     assert min(float(state["normal_force"]) for state in states) < 0.0
 
@@ -239,7 +240,7 @@ def test_the_deepest_state_of_a_loop_is_among_the_maps(run, monkeypatch):
     monkeypatch.setattr(Axes, "set_title", lambda _, text, **__: titles.append(text))
     assert main(["figure", str(run)]) == 0
     with open(run / "curve.csv") as table:
-        states = list(csv.DictReader(table))
+        states = list(table_rows(table))
     deepest = max(states, key=lambda state: float(state["penetration"]))
     force = f"{float(deepest['normal_force']) / UNITS['nN']:.3g} nN"
     assert any(force in title for title in titles)

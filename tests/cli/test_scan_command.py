@@ -71,8 +71,8 @@ def test_plan_run_and_page_show_what_was_read_from_a_scan(scene, tmp_path, capsy
         SMOOTH + SECTION + 'center = "highest"\nmargin = "1 nm"\n'
     )
     parts = (
-        "scan.txt, the indenter: 10 x 10 nm, 40 x 40 points (rows of a matrix along x), "
-        "1 (0.062 %) missing, rms height 0.02",
+        "scan.txt, the indenter: 10 x 10 nm, 40 x 40 points (rows of a matrix along "
+        "x), 1 (0.062 %) missing, rms height 0.02",
         f"highest at ({highest[0]:g}, {highest[1]:g}) nm",
     )
     texts = []

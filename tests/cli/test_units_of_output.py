@@ -5,7 +5,6 @@ factors from the elementary charge. The units of JSON lines are compared with th
 by which a value changes when lengths are doubled and moduli are quadrupled.
 """
 
-import csv
 import io
 import json
 import re
@@ -15,6 +14,7 @@ import numpy as np
 import pytest
 from scipy.special import erf
 
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
 
 CHARGE = 1.602176634e-19  # eV in J
@@ -154,7 +154,7 @@ def case(request, tmp_path_factory):
     file.write_text(text_of(*request.param))
     text = printed("run", file, "--out", folder / "out")
     with open(folder / "out" / "curve.csv", newline="") as table:
-        records = list(csv.DictReader(table))
+        records = list(table_rows(table))
     return wall, control, file, text, records
 
 

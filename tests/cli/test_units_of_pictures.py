@@ -3,7 +3,6 @@
 The figures are inspected instead of being saved.
 """
 
-import csv
 import io
 import re
 from contextlib import redirect_stdout
@@ -14,6 +13,7 @@ import pytest
 from ase.io import read
 from matplotlib.figure import Figure
 
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.cli import main
 
 CHARGE = 1.602176634e-19  # eV in J
@@ -55,7 +55,7 @@ def run(request, tmp_path_factory):
         out = str(folder / "out")
         assert main(["run", str(folder / "scene.toml"), "--out", out]) == 0
     with open(folder / "out" / "curve.csv", newline="") as file:
-        records = list(csv.DictReader(file))
+        records = list(table_rows(file))
     frames = read(folder / "out" / "sweep.traj", ":")
     return control, records, frames, figures
 

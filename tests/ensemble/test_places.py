@@ -53,7 +53,7 @@ def assert_same(found, expected):
     """Compare places, of which a file has other units than the calculation."""
     for place, other in zip(found, expected, strict=True):
         assert (place.x, place.y) == (other.x, other.y)
-        for name in ("normal_force", "contact_area", "pull_off_force"):
+        for name in ("normal_force", "area", "pull_off_force"):
             near = pytest.approx(getattr(other, name), rel=1e-11)
             assert getattr(place, name) == near
         assert (place.converged, place.message) == (other.converged, other.message)
@@ -83,7 +83,7 @@ def test_a_place_has_the_forces_of_a_scene_with_that_center(scene_of, tmp_path, 
     there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
     first, last = there.relax()
     assert found[0].normal_force == pytest.approx(last.normal_force)
-    assert found[0].contact_area == last.contact_area
+    assert found[0].area == last.contact_area
     lowest = min(first.normal_force, last.normal_force)
     assert found[0].pull_off_force == pytest.approx(max(0.0, -lowest))
     assert found[0].normal_force != pytest.approx(found[1].normal_force, rel=0.1)
@@ -96,7 +96,7 @@ def test_a_loop_gives_the_pull_off_force_of_each_place(scene_of, tmp_path):
     there = scene.with_values({"topography.center": ("2 nm", "2 nm")})
     loop = there.loop(validity="ignore")
     assert place.pull_off_force == pytest.approx(loop.pull_off_force)
-    assert place.contact_area == loop.approach[-1].contact_area
+    assert place.area == loop.approach[-1].contact_area
 
 
 def test_places_are_not_calculated_again(scene_of, tmp_path):
@@ -126,7 +126,7 @@ def test_a_row_in_which_a_run_was_killed_is_calculated_again(scene_of, tmp_path)
     text = table.read_text()
     table.write_text(text[:-20])
     assert_same(read_places(table), first[:1])
-    heads = "x (nm),y (nm),normal_force (nN),contact_area (nm²),pull_off_force (nN),"
+    heads = "x (nm),y (nm),normal_force (nN),continuum_area (nm²),pull_off_force (nN),"
     assert text.startswith(heads)
     force = float(text.splitlines()[1].split(",")[2])
     assert force == pytest.approx(first[0].normal_force / UNITS["nN"])
@@ -148,7 +148,7 @@ def test_a_place_is_one_more_row_of_the_table(scene_of, tmp_path):
 def test_a_place_beyond_the_scan_has_a_message(scene_of, tmp_path):
     scene = scene_of(STEPS).with_values({"topography.margin": 0.0})
     (place,) = run_places(scene, (1, 1), tmp_path / "out", Here())
-    assert not place.converged and np.isnan(place.contact_area)
+    assert not place.converged and np.isnan(place.area)
     assert "choose a smaller window, or a center further inside" in place.message
 
 
@@ -189,5 +189,5 @@ def test_the_command_draws_scan_and_maps(scene_of, tmp_path, capsys, monkeypatch
     np.testing.assert_allclose(sorted(places.get_xdata()), [2.0, 8.0])
     np.testing.assert_allclose(places.get_ydata(), [2.0, 2.0])
     found = sorted(read_places(tmp_path / "out" / "places.csv"), key=attrgetter("x"))
-    expected = [[place.contact_area / 100.0 for place in found]]
+    expected = [[place.area / 100.0 for place in found]]
     np.testing.assert_allclose(area.get_array(), expected)

@@ -27,6 +27,12 @@ def loop():
     return rc.adhesion_loop(tip(), DEEPEST, 0.5, tolerance=3e-3, validity="ignore")
 
 
+def zero():
+    """Height of first contact, from which distances of the base are counted."""
+    first = loop().approach[0]
+    return first.height + first.penetration
+
+
 def curve(stiffness=STIFFNESS):
     return cantilever_curve(loop(), stiffness)
 
@@ -34,13 +40,20 @@ def curve(stiffness=STIFFNESS):
 def test_a_stiff_cantilever_has_the_curve_of_the_held_tip():
     stiff = curve(1e6)
     assert stiff.pull_off_force == pytest.approx(loop().pull_off_force, rel=1e-6)
-    assert stiff.snap_in.distance == pytest.approx(loop().jump_in, abs=2e-3)
+    assert stiff.snap_in.distance == pytest.approx(loop().jump_in - zero(), abs=2e-3)
     assert stiff.dissipated_energy == pytest.approx(loop().dissipated_energy, rel=1e-2)
 
 
 def test_deflection_times_stiffness_is_the_force():
     for branch in (curve().approach, curve().retraction):
         np.testing.assert_allclose(branch.force, STIFFNESS * branch.deflection)
+
+
+def test_distance_and_deflection_are_the_negative_penetration():
+    assert zero() > 0.5  # the range of the repulsion
+    turn = curve().approach
+    depth = -(turn.distance[-1] + turn.deflection[-1])
+    assert depth == pytest.approx(loop().approach[-1].penetration)
 
 
 def test_the_base_moves_in_one_direction_and_jumps_at_constant_distance():
@@ -68,7 +81,7 @@ def test_states_are_those_of_a_tip_on_a_spring(branch, share):
     followed = getattr(curve(), branch)
     states = getattr(loop(), branch)
     i = int(share * len(followed.distance))
-    base, expected = followed.distance[i], followed.force[i]
+    base, expected = followed.distance[i] + zero(), followed.force[i]
     atoms = tip(fixed=False)
     x, y, _ = atoms.positions[-1]
     near = min(states, key=lambda s: abs(s.height - base - expected / STIFFNESS))

@@ -3,7 +3,6 @@
 In units of the contact modulus and the spacing.
 """
 
-import csv
 from dataclasses import asdict, fields
 from functools import cache
 from itertools import count, pairwise
@@ -18,6 +17,7 @@ from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 import ase_roughcontact as rc
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.trajectory import count_steps
 from ase_roughcontact.paths.instabilities import Jump, interpolated
 from ase_roughcontact.theory import MaugisDugdale
@@ -338,7 +338,7 @@ def test_all_states_are_written(tmp_path):
     )
     records = [*loop.approach, *loop.retraction[1:]]
     with open(table, newline="") as file:
-        rows = list(csv.DictReader(file))
+        rows = list(table_rows(file))
     assert rows == [{k: str(v) for k, v in asdict(r).items()} for r in records]
     frames = read(movie, ":")
     assert [frame.info["load_step"] for frame in frames] == list(map(asdict, records))
@@ -376,7 +376,7 @@ def test_state_whose_writing_is_interrupted_is_not_in_the_files(
             output=rc.Output(trajectory=movie, csv=table),
         )
     with open(table, newline="") as file:
-        rows = [int(row["step"]) for row in csv.DictReader(file)]
+        rows = [int(row["step"]) for row in table_rows(file)]
     assert rows == kept(movie) == list(range(count_steps(movie))) != []
 
 

@@ -1,6 +1,5 @@
 """Load paths: results, files, resuming, and errors."""
 
-import csv
 import os
 from dataclasses import asdict, fields
 from functools import partial
@@ -13,6 +12,7 @@ from built import atoms_under
 from written_path import written_path
 
 import ase_roughcontact as rc
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 
@@ -30,7 +30,7 @@ def make_atoms(modulus=1.0, **options):
 
 def rows_of(path):
     with open(path, newline="") as file:
-        return list(csv.DictReader(file))
+        return list(table_rows(file))
 
 
 def same(records, others, tolerance):

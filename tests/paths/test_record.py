@@ -1,6 +1,5 @@
 """Output columns: units and descriptions of ours, and columns added from outside."""
 
-import csv
 import json
 import math
 import re
@@ -13,6 +12,7 @@ from built import atoms_under
 from written_path import written_path
 
 import ase_roughcontact as rc
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.cli.common import json_line
 from ase_roughcontact.paths.record import columns_of, units_of
@@ -98,7 +98,7 @@ def test_own_column_is_in_result_csv_trajectory_and_json(tmp_path):
     (step,) = written_path(atoms, [0.4], **options)
     assert step.largest_gap == atoms.calc.state(atoms).gap.max() > 0.0
     with open(table, newline="") as file:
-        (row,) = csv.DictReader(file)
+        (row,) = table_rows(file)
     assert list(row) == [*NAMES, "largest_gap"]
     assert float(row["largest_gap"]) == step.largest_gap
     assert read(movie).info["load_step"] == asdict(step)
@@ -166,7 +166,7 @@ def test_a_path_is_resumed_with_other_columns(tmp_path, before, after):
     assert type(first) is type(second) is records[after]
     assert first.normal_force == old.normal_force < second.normal_force
     with open(tmp_path / "curve.csv", newline="") as table:
-        rows = [list(row.values()) for row in csv.DictReader(table)]
+        rows = [list(row.values()) for row in table_rows(table)]
     assert rows[0][:3] == [str(value) for value in list(asdict(old).values())[:3]]
     assert len(rows[0]) == len(rows[1]) == len(asdict(first))
     if after:

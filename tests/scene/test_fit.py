@@ -55,9 +55,10 @@ def scene(work=0.1, stiffness=2.0):
 def curve_of(scene, noise=NOISE, points=60):
     """Approach and retraction at equal steps of the base, with noise."""
     exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
-    base = np.linspace(exact.approach.distance[-1], 25.0, points)
+    zero = scene.first_contact
+    base = np.linspace(exact.approach.distance[-1] + zero, 25.0, points)
     down, up = (
-        np.interp(base, *(values[order] for values in (each.distance, each.force)))
+        np.interp(base - zero, *(x[order] for x in (each.distance, each.force)))
         for each in (exact.approach, exact.retraction)
         for order in [np.argsort(each.distance, kind="stable")]
     )
@@ -404,10 +405,10 @@ def test_distance_and_deflection_of_a_cantilever_give_the_depth(tmp_path):
         read_curve(file, None, 1.04 * UNITS["N/m"])
 
 
-def test_a_table_has_depths_and_forces_with_or_without_units(tmp_path):
+def test_a_table_has_depths_and_forces(tmp_path):
     file = tmp_path / "curve.csv"
-    file.write_text("penetration,normal_force\n1.5,0.2\n2.0,0.3\n")
-    curve = read_curve(file)  # a table of results: Å, eV/Å
+    file.write_text("penetration (Å),normal_force (eV/Å)\n1.5,0.2\n2.0,0.3\n")
+    curve = read_curve(file)  # as in a table of results
     np.testing.assert_allclose([curve.depth, curve.force], [[1.5, 2.0], [0.2, 0.3]])
     file.write_text("depth (nm)\n1.0\n")
     with pytest.raises(ValueError, match=r"needs the columns .*, got depth \(nm\): "):

@@ -1,11 +1,11 @@
 """Measured and random surfaces that are pressed against a flat."""
 
-import csv
 import math
 
 import numpy as np
 import pytest
 
+from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
 from ase_roughcontact.cli.description import bodies
@@ -78,7 +78,7 @@ def test_the_command_prints_and_draws_a_flat_without_a_sphere(wave, tmp_path, ca
         assert "Hertz" not in text
         assert "rough flat, periodic cell of 128 x 16 nm" in text
     with open("out/curve.csv") as table:
-        (step,) = csv.DictReader(table)
+        (step,) = table_rows(table)
     assert float(step["nominal_pressure"]) == pytest.approx(100.0 * UNITS["MPa"])
     assert (tmp_path / "out" / "curve.png").exists()
 

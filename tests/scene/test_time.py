@@ -202,8 +202,8 @@ def test_commands_run_plan_and_continue(tmp_path, capsys):
     assert "relaxing to E* = 0.4 GPa" in printed
     assert "dissipated energy" in printed
     table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
-    assert table["time"][-1] == pytest.approx(2.0)
-    assert math.isclose(table["penetration"].max(), 20.0)
+    assert table["time_s"][-1] == pytest.approx(2.0)
+    assert math.isclose(table["penetration_Å"].max(), 20.0)
     assert (folder / "time.png").stat().st_size > 10_000
     before = (folder / "curve.csv").read_text()
     assert main(["run", str(file), "--out", str(folder)]) == 0
@@ -231,7 +231,7 @@ def test_maps_are_those_at_the_times(tmp_path, capsys):
     written = sorted((folder / "maps").glob("*.npz"))
     steps = [int(each.stem[-4:]) for each in written]
     table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
-    assert table["time"][steps] == pytest.approx([0.5, 1.5])
+    assert table["time_s"][steps] == pytest.approx([0.5, 1.5])
     first, last = (np.load(each)["pressure"] for each in written)
     assert first.max() > 1.2 * last.max()  # GPa, relaxes at the same depth
     capsys.readouterr()
@@ -274,9 +274,9 @@ def test_the_force_of_a_cantilever_is_its_stiffness_times_its_deflection(tmp_pat
     assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
     table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
     stiffness = 5.0 * UNITS["N/m"]
-    assert table["base"].min() == pytest.approx(-2.0 * NM)
-    force = stiffness * table["deflection"]
-    assert table["normal_force"] == pytest.approx(force, abs=1e-3 * force.max())
+    assert table["base_Å"].min() == pytest.approx(-2.0 * NM)
+    force = stiffness * table["deflection_Å"]
+    assert table["normal_force_eVÅ"] == pytest.approx(force, abs=1e-3 * force.max())
     curve = read_curve(folder / "cantilever.csv", "retraction")
     assert curve.stiffness == pytest.approx(stiffness, rel=1e-3)
     assert len(curve.force) < len(table)
