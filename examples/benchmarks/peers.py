@@ -1,7 +1,7 @@
 r"""Our solvers and their peers on the same input, in one run.
 
     python peers.py --sizes 512 1024 --problems hard repulsive --repeat 3
-    python peers.py --sizes 512 --codes ours aspher tamaas --table-only
+    python peers.py --report    # the table of the guide, from peers.csv
 
 Peers come with ``pip install ase-roughcontact[bench]``; those that are missing are
 skipped. ASPHER is fastest when built for the machine's own processor::
@@ -10,7 +10,7 @@ skipped. ASPHER is fastest when built for the machine's own processor::
 
 Every code solves the problems of `problems.py`, each solution cold; sizes are powers
 of two from 64. A row is appended to the CSV file as soon as it is known, and what the
-file has is not run again. At the end a table is printed for every problem:
+file has is not run again. Its columns:
 
 setup, seconds
     least time over the repeats, for what depends on the grid alone and for the
@@ -21,8 +21,6 @@ pairs of time
 convolutions
     that the code itself counts, coarse grids of ours by their share; without those of
     a preconditioner for ASPHER;
-x ours
-    seconds over those of our array-level solver;
 area, height, load error, gap, overlap, tension, residual
     atoms in contact and height, relative error of the load, and from one judge
     (`problems.optimality_residuals`): largest gap in contact, deepest overlap, most
@@ -43,27 +41,47 @@ from pathlib import Path
 import codes
 import numpy as np
 from codes import SOLVERS, Solver, timed
+from markdown import order, table
 from problems import WALLS, Answer, Problem, optimality_residuals
 
-COLUMNS = {
-    "setup": "9.3f",
-    "seconds": "9.3f",
-    "x ours": "8.2f",
-    "pairs of time": "14.1f",
-    "iterations": "11.0f",
-    "convolutions": "13.1f",
-    "area": "9.0f",
-    "height": "10.5f",
-    "load error": "11.1e",
-    "gap": "9.1e",
-    "overlap": "9.1e",
-    "tension": "9.1e",
-    "plastic": "9.0f",
-    "excess": "9.1e",
-    "residual": "9.1e",
-}
 KEY = ("problem", "n", "threads", "code")
-FIELDS = [*KEY, *(name for name in COLUMNS if name != "x ours"), "pair seconds"]
+FIELDS = (
+    *KEY,
+    *(
+        "setup",
+        "seconds",
+        "pairs of time",
+        "iterations",
+        "convolutions",
+        "area",
+        "height",
+    ),
+    *("load error", "gap", "overlap", "tension", "plastic", "excess", "residual"),
+    "pair seconds",
+)
+TITLES = {
+    "hard": "hard, sphere",
+    "periodic": "hard, flat",
+    "plastic": "plastic, sphere",
+    "plastic-periodic": "plastic, flat",
+    "repulsive": "repulsive, as stiff as the solid, sphere",
+    "exponential": "exponential attraction, sphere",
+    "exponential-periodic": "exponential attraction, flat",
+    "dugdale-periodic": "Dugdale's attraction, flat",
+    "adhesive-0.0005": "9-3, w/E* = 0.0005 a0, sphere",
+    "adhesive-0.005": "9-3, w/E* = 0.005 a0, sphere",
+}
+NAMES = {
+    "aspher": "ASPHER",
+    "aspher-nested": "ASPHER, nested",
+    "contactmechanics": "ContactMechanics",
+    "tamaas": "Tamaas",
+    "tamaas-adhesion": "Tamaas, Rey's method",
+    "adhesion-scipy": "Adhesion, L-BFGS of SciPy",
+    "adhesion-numpi": "Adhesion, L-BFGS of NuMPI",
+    "adhesion-newton": "Adhesion, trust-region Newton",
+    "adhesion-bounded": "Adhesion, bounded L-BFGS",
+}
 WARM_UP = 64
 
 
@@ -72,16 +90,15 @@ def main() -> None:
     pin_threads(options.threads)
     if options.threads == 1:  # other programs may use the machine
         codes.perf_counter = time.process_time
-    if not options.table_only:
-        for kind in options.problems:
-            for n in options.sizes:
-                measure(Problem(kind, n), options)
-    known = read(options.csv).values()
-    rows = [row for row in known if row["code"] in options.codes]
-    for kind in options.problems:
+    for kind in () if options.report else options.problems:
         for n in options.sizes:
-            key = (kind, str(n), str(options.threads))
-            table([row for row in rows if tuple(row[name] for name in KEY[:3]) == key])
+            measure(Problem(kind, n), options)
+    rows = read(options.csv).values()
+    report(
+        sorted(
+            rows, key=lambda row: (list(TITLES).index(row["problem"]), int(row["n"]))
+        )
+    )
 
 
 def arguments() -> argparse.Namespace:
@@ -102,8 +119,8 @@ def arguments() -> argparse.Namespace:
         default=os.environ.get("OMP_NUM_THREADS", 2),
         help="default: OMP_NUM_THREADS, else 2",
     )
-    parser.add_argument("--csv", type=Path, default=Path("peers.csv"))
-    parser.add_argument("--table-only", action="store_true")
+    parser.add_argument("--csv", type=Path, default=Path(__file__).with_suffix(".csv"))
+    parser.add_argument("--report", action="store_true", help="only print the table")
     return parser.parse_args()
 
 
@@ -180,26 +197,35 @@ def write(path: Path, row: dict) -> None:
         writer.writerow(row)
 
 
-def table(rows: list[dict[str, str]]) -> None:
-    """Print the rows of one problem, with the columns that it has."""
-    if not rows:
-        return
-    ours = [float(row["seconds"]) for row in rows if row["code"] == "ours"]
+def report(rows: list[dict[str, str]]) -> None:
+    """Print the times of other codes in units of ours, and what each left."""
+    ours = {tuple(row[name] for name in KEY): row for row in rows}
+    lines = []
     for row in rows:
-        row["x ours"] = str(float(row["seconds"]) / ours[0]) if ours else ""
-    shown = {
-        name: style for name, style in COLUMNS.items() if any(row[name] for row in rows)
-    }
-    first = rows[0]
-    print(f"\n{first['problem']}, n = {first['n']}, {first['threads']} threads")
-    heads = (f"{name:>{style.split('.')[0]}}" for name, style in shown.items())
-    print(f"{'code':18}", *heads)
-    for row in sorted(rows, key=lambda row: float(row["seconds"])):
-        cells = (
-            f"{float(row[name]):{style}}" if row[name] else " " * len(f"{0:{style}}")
-            for name, style in shown.items()
+        *key, code = (row[name] for name in KEY)
+        if code.startswith("ours"):
+            continue
+        arrays, atoms = (ours[(*key, name)] for name in ("ours", "ours-ase"))
+        times = [
+            float(row["seconds"]) / float(one["seconds"]) for one in (arrays, atoms)
+        ]
+        lines.append(
+            (
+                TITLES[row["problem"]],
+                row["n"],
+                NAMES.get(code, code),
+                *(f"{time:.2g}" if time < 10 else f"{time:.0f}" for time in times),
+                *(order(left(one)) for one in (arrays, row)),
+            )
         )
-        print(f"{row['code']:18}", *cells)
+    heads = "wall and indenter | n | other code | over arrays | over atoms"
+    table(f"{heads} | left by arrays | by the other", lines)
+
+
+def left(row: dict[str, str]) -> float:
+    """Return the largest gap, overlap, excess over the hardness or force."""
+    names = ("gap", "overlap", "excess", "residual")
+    return max(float(row[name]) for name in names if row[name])
 
 
 if __name__ == "__main__":

@@ -15,10 +15,12 @@ from pathlib import Path
 from pkgutil import walk_packages
 from typing import Any
 
+from docutils import nodes
 from docutils.nodes import Element, Node, SkipNode, literal_block, section, title
 from docutils.utils.math.latex2mathml import tex2mathml
 from jinja2 import PackageLoader
 from jinja2.sandbox import SandboxedEnvironment
+from matplotlib.image import imread
 from numpydoc import docscrape_sphinx
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
@@ -105,6 +107,8 @@ sphinx_gallery_conf = {
 }
 suppress_warnings = ["config.cache"]
 
+WIDE = 800  # pixels
+
 html_theme = "pydata_sphinx_theme"
 html_title = f"ase_roughcontact {release}"
 html_static_path = ["_static"]
@@ -164,12 +168,21 @@ class CommandLine(SphinxDirective):
         return parts
 
 
+def mark_wide(app: Sphinx, doctree: Node) -> None:
+    """Mark pictures of several panels, which small screens scroll."""
+    for image in doctree.findall(nodes.image):
+        file = Path(app.env.doc2path(app.env.docname)).parent / image["uri"]
+        if file.suffix == ".png" and imread(file).shape[1] > WIDE:
+            image["classes"].append("wide")
+
+
 def setup(app: Sphinx) -> None:
     """Let browsers set the formulas, and write pages before they are read."""
     reference_pages.write()
     app.add_directive("command-line", CommandLine)
     app.add_html_math_renderer("mathml", (visit_math, None), (visit_displaymath, None))
     app.connect("autodoc-process-docstring", escape_initials)
+    app.connect("doctree-read", mark_wide)
 
 
 html_math_renderer = "mathml"
