@@ -72,7 +72,7 @@ class DugdaleWall(HardAdhesiveWall):
 
     and zero beyond: a smooth sphere with this wall is the model of Maugis-Dugdale. The
     tension ends linearly, between the gaps :math:`(1 - s) D` and :math:`(1 + s) D`,
-    since atoms would be trapped on either side of a sharp end.
+    since a sharp end has many metastable states.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ class Loop(PathKind):
 
     def describe(self, bodies: Bodies) -> str:
         """Return what is planned, and what a cantilever must hold."""
-        text = "The deepest state of the loop, of tens of states:"
+        text = "The deepest state of the loop:"
         if self.stiffness is None:
             return text
         depth = self.options(bodies)["deepest"]

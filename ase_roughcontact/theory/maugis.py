@@ -148,7 +148,7 @@ class MaugisDugdale(SphereTheory):
     def contact_radius(self, normal_force: ArrayLike) -> FloatArray:
         """Return the radius of the stable contact; see `SphereTheory.contact_radius`.
 
-        Without the zone of tension; N(m) of `state` is inverted numerically.
+        Without Dugdale's zone; N(m) of `state` is inverted numerically.
         """
         excess = self._above_pull_off(normal_force) / self._unit_force
         last = self._last_stable_angle(1)

@@ -79,8 +79,8 @@ for name, optimizer in optimizers.items():
     print(f"{name:14s} {len(residual) - 1:4d} steps, error {100 * errors[name]:7.4f} %")
 
 # %%
-# FIRE and FIRE2 end at a slightly larger force: the long waves are soft, so that a
-# small force on every atom does not yet mean a small error of the whole.
+# FIRE and FIRE2 end at a slightly larger force: the long waves are soft, so that small
+# forces do not guarantee a small error of the energy.
 
 with style():
     figure, axes = plt.subplots()
