@@ -66,7 +66,7 @@ def adhesion_loop(
         :math:`\epsilon`, dimensionless. The relative error of the pull-off force is at
         most about 1.5 times this.
     validity, output
-        See `load_path`. A loop is not resumed.
+        See `load_path`.
     callback : callable, optional
         Called with each state after it is written.
     **options
@@ -141,6 +141,7 @@ def adhesion_loop(
         tolerance=tolerance,
         output=path.written(output),
         validity=validity.action,
+        springs=path.springs,
     )
     states = list[LoadStep]()
     for state in with_atoms(path, followed):

@@ -96,7 +96,7 @@ def _what_is_kept(options: argparse.Namespace) -> str:
     """Return what an interrupted command leaves, and how it is continued."""
     if options.command not in ("run", "ensemble"):
         return ""
-    again = f"to {options.again}, give the same command again"
+    again = "to continue, give the same command again"
     if options.command == "ensemble":
         from ase_roughcontact.ensemble.database import without_password
 

@@ -63,7 +63,7 @@ def make_parser() -> argparse.ArgumentParser:
         action="store_true",
         help="with --version: versions of the dependencies",
     )
-    parser.set_defaults(again="continue", parser=parser)
+    parser.set_defaults(parser=parser)
     subparsers = parser.add_subparsers(dest="command", metavar="command")
 
     def command(name: str, summary: str, function: str) -> argparse.ArgumentParser:

@@ -30,7 +30,6 @@ from ase_roughcontact.paths.record import LoadStep, units_of
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.reference import Reference, reference_for
-from ase_roughcontact.scene.results import stored_steps
 
 
 class _Elapsed(NamedTuple):
@@ -85,8 +84,6 @@ def run(options: argparse.Namespace) -> int:
         if scene is full and prints_text(options):
             print("The run is as short as a preview: it is calculated itself.")
         options.out = options.out.with_name(f"{options.out.name}-preview")
-    if not scene.path.resumes:
-        options.again = "start anew"
     scene.check_path()  # before theory needs the statistics of the roughness
     reference = reference_for(scene)
     try:
@@ -112,12 +109,8 @@ def _relax(
 ) -> None:
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, _kept_text(options)
-    scene, restored, costs = reference.scene, 0, dict[str, FloatArray]()
-    count = scene.path.count(scene)
-    if scene.path.resumes:
-        restored = count_steps(folder / "sweep.traj")
-    else:
-        restored = len(stored_steps(scene, folder))
+    scene, costs = reference.scene, dict[str, FloatArray]()
+    count, restored = scene.path.count(scene), count_steps(folder / "sweep.traj")
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
         restored = min(restored, count)

@@ -10,15 +10,19 @@ tension is bracketed.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from functools import partial
+from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.identity import differences
 from ase_roughcontact._util.validation import finite, positive
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.instabilities import balanced, jumped, least_force
-from ase_roughcontact.paths.output import Output, Write, open_output
+from ase_roughcontact.paths.output import LastStep, Output, written
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.validity import ValidityReport
 
@@ -44,6 +48,7 @@ def follow_loop(
     tolerance: float = 1e-3,
     output: Output | None = None,
     validity: str = "warn",
+    **description: Any,
 ) -> Generator[LoadStep, None, None]:
     """Approach and retract a contact; see `adhesion_loop` for the parameters.
 
@@ -54,6 +59,8 @@ def follow_loop(
     deepest, step, smallest_step, tolerance, validity
         See `adhesion_loop`.
     output : Output, optional
+    **description
+        What a state depends on beside the problem, such as springs.
 
     Yields
     ------
@@ -65,14 +72,18 @@ def follow_loop(
         raise ValueError(
             f"smallest_step must not be larger than step {step}, got {smallest_step}"
         )
-    report = ValidityReport(validity)
-    top, bottom = _end_heights(stepper, deepest)
-    output = output or Output()
-    with open_output(output, stepper) as (_, write):
-        path = _AdaptivePath(
-            stepper, write, step, smallest_step, tolerance, report, output.record
-        )
-        yield from path.states(top + 0.5 * smallest_step, bottom)
+    report, output = ValidityReport(validity), output or Output()
+    ends = _end_heights(stepper, deepest)
+    system = output.system(stepper, **description)
+    options = {
+        "deepest": deepest,
+        "step": step,
+        "smallest_step": smallest_step,
+        "tolerance": tolerance,
+    }
+    path = _Description(system, stepper.control, np.zeros(0), options)
+    loop = _AdaptivePath(stepper, step, smallest_step, tolerance, output.record)
+    return written(stepper, path, output, report, partial(loop.remaining, path, *ends))
 
 
 def default_step(wall: Interaction, deepest: float) -> float:
@@ -92,50 +103,103 @@ def default_step(wall: Interaction, deepest: float) -> float:
     return (wall.cutoff - wall.contact_distance + deepest) / _STEPS_DOWN
 
 
+@dataclass(frozen=True)
+class _Description(PathDescription):
+    """Description of a loop; see `PathDescription`."""
+
+    options: dict[str, float]
+
+    def of_state(self, height: float, position: _Position) -> dict[str, Any]:
+        """Return the description that a frame carries."""
+        return {
+            "system": self.system,
+            "control": self.control,
+            "loop": self.options,
+            "target": height,
+            "position": asdict(position),
+        }
+
+    def _differences(self, path: dict[str, Any], number: int) -> list[str]:
+        if "loop" not in path:
+            return ["its path is not a loop"]
+        old, new = path["loop"] | path["system"], self.options | self.system
+        return differences(old, new)
+
+
+@dataclass
+class _Position:
+    """Where a loop is.
+
+    Attributes
+    ----------
+    size : float
+        Size of the next step (length).
+    least : float
+        Least force of the branch so far, at most zero.
+    retracts : bool
+        Whether it has turned.
+    """
+
+    size: float
+    least: float = 0.0
+    retracts: bool = False
+
+
 @dataclass
 class _AdaptivePath:
     """Path of heights whose steps are halved until their energy balance closes."""
 
     stepper: Stepper
-    write: Write
     largest: float
     smallest: float
     tolerance: float
-    report: ValidityReport
     record: type[LoadStep]
 
     def __post_init__(self) -> None:
         problem = self.stepper.problem
         unit = problem.solid.contact_modulus * problem.spacing**2
         self._smallest_force = _SMALLEST_FORCE * unit
-        self._size = self.largest
-        self._least = 0.0  # force of a branch
+        self.position = _Position(self.largest)
 
-    def states(self, top: float, bottom: float) -> Iterator[LoadStep]:
+    def remaining(
+        self, path: _Description, top: float, bottom: float, last: LastStep | None
+    ) -> Iterator[tuple[LoadStep, dict[str, Any]]]:
+        """Yield the states after the last one that is done, and their descriptions."""
+        if last is not None:
+            self.stepper.restart_from(last.state)
+            self._kept, self._last = self.stepper.state, last.step
+            self.position = _Position(**last.path["position"])
+        for state in self._states(top + 0.5 * self.smallest, bottom, last is None):
+            yield state, path.of_state(state.height, self.position)
+
+    def _states(self, top: float, bottom: float, anew: bool) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""
-        yield self._accepted(self.stepper.step(0, top, self.record))
-        while self._last.height - bottom > _ROUNDING * self.smallest:
-            yield self._moved_towards(max(self._last.height - self._size, bottom))
-        self._least = min(self._last.normal_force, 0.0)
+        at = self.position
+        if anew:
+            yield self._accepted(self.stepper.step(0, top, self.record))
+        if not at.retracts:
+            while self._last.height - bottom > _ROUNDING * self.smallest:
+                yield self._moved_towards(max(self._last.height - at.size, bottom))
+            at.least, at.retracts = min(self._last.normal_force, 0.0), True
         while self._last.repulsive_atoms + self._last.attractive_atoms:
-            yield self._moved_towards(self._last.height + self._size)
+            yield self._moved_towards(self._last.height + at.size)
 
     def _moved_towards(self, height: float) -> LoadStep:
         """Move to a height, or to one on the way up to which the force is known."""
-        new, halved = self._relax(height), False
+        at, new, halved = self.position, self._relax(height), False
         while (between := self._height_between(new)) is not None:
             size = abs(new.height - self._last.height)
             if size <= self.smallest * (_AT_KINK if self._balanced(new) else 1.0):
                 if jumped(self._last, new):
-                    self._size, halved = self.largest, True  # on the new branch
+                    at.size, halved = self.largest, True  # on the new branch
                 break
             # the rest of the step is tried next
-            self._size = max(abs(height - between), abs(between - self._last.height))
+            at.size = max(abs(height - between), abs(between - self._last.height))
             height, halved = between, True
             self.stepper.restart_from(self._kept)
             new = self._relax(height)
         if not halved:
-            self._size = min(2.0 * self._size, self.largest)
+            at.size = min(2.0 * at.size, self.largest)
         return self._accepted(new)
 
     def _height_between(self, new: LoadStep) -> float | None:
@@ -143,7 +207,7 @@ class _AdaptivePath:
         if not self._balanced(new):
             return 0.5 * (self._last.height + new.height)
         height, force = least_force(self._last, new)
-        known = min(self._least, new.normal_force)
+        known = min(self.position.least, new.normal_force)
         error = self.tolerance * max(abs(force), self._smallest_force)
         return height if force < known - error else None
 
@@ -155,9 +219,7 @@ class _AdaptivePath:
 
     def _accepted(self, state: LoadStep) -> LoadStep:
         self._kept, self._last = self.stepper.state, state
-        self._least = min(self._least, state.normal_force)
-        self.write(state)
-        self.report(state.step, state.validity)
+        self.position.least = min(self.position.least, state.normal_force)
         return state
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ase_roughcontact.paths.output import Output, open_output
+from ase_roughcontact.paths.output import Output, written
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.step import Stepper
@@ -66,30 +67,20 @@ def follow_path(
     generator of LoadStep
         Files are read and written as it advances.
     """
-    report = ValidityReport(validity)
-    system = {}
-    if output.trajectory is not None:
-        system = stepper.describe_system(**description)
+    report, system = ValidityReport(validity), output.system(stepper, **description)
     path = PathDescription(system, stepper.control, targets)
-    return _relaxed(stepper, path, output, report)
+    remaining = partial(_remaining, stepper, path, output.record)
+    return written(stepper, path, output, report, remaining)
 
 
-def _relaxed(
-    stepper: Stepper, path: PathDescription, output: Output, report: ValidityReport
-) -> Generator[LoadStep, None, None]:
-    """Yield the steps of a path, and write those that are not done yet."""
+def _remaining(
+    stepper: Stepper, path: PathDescription, record: type[LoadStep], last: Any
+) -> Iterator[tuple[LoadStep, dict[str, Any]]]:
+    """Relax the steps after the last one that is done, a `LastStep`."""
     first = 0
-    resumed = path if output.resume else None
-    with open_output(output, stepper, resumed) as (finished, write):
-        for step in finished.steps:
-            report(step.step, step.validity)
-            yield step
-        if finished.frame and output.frames:
-            first = finished.steps[-1].step + 1
-            state = output.frames.state(finished.frame)
-            stepper.restart_from(state, path.targets[first - 1])
-        for number in range(first, len(path.targets)):
-            step = stepper.step(number, path.targets[number], output.record)
-            write(step, path=path.of_step(number))
-            report(number, step.validity)
-            yield step
+    if last is not None:
+        first = last.step.step + 1
+        stepper.restart_from(last.state, path.targets[first - 1])
+    for number in range(first, len(path.targets)):
+        step = stepper.step(number, path.targets[number], record)
+        yield step, path.of_step(number)

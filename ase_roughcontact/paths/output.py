@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from ase_roughcontact._util.files import (
     PathName,
@@ -22,6 +22,7 @@ from ase_roughcontact.contact import State
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.resume import FinishedSteps, Frame, PathDescription
 from ase_roughcontact.paths.step import Stepper
+from ase_roughcontact.paths.validity import ValidityReport
 
 # Writes the result of a step, and its frame with a description of the path.
 Write = Callable[..., None]
@@ -98,10 +99,82 @@ class Output:
         one_of(("all", "last"), keep=self.keep)
         columns_of(self.record)  # raises if it is not a class of results
 
+    def of_record(self, kind: type[LoadStep], what: str) -> Output:
+        """Return the output with results of a kind, or of one derived from it.
+
+        Raises
+        ------
+        TypeError
+            If the given one is not derived from it.
+        """
+        if self.record is LoadStep:
+            return replace(self, record=kind)
+        if not issubclass(self.record, kind):
+            raise TypeError(
+                f"results of a {what}: derive {self.record.__name__} from "
+                f"{kind.__name__}"
+            )
+        return self
+
+    def system(self, stepper: Stepper, **more: Any) -> dict[str, Any]:
+        """Return the description of a system, empty if no trajectory carries it."""
+        return stepper.describe_system(**more) if self.trajectory is not None else {}
+
+
+class LastStep(NamedTuple):
+    """Last step of a path in a file: its result, its state, and what describes it."""
+
+    step: Any
+    state: State
+    path: dict[str, Any]
+
+
+# Yields the steps after one, or all, each with the description that its frame carries.
+Remaining = Callable[[LastStep | None], Iterator[tuple[Any, dict[str, Any]]]]
+
+
+def written(
+    stepper: Stepper,
+    path: PathDescription,
+    output: Output,
+    report: ValidityReport,
+    remaining: Remaining,
+) -> Generator[Any, None, None]:
+    """Yield the steps of a path, and write those that are not done yet.
+
+    Parameters
+    ----------
+    stepper : Stepper
+    path : PathDescription
+    output : Output
+    report : ValidityReport
+    remaining : callable
+        Returns an iterator of the steps after the last one that is done, or of all if
+        none is, and of what their frames carry.
+
+    Yields
+    ------
+    LoadStep
+        Each after it is written.
+    """
+    resumed = path if output.resume else None
+    with open_output(output, stepper, resumed) as (finished, write):
+        for step in finished.steps:
+            report(step.step, step.validity)
+            yield step
+        last = None
+        if finished.frame and output.frames:
+            state = output.frames.state(finished.frame)
+            last = LastStep(finished.steps[-1], state, finished.frame.info["path"])
+        for step, described in remaining(last):
+            write(step, path=described)
+            report(step.step, step.validity)
+            yield step
+
 
 @contextmanager
 def open_output(
-    output: Output, stepper: Stepper, path: PathDescription | None = None
+    output: Output, stepper: Stepper, path: PathDescription | None
 ) -> Iterator[tuple[FinishedSteps, Write]]:
     """Open the files of a path.
 

@@ -13,9 +13,9 @@ L. E. Goodman, J. Appl. Mech. 29, 515 (1962).
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from time import perf_counter
 from typing import Any
 
@@ -27,7 +27,7 @@ from ase_roughcontact.contact.state import LATERAL, TRACTIONS
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 from ase_roughcontact.elasticity.lattice import Box, carried
 from ase_roughcontact.interactions.friction import FrictionLaw
-from ase_roughcontact.paths.output import Output, open_output
+from ase_roughcontact.paths.output import LastStep, Output, written
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.relaxed import LateralState, RelaxedStep
 from ase_roughcontact.paths.resume import PathDescription
@@ -152,46 +152,13 @@ def follow_sliding(
             f"each, got {normal.size}"
         )
     normal = np.broadcast_to(normal, len(path))
-    output = output or Output(record=SlidingStep)
-    if output.record is LoadStep:
-        output = replace(output, record=SlidingStep)
-    if not issubclass(output.record, SlidingStep):
-        raise TypeError(
-            f"results of a sliding path have friction: derive "
-            f"{output.record.__name__} from SlidingStep"
-        )
+    output = (output or Output()).of_record(SlidingStep, "sliding path have friction")
     sliding = _Sliding(stepper, friction, control, spring or 0.0)
-    system = {}
-    if output.trajectory is not None:
-        system = stepper.describe_system(
-            friction=friction.todict(), spring=spring or 0.0, **description
-        )
+    law = {"friction": friction.todict(), "spring": spring or 0.0}
+    system = output.system(stepper, **law, **description)
     described = _Description(system, stepper.control, normal, path, control)
-    return _written(sliding, described, output, ValidityReport(validity))
-
-
-def _written(
-    sliding: _Sliding, path: _Description, output: Output, report: ValidityReport
-) -> Generator[SlidingStep, None, None]:
-    """Yield the steps of a path, and write those that are not done yet."""
-    first, stepper = 0, sliding.stepper
-    resumed = path if output.resume else None
-    with open_output(output, stepper, resumed) as (finished, write):
-        for done in finished.steps:
-            report(done.step, done.validity)
-            yield done  # type: ignore[misc]
-        if finished.frame and output.frames:
-            last: Any = finished.steps[-1]
-            first = last.step + 1
-            state = output.frames.state(finished.frame)
-            stepper.restart_from(state, path.targets[first - 1])
-            sliding.continue_from(last)
-        for number in range(first, len(path.targets)):
-            target, lateral = path.targets[number], path.lateral[number]
-            step: Any = sliding.step(number, target, lateral, output.record)
-            write(step, path=path.of_step(number))
-            report(number, step.validity)
-            yield step
+    remaining = partial(sliding.remaining, described, output.record)
+    return written(stepper, described, output, ValidityReport(validity), remaining)
 
 
 class _Sliding:
@@ -216,10 +183,19 @@ class _Sliding:
         halfspace((2, 2))  # raises if the solid has no lateral components
         self._halfspace = halfspace
 
-    def continue_from(self, last: SlidingStep) -> None:
-        """Continue after a step that was read from a file."""
-        self._displacement = np.array([last.lateral_x, last.lateral_y])
-        self._dissipated = last.dissipated_energy
+    def remaining(
+        self, path: _Description, record: type[LoadStep], last: LastStep | None
+    ) -> Iterator[tuple[Any, dict[str, Any]]]:
+        """Relax the steps after the last one that is done."""
+        first = 0
+        if last is not None:
+            first = last.step.step + 1
+            self.stepper.restart_from(last.state, path.targets[first - 1])
+            self._displacement = np.array([last.step.lateral_x, last.step.lateral_y])
+            self._dissipated = last.step.dissipated_energy
+        for number in range(first, len(path.targets)):
+            target, lateral = path.targets[number], path.lateral[number]
+            yield self.step(number, target, lateral, record), path.of_step(number)
 
     def step(
         self, number: int, target: float, lateral: np.ndarray, record: type[LoadStep]

@@ -17,8 +17,9 @@ are needed.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,8 +30,7 @@ from ase_roughcontact._util.validation import positive
 from ase_roughcontact.contact import State
 from ase_roughcontact.contact.creep import PRESSURE_RATE
 from ase_roughcontact.elasticity.creep import Creep
-from ase_roughcontact.paths.output import Output, open_output
-from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.output import LastStep, Output, written
 from ase_roughcontact.paths.resume import PathDescription
 from ase_roughcontact.paths.schedule import Part, Schedule
 from ase_roughcontact.paths.step import Stepper
@@ -147,47 +147,17 @@ def follow_schedule(
         If a load is a tension that the contact does not hold.
     """
     positive(tolerance=tolerance)
-    output = output or Output(record=TimeStep)
-    if output.record is LoadStep:
-        output = replace(output, record=TimeStep)
-    if not issubclass(output.record, TimeStep):
-        raise TypeError(
-            f"results of a path in time have a time: derive {output.record.__name__} "
-            "from TimeStep"
-        )
+    output = (output or Output()).of_record(TimeStep, "path in time have a time")
     creep = stepper.problem.solid.creep
     if creep is None:
         raise ValueError(
             f"a path in time needs a Viscoelastic solid, got {stepper.problem.solid!r}"
         )
-    system = {}
-    if output.trajectory is not None:
-        system = stepper.describe_system(**description)
-    none = np.zeros(0)
+    system, none = output.system(stepper, **description), np.zeros(0)
     path = _Description(system, stepper.control, none, schedule, tolerance)
     steps = _TimeSteps(stepper, creep, tolerance, output.record)
-    return _written(steps, path, output, ValidityReport(validity))
-
-
-def _written(
-    steps: _TimeSteps, path: _Description, output: Output, report: ValidityReport
-) -> Generator[TimeStep, None, None]:
-    """Yield the steps of a path, and write those that are not done yet."""
-    resumed = path if output.resume else None
-    with open_output(output, steps.stepper, resumed) as (finished, write):
-        for step in finished.steps:
-            report(step.step, step.validity)
-            yield step  # type: ignore[misc]
-        if finished.frame and output.frames:
-            position = finished.frame.info["path"]["position"]
-            state = output.frames.state(finished.frame)
-            last: Any = finished.steps[-1]
-            target = finished.frame.info["path"]["target"]
-            steps.continue_from(target, last, state, _Position(**position))
-        for step in steps.states(path.schedule):
-            write(step, path=path.of_position(steps.target, steps.position))
-            report(step.step, step.validity)
-            yield step
+    remaining = partial(steps.remaining, path)
+    return written(stepper, path, output, ValidityReport(validity), remaining)
 
 
 @dataclass
@@ -197,7 +167,7 @@ class _TimeSteps:
     stepper: Stepper
     creep: Creep
     tolerance: float
-    record: type[TimeStep] = TimeStep
+    record: Any = TimeStep
     position: _Position = field(default_factory=_Position)
 
     def __post_init__(self) -> None:
@@ -208,12 +178,16 @@ class _TimeSteps:
         """Target of the last step."""
         return self._last[0] if self._last else 0.0
 
-    def continue_from(
-        self, target: float, last: TimeStep, state: State, position: _Position
-    ) -> None:
-        """Continue after a step at a target that was read from a file."""
-        self.stepper.restart_from(state)
-        self.position, self._last = position, (target, last)
+    def remaining(
+        self, path: _Description, last: LastStep | None
+    ) -> Iterator[tuple[TimeStep, dict[str, Any]]]:
+        """Yield the states after the last one that is done, and their descriptions."""
+        if last is not None:
+            self.stepper.restart_from(last.state)
+            self.position = _Position(**last.path["position"])
+            self._last = last.path["target"], last.step
+        for step in self.states(path.schedule):
+            yield step, path.of_position(self.target, self.position)
 
     def states(self, schedule: Schedule) -> Generator[TimeStep, None, None]:
         """Yield the states of a schedule from the present position on."""

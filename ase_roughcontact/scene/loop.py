@@ -36,8 +36,6 @@ class Loop(PathKind):
     """``[path]`` of kind "loop": lengths in Å, or with a unit; see `adhesion_loop`."""
 
     kind = "loop"
-    resumes = False
-    evaluated = ("cantilever",)
     control = "height"
     along = "penetration"
     units = {"cantilever": "N/m"}
@@ -95,12 +93,6 @@ class Loop(PathKind):
             "tolerance": path.tolerance,
         }
 
-    def is_complete(self, states: Sequence[LoadStep]) -> bool:
-        """Return whether nothing acts on the indenter after it was pressed in."""
-        last = states[-1]
-        free = last.repulsive_atoms + last.attractive_atoms == 0
-        return free and last.height > min(state.height for state in states)
-
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of one step, to the deepest penetration."""
         deepest = self.options(bodies)["deepest"]
@@ -125,8 +117,8 @@ class Loop(PathKind):
         self, bodies: Bodies, stepper: Stepper, output: Output, validity: str = "warn"
     ) -> Generator[LoadStep, None, None]:
         """Approach and retract; see `follow_loop`."""
-        options = self.options(bodies)
-        return follow_loop(stepper, **options, output=output, validity=validity)
+        written: dict[str, Any] = {"output": output, "validity": validity}
+        return follow_loop(stepper, **self.options(bodies), **written, springs=[])
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""

@@ -104,10 +104,6 @@ class PathKind(Section):
         Name in scene files.
     record : type
         Class of the results.
-    resumes : bool
-        Whether a run is resumed, and not started anew.
-    evaluated : tuple of str
-        Keys that do not change the states, but what is calculated from them.
     columns : mapping of str to str
         Columns of the printed table, with their labels; by default load, depth, area,
         the area relative to theory, the largest pressure, and the time.
@@ -122,8 +118,6 @@ class PathKind(Section):
     title = "path"
     kind: ClassVar[str] = "steps"
     record: ClassVar[type[LoadStep]] = LoadStep
-    resumes: ClassVar[bool] = True
-    evaluated: ClassVar[tuple[str, ...]] = ()
     columns: ClassVar[Mapping[str, str]] = {}
     captions: ClassVar[Mapping[str, str]] = {}
     by_load: ClassVar[bool] = True
@@ -254,10 +248,6 @@ class PathKind(Section):
             If the path is not a loop.
         """
         raise ValueError('the path is not a loop: give [path] kind = "loop"')
-
-    def is_complete(self, states: Sequence[LoadStep]) -> bool:
-        """Return whether states that are not resumed are those of the whole path."""
-        return False
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of known targets whose steps are planned and previewed.

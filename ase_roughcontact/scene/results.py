@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import closing, suppress
 from pathlib import Path
-from typing import Any
 
 from ase_roughcontact._util.files import replaced
-from ase_roughcontact.atoms.trajectory import read_steps
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.resume import OtherPathError
 from ase_roughcontact.paths.validity import ValidityReport
@@ -19,17 +17,13 @@ from ase_roughcontact.scene.file import SceneFile, read_text
 RESULTS = "sweep.traj", "places.csv"
 
 
-def changes(
-    scene: SceneFile, folder: Path, values: Mapping[str, Any] | None = None
-) -> list[str]:
+def changes(scene: SceneFile, folder: Path) -> list[str]:
     """Return how a scene differs from the scene of a folder of results.
 
     Parameters
     ----------
     scene : SceneFile
     folder : path
-    values : mapping, optional
-        Values of some keys in place of those in the folder; see `Scene.with_values`.
 
     Returns
     -------
@@ -41,8 +35,7 @@ def changes(
         If the folder has no valid scene.
     """
     file = folder / "scene.toml"
-    old = SceneFile.parse(read_text(file), str(file), copied=True)
-    return scene.changes_from(old.with_values(values or {}))
+    return scene.changes_from(SceneFile.parse(read_text(file), str(file), copied=True))
 
 
 def check_folder(
@@ -111,14 +104,7 @@ def write_results(
     LoadStep
     """
     folder = results_folder(folder)
-    stored = stored_steps(scene, folder)
-    if stored:
-        write_inputs(scene, folder / "scene.toml", text)
-        for number, step in enumerate(stored):
-            report(number, step.validity)
-            yield step
-        return
-    check_folder(scene, folder, ["places.csv"] if scene.path.resumes else RESULTS)
+    check_folder(scene, folder, ["places.csv"])
     files = {"trajectory": folder / "sweep.traj", "csv": folder / "curve.csv"}
     try:
         with closing(path(**files)) as steps:
@@ -137,31 +123,6 @@ def write_results(
             f"{another_scene(folder, found)}; a path can be extended only by steps "
             "after its last one"
         ) from error
-
-
-def stored_steps(scene: SceneFile, folder: Path) -> list[LoadStep]:
-    """Return the states in a folder that a path which is not resumed would repeat.
-
-    Parameters
-    ----------
-    scene : SceneFile
-    folder : path
-
-    Returns
-    -------
-    list of LoadStep
-        Empty if there are none, or not all of them. The scene of the folder may differ
-        in keys of the path that are `PathKind.evaluated`.
-    """
-    path, trajectory = scene.path, folder / "sweep.traj"
-    if path.resumes or (folder / "places.csv").exists() or not trajectory.exists():
-        return []
-    same = {f"path.{key}": None for key in path.evaluated}
-    with suppress(OSError, ValueError):
-        if not changes(scene.with_values(same), folder, same):
-            states = list(read_steps(trajectory, path.record))
-            return states if path.is_complete(states) else []
-    return []
 
 
 def results_folder(folder: str | Path) -> Path:

@@ -474,8 +474,7 @@ class Scene(SceneFile):
         ----------
         folder : path
             Folder of the files, created if necessary. A run of this scene in it, or of
-            one with a shorter path, is resumed. A loop that is not complete is started
-            anew; of a complete one the states are kept.
+            one with a shorter path, is resumed.
         validity : {"warn", "raise", "ignore"}
             What to do if a step exceeds a limit of the model; see `load_path`.
         text : str, optional
@@ -495,5 +494,5 @@ class Scene(SceneFile):
         """
         self.check()
         self.check_path()
-        path = partial(self.relax, resume=self.path.resumes, validity="ignore")
+        path = partial(self.relax, resume=True, validity="ignore")
         return write_results(self, Path(folder), path, ValidityReport(validity), text)

@@ -3,6 +3,7 @@
 import csv
 import re
 import shutil
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -15,9 +16,9 @@ from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.atoms.trajectory import count_steps, read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.paths.cantilever import cantilever_curve
+from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.loop import write_curve
-from ase_roughcontact.scene.results import stored_steps
 
 
 @pytest.fixture(scope="module")
@@ -112,7 +113,7 @@ def test_a_cantilever_that_is_too_soft_leaves_the_results_of_the_loop(tmp_path, 
     assert (tmp_path / "loop.png").exists()
 
 
-def test_an_interrupted_loop_says_that_it_starts_anew(tmp_path, capsys, monkeypatch):
+def test_an_interrupted_loop_says_how_it_is_continued(tmp_path, capsys, monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
@@ -120,15 +121,41 @@ def test_an_interrupted_loop_says_that_it_starts_anew(tmp_path, capsys, monkeypa
     scene = tmp_path / "loop.toml"
     scene.write_text(LOOP)
     assert main(["run", str(scene), "--out", str(tmp_path)]) == 130
-    assert "to start anew, give the same command again" in capsys.readouterr().err
+    assert "to continue, give the same command again" in capsys.readouterr().err
     assert count_steps(tmp_path / "sweep.traj") == 1
+
+
+@pytest.mark.parametrize("part", [0.0, 0.3, 0.8])
+def test_an_interrupted_loop_is_continued(run, tmp_path, part):
+    scene, expected = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
+    count = 1 + int(part * len(expected))
+    interrupted = scene.run(tmp_path, validity="ignore")
+    list(islice(interrupted, count))
+    interrupted.close()
+    assert count_steps(tmp_path / "sweep.traj") == count
+    states = list(scene.run(tmp_path, validity="ignore"))
+    assert [state.height for state in states] == [state.height for state in expected]
+    for name in ("normal_force", "contact_area", "contact_stiffness", "energy"):
+        found, known = ([getattr(s, name) for s in each] for each in (states, expected))
+        assert found == pytest.approx(known, rel=1e-9, abs=1e-12), name
+
+
+def test_a_turned_loop_does_not_turn_again(run, tmp_path):
+    scene, states = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
+    deepest = min(range(len(states)), key=lambda i: states[i].height)
+    interrupted = scene.run(tmp_path, validity="ignore")
+    list(islice(interrupted, deepest + 1))
+    interrupted.close()
+    heights = [state.height for state in scene.run(tmp_path, validity="ignore")]
+    assert heights.index(min(heights)) == deepest
+    assert (np.diff(heights[deepest:]) > 0.0).all()
 
 
 def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatch):
     folder = tmp_path / "loop"
     shutil.copytree(run, folder)
     soft = Scene.parse(LOOP).with_values({"path.cantilever": 1e3})
-    monkeypatch.setattr(Scene, "relax", lambda *_, **__: pytest.fail("calculated"))
+    monkeypatch.setattr(Stepper, "step", lambda *_, **__: pytest.fail("calculated"))
     (tmp_path / "loop.toml").write_text(soft.toml)
     command = ["run", str(tmp_path / "loop.toml"), "--out", str(folder), "--quiet"]
     assert main(command) == 0
@@ -138,15 +165,11 @@ def test_another_cantilever_keeps_the_states_of_a_loop(run, tmp_path, monkeypatc
         assert same == (name == "curve.csv")
 
 
-def test_a_loop_that_is_not_complete_is_started_anew(run, tmp_path):
-    scene, states = Scene.parse(LOOP), list(read_steps(run / "sweep.traj"))
-    assert stored_steps(scene, run) == states
-    assert not scene.path.is_complete(states[:-1])
-    deepest = min(range(len(states)), key=lambda i: states[i].height)
-    assert not scene.path.is_complete(states[: deepest + 1])
-    assert not scene.path.is_complete(states[:1])
-    assert stored_steps(scene.with_values({"path.tolerance": 0.02}), run) == []
-    assert stored_steps(scene, tmp_path) == []
+def test_a_loop_of_another_tolerance_is_refused(run, tmp_path):
+    shutil.copytree(run, tmp_path / "loop")
+    other = Scene.parse(LOOP).with_values({"path.tolerance": 0.02})
+    with pytest.raises(ValueError, match=r"\[path\] tolerance was 0.01, is 0.02"):
+        list(other.run(tmp_path / "loop"))
 
 
 def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
@@ -205,14 +228,14 @@ def test_a_loop_does_not_replace_the_results_of_another_scene(run, tmp_path, cap
     scene.write_text(LOOP.replace("0.15 nm", "0.14 nm"))
     assert main(["run", str(scene), "--out", str(folder)]) == 2
     assert 'deepest was "0.15 nm", is "0.14 nm"' in capsys.readouterr().err
-    (folder / "scene.toml").write_text(SMALL)  # results of a path of steps
-    scene.write_text(LOOP)
-    assert main(["run", str(scene), "--out", str(folder)]) == 2
-    assert "results of another scene" in capsys.readouterr().err
-    (folder / "scene.toml").unlink()
-    assert main(["run", str(scene), "--out", str(folder)]) == 2
-    assert "can't read the scene" in capsys.readouterr().err
     assert {name: (folder / name).read_bytes() for name in results} == results
+    scene.write_text(LOOP)
+    list(Scene.parse(SMALL).run(tmp_path / "steps"))
+    assert main(["run", str(scene), "--out", str(tmp_path / "steps")]) == 2
+    assert "results of another scene" in capsys.readouterr().err
+    (tmp_path / "steps" / "scene.toml").unlink()
+    assert main(["run", str(scene), "--out", str(tmp_path / "steps")]) == 2
+    assert "holds steps of another path" in capsys.readouterr().err
 
 
 def test_a_folder_of_places_is_not_that_of_a_run(tmp_path, capsys):
