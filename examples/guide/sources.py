@@ -13,6 +13,7 @@ stored rows, the functions that only show them.
 import argparse
 import ast
 import csv
+import json
 import os
 import re
 import shlex
@@ -23,6 +24,11 @@ import tempfile
 from collections.abc import Iterator
 from hashlib import sha256
 from pathlib import Path
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 EXAMPLES = Path(__file__).resolve().parents[1]
 LIST = EXAMPLES / "guide" / "sources.csv"
@@ -51,8 +57,10 @@ def checksum(file: str, command: str, inputs: str) -> str:
 
 
 def _data(file: Path) -> str:
-    """Return a checksum of an input: of a page, only its code."""
+    """Return a checksum of an input: of a page its code, of a scene its values."""
     text = file.read_text()
+    if file.suffix == ".toml":
+        text = json.dumps(tomllib.loads(text), sort_keys=True)
     if file.suffix == ".md":
         text = "".join(re.findall(r"(?ms)^```(?:python|bash)\n.*?^```$", text))
     return sha256(text.encode()).hexdigest()
