@@ -19,7 +19,6 @@ from ase_roughcontact.plot.style import (
     BLUE,
     GREY,
     ORANGE,
-    legend_below,
     letter,
 )
 from ase_roughcontact.plot.surfaces import scale_bar
@@ -153,7 +152,9 @@ def draw_friction(
         plot_slip_areas(lower, steps, towards)
         upper.label_outer()
         letter(panels)
-        legend_below(figure, panels)
+        lower.locator_params(axis="x", nbins=5)
+        for panel in panels:
+            panel.legend(loc="center left")
 
 
 def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -> None:
@@ -172,7 +173,7 @@ def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -
         for frame in frames
     )
     rows, columns = -(-len(frames) // 2), min(len(frames), 2)
-    with written(file, 1.4 + rows * (2.6 / columns + 0.16)) as figure:
+    with written(file, 1.5 + rows * (3.0 / columns + 0.2)) as figure:
         panels = list(figure.subplots(rows, columns, squeeze=False).flat)
         for panel in panels[len(frames) :]:
             panel.remove()
