@@ -109,16 +109,6 @@ class _Description(PathDescription):
 
     options: dict[str, float]
 
-    def of_state(self, height: float, position: _Position) -> dict[str, Any]:
-        """Return the description that a frame carries."""
-        return {
-            "system": self.system,
-            "control": self.control,
-            "loop": self.options,
-            "target": height,
-            "position": asdict(position),
-        }
-
     def _differences(self, path: dict[str, Any], number: int) -> list[str]:
         if "loop" not in path:
             return ["its path is not a loop"]
@@ -170,7 +160,8 @@ class _AdaptivePath:
             self._kept, self._last = self.stepper.state, last.step
             self.position = _Position(**last.path["position"])
         for state in self._states(top + 0.5 * self.smallest, bottom, last is None):
-            yield state, path.of_state(state.height, self.position)
+            at = {"loop": path.options, "position": asdict(self.position)}
+            yield state, path.of_target(state.height, **at)
 
     def _states(self, top: float, bottom: float, anew: bool) -> Iterator[LoadStep]:
         """Approach from one height to another, and retract until nothing interacts."""

@@ -69,11 +69,12 @@ class PathDescription:
 
     def of_step(self, number: int) -> dict[str, Any]:
         """Return the description that the frame of a step carries."""
-        return {
-            "system": self.system,
-            "control": self.control,
-            "target": self.targets[number],
-        }
+        return self.of_target(self.targets[number])
+
+    def of_target(self, target: float, **more: Any) -> dict[str, Any]:
+        """Return the description of a step at a target, and what is of its kind."""
+        path = {"system": self.system, "control": self.control, "target": target}
+        return path | more
 
     def finished_steps(
         self,

@@ -92,14 +92,8 @@ class _Description(PathDescription):
 
     def of_position(self, target: float, position: _Position) -> dict[str, Any]:
         """Return the description that a frame carries."""
-        return {
-            "system": self.system,
-            "control": self.control,
-            "schedule": self.schedule.todict(),
-            "tolerance": self.tolerance,
-            "target": target,
-            "position": asdict(position),
-        }
+        schedule = {"schedule": self.schedule.todict(), "tolerance": self.tolerance}
+        return self.of_target(target, **schedule, position=asdict(position))
 
     def _differences(self, path: dict[str, Any], number: int) -> list[str]:
         if "schedule" not in path:
