@@ -20,8 +20,8 @@ from docutils.nodes import Element, Node, SkipNode, literal_block, section, titl
 from docutils.utils.math.latex2mathml import tex2mathml
 from jinja2 import PackageLoader
 from jinja2.sandbox import SandboxedEnvironment
-from matplotlib.image import imread
 from numpydoc import docscrape_sphinx
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 from sphinx.util.math import get_node_equation_number
@@ -107,7 +107,7 @@ sphinx_gallery_conf = {
 }
 suppress_warnings = ["config.cache"]
 
-WIDE = 800  # pixels
+WIDE = 5.5  # inches
 
 html_theme = "pydata_sphinx_theme"
 html_title = f"ase_roughcontact {release}"
@@ -172,7 +172,8 @@ def mark_wide(app: Sphinx, doctree: Node) -> None:
     """Mark pictures of several panels, which small screens scroll."""
     for image in doctree.findall(nodes.image):
         file = Path(app.env.doc2path(app.env.docname)).parent / image["uri"]
-        if file.suffix == ".png" and imread(file).shape[1] > WIDE:
+        picture = Image.open(file)
+        if picture.width > WIDE * picture.info.get("dpi", (200,))[0]:
             image["classes"].append("wide")
 
 
