@@ -24,11 +24,6 @@ _PADDING = 16
 # Windows of up to this number of atoms have an exact model, with all of their padding:
 # there, convolutions cost less than what each outer step of a solver adds to them.
 _EXACT_SIZE = 40 * 40
-# Up to this number of points of the grid, exact models are in double precision, which
-# makes further outer steps unnecessary.
-_DOUBLE_UP_TO = 128 * 128
-# Up to this number of points, a smaller grid for the preconditioner does not pay.
-_ONE_GRID_UP_TO = 64 * 64
 
 
 class CirculantModel:
@@ -42,15 +37,13 @@ class CirculantModel:
         The elastic solid.
     box : Box
         Atoms of the window; an exact model covers all of them.
-    exact_size : int
-        Windows of up to this number of atoms have an exact model.
 
     Attributes
     ----------
     box : Box
         The atoms of the model.
     dtype : dtype
-        Single precision; double precision of small exact models.
+        Single precision.
     self_compliance : float
         Displacement of an atom by a unit pressure on it alone (length per pressure).
     exact : bool
@@ -60,44 +53,27 @@ class CirculantModel:
         Whether a uniform pressure has no compliance, as on a periodic half space.
     """
 
-    def __init__(
-        self, halfspace: HalfSpace, box: Box, exact_size: int = _EXACT_SIZE
-    ) -> None:
-        window = Box((0, 0), halfspace.shape)
+    dtype = np.dtype(np.float32)
+
+    def __init__(self, halfspace: HalfSpace, box: Box) -> None:
         self.singular = halfspace.periodic
-        self.exact = _is_exact(halfspace, exact_size)
-        points = math.prod(halfspace.grid)
-        double = self.exact and points <= _DOUBLE_UP_TO
-        self.dtype: np.dtype[np.floating] = np.dtype(
-            np.float64 if double else np.float32
-        )
-        self.box = window if self.exact else box
+        self.exact = _is_exact(halfspace)
         self.self_compliance = halfspace.self_compliance
         if self.exact:
-            grid, spectrum = halfspace.grid, halfspace.grid_spectrum
+            self.box, grid = Box((0, 0), halfspace.shape), halfspace.grid
         else:
-            grid = padded_box(self.box.shape)
-            spectrum = halfspace.spectrum(grid)
-        self._spectrum = self._invertible = spectrum / self.self_compliance
-        self._transform = self._inverse_transform = self._transform_on(grid, halfspace)
-        if self.exact and not halfspace.periodic and points > _ONE_GRID_UP_TO:
-            grid = padded_box(self.box.shape)
-            self._invertible = halfspace.spectrum(grid) / self.self_compliance
-            self._inverse_transform = self._transform_on(grid, halfspace)
-
-    def _transform_on(self, grid: tuple[int, int], halfspace: HalfSpace) -> RealFFT2:
-        """Return a transform on a grid: that of the half space, if it is the same."""
-        own, window = halfspace.window_transform, self.box.shape
-        if (own.window, own.grid, own.dtype) == (window, grid, self.dtype):
-            return own.twin()
-        fft = {**halfspace.fft, "dtype": self.dtype}
-        return RealFFT2(window, grid, **fft)
+            self.box, grid = box, padded_box(box.shape)
+        self._spectrum = halfspace.spectrum(grid) / self.self_compliance
+        if self.exact and halfspace.dtype == self.dtype:
+            self._transform = halfspace.window_transform.twin()
+        else:
+            fft = {**halfspace.fft, "dtype": self.dtype}
+            self._transform = RealFFT2(self.box.shape, grid, **fft)
 
     @property
     def work(self) -> int:
         """Grid points transformed so far, forward and back."""
-        transforms = {id(t): t for t in (self._transform, self._inverse_transform)}
-        return sum(math.prod(t.grid) * t.pairs for t in transforms.values())
+        return math.prod(self._transform.grid) * self._transform.pairs
 
     @cached_property
     def _compliance(self) -> np.ndarray:
@@ -106,10 +82,10 @@ class CirculantModel:
     @cached_property
     def _stiffness(self) -> np.ndarray:
         # the mean of a periodic surface has no compliance: that of a long wave instead
-        spectrum = self._invertible
+        spectrum = self._spectrum
         softest = max(spectrum.max(), 1.0)
         inverse = 1.0 / np.where(spectrum > 0.0, spectrum, softest)
-        return self._inverse_transform.multiplier(inverse)
+        return self._transform.multiplier(inverse)
 
     def compliance(
         self, pressure: np.ndarray, out: np.ndarray | None = None
@@ -124,7 +100,7 @@ class CirculantModel:
 
         It is linear, symmetric and positive definite in `opening`.
         """
-        return self._inverse_transform.filter(opening, self._stiffness, out)
+        return self._transform.filter(opening, self._stiffness, out)
 
     def preconditioner(
         self, softness: float
@@ -137,9 +113,9 @@ class CirculantModel:
         """
         multiplier = self._stiffness
         if softness > 0.0:
-            series = softness + (1.0 - softness) * self._invertible
-            multiplier = self._inverse_transform.multiplier(1.0 / series)
-        transform = self._inverse_transform
+            series = softness + (1.0 - softness) * self._spectrum
+            multiplier = self._transform.multiplier(1.0 / series)
+        transform = self._transform
         return lambda pressure, out: transform.filter(pressure, multiplier, out)
 
 
@@ -149,20 +125,17 @@ def padded_box(shape: tuple[int, int]) -> tuple[int, int]:
     return n, m
 
 
-def _is_exact(halfspace: HalfSpace, exact_size: int) -> bool:
+def _is_exact(halfspace: HalfSpace) -> bool:
     """Return whether the model of a half space is to be exact."""
-    return halfspace.periodic or math.prod(halfspace.shape) <= exact_size
+    return halfspace.periodic or math.prod(halfspace.shape) <= _EXACT_SIZE
 
 
-def covering_model(
-    halfspace: HalfSpace, box: Box, exact_size: int = _EXACT_SIZE
-) -> CirculantModel:
+def covering_model(halfspace: HalfSpace, box: Box) -> CirculantModel:
     """Return a model of a box, the last one of the half space if it is the same.
 
     It is kept as ``halfspace.model``: steps of a path often need the same one.
     """
     model: CirculantModel | None = halfspace.model
-    exact = _is_exact(halfspace, exact_size)
-    if model is None or model.exact != exact or not (exact or model.box == box):
-        halfspace.model = model = CirculantModel(halfspace, box, exact_size)
+    if model is None or not (model.exact or model.box == box):
+        halfspace.model = model = CirculantModel(halfspace, box)
     return model

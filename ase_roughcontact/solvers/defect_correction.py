@@ -44,15 +44,13 @@ from ase_roughcontact.solvers.relaxation import (
     force_per_gap,
     precision_advice,
 )
-from ase_roughcontact.solvers.starting_pressure import initial_pressure, start_factor
+from ase_roughcontact.solvers.starting_pressure import initial_pressure
 
 # Rounding error of a sum of pressures, relative to it.
 _ROUNDING = 1e-14
 # Violation that the solution for an exact model may leave, in units of its rounding
 # error: nothing else makes another step necessary.
 _EXACT_CONTRACTION = 1000.0
-# Windows of up to this number of atoms have an exact model, as outer steps cost more.
-_EXACT_SIZE = 64 * 64
 # Number of steps without progress after which the solver stops.
 _PATIENCE = 10
 
@@ -122,12 +120,6 @@ class _DefectCorrection:
         self._pairs = 0.0
         self._pressure = initial_pressure(contact, hold.load, start)
         self._opening = self._opened(self._pressure)
-        if hold.load is None:
-            undeformed = contact.heights + hold.height
-            exact = self._yielding > 0.0 and self._hardness == math.inf
-            factor = start_factor(self._pressure, self._opening, undeformed, exact)
-            self._pressure = factor * self._pressure
-            self._opening *= factor
         # a cold start takes more steps
         most_dense = options.dense_atoms // (3 if start is None else 1)
         self._dense = DenseContact(contact, most_dense)
@@ -274,7 +266,7 @@ class _DefectCorrection:
             near = (self._pressure > 0.0) | (self._gap < violation)
             box = Box.bounding(near) or Box((0, 0), near.shape)
             box = box.union(self._model.box if self._model else None)
-            self._model = covering_model(self._halfspace, box, _EXACT_SIZE)
+            self._model = covering_model(self._halfspace, box)
         return self._model
 
     def _opened(self, pressure: np.ndarray) -> np.ndarray:

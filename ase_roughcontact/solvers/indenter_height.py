@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ase_roughcontact.solvers.energy import ContactEnergy, EnergyState
-from ase_roughcontact.solvers.starting_pressure import winkler_foundation
+from ase_roughcontact.solvers.starting_pressure import winkler_depth
 
 # Search for the height that carries the load: first step in spacings, growth of the
 # steps, and their number, which covers any height.
@@ -74,13 +74,13 @@ def carrying_height(
 def foundation_height(energy: ContactEnergy, load: float) -> float:
     """Return the height at which independent springs carry a load.
 
-    They are those of `winkler_foundation`, in series with an invertible wall at its
+    They are those of `winkler_depth`, in series with an invertible wall at its
     contact distance.
     """
     contact, wall = energy.contact, energy.contact.interaction
     softness = 1.0 / float(wall.inverse(np.zeros(1))[2][0])
     compliance = contact.halfspace.self_compliance + softness
-    depth, _ = winkler_foundation(contact.heights, load / energy.area, compliance)
+    depth = winkler_depth(contact.heights, load / energy.area, compliance)
     return contact.first_contact - depth
 
 

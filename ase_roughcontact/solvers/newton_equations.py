@@ -26,9 +26,6 @@ _STEPS, _EXACT_STEPS = 40, 10
 # Relative residual of the exact equations that an increment may leave. Beyond it the
 # model misleads: of 70 walls with strong attraction, one would stall.
 _LARGEST_RESIDUAL = 1.0
-# If a step with the inverse of a wall leaves more than the first part of the residual,
-# the exact equations are solved until no more than the second part is left.
-_INVERSE_RESIDUAL, _INVERSE_FORCING = 0.3, 0.09
 
 
 class NewtonEquations:
@@ -79,7 +76,7 @@ class NewtonEquations:
         if change is None:
             return None
         increment = self._increment(change)
-        refined = self._refined(change, increment.opening, reduction, _LARGEST_RESIDUAL)
+        refined = self._refined(change, increment.opening, reduction)
         return increment if refined is change else self._increment(refined)
 
     def inverse_step(self, reduction: float) -> EnergyState | None:
@@ -98,16 +95,6 @@ class NewtonEquations:
         change = self._solution(reduction)
         if change is None:
             return None
-        new = self._changed(change)
-        if new.residual_norm < _INVERSE_RESIDUAL * self._state.residual_norm:
-            return new
-        opening = new.opening - self._state.opening
-        left, accepted = self._left(change, opening, _INVERSE_FORCING)
-        if left is None:
-            return new
-        del new, opening  # their memory is needed
-        change = self._corrected(change, left, accepted, reduction)
-        del left
         return self._changed(change)
 
     def _solution(self, reduction: float) -> np.ndarray | None:
@@ -115,31 +102,18 @@ class NewtonEquations:
         return self._system.solve(self._right, self._load, reduction, _STEPS)
 
     def _refined(
-        self, change: np.ndarray, opening: np.ndarray, reduction: float, limit: float
+        self, change: np.ndarray, opening: np.ndarray, reduction: float
     ) -> np.ndarray:
         """Solve the exact equations better, unless their residual is within a limit.
 
         The change of the opening by the given change is known.
         """
-        left, accepted = self._left(change, opening, limit)
-        if left is None:
-            return change
-        return self._corrected(change, left, accepted, reduction)
-
-    def _left(
-        self, change: np.ndarray, opening: np.ndarray, limit: float
-    ) -> tuple[np.ndarray | None, float]:
-        """Return the residual of the exact equations, None within a limit, and this."""
-        image = self._system.applied(change, opening[self._inside])
-        left = linear_combination([(1.0, self._right), (-1.0, image)])
-        accepted = limit * max(norm(self._right), norm(image))
-        return None if self._system.exact or norm(left) <= accepted else left, accepted
-
-    def _corrected(
-        self, change: np.ndarray, left: np.ndarray, accepted: float, reduction: float
-    ) -> np.ndarray:
-        """Reduce the residual that a change leaves in the exact equations."""
         system, inside = self._system, self._inside
+        image = system.applied(change, opening[inside])
+        left = linear_combination([(1.0, self._right), (-1.0, image)])
+        accepted = _LARGEST_RESIDUAL * max(norm(self._right), norm(image))
+        if system.exact or norm(left) <= accepted:
+            return change
 
         def apply(change: np.ndarray) -> np.ndarray:
             return system.applied(change, self._increment(change).opening[inside])

@@ -28,27 +28,18 @@ def test_pairs_of_model_and_half_space_are_counted_apart():
 
 
 @pytest.mark.parametrize(
-    "kind, shape, dtype, atol",
-    [
-        (FreeHalfSpace, (40, 36), np.float64, 1e-12),
-        (PeriodicHalfSpace, (140, 130), np.float32, 1e-4),
-    ],
+    "kind, shape", [(FreeHalfSpace, (40, 36)), (PeriodicHalfSpace, (140, 130))]
 )
-def test_models_of_small_windows_and_periodic_surfaces_are_exact(
-    rng, kind, shape, dtype, atol
-):
+def test_models_of_small_windows_and_periodic_surfaces_are_exact(rng, kind, shape):
     halfspace = kind(shape, 2.0, 5.0)
-    noise = rng.standard_normal(shape).astype(dtype)
+    noise = rng.standard_normal(shape).astype(np.float32)
     noise -= noise.mean()
     model = covering_model(halfspace, Box((3, 3), (2, 2)))
     exact = -halfspace.displacement(noise) / model.self_compliance
-    assert model.exact and model.dtype == dtype
-    assert_allclose(model.compliance(noise), exact, atol=atol)
+    assert model.exact
+    assert_allclose(model.compliance(noise), exact, atol=1e-4)
     there_and_back = model.stiffness(model.compliance(noise))
     assert np.corrcoef(there_and_back.ravel(), noise.ravel())[0, 1] > 0.9
-    if kind is FreeHalfSpace:  # the preconditioner is on a smaller grid
-        points = np.prod(halfspace.grid)
-        assert points < model.work / 2 < 1.8 * points
     assert covering_model(halfspace, Box((0, 0), (5, 5))) is model
 
 
