@@ -80,7 +80,8 @@ def foundation_height(energy: ContactEnergy, load: float) -> float:
     contact, wall = energy.contact, energy.contact.interaction
     softness = 1.0 / float(wall.inverse(np.zeros(1))[2][0])
     compliance = contact.halfspace.self_compliance + softness
-    depth = winkler_depth(contact.heights, load / energy.area, compliance)
+    above = contact.heights - contact.heights.min()
+    depth = winkler_depth(above, load / energy.area, compliance)
     return contact.first_contact - depth
 
 

@@ -33,16 +33,16 @@ def initial_pressure(
     return with_sum(np.minimum(start, hardness), total, hardness, push)
 
 
-def winkler_depth(heights: np.ndarray, total: float, compliance: float) -> float:
+def winkler_depth(above: np.ndarray, total: float, compliance: float) -> float:
     """Return the depth at which independent springs carry a total pressure.
 
-    At the depth ``d`` the pressures are ``max(d - (h - min h), 0)`` over the compliance
-    of a spring: their sum is convex, so that Newton's method, which begins with all
-    springs in contact, approaches the depth from above.
+    At the depth ``d`` the pressures are ``max(d - h, 0)`` over the compliance of a
+    spring, with the heights ``h`` above the lowest point. Their sum is convex: Newton's
+    method, which begins with all springs in contact, approaches the depth from above.
     """
-    level, new = np.inf, np.finfo(float).max
-    while new < level:
-        level, touching = new, heights < new
-        needed = total * compliance + float(heights.sum(where=touching))
+    depth, new = np.inf, np.finfo(float).max
+    while new < depth:
+        depth, touching = new, above < new
+        needed = total * compliance + float(above.sum(where=touching))
         new = needed / np.count_nonzero(touching)
-    return level - float(heights.min())
+    return depth
