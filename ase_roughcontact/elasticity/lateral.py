@@ -9,7 +9,6 @@ and a free one on a grid padded to at least ``2n - 1`` cells.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, rfft, rfft2
@@ -74,7 +73,7 @@ class LateralHalfSpace:
             self._wrapped = padded_box(self.shape)
         self.pairs = 0.0
         self._compliance = self.spectrum(self.grid)
-        self._wrapped_compliance = self.spectrum(self._wrapped)
+        self._wrapped_stiffness = _inverse(self.spectrum(self._wrapped))
 
     def spectrum(self, grid: tuple[int, int]) -> np.ndarray:
         """Return the Fourier transform of the Green's function on a grid.
@@ -119,20 +118,14 @@ class LateralHalfSpace:
         self.pairs += 1.0
         return _filtered(tractions, self._compliance, self.grid)
 
-    def preconditioner(self, softness: float) -> Callable[[np.ndarray], np.ndarray]:
-        """Return about the operator ``(G + s)^-1`` for a uniform compliance ``s``.
+    def stiffness(self, displacement: np.ndarray) -> np.ndarray:
+        """Return about the tractions that cause a displacement.
 
         The Green's function is wrapped around the window. The operator is linear,
         symmetric and positive definite; it takes and returns arrays (2, n, m).
         """
-        stiffness = _inverse(self._wrapped_compliance, softness)
-        part = math.prod(self._wrapped) / math.prod(self.grid)
-
-        def apply(displacement: np.ndarray) -> np.ndarray:
-            self.pairs += part
-            return _filtered(displacement, stiffness, self._wrapped)
-
-        return apply
+        self.pairs += math.prod(self._wrapped) / math.prod(self.grid)
+        return _filtered(displacement, self._wrapped_stiffness, self._wrapped)
 
     def _of_waves(self, grid: tuple[int, int]) -> np.ndarray:
         qx = 2 * np.pi * np.fft.fftfreq(grid[0], self.spacing)[:, None]
@@ -157,9 +150,9 @@ def _without_edges(values: np.ndarray, grid: tuple[int, int]) -> np.ndarray:
     return values
 
 
-def _inverse(spectrum: np.ndarray, softness: float) -> np.ndarray:
-    """Return the inverse of symmetric matrices plus a number, positive definite."""
-    xx, yy, xy = spectrum[0] + softness, spectrum[1] + softness, spectrum[2]
+def _inverse(spectrum: np.ndarray) -> np.ndarray:
+    """Return the inverse of symmetric matrices, made positive definite."""
+    xx, yy, xy = spectrum
     mean = 0.5 * (xx + yy)
     least = mean - np.hypot(0.5 * (xx - yy), xy)  # eigenvalue
     uniform = least[0, 0] < _SOFTEST * mean.max()

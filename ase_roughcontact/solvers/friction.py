@@ -13,12 +13,15 @@ slips, :math:`g = \lambda t` with :math:`|t| = r` and :math:`\lambda \ge 0`.
 
 Newton's method on the set of atoms that slip: those that stick have two unknowns, and
 those that slip one, along their circle, whose curvature adds :math:`\lambda` to the
-diagonal. Each system is solved iteratively, preconditioned by the inverse spectrum,
-with the harmonic mean of :math:`\lambda` added and scaled by
-:math:`(1 + \lambda/G_0)^{-1/2}` on both sides. Atoms whose traction exceeds
-the bound begin to slip, and those that are driven backwards stick again. A step that
-does not lower the function is shortened, and replaced by one along the gradient at
-last.
+diagonal. Each system is solved iteratively, preconditioned by
+
+.. math:: w\, G^{-1} w + \frac{1 - w^2}{\lambda + s}, \qquad
+          w = \frac{s}{s + \lambda}, \qquad s = 4 G_0 ,
+
+the inverse spectrum for the atoms that stick, and the diagonal where the curvature
+exceeds a few times the self-compliance :math:`G_0`. Atoms whose traction exceeds the
+bound begin to slip, and those that are driven backwards stick again. A step that does
+not lower the function is shortened, and replaced by one along the gradient at last.
 
 Under a lateral force, or with a spring between the indenter and what moves it, the
 displacement is unknown, too: Newton's method with the tangent stiffness of the contact
@@ -46,6 +49,8 @@ _SHORTER, _MOST_SHORTENED = 0.25, 3
 # Largest number of moves of the indenter, and residual of the tractions before each,
 # relative to the error of their sums.
 _MOST_MOVES, _INNER = 40, 0.01
+# Curvature, relative to the self-compliance, above which preconditioning is diagonal.
+_CURVED = 4.0
 # Relative error of the tangent stiffness: near sliding it is nearly singular.
 _TANGENT = 0.01
 
@@ -363,12 +368,10 @@ class _System:
         self._curvature = np.divide(
             curvature, problem.bound, out=curvature, where=touching
         )
-        relative = 1.0 + self._curvature / problem.unit
-        # a uniform part of the curvature, small where most atoms stick
-        uniform = float(np.mean(1.0 / relative[touching])) if touching.any() else 1.0
-        self._scale = touching / np.sqrt(uniform * relative)
-        softness = problem.unit * (1.0 / uniform - 1.0)
-        self._approximate = self._halfspace.preconditioner(softness)
+        softness = _CURVED * problem.unit
+        self._weight = self._touching * softness / (softness + self._curvature)
+        rest = self._touching - self._weight**2
+        self._diagonal = rest / (softness + self._curvature)
 
     def solve(self, opening: np.ndarray, error: float) -> np.ndarray:
         """Return the change of the tractions that closes an opening, to an error."""
@@ -389,5 +392,5 @@ class _System:
         return self._project(values) + self._curvature * change
 
     def _precondition(self, residual: np.ndarray) -> np.ndarray:
-        scaled = self._approximate(self._scale * residual)
-        return self._project(self._scale * scaled)
+        smooth = self._halfspace.stiffness(self._weight * residual)
+        return self._project(self._weight * smooth + self._diagonal * residual)

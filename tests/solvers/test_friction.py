@@ -96,4 +96,4 @@ def test_few_fft_pairs_are_needed():
         imposed[0] = part * full
         found = solve_friction(half, mu * shape, imposed)
         assert found.converged
-        assert found.pairs < 200
+        assert found.pairs < 110
