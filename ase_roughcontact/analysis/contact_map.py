@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from ase import Atoms
@@ -12,6 +12,7 @@ from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.snapshot import (
     contact_of_frame,
     gap_of,
+    lateral_of,
     plastic_depth_of,
     pressure_of,
     snapshot,
@@ -41,6 +42,8 @@ class ContactMap:
         Elastic displacement of the surface, positive upward (Å).
     plastic_depth : ndarray, shape (n, m), optional
         Depth by which the surface has flowed (Å).
+    lateral : dict of ndarray, shape (n, m)
+        Fields of friction, see `lateral_of`; empty without.
 
     Raises
     ------
@@ -69,6 +72,7 @@ class ContactMap:
     gap: np.ndarray | None = None
     displacement: np.ndarray | None = None
     plastic_depth: np.ndarray | None = None
+    lateral: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -77,11 +81,11 @@ class ContactMap:
         if self.contact.dtype != bool:
             raise ValueError(f"contact must be bools, got {self.contact.dtype}")
         for name in ("contact", "gap", "displacement", "plastic_depth"):
-            field = getattr(self, name)
-            if field is not None and field.shape != self.pressure.shape:
+            values = getattr(self, name)
+            if values is not None and values.shape != self.pressure.shape:
                 raise ValueError(
                     f"{name} must have the shape {self.pressure.shape} of the "
-                    f"pressure, got {field.shape}"
+                    f"pressure, got {values.shape}"
                 )
 
     @classmethod
@@ -117,6 +121,7 @@ class ContactMap:
             gap=None if gap is None else gap.reshape(grid.window),
             displacement=frame.positions[:-1, 2].reshape(grid.window),
             plastic_depth=depth if depth.any() else None,
+            lateral=lateral_of(frame),
         )
 
     @classmethod

@@ -20,6 +20,7 @@ from ase_roughcontact._util.files import replaced
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import lookup
 from ase_roughcontact.analysis.contact_map import ContactMap
+from ase_roughcontact.contact.state import SHIFTS, SLIPPING, TRACTIONS
 
 # Units of the fields.
 _UNITS = {
@@ -28,6 +29,9 @@ _UNITS = {
     "displacement": "nm",
     "plastic_depth": "nm",
     "contacting_points": "1",
+    **dict.fromkeys(TRACTIONS, "GPa"),
+    **dict.fromkeys(SHIFTS, "nm"),
+    SLIPPING: "1",
     "x": "nm",
     "y": "nm",
 }
@@ -39,7 +43,8 @@ def write_map(contact_map: ContactMap, file: str | Path) -> None:
     Parameters
     ----------
     contact_map : ContactMap
-        Gap, displacement and plastic depth are written if it has them.
+        Gap, displacement, plastic depth and fields of friction are written if it has
+        them.
     file : path
         Ending in .npz (arrays of NumPy with their names), .nc (NetCDF 3) or .vti (image
         data of VTK, for ParaView). Positions x and y are relative to the axis of the
@@ -82,6 +87,8 @@ def fields_of(contact_map: ContactMap) -> dict[str, np.ndarray]:
         fields["displacement"] = -contact_map.displacement / UNITS["nm"]
     if contact_map.plastic_depth is not None:
         fields["plastic_depth"] = contact_map.plastic_depth / UNITS["nm"]
+    for name, values in contact_map.lateral.items():
+        fields[name] = values / UNITS[_UNITS[name]] if name != SLIPPING else values
     return fields
 
 

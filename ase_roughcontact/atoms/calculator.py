@@ -89,11 +89,12 @@ class RoughContact(Calculator):
 
     Notes
     -----
-    Besides ASE's properties, `results` has `normal_force` (eV/Å), `contact_area` (Å^2)
-    and, as arrays of the window's shape (n, m), `pressure` (eV/Å^3), `gap` (Å) and
-    `contact` (bool). `get_property` returns them, too, and `state` all at once. ASE's
-    file formats do not store properties that ASE does not define; `snapshot` makes
-    frames that carry them.
+    Besides ASE's properties, `results` has `normal_force` (eV/Å), `contact_area`
+    (Å^2), after `sliding_path` the `lateral_force` along x and y that holds the
+    indenter (eV/Å), which is not part of the forces, and, as arrays of the window's
+    shape (n, m), `pressure` (eV/Å^3), `gap` (Å) and `contact` (bool). `get_property`
+    returns them, too, and `state` all at once. ASE's file formats do not store
+    properties that ASE does not define; `snapshot` makes frames that carry them.
 
     The work of the load on a fixed indenter, where it is wanted in an energy, is
     ``load * atoms.positions[-1, 2]``.
@@ -124,6 +125,7 @@ class RoughContact(Calculator):
         "energies",
         "forces",
         *CONTACT_PROPERTIES,
+        "lateral_force",
     ]
     default_parameters: dict[str, Any] = {
         "indenter": None,
@@ -224,6 +226,7 @@ class RoughContact(Calculator):
             "energies": np.append(model.contact.energies(values, state), work),
             "forces": forces,
             **{name: getattr(state, name) for name in CONTACT_PROPERTIES},
+            "lateral_force": model.lateral_force,
         }
 
     def _warn_of_load(self, load: float) -> None:

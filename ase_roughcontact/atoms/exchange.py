@@ -14,6 +14,7 @@ from ase_roughcontact.atoms.calculator import (
     elastic_pressure,
     grid_of,
 )
+from ase_roughcontact.atoms.fields import LATTICE
 from ase_roughcontact.atoms.grid import SurfaceGrid
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.model import problem_for
@@ -81,6 +82,7 @@ def set_window(atoms: Atoms, window: Box) -> None:
 
     atoms.set_constraint()
     atoms.arrays = new.arrays | _carried_arrays(atoms, grid, window)
+    atoms.info.pop(LATTICE, None)
     n, m = window.shape
     atoms.cell[:] = grid.spacing * np.diag([n, m, max(n, m)])
     atoms.set_constraint(constraints)

@@ -10,6 +10,8 @@ from ase import Atoms
 
 #: Key in the `info` of a frame of the depth by which its surface has crept.
 CREEP_DEPTH = "creep_depth"
+#: Key in the `info` of atoms of the lattice from which they are displaced laterally.
+LATTICE = "lattice"
 
 
 def info_of(frame: Atoms) -> dict:

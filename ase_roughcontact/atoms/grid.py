@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +11,7 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import max_abs, rowwise
 from ase_roughcontact._util.validation import surface
-from ase_roughcontact.atoms.fields import CREEP_DEPTH, field_of, info_of
+from ase_roughcontact.atoms.fields import CREEP_DEPTH, LATTICE, field_of, info_of
 from ase_roughcontact.atoms.indenter import check_surface
 from ase_roughcontact.elasticity.halfspace import FreeHalfSpace, PeriodicHalfSpace
 from ase_roughcontact.topography import Surface
@@ -93,6 +94,9 @@ class SurfaceGrid:
         periodic = _check_boundary(atoms)
         if not np.isfinite(atoms.positions).all():
             raise ValueError("positions must be finite, got NaN or infinity")
+        displaced = info_of(atoms).get(LATTICE)
+        if displaced:
+            return cls._displaced(len(atoms) - 1, periodic, **displaced)
         xy, axis = atoms.positions[:-1, :2], atoms.positions[-1, :2]
         shape = _shape_of(xy, atoms.cell)
         window, spacing = _window_of(xy, shape, atoms.cell)
@@ -106,6 +110,25 @@ class SurfaceGrid:
         origin = (float(xy[0, 0] - axis[0]), float(xy[0, 1] - axis[1]))
         return cls(window, shape, spacing, origin, periodic)
 
+    @classmethod
+    def _displaced(
+        cls, count: int, periodic: bool, window: Any, shape: Any, **others: Any
+    ) -> SurfaceGrid:
+        """Return the grid from which a number of atoms are displaced laterally."""
+        if count != math.prod(shape):
+            raise ValueError(
+                f"{count} surface atoms are not the {math.prod(shape)} that slid: "
+                f"{_ADVICE}"
+            )
+        origin = tuple(others["origin"])
+        spacing = others["spacing"]
+        return cls(tuple(window), tuple(shape), spacing, origin, periodic)
+
+    def sites(self, axis: np.ndarray) -> np.ndarray:
+        """Return the sites of all surface atoms, shape (count, 2), for an axis."""
+        indices = np.indices(self.shape).reshape(2, -1).T
+        return axis + np.array(self.origin) + self.spacing * indices
+
 
 def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
     """Return the displacement of the surface atoms, shape of the grid (Å).
@@ -116,6 +139,38 @@ def displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray:
     if CREEP_DEPTH in info_of(atoms):
         return values + field_of(atoms, CREEP_DEPTH, grid.window)
     return values
+
+
+def lateral_displacement(atoms: Atoms, grid: SurfaceGrid) -> np.ndarray | None:
+    """Return the displacement along x and y of a window, shape (2, n, m) (Å).
+
+    None for atoms on their lattice.
+    """
+    if LATTICE not in info_of(atoms):
+        return None
+    n, m = grid.window
+    moved = atoms.positions[:-1, :2] - grid.sites(atoms.positions[-1, :2])
+    return moved.T.reshape(2, *grid.shape)[:, :n, :m].copy()
+
+
+def set_lateral_displacement(
+    atoms: Atoms, grid: SurfaceGrid, values: np.ndarray | None
+) -> None:
+    """Move the atoms of a window along x and y; None puts them on their lattice."""
+    if values is None and LATTICE not in info_of(atoms):
+        return
+    atoms.positions[:-1, :2] = grid.sites(atoms.positions[-1, :2])
+    for info in (atoms.info, atoms.info.get("data", {})):
+        info.pop(LATTICE, None)
+    if values is not None:
+        inside = np.flatnonzero(grid.in_window)
+        atoms.positions[inside, :2] += values.reshape(2, -1).T
+        atoms.info[LATTICE] = {
+            "window": list(grid.window),
+            "shape": list(grid.shape),
+            "spacing": grid.spacing,
+            "origin": list(grid.origin),
+        }
 
 
 def set_displacement(atoms: Atoms, values: np.ndarray) -> None:

@@ -12,9 +12,13 @@ from ase import Atoms
 
 from ase_roughcontact._util.kernels import array_equal
 from ase_roughcontact.atoms.fields import field_of, info_of
-from ase_roughcontact.atoms.grid import SurfaceGrid
+from ase_roughcontact.atoms.grid import (
+    SurfaceGrid,
+    lateral_displacement,
+    set_lateral_displacement,
+)
 from ase_roughcontact.contact.creep import CREEP_PRESSURE, PRESSURE_RATE
-from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
+from ase_roughcontact.contact.state import PLASTIC_DEPTH, SHIFTS, SLIPPING, TRACTIONS
 from ase_roughcontact.elasticity.creep import Creep
 
 #: Key in the `info` of a frame of whether its surface has kept the plastic depth.
@@ -48,6 +52,9 @@ def history_of(atoms: Atoms, grid: SurfaceGrid) -> dict[str, np.ndarray]:
     for key in info.keys() - history.keys():
         if (key == PLASTIC_DEPTH and info.get(INDENTED)) or _is_text(key):
             history[key] = field_of(atoms, key, grid.window)
+    moved = lateral_displacement(atoms, grid)
+    if moved is not None:
+        history |= zip(SHIFTS, moved, strict=True)
     return history
 
 
@@ -71,7 +78,11 @@ def set_history(
     for key in list(filter(_is_kept, atoms.arrays)):
         del atoms.arrays[key]
     n, m = grid.window
+    moved = [history[key] for key in SHIFTS if key in history]
+    set_lateral_displacement(atoms, grid, np.array(moved) if moved else None)
     for key, values in history.items():
+        if key in SHIFTS:
+            continue
         on_grid = np.zeros(grid.shape)
         on_grid[:n, :m] = values
         atoms.arrays[key] = np.append(on_grid, 0.0)
@@ -86,7 +97,8 @@ def same_history(a: Atoms, b: Atoms) -> bool:
 
 
 def _is_text(key: str) -> bool:
-    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *LATERAL)
+    friction = *TRACTIONS, SLIPPING
+    return key.startswith(CREEP_PRESSURE) or key in (PRESSURE_RATE, *friction)
 
 
 def _is_kept(key: str) -> bool:

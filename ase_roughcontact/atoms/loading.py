@@ -205,8 +205,8 @@ class AtomsPath:
         if self.change:
             if history_of(atoms, lattice):
                 raise ValueError(
-                    "the surface has kept a plastic shape or creep, which another grid "
-                    "would lose: start from new atoms"
+                    "the surface has kept a plastic shape, creep or friction, which "
+                    "another grid would lose: start from new atoms"
                 )
             lost = regrid(atoms, self.change)
         self.frames = PathAtoms(atoms)

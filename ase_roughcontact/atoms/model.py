@@ -17,6 +17,7 @@ from ase_roughcontact.atoms.history import creep_of, history_of
 from ase_roughcontact.contact import Contact, ContactState, Problem, State
 from ase_roughcontact.contact.creep import check_past, past_of, with_depths
 from ase_roughcontact.contact.problem import lattice_offsets
+from ase_roughcontact.contact.state import TRACTIONS
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.greens import ElasticSolid, Isotropic
 from ase_roughcontact.elasticity.viscoelastic import Scaled
@@ -118,6 +119,13 @@ class ContactModel:
             raise ValueError("positions must be finite, got NaN or infinity")
         reaction = pressure if height == known_height else None
         return self.contact.evaluate(values, height, pressure, reaction)
+
+    @property
+    def lateral_force(self) -> np.ndarray:
+        """Sum of the tractions of friction, along x and y."""
+        tractions = [self.history.get(key, np.zeros(1)) for key in TRACTIONS]
+        area = self.contact.halfspace.cell_area
+        return area * np.array([values.sum() for values in tractions])
 
     def elastic_pressure(self, atoms: Atoms) -> np.ndarray:
         """Return the pressure that causes the displacement of the atoms."""

@@ -71,9 +71,11 @@ def sliding_path(
     Notes
     -----
     Lateral displacements leave the pressure as it is, which is exact for a Poisson's
-    ratio of 1/2 (Goodman's approximation), and the heights above the atoms, too. Atoms
-    move along z only: their tractions are in the arrays ``traction_x`` and
-    ``traction_y`` of the atoms (eV/Å^3), and in the `info` of frames.
+    ratio of 1/2 (Goodman's approximation), and the heights above the atoms, too: the
+    indenter stays at its x and y. The atoms move along x and y, but energy and forces
+    depend on z only. Their arrays ``traction_x``, ``traction_y`` (eV/Å^3) and
+    ``slipping`` (1 or 0), and the displacements, are in frames, too; see `lateral_of`.
+    The calculator's `results` have the ``lateral_force``.
 
     Examples
     --------

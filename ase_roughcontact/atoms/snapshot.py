@@ -18,7 +18,13 @@ from ase.constraints import FixAtoms
 from ase.units import GPa
 
 from ase_roughcontact.atoms.calculator import contact_of, grid_of
-from ase_roughcontact.atoms.fields import CREEP_DEPTH, as_text, field_of, info_of
+from ase_roughcontact.atoms.fields import (
+    CREEP_DEPTH,
+    LATTICE,
+    as_text,
+    field_of,
+    info_of,
+)
 from ase_roughcontact.atoms.grid import (
     SurfaceGrid,
     displacement,
@@ -33,13 +39,13 @@ from ase_roughcontact.atoms.history import (
 )
 from ase_roughcontact.atoms.indenter import INDENTER_KEY
 from ase_roughcontact.atoms.substrate import surface_atoms
-from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH
+from ase_roughcontact.contact.state import LATERAL, PLASTIC_DEPTH, SHIFTS, SLIPPING
 from ase_roughcontact.elasticity.greens import ElasticSolid
 from ase_roughcontact.elasticity.reduced import ReducedHalfSpace
 from ase_roughcontact.topography import Surface
 
 #: Tags of the atoms of a snapshot; 3 is that of the indenter in a view.
-TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC = 0, 1, 2, 4
+TAG_OPEN, TAG_CONTACT, TAG_ATTRACTED, TAG_PLASTIC, TAG_SLIPPING = 0, 1, 2, 4, 5
 
 # Key of the mask of the atoms that touch a hard wall with attraction.
 _TOUCHING = "touching"
@@ -61,9 +67,10 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
         Energy, energies and forces are in a `SinglePointCalculator`. Its `info` has the
         normal force (eV/Å), the contact area (Å^2), the compressed pressures, which
         `pressure_of` reads, with a hardness the plastic depths, which
-        `plastic_depth_of` reads, and `info`. For viewers, tags are 1 for atoms in
-        contact, 4 for those in plastic contact, 2 for atoms under attraction and 0 for
-        all others, and initial charges are the pressures in GPa.
+        `plastic_depth_of` reads, under friction the lateral force (eV/Å) and what
+        `lateral_of` reads, and `info`. For viewers, tags are 1 for atoms in contact, 4
+        for those in plastic contact, 5 for those that slip, 2 for atoms under
+        attraction and 0 for all others, and initial charges are the pressures in GPa.
 
     Raises
     ------
@@ -84,13 +91,18 @@ def snapshot(atoms: Atoms, **info: Any) -> Atoms:
     tags[state.pressure < 0] = TAG_ATTRACTED
     tags[state.contact] = TAG_CONTACT
     tags[state.plastic] = TAG_PLASTIC
+    history = history_of(atoms, grid)
+    if SLIPPING in history:
+        tags[state.contact & (history[SLIPPING] > 0.0)] = TAG_SLIPPING
+        info["lateral_force"] = atoms.calc.results["lateral_force"].tolist()
+        frame.info[LATTICE] = frame.info[LATTICE] | {"shape": list(grid.window)}
     frame.set_tags(np.append(tags, TAG_OPEN))
     frame.set_initial_charges(np.append(state.pressure / GPa, 0.0))
     if state.hardness < math.inf:
         info["plastic_depth"] = as_text(state.plastic_depth)
         info[INDENTED] = state.kept_depth is not None
-    for key, values in history_of(atoms, grid).items():
-        if key != PLASTIC_DEPTH:
+    for key, values in history.items():
+        if key not in (PLASTIC_DEPTH, *SHIFTS):
             del frame.arrays[key]
             info[key] = as_text(values)
     depth = contact_of(atoms).creep_depth
@@ -229,7 +241,7 @@ def restore(frame: Atoms, solid: ElasticSolid | float) -> Atoms:
         values = halfspace.grid_displacement(halfspace.elastic_pressure(window))
         values[: window.shape[0], : window.shape[1]] = window
     atoms = surface_atoms(frame.numbers[0], values.shape, grid.spacing)
-    atoms.positions[:-1, :2] += frame.positions[0, :2]
+    atoms.positions[:-1, :2] += np.add(grid.origin, frame.positions[-1, :2])
     set_displacement(atoms, values)
     atoms.positions[-1] = frame.positions[-1]
     atoms.cell, atoms.pbc = frame.cell, frame.pbc

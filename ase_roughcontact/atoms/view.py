@@ -20,18 +20,19 @@ from ase_roughcontact.atoms.grid import SurfaceGrid, surface_above
 from ase_roughcontact.atoms.snapshot import (
     contact_of_frame,
     gap_of,
+    lateral_of,
     plastic_depth_of,
     pressure_of,
     snapshot,
 )
-from ase_roughcontact.contact.state import PLASTIC_DEPTH
+from ase_roughcontact.contact.state import PLASTIC_DEPTH, SLIPPING, TRACTIONS
 from ase_roughcontact.topography import Surface
 
 #: Tag of the atoms that show the indenter.
 TAG_INDENTER = 3
-#: Elements of which no solid is made, whose colours in viewers (purple, light blue and
-#: bluish grey) show what an atom is.
-CONTACT, ATTRACTED, INDENTER = "I", "Kr", "Hg"
+#: Elements of which no solid is made, whose colours in viewers (purple, light blue,
+#: bluish grey and dark red) show what an atom is.
+CONTACT, ATTRACTED, INDENTER, SLIPS = "I", "Kr", "Hg", "Br"
 
 # Distance of neighbours in covalent radii; circles overlap in viewers.
 _NEIGHBOURS = 1.5
@@ -62,8 +63,9 @@ def with_indenter(
     Atoms
         Surface atoms, the indenter (symbol X) at x = y = 0, and atoms with tag 3 for
         the part of it behind a plane through the contact. Its lower side is the surface
-        above the window, the dome on it closes it. Atoms in contact and attracted atoms
-        have the elements `CONTACT` and `ATTRACTED`. Lengths are scaled to the size of
+        above the window, the dome on it closes it. Atoms in contact, attracted atoms,
+        and those in contact that slip have the elements `CONTACT`, `ATTRACTED` and
+        `SLIPS`. Lengths are scaled to the size of
         circles in viewers, and heights further, since a contact is far wider than deep;
         `info` has the factors ``horizontal_scale`` and ``vertical_scale``, the normal
         force and the contact area, and nothing else.
@@ -103,6 +105,10 @@ def with_indenter(
     shown.positions = (lower * scale).reshape(-1, 3)
     shown.numbers[contact.ravel()] = atomic_numbers[CONTACT]
     shown.numbers[attracted.ravel()] = atomic_numbers[ATTRACTED]
+    slips = lateral_of(frame).get(SLIPPING)
+    if slips is not None:
+        slips = contact & (slips[chosen] > 0.0)
+        shown.numbers[slips.ravel()] = atomic_numbers[SLIPS]
     shown += Atoms("X", [[0.0, 0.0, (frame.positions[-1, 2] - axis[2]) * scale[2]]])
     shown += Atoms([INDENTER] * len(body), body, tags=[TAG_INDENTER] * len(body))
     shown.info = {key: frame.info[key] for key in ("normal_force", "contact_area")} | {
@@ -181,8 +187,8 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     -------
     Atoms
         With the arrays ``pressure`` (GPa), ``contact`` (1 or 0), ``plastic_depth`` (Å)
-        of a wall with a hardness and, if the indenter is known, ``gap`` (Å), all of
-        them zero for the indenter.
+        of a wall with a hardness, those of `lateral_of` (GPa, Å) and, if the indenter
+        is known, ``gap`` (Å), all of them zero for the indenter.
     """
     indenter = _indenter_of(atoms) if indenter is None else indenter
     frame = _frame(atoms)
@@ -193,6 +199,9 @@ def with_columns(atoms: Atoms, indenter: Surface | None = None) -> Atoms:
     depth = plastic_depth_of(frame)
     if depth.any():
         columns.set_array(PLASTIC_DEPTH, np.append(depth, 0.0))
+    for key, values in lateral_of(frame).items():
+        unit = GPa if key in TRACTIONS else 1.0
+        columns.set_array(key, np.append(values / unit, 0.0))
     if indenter is not None:
         gap = gap_of(frame, SurfaceGrid.of(frame), indenter)
         columns.set_array("gap", np.append(gap, 0.0))
