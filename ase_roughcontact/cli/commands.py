@@ -14,10 +14,11 @@ from ase_roughcontact.cli.common import checked_scene, json_line, prints_text
 from ase_roughcontact.cli.description import bodies
 from ase_roughcontact.paths.record import units_of
 from ase_roughcontact.scene import default_text
-from ase_roughcontact.scene.curve_files import read_curve
+from ase_roughcontact.scene.curve_files import read_curve, read_in_time
 from ase_roughcontact.scene.fit import Fit, fit_curve
 from ase_roughcontact.scene.force_curve import BASELINE
 from ase_roughcontact.scene.smooth_fit import SmoothFit, smooth_fit
+from ase_roughcontact.scene.time_fit import SERIES, fit_in_time
 from ase_roughcontact.scene.tradeoff import tradeoff
 
 
@@ -75,6 +76,10 @@ def fit(options: argparse.Namespace) -> int:
     in which the scene is pressed in and pulled off again, prints a line on the error
     output: the residuals relative to the noise, and the parameters.
 
+    With a path in time the columns are "time (s)" and "force (nN)", under given loads
+    "depth (nm)", and the path is that of the measurement. relaxation_moduli and
+    relaxation_times may be free, too, all of a series at once.
+
     Exit status: 0 the fit has converged, 1 it has not, 2 the scene or the table is
     invalid.
     """
@@ -82,20 +87,26 @@ def fit(options: argparse.Namespace) -> int:
     from ase_roughcontact.plot.files import check_picture
 
     check_picture(options.picture)
-    scene = checked_scene(options)
-    curve = read_curve(
-        options.curve,
-        options.branch,
-        scene.cantilever,
-        options.sensitivity,
-        options.columns,
-    )
+    scene, smooth = checked_scene(options), None
     trials = _print_trial if prints_text(options) else None
-    free = [name.strip() for name in options.free.split(",")]
-    found = fit_curve(scene, curve, free, trials)
-    smooth = None
-    if scene.wall.attractive:
-        smooth = smooth_fit(scene, curve, [name for name in free if name in BASELINE])
+    default = ",".join(SERIES) if scene.solid.creep else "work_of_adhesion"
+    free = [name.strip() for name in (options.free or default).split(",")]
+    if scene.solid.creep:
+        quantity = "depth" if scene.path.control == "load" else "force"
+        given = options.curve, quantity, scene.path.stiffness, options.columns
+        found = fit_in_time(scene, *read_in_time(*given), free, trials)
+    else:
+        curve = read_curve(
+            options.curve,
+            options.branch,
+            scene.cantilever,
+            options.sensitivity,
+            options.columns,
+        )
+        found = fit_curve(scene, curve, free, trials)
+        if scene.wall.attractive:
+            lines = [name for name in free if name in BASELINE]
+            smooth = smooth_fit(scene, curve, lines)
     figures.draw_fit(found, smooth, options.picture)
     if options.json:
         print(_fit_line(found, smooth))
@@ -123,7 +134,7 @@ def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
                 for source, errors in found.contributions.items()
             },
             "correlation": found.correlation.tolist(),
-            "noise": found.noise / UNITS["nN"],
+            "noise": found.noise / UNITS[found.ordinate[1]],
             "smooth_sphere": smooth and smooth.work_of_adhesion,
             "theory": smooth and smooth.theory,
             "converged": found.converged,
@@ -131,7 +142,7 @@ def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
         },
         {
             **dict(zip(found.names, found.units, strict=True)),
-            "noise": "nN",
+            "noise": found.ordinate[1],
             "smooth_sphere": "J/m²",
         },
     )

@@ -129,27 +129,32 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
     curves = [("fit", fit.fitted, plot.BLUE, 2.0, "-")]
     if smooth is not None:
         curves.append(("smooth sphere", smooth.fitted, plot.ORANGE, 1.2, "--"))
+    (name, x_unit), (_, y_unit) = fit.abscissa, fit.ordinate
     with written(file, 5.5) as figure:
-        panels = upper, lower, detail = figure.subplots(3, 1, height_ratios=(3, 1.3, 3))
+        ratios = (3, 1.3) if x_unit == "s" else (3, 1.3, 3)
+        panels = figure.subplots(len(ratios), 1, height_ratios=ratios)
+        upper, lower, *details = panels
         _draw_curves(upper, fit, curves, size=1.5)
-        _draw_curves(detail, fit, curves, size=2.5)
-        _cut_to_tension(detail, fit)
+        for detail in details:
+            _draw_curves(detail, fit, curves, size=2.5)
+            _cut_to_tension(detail, fit)
         for _, force, colour, _, _ in curves:
-            residual = (force - fit.force)[fit.compared] / NN
-            distance = fit.distance[fit.compared] / UNITS["nm"]
+            residual = (force - fit.force)[fit.compared] / UNITS[y_unit]
+            distance = fit.distance[fit.compared] / UNITS[x_unit]
             lower.plot(distance, residual, ".", color=colour, ms=2)
         lower.axhline(0.0, color="black", lw=0.5)
-        lower.set_ylabel("residual (nN)")
+        lower.set_ylabel(f"residual ({y_unit})")
         lower.sharex(upper)
         for axes in panels:
-            axes.set_xlabel("distance of the base (nm)")
+            axes.set_xlabel(f"{name} ({x_unit})")
         letter(panels)
         legend_below(figure, [upper])
 
 
 def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> None:
     """Draw measured points, hollow where they are not compared, below some curves."""
-    distance, force = fit.distance / UNITS["nm"], fit.force / NN
+    (_, x_unit), (label, y_unit) = fit.abscissa, fit.ordinate
+    distance, force = fit.distance / UNITS[x_unit], fit.force / UNITS[y_unit]
     points = {"color": plot.GREY, "ms": size}
     inside, outside = fit.compared, ~fit.compared
     axes.plot(distance[inside], force[inside], "o", **points, label="measured")
@@ -158,8 +163,10 @@ def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> N
         hollow = distance[outside], force[outside]
         axes.plot(*hollow, "o", **points, mfc="white", label=label)
     for name, fitted, colour, width, line in curves:
-        axes.plot(distance, fitted / NN, line, color=colour, lw=width, label=name)
-    axes.set_ylabel("normal force $N$ (nN)")
+        axes.plot(
+            distance, fitted / UNITS[y_unit], line, color=colour, lw=width, label=name
+        )
+    axes.set_ylabel(f"{label} ({y_unit})")
 
 
 def _cut_to_tension(axes: Any, fit: Fit) -> None:

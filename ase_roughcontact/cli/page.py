@@ -70,9 +70,11 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
     scene = reference.scene
     record = columns_of(type(steps[0]) if steps else LoadStep)
     other_area = {"contact_area", "continuum_area"} - {scene.area_column}
+    first, *others = _COLUMNS
+    own = [name for name in scene.path.columns if name not in {"seconds", *others}]
     shown = {
         name: record[name]
-        for name in _COLUMNS
+        for name in (first, *own, *others)
         if name in record and name not in other_area
     }
     units = {name: printed_unit(each.unit) for name, each in shown.items()}
@@ -114,6 +116,7 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
 def _cell(step: LoadStep, name: str, unit: str) -> tuple[str, str]:
     """Return a value of a step and its error as text; no error if it is negligible."""
     value = getattr(step, name) / UNITS[unit] if unit else getattr(step, name)
-    error = getattr(step, _COLUMNS[name]) / UNITS[unit] if _COLUMNS[name] else 0.0
+    of_error = _COLUMNS.get(name)
+    error = getattr(step, of_error) / UNITS[unit] if of_error else 0.0
     text = number(value).replace("-", "\N{MINUS SIGN}")
     return text, number(error, 2) if error > _NEGLIGIBLE * abs(value) else ""

@@ -210,9 +210,9 @@ def _add_fit(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--free",
         metavar="NAMES",
-        default="work_of_adhesion",
         help="comma-separated: work_of_adhesion, contact_modulus, radius, "
-        "attraction_range, force_offset, force_slope (default: %(default)s)",
+        "attraction_range, force_offset, force_slope (default: work_of_adhesion); of a "
+        "path in time also relaxation_moduli, relaxation_times (default: both)",
     )
     parser.add_argument(
         "--branch", choices=["approach", "retraction"], help="one branch of the curve"

@@ -16,7 +16,8 @@ The built-in scene file, `default_text`, explains every key. From the file to re
 ``curve_files``                   force curves from files, by ``curve_tables``
 ================================  ====================================================
 
-``reference``, ``preview``, ``tradeoff`` and ``fit`` are functions of a scene.
+``reference``, ``preview``, ``tradeoff``, ``fit`` and ``time_fit`` are functions of a
+scene.
 """
 
 from ase_roughcontact.scene.config import (

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ase_roughcontact._util.units import FORCES, LENGTHS, UNITS, quantity
+from ase_roughcontact._util.units import FORCES, LENGTHS, TIMES, UNITS, quantity
 from ase_roughcontact._util.validation import FloatArray, positive
 from ase_roughcontact.scene.curve_tables import Column, read_table
 from ase_roughcontact.scene.force_curve import ForceCurve
@@ -111,6 +111,53 @@ def read_curve(
         given = [column.head for column in table.segments[0][1]]
         raise ValueError(_missing(file, given, stiffness))
     return ForceCurve(depth, force, math.inf if stiffness is None else stiffness)
+
+
+def read_in_time(
+    file: Path,
+    quantity: str,
+    stiffness: float | None = None,
+    heads: Sequence[str] = (),
+) -> tuple[FloatArray, FloatArray]:
+    """Read a force or a depth over time.
+
+    Parameters
+    ----------
+    file : path
+        A table as of `read_curve`, with the column ``time (s)``.
+    quantity : {"force", "depth"}
+        A force may be given by the deflection, if the stiffness is known.
+    stiffness, heads
+        See `read_curve`.
+
+    Returns
+    -------
+    time, values : ndarray, shape (k,)
+        s, and eV/Å or Å.
+
+    Raises
+    ------
+    ValueError
+        If a column or its unit is missing, or a value is not a finite number.
+    """
+    parts = []
+    for _, columns in read_table(file, None, heads).segments:
+        found = _quantities(file, columns, None)
+        if stiffness is not None and "deflection" in found:
+            found.setdefault("force", stiffness * found["deflection"])
+        for column in columns:
+            if column.name == "time" and (column.unit or "s") in TIMES:
+                found["time"] = TIMES[column.unit or "s"] * column.numbers(file)
+        if not {"time", quantity} <= set(found):
+            raise ValueError(
+                f"{file} needs the columns time (s) and "
+                f"{'force (nN)' if quantity == 'force' else 'depth (nm)'}, got "
+                f"{', '.join(column.head for column in columns)}: rename them, or give "
+                "names and units of all columns: --columns"
+            )
+        parts.append((found["time"], found[quantity]))
+    time, values = np.concatenate(parts, axis=1)
+    return time, values
 
 
 def _quantities(

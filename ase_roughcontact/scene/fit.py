@@ -19,8 +19,8 @@ from ase_roughcontact.scene.force_curve import BASELINE, ForceCurve
 from ase_roughcontact.scene.residuals import Residuals
 from ase_roughcontact.scene.scene import Scene
 
-# Part of the expected error from which a difference is far above it.
-_FAR_ABOVE = 3.0
+#: Part of the expected error from which a difference is far above it.
+FAR_ABOVE = 3.0
 # Relative change of parameters, and of the sum of squares, at which a fit ends.
 _CONVERGED = 1e-5
 # A fit ends if the best parameters are this part of their standard errors off, by
@@ -37,9 +37,9 @@ _SYSTEMATIC = 6.0
 _OFF_AT_JUMP = 4.0
 # Correlation from which two parameters can't be distinguished.
 _CORRELATED = 0.99
-# Standard uncertainty of the logarithm of the range of the attraction, which a scene
-# assumes: a factor of two.
-_RANGE_UNCERTAINTY = math.log(2.0)
+#: Standard uncertainty of the logarithm of the range of the attraction, which a scene
+#: assumes: a factor of two.
+RANGE_UNCERTAINTY = math.log(2.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +77,9 @@ class Fit(Printed):
         or of one sign over a part of the curve, a snap-in or a pull-off elsewhere, a
         free tip with a force that is not fitted, parameters that are nearly one, or a
         curve that seems reversed.
+    abscissa, ordinate : (str, str)
+        Names and units of what `distance` and `force` are: of a path in time the time,
+        and under given loads the penetration.
     """
 
     names: tuple[str, ...]
@@ -93,12 +96,15 @@ class Fit(Printed):
     converged: bool
     far_force: float
     warnings: tuple[str, ...] = ()
+    abscissa: tuple[str, str] = ("distance of the base", "nm")
+    ordinate: tuple[str, str] = ("normal force $N$", "nN")
 
     @property
     def parts(self) -> list[Any]:
         """Parameters with standard errors, correlations, noise and warnings."""
         heads = ["parameter", "value", "± error", "unit", *self.contributions]
-        noise = ["noise", number(self.noise / UNITS["nN"], 3), "", "nN"]
+        unit = self.ordinate[1]
+        noise = ["noise", number(self.noise / UNITS[unit], 3), "", unit]
         rows = [
             [
                 name,
@@ -222,7 +228,7 @@ class _Trials:
         self._in_vain = 0 if progress else self._in_vain + 1
         if squares < self._least:
             change = jacobian @ (np.linalg.pinv(jacobian) @ residuals)
-            variance = squares / _degrees(compared, x)
+            variance = squares / degrees(compared, x)
             self._least, self.best = squares, x.copy()
             self.distance = math.sqrt(change @ change / variance) if variance else 0.0
         if self.distance < _CLOSE or self._in_vain >= _MOST_IN_VAIN:
@@ -230,17 +236,25 @@ class _Trials:
         return residuals
 
 
-def _degrees(compared: np.ndarray, x: FloatArray) -> int:
-    """Return the number of degrees of freedom."""
-    return max(int(compared.sum()) - len(x), 1)
+def solved(
+    problem: Any, callback: Callable[[dict[str, float], float], None] | None
+) -> tuple[FloatArray, bool, list[str]]:
+    """Return the unknowns with the least sum of squares.
 
+    Parameters
+    ----------
+    problem : Residuals
+        Or another class with `names`, `start`, `bounds`, `values` and `of`.
+    callback : callable or None
+        See `fit_curve`.
 
-def _fitted(
-    problem: Residuals,
-    curve: ForceCurve,
-    callback: Callable[[dict[str, float], float], None] | None,
-) -> Fit:
-    """Return the solution of the least-squares problem."""
+    Returns
+    -------
+    x : ndarray, shape (p,)
+    converged : bool
+    doubts : list of str
+        Why the fit ended early.
+    """
     trials = _Trials(problem, callback)
     try:
         solution = least_squares(
@@ -255,15 +269,29 @@ def _fitted(
         converged = bool(solution.success)
     except StopIteration:
         converged = trials.distance < 1.0
-    x = trials.best
+    return trials.best, converged, trials.doubts
+
+
+def degrees(compared: np.ndarray, x: FloatArray) -> int:
+    """Return the number of degrees of freedom."""
+    return max(int(compared.sum()) - len(x), 1)
+
+
+def _fitted(
+    problem: Residuals,
+    curve: ForceCurve,
+    callback: Callable[[dict[str, float], float], None] | None,
+) -> Fit:
+    """Return the solution of the least-squares problem."""
+    x, converged, ended = solved(problem, callback)
     residuals, jacobian, compared = problem.of(x)
     squares = np.sum(residuals[compared] ** 2)
-    noise = curve.noise * math.sqrt(squares / _degrees(compared, x))
+    noise = curve.noise * math.sqrt(squares / degrees(compared, x))
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * (noise / curve.noise) ** 2
     deviation = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(deviation, deviation)
     to_parameters = np.linalg.pinv(jacobian)
-    by_range = to_parameters * _RANGE_UNCERTAINTY * problem.change_by_range(x)
+    by_range = to_parameters * RANGE_UNCERTAINTY * problem.change_by_range(x)
     count = len(curve.depth)  # then follow the jumps
     parts = [branch.points for branch in curve.branches]
     parts += [slice(count, count + 1), slice(count + 1, count + 2)]
@@ -290,7 +318,7 @@ def _fitted(
         noise,
         converged,
         curve.far_force,
-        (*trials.doubts, *doubts, *_jump_warnings(curve, at_jumps[count:])),
+        (*ended, *doubts, *_jump_warnings(curve, at_jumps[count:])),
     )
 
 
@@ -332,7 +360,7 @@ def _warnings(
     """Return reasons to doubt a fit with the given forces and residuals."""
     found = list(curve.doubts)
     error_of_force = problem.tolerance * float(abs(curve.force).max())
-    if noise > _FAR_ABOVE * max(curve.noise, error_of_force):
+    if noise > FAR_ABOVE * max(curve.noise, error_of_force):
         found.append(
             f"the residuals of {noise / UNITS['nN']:.3g} nN are far above the noise of "
             f"the curve, {curve.noise / UNITS['nN']:.3g} nN: the scene does not "
@@ -352,19 +380,25 @@ def _warnings(
             "model, such as capillary ones; the errors do not contain this"
         )
     names = problem.names
-    found += [
-        f"{a} and {b} can't both be determined, the correlation of their errors is "
-        f"{correlation[i, j]:.4f}: fix one of them, or measure a larger range of depths"
-        for i, a in enumerate(names)
-        for j, b in enumerate(names[:i])
-        if abs(correlation[i, j]) > _CORRELATED
-    ]
+    found += correlated(names, correlation, "depths")
     is_free = abs(fitted[curve.far]).max() < curve.noise
     if "force_offset" not in names and is_free:
         error = noise / math.sqrt(len(curve.far))
-        if abs(curve.far_force) > _FAR_ABOVE * error:
+        if abs(curve.far_force) > FAR_ABOVE * error:
             found.append(
                 f"the free part of the curve is at {curve.far_force / UNITS['nN']:.3g} "
                 "nN, not zero: give force_offset in --free, too"
             )
     return found
+
+
+def correlated(names: Sequence[str], correlation: FloatArray, along: str) -> list[str]:
+    """Return warnings of parameters that a curve can't distinguish."""
+    return [
+        f"{a} and {b} can't both be determined, the correlation of their errors is "
+        f"{correlation[i, j]:.4f}: fix one of them, or measure a larger range of "
+        f"{along}"
+        for i, a in enumerate(names)
+        for j, b in enumerate(names[:i])
+        if abs(correlation[i, j]) > _CORRELATED
+    ]

@@ -174,11 +174,8 @@ class ForceCurve:
 
     @cached_property
     def noise(self) -> float:
-        """Standard deviation of the noise of the force, from second differences."""
-        force = self.force
-        median = np.median(abs(np.diff(force, 2))) if force.size > 2 else 0.0
-        noise = median / _MEDIAN / _SECOND_DIFFERENCE
-        return float(max(noise, _SMALLEST_NOISE * np.ptp(force)))
+        """Standard deviation of the noise of the force."""
+        return noise_of(self.force)
 
     @cached_property
     def branches(self) -> list[MeasuredBranch]:
@@ -204,3 +201,10 @@ class ForceCurve:
         change = direction * np.diff(self.force[points])
         largest = int(np.argmax(change))
         return largest if change[largest] > _JUMP * self.noise else None
+
+
+def noise_of(values: FloatArray) -> float:
+    """Return the standard deviation of the noise of values, from second differences."""
+    median = np.median(abs(np.diff(values, 2))) if values.size > 2 else 0.0
+    noise = median / _MEDIAN / _SECOND_DIFFERENCE
+    return float(max(noise, _SMALLEST_NOISE * np.ptp(values)))

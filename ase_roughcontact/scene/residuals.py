@@ -166,16 +166,11 @@ class Residuals:
         residuals, _, compared = self.of(x)
         if self._scene.substrate.of_atoms:
             return np.zeros_like(residuals)
-        fine, given = copy(self), self._scene.grid_change
-        if given.coarsen > 1:
-            change = GridChange(coarsen=given.coarsen // 2)
-        else:
-            change = GridChange(refine=2 * given.refine)
-        model = self._scene.with_values({"substrate.model": "continuum"})
-        fine._scene, fine._kept = model.with_grid(change), (b"", [])
+        fine = copy(self)
+        scene, part = on_finer_grid(self._scene)
+        fine._scene, fine._kept = scene, (b"", [])
         others, _, too = fine.of(x)
-        ratio = change.spacing(1.0) / given.spacing(1.0)
-        return np.where(compared & too, others - residuals, 0.0) / (1.0 - ratio**2)
+        return part * np.where(compared & too, others - residuals, 0.0)
 
     def _of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
         """Return residuals, derivatives per unit, also to the range, and comparison."""
@@ -242,6 +237,21 @@ class Residuals:
         down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
         up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0
         return [FollowedBranch.of(*down), FollowedBranch.of(*up)]
+
+
+def on_finer_grid(scene: Scene) -> tuple[Scene, float]:
+    """Return a scene on a grid of half the spacing, and the part of errors it lacks.
+
+    Times the change of a quantity on that grid this is its quadratic error.
+    """
+    given = scene.grid_change
+    if given.coarsen > 1:
+        change = GridChange(coarsen=given.coarsen // 2)
+    else:
+        change = GridChange(refine=2 * given.refine)
+    ratio = change.spacing(1.0) / given.spacing(1.0)
+    model = scene.with_values({"substrate.model": "continuum"})
+    return model.with_grid(change), 1.0 / (1.0 - ratio**2)
 
 
 def _are_counterparts(

@@ -307,4 +307,8 @@ def test_results_in_time_are_drawn_again(tmp_path, capsys):
     assert main(["figure", str(folder)]) == 0
     assert (folder / "time.png").exists()
     assert main(["report", str(folder)]) == 0
-    assert "over time" in (folder / "report.html").read_text()
+    page = (folder / "report.html").read_text()
+    assert "over time" in page
+    heads = re.findall(r'<th title="[^"]+">([a-z ]+)', page)
+    assert heads[:2] == ["step", "time"]
+    assert "dissipation" in heads
