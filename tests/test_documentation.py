@@ -184,9 +184,26 @@ def test_the_package_lists_no_names_that_it_imports_for_itself():
 
 
 def test_version_is_the_same_everywhere():
-    assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text()
+    citation = (ROOT / "CITATION.cff").read_text()
+    assert f"\nversion: {__version__}\n" in citation
+    assert f"\n  version: {__version__}\n  year: 2026\n" in citation
     assert f"\n## {__version__}" in (ROOT / "CHANGELOG.md").read_text()
-    assert f"version = {{{__version__}}}" in PAGES["README.md"]
+    for page in ("README.md", "examples/guide/index.md"):
+        assert f"version = {{{__version__}}},\n  year    = {{2026}}" in PAGES[page]
+
+
+def test_times_of_other_codes_on_the_front_page_are_those_measured():
+    (row,) = re.findall(r"(?m)^\| time for the same contact.*$", PAGES["README.md"])
+    shown = [cell.strip() for cell in row.split("|")[3:6]]
+    measured = [[], [], []]
+    results = GUIDE / "results"
+    for line in (results / "peers.md").read_text().splitlines()[3:]:
+        _, _, _, code, arrays, *_ = (cell.strip() for cell in line.split("|"))
+        measured["Tamaas" in code].append(float(arrays))
+    for line in (results / "aspher.md").read_text().splitlines()[3:]:
+        measured[2] += map(float, re.findall(r"([\d.]+) /", line))
+    ranges = [f"{min(values):.2g} to {round(max(values))}" for values in measured]
+    assert shown == ranges
 
 
 def test_description_for_an_index_has_no_relative_links(monkeypatch):

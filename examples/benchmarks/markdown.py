@@ -14,7 +14,9 @@ def table(head, rows):
 
 def order(value):
     """Return a number with one digit, such as 2e-7, or 0."""
-    return re.sub(r"e([-+])0*", r"e\1", f"{value:.0e}") if value else "0"
+    if value == 0.0 or 1.0 <= abs(value) < 10.0:
+        return f"{value:.0f}"
+    return re.sub(r"e([-+])0*", r"e\1", f"{value:.0e}")
 
 
 def ends(values, form=order):

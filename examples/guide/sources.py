@@ -4,6 +4,7 @@
     python examples/guide/sources.py --renew FILE     # run its command again
     python examples/guide/sources.py --keep FILE      # its code changed, not its result
 
+Files are relative to the folder of examples, as ``images/fit.png``.
 ``sources.csv`` has a line for each file: the command that made it, the files that the
 command reads, and a checksum of these files and of the script, with the modules beside
 it that it imports. Layout, comments, docstrings and imports do not count, nor, for
@@ -172,7 +173,10 @@ def renew(file: str) -> set[str]:
     Keeps what it prints, as a table, or the listed files that it writes, and returns
     their names.
     """
-    command = _command(file) or read()[file]["command"]
+    listed = read()
+    command = _command(file) or listed.get(file, {}).get("command")
+    if not command:
+        sys.exit(f"{file}: add a line with its command to {LIST.name}")
     words = [re.sub("^examples/", f"{EXAMPLES}/", word) for word in _words(command)]
     given = dict(word.split("=") for word in words if re.match("[A-Z_]+=", word))
     path = [str(EXAMPLES.parent), os.environ.get("PYTHONPATH", "")]
@@ -191,7 +195,7 @@ def renew(file: str) -> set[str]:
         if printed:
             (EXAMPLES / file).write_text(f"{command}\n{run.stdout.rstrip()}\n")
         found = {file}
-        for name, row in read().items():
+        for name, row in listed.items():
             made = Path(folder, Path(name).name)
             if row["command"] == command and made.exists():
                 shutil.move(made, EXAMPLES / name)
