@@ -1,4 +1,4 @@
-"""Radius of curvature of a scanned tip, by a paraboloid around its lowest point."""
+"""Radius of curvature of a scanned tip, by a fit around its lowest point."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ase_roughcontact._util.validation import FloatArray, Point
 from ase_roughcontact.topography.scan import polynomial
 
-# A paraboloid is within 7 % of the height of a sphere up to this part of its radius.
+# Largest radius of the fitted disc over the radius of curvature: the contact is there.
 _PART_OF_RADIUS = 0.5
 # Smallest radius of the fitted disc, in steps of the map, and number of fits.
 _LEAST_STEPS, _FITS = 4, 4
@@ -22,7 +22,7 @@ _SHARE_OF_A_TIP = 0.7
 
 @dataclass(frozen=True)
 class TipFit:
-    """Paraboloid around the lowest point of a height map.
+    """Paraboloid or sphere around the lowest point of a height map.
 
     Attributes
     ----------
@@ -44,11 +44,11 @@ class TipFit:
 
     @classmethod
     def of(cls, heights: FloatArray, spacing: Point) -> TipFit:
-        """Fit a paraboloid with the same curvature along x and y.
+        """Fit a paraboloid with the same curvature along x and y, and a sphere.
 
-        It is fitted in a disc around the lowest point of the heights, shape (n, m), as
-        large as the map allows, and at most half as wide as the radius of curvature in
-        it.
+        They are fitted in a disc around the lowest point of the heights, shape (n, m),
+        as large as the map allows, and at most half as wide as the radius of curvature
+        in it. The radius is that of the better fit.
         """
         i, j = np.unravel_index(np.argmin(heights), heights.shape)
         x = spacing[0] * (np.arange(heights.shape[0], dtype=float) - i)
@@ -57,12 +57,18 @@ class TipFit:
         least = _LEAST_STEPS * max(spacing)
         if widest < least:
             return cls()
-        curvature, share = _paraboloid(heights, x, y, widest)
-        for _ in range(_FITS):
-            if curvature <= 0.0:
-                return cls()
-            disc = max(least, min(widest, _PART_OF_RADIUS / curvature))
-            curvature, _share = _paraboloid(heights, x, y, disc)
+        first, share = _fit(heights, x, y, widest)
+        fits = []
+        for is_sphere in (False, True):
+            curvature, explained = first, 0.0
+            for _ in range(_FITS):
+                if curvature <= 0.0:
+                    return cls()
+                disc = max(least, min(widest, _PART_OF_RADIUS / curvature))
+                bend = curvature if is_sphere else 0.0
+                curvature, explained = _fit(heights, x, y, disc, bend)
+            fits.append((explained, curvature))
+        _explained, curvature = max(fits)
         if curvature <= 0.0:
             return cls()
         rest = heights - polynomial(2)(heights)
@@ -70,14 +76,24 @@ class TipFit:
         return cls(1.0 / curvature, min(share, whole))
 
 
-def _paraboloid(
-    heights: FloatArray, x: NDArray[Any], y: NDArray[Any], disc: float
+def _fit(
+    heights: FloatArray,
+    x: NDArray[Any],
+    y: NDArray[Any],
+    disc: float,
+    bend: float = 0.0,
 ) -> tuple[float, float]:
-    """Return the curvature in a disc, and the share of the variance it explains."""
+    """Return the curvature at the apex, and the share of the variance in a disc.
+
+    The shape is that of a sphere of the curvature `bend`, scaled, or for zero of a
+    paraboloid.
+    """
     x, y = np.meshgrid(x, y, indexing="ij")
     inside = x**2 + y**2 <= disc**2
     x, y = x[inside], y[inside]
-    matrix = np.stack([np.ones(len(x)), x, y, 0.5 * (x**2 + y**2)], axis=1)
+    square = x**2 + y**2
+    shape = square / (1.0 + np.sqrt(np.maximum(1.0 - bend**2 * square, 0.0)))
+    matrix = np.stack([np.ones(len(x)), x, y, shape], axis=1)
     scale = np.abs(matrix).max(axis=0)
     values = heights[inside]
     found, *_ = np.linalg.lstsq(matrix / scale, values, rcond=None)
