@@ -173,7 +173,7 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     center = (f"{x!r} Å", f"{y!r} Å")
     try:
         here = scene.with_values({"topography.center": center})
-        states = tuple(here.relax(validity="ignore"))
+        states = tuple(here.relax(validity="ignore", scan_errors=False))
         last, tension = here.path.extremes(here, states)
     except (ValueError, RuntimeError, MemoryError) as error:
         return Place(x, y, message=str(error))

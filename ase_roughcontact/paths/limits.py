@@ -94,6 +94,16 @@ def _contact_radius(step: RelaxedStep) -> float:
     return step.contact_radius / facts.radius
 
 
+def _patch_width(step: RelaxedStep) -> float:
+    """Return the mean width of patches, which squares of this width have, in pixels."""
+    if not step.touches:
+        return math.nan
+    width = (
+        4.0 * step.fields.contact_area / step.perimeter if step.perimeter else math.inf
+    )
+    return width / step.problem.facts.pixel
+
+
 def _smallest_gap(step: RelaxedStep) -> float:
     core = getattr(step.contact.interaction, "core", math.nan)
     return float(step.fields.gap.min()) / core
@@ -199,6 +209,14 @@ CHECKS = (
         10.0,
         "the area of fewer atoms depends on where the lattice lies below the indenter",
         lambda s: s.fields.repulsive_atoms or math.nan,
+    ),
+    Check(
+        "width of contact patches/pixel",
+        "<",
+        3.0,
+        "patches of few pixels depend on heights between them that were not measured, "
+        "and on noise",
+        _patch_width,
     ),
     Check(
         "smallest gap/core",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -92,6 +93,8 @@ class RelaxedStep(RelaxedContact):
         Of the substrate, infinity or NaN if pressures are not limited (eV/Å^3).
     lateral : LateralState or None
         Under friction, of a sliding path.
+    scan_errors : ScanErrors or None
+        Adds errors by the scan that is pressed.
     """
 
     number: int
@@ -102,8 +105,12 @@ class RelaxedStep(RelaxedContact):
     base: float = np.nan
     hardness: float = np.nan
     lateral: Any = None  # so that the columns of sliding paths need no check
+    scan_errors: Callable[[RelaxedStep], Errors] | None = None
 
     @cached_property
     def errors(self) -> Errors:
         """Estimated errors of area, force and height."""
-        return estimated_errors(self)
+        errors = estimated_errors(self)
+        if self.scan_errors is None:
+            return errors
+        return Errors(*np.add(errors, self.scan_errors(self)).tolist())

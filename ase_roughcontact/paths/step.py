@@ -24,6 +24,7 @@ from ase_roughcontact.contact.state import PLASTIC_DEPTH
 from ase_roughcontact.elasticity.creep import CreepStep
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.paths.accuracy import ForceTolerance, accuracy_of
+from ase_roughcontact.paths.errors import Errors
 from ase_roughcontact.paths.extrapolation import Extrapolation
 from ase_roughcontact.paths.record import LoadStep, Step
 from ase_roughcontact.paths.relaxed import RelaxedStep, SolverStatistics
@@ -89,6 +90,8 @@ class StepOptions:
     cantilever : float
         Stiffness of the spring between the indenter and a base whose height is given
         (force/length).
+    scan_errors : ScanErrors, optional
+        Adds errors by the scan that is pressed.
 
     Raises
     ------
@@ -105,6 +108,7 @@ class StepOptions:
     continuum: bool = False
     lost_slope: float = 0.0
     cantilever: float = 0.0
+    scan_errors: Callable[[RelaxedStep], Errors] | None = None
 
     def __post_init__(self) -> None:
         """Check the options."""
@@ -395,6 +399,7 @@ class Stepper:
             control=self.control,
             continuum=self.options.continuum,
             lost_slope=self.options.lost_slope,
+            scan_errors=self.options.scan_errors,
         )
         _check_residuals(relaxed, softness)
         if statistics.converged and self._continuous:

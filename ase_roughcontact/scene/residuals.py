@@ -304,5 +304,5 @@ def _first_height(scene: Scene, curve: ForceCurve) -> float:
     if force[largest] <= 0.0:
         return scene.first_contact + depth[np.argmin(abs(force))]
     loaded = replace(scene, path=Steps())
-    (step,) = loaded.relax(force[[largest]], validity="ignore")
+    (step,) = loaded.relax(force[[largest]], validity="ignore", scan_errors=False)
     return step.height + depth[largest]

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact.scene.section import Section
 from ase_roughcontact.topography import HeightMap
+from ase_roughcontact.topography.measurement import edge_step, has_edge_step
 from ase_roughcontact.topography.scan import ROLES, in_angstrom
 from ase_roughcontact.topography.scan_files import TEXT
+from ase_roughcontact.topography.spectrum import statistics
 
-# Limits beyond which a scan is doubtful: share of missing points, rms slopes, and size.
+# Limits beyond which a scan is doubtful: share of missing points, rms slopes, share
+# of the noise in the mean square slope, and size.
 _MOST_MISSING = 0.1
 _SLOPES = 1e-4, 1.0
+_MOST_NOISE = 0.1
 _LARGEST = 1e3 * UNITS["µm"]
 # Size from which it is printed in micrometres.
 _IN_MICROMETRES = 10.0 * UNITS["µm"]
@@ -39,6 +45,9 @@ class TopographyConfig(Section):
     periodic: bool | None = None
     channel: int | str | None = None
     transpose: bool = False
+    noise: float | str | None = None
+    cutoff_wavelength: float | str = 0.0
+    remove_outliers: bool = False
 
     @property
     def edge(self) -> float:
@@ -83,7 +92,6 @@ class TopographyConfig(Section):
         (n, m), (width, height) = surface.shape, _size(surface)
         name = "µm" if max(width, height) >= _IN_MICROMETRES else "nm"
         unit = UNITS[name]
-        statistics = surface.statistics()
         x, y = surface.center
         if self.role == "indenter":  # it was turned over
             x = (n - 1) * surface.spacing[0] - x
@@ -92,8 +100,7 @@ class TopographyConfig(Section):
             f"{width / unit:.4g} x {height / unit:.4g} {name}",
             f"{n} x {m} points{self._order}",
             f"{surface.missing} ({100.0 * surface.missing / (n * m):.2g} %) missing",
-            f"rms height {statistics.rms_height / nm:.3g} nm",
-            f"rms slope {statistics.rms_slope:.3g}",
+            *_measured(surface),
             f"{place} at ({x / unit:.4g}, {y / unit:.4g}) {name}",
         ]
         if surface.tip.is_tip:
@@ -128,26 +135,24 @@ class TopographyConfig(Section):
         surface, nm = self.surface, UNITS["nm"]
         n, m = surface.shape
         missing, size = surface.missing / (n * m), max(_size(surface))
-        statistics, found = surface.statistics(), []
+        pressed, found = surface.statistics(), []
         low, high = _SLOPES
         if missing > _MOST_MISSING:
             found.append(
                 f"{100.0 * missing:.0f} % of the points are missing and are "
                 "interpolated: is a part of the scan enough, or another channel?"
             )
-        if statistics.rms_height < _CONSTANT:
+        if pressed.rms_height < _CONSTANT:
             found.append("all heights are the same: is it the channel of the height?")
-        elif statistics.rms_height > radius and not whole_tip:
+        elif pressed.rms_height > radius and not whole_tip:
             found.append(
-                f"the rms height of {statistics.rms_height / nm:.3g} nm exceeds the "
+                f"the rms height of {pressed.rms_height / nm:.3g} nm exceeds the "
                 f"radius of the sphere, {radius / nm:.3g} nm: are both units right?"
             )
         # the sides of a whole tip are steep
-        elif statistics.rms_slope < low or (
-            statistics.rms_slope > high and not whole_tip
-        ):
+        elif pressed.rms_slope < low or (pressed.rms_slope > high and not whole_tip):
             found.append(
-                f"the rms slope is {statistics.rms_slope:.3g}, usual are {low:g} to "
+                f"the rms slope is {pressed.rms_slope:.3g}, usual are {low:g} to "
                 f"{high:g}: are the units of heights and of spacing right?"
             )
         if size > _LARGEST:
@@ -162,7 +167,35 @@ class TopographyConfig(Section):
                 "it: give radius = inf if it is the whole tip, or detrend = "
                 '"curvature" if it is roughness of the sphere'
             )
+        found += self._doubts_about_noise()
         return [f"{Path(self.file).name}: {each}" for each in found]
+
+    def _doubts_about_noise(self) -> Iterator[str]:
+        """Yield warnings about outliers, noise and edges, with keys that help."""
+        surface, nm = self.surface, UNITS["nm"]
+        measured: Any = surface.measurement
+        noise, slope = measured.noise, surface.statistics().rms_slope
+        if measured.outliers and not self.remove_outliers:
+            yield (
+                f"{measured.outliers} single points stick out far: if they are not "
+                "real, give remove_outliers = true"
+            )
+        share = (surface.noise_slope / slope) ** 2 if slope else 0.0
+        if share > _MOST_NOISE:
+            advice = f'cutoff_wavelength = "{measured.least_wavelength / nm:.2g} nm"'
+            if noise.lines > noise.points and self.detrend != "lines":
+                advice = 'detrend = "lines"'
+            yield (
+                f"noise makes up about {100.0 * min(share, 1.0):.0f} % of the mean "
+                f"square slope, and areas are too small: give {advice}, or a scan with "
+                "less noise"
+            )
+        if surface.periodic and has_edge_step(measured.heights):
+            across, beside = (each / nm for each in edge_step(measured.heights))
+            yield (
+                f"heights differ by {across:.2g} nm from one edge to the opposite, and "
+                f"only by {beside:.2g} nm from line to line: is the scan periodic?"
+            )
 
 
 @lru_cache(maxsize=4)
@@ -170,6 +203,25 @@ def _read(config: TopographyConfig, changed: int) -> HeightMap:
     """Read a scan, unless it was read before and the file has not changed."""
     options = config.entries()
     return HeightMap.from_topography(options.pop("file"), **options)
+
+
+def _measured(surface: HeightMap) -> list[str]:
+    """Return the statistics of a scan, its noise, and its filter."""
+    measured: Any = surface.measurement
+    pressed, nm = surface.statistics(), UNITS["nm"]
+    points = statistics(measured.heights, surface.spacing, periodic=False)
+    found = [
+        f"rms height {pressed.rms_height / nm:.3g} nm",
+        f"rms slope {pressed.rms_slope:.3g} as pressed ({points.rms_slope:.3g} between "
+        "measured points)",
+        f"rms curvature {pressed.rms_curvature * nm:.3g} /nm "
+        f"({points.rms_curvature * nm:.3g})",
+        f"noise {measured.noise.points / nm:.2g} nm, of lines "
+        f"{measured.noise.lines / nm:.2g} nm",
+    ]
+    if measured.cutoff:
+        found.append(f"filtered below {measured.cutoff / nm:.3g} nm")
+    return found
 
 
 def _size(surface: HeightMap) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.accuracy import Accuracy, accuracy_of
+from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of
 from ase_roughcontact.paths.flat_record import FlatStep
 from ase_roughcontact.paths.grids import grid_for
 from ase_roughcontact.paths.hardness import hardness_for
@@ -30,6 +30,7 @@ from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.scan_errors import ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
@@ -325,7 +326,9 @@ class Scene(SceneFile):
 
     @cached_property
     def _on_grid(self) -> tuple[Problem, Box]:
-        change = self.grid_change
+        return self._on(self.grid_change)
+
+    def _on(self, change: GridChange) -> tuple[Problem, Box]:
         if self.shape:
             check_memory(change.shape(self.shape))
         first = math.ceil(_FIRST_SIDE / change.coarsen) * change.coarsen
@@ -345,8 +348,11 @@ class Scene(SceneFile):
             *self._on_grid, self.bodies.symbol, self.control not in FREE
         )
 
-    def stepper(self, frames: ProblemAtoms) -> Stepper:
-        """Return what relaxes the steps; `frames` has the atoms of an optimizer."""
+    def stepper(self, frames: ProblemAtoms, scan_errors: bool = False) -> Stepper:
+        """Return what relaxes the steps; see `relax`.
+
+        `frames` has the atoms of an optimizer.
+        """
         bodies = self.bodies
         options = StepOptions(
             relaxer=relaxer_of(self.optimizer, self.wall, frames),
@@ -359,7 +365,23 @@ class Scene(SceneFile):
             lost_slope=self.lost_slope,
             cantilever=self.cantilever or 0.0,
         )
+        if scan_errors and self.scan is not None:
+            options = replace(options, scan_errors=self.planned._scan_errors(options))
         return Stepper(self.problem, self.control, self.start, options)
+
+    def _scan_errors(self, options: StepOptions) -> ScanErrors:
+        change, error = self.grid_change, max(self.accuracy.error, LEVELS["fast"])
+        if self.is_continuum and self.substrate.grid_change is None:
+            indenter = self.surface, self.wall, self.spacing
+            change = grid_for(error, *indenter, self.shape)
+        problem, start = self._on(change)
+        return ScanErrors(
+            problem,
+            self.control,
+            start,
+            replace(options, accuracy=error, lost_slope=0.0),
+            self.targets.tolist(),
+        )
 
     @cached_property
     def first_contact(self) -> float:
@@ -439,6 +461,7 @@ class Scene(SceneFile):
         *,
         validity: str = "warn",
         record: type[LoadStep] | None = None,
+        scan_errors: bool = True,
         **files: Any,
     ) -> Generator[LoadStep, None, None]:
         """Relax step after step.
@@ -449,6 +472,9 @@ class Scene(SceneFile):
             Loads (eV/Å), penetrations or heights (Å) in place of those of the path.
         validity, record
             See `load_path`.
+        scan_errors : bool
+            Whether the errors include those of the pixels and the noise of a scan, for
+            which some copies of it are pressed, too.
         **files
             Files of the path; see `Output`.
 
@@ -458,7 +484,7 @@ class Scene(SceneFile):
         """
         frames = self.frames()
         output = Output(**files, record=record or self.record, frames=frames)
-        stepper = self.stepper(frames)
+        stepper = self.stepper(frames, scan_errors)
         warn_of_lost_slope(stepper, self.grid_change, validity)
         if targets is None:
             return self.path.run(self, stepper, output, validity)

@@ -318,7 +318,7 @@ def _planned(scene: Scene, plan: Sequence[Choice]) -> Scene:
 def _answers(scene: Scene, targets: Sequence[float], of: str) -> _Answers:
     """Return answers and costs of the steps of a scene."""
     columns = (name or scene.area_column for name in _COLUMNS[of])
-    steps = list(scene.relax(targets, validity="ignore"))
+    steps = list(scene.relax(targets, validity="ignore", scan_errors=False))
     values, scales, errors = (
         np.array([getattr(step, name) for step in steps])
         for name in (*columns, f"{of}_error")

@@ -54,6 +54,11 @@ class IndenterFacts:
         return getattr(self.roughness, "short_wavelength", math.nan)
 
     @property
+    def pixel(self) -> float:
+        """Distance between the points of a scan; NaN if there is none (length)."""
+        return getattr(self.roughness, "pixel", math.nan)
+
+    @property
     def side(self) -> float:
         """Side of the domain of a roughness that is synthesised, else zero (length)."""
         return getattr(self.roughness, "side", 0.0)

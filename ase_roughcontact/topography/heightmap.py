@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
@@ -23,7 +24,15 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.topography.interpolation import (
     ROUNDING,
     interpolated,
+    mean_squares,
     spline_coefficients,
+)
+from ase_roughcontact.topography.measurement import (
+    Copies,
+    Measurement,
+    Noise,
+    has_edge_step,
+    outliers,
 )
 from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
@@ -32,13 +41,14 @@ from ase_roughcontact.topography.spectrum import (
     axis_spacings,
     power_spectrum,
     smooth_component,
-    statistics,
 )
 from ase_roughcontact.topography.tip_fit import TipFit
 
 # Distance, in steps of the map, of the farthest coefficient that contributes to the
 # spline at a place, also near an edge.
 _SUPPORT = 4
+# Rms slope of the noise relative to that of the map from which on it counts.
+_LEAST_NOISE = 1e-3
 
 
 class HeightMap:
@@ -63,8 +73,8 @@ class HeightMap:
 
     Attributes
     ----------
-    missing : int
-        Number of points of the scan that were not measured, and are interpolated.
+    measurement : Measurement or None
+        Noise, missing points and outliers of a scan, see `from_topography`.
     edge_change : float
         Rms height that `made_periodic` has subtracted (length).
 
@@ -94,15 +104,17 @@ class HeightMap:
         self._values = height_array(heights)
         self.spacing = axis_spacings(spacing)
         self.periodic = bool(periodic)
-        self.missing, self.edge_change = 0, 0.0
+        self.measurement: Measurement | None = None
+        self.edge_change = 0.0
         middle = [n // 2 * step for n, step in self._axes]
         x, y = middle if center is None else position(center, 1.0)
         self.center = float(x), float(y)
         for name, place, (n, step) in zip("xy", self.center, self._axes, strict=True):
-            if not (-ROUNDING <= place / step <= n - 1 + ROUNDING):
+            last = n if self.periodic else n - 1
+            if not (-ROUNDING <= place / step <= last + ROUNDING):
                 raise ValueError(
                     f"center must be on the map, which spans {name} = 0 to "
-                    f"{(n - 1) * step:g}, got {place:g}"
+                    f"{last * step:g}, got {place:g}"
                 )
 
     @classmethod
@@ -119,6 +131,9 @@ class HeightMap:
         periodic: bool | None = None,
         channel: int | str | None = None,
         transpose: bool = False,
+        noise: Length | None = None,
+        cutoff_wavelength: Length = 0.0,
+        remove_outliers: bool = False,
     ) -> HeightMap:
         """Return the lower side of an indenter for a scan of a surface.
 
@@ -141,8 +156,8 @@ class HeightMap:
             Distance between points, or one each along x and y (`unit`). Required for
             arrays and files that do not contain it.
         unit : str, optional
-            Unit of `spacing`, `center` and `margin`: m, mm, µm, nm, Å, A or pm. By
-            default that of the scan. It is also the unit of a scan that has none; of an
+            Unit of all lengths: m, mm, µm, nm, Å, A or pm. By default that of the scan.
+            It is also the unit of a scan that has none; of an
             array by default Å.
         detrend : {"plane", "mean", "curvature", "lines", "none"}
             What is subtracted: the plane that fits best, the mean, a polynomial of
@@ -162,6 +177,14 @@ class HeightMap:
         transpose : bool
             Whether the indices of an array, or of the matrix in a file, are exchanged
             before anything else: the first index of ``.npy`` is then along y.
+        noise : float, optional
+            Standard deviation of the heights by noise (`unit`). By default it is
+            estimated, with that of the offsets of lines; see `Noise`.
+        cutoff_wavelength : float
+            Cutoff of a Gaussian low-pass filter (`unit`), which halves waves of this
+            length (ISO 16610-61); zero for none.
+        remove_outliers : bool
+            Whether single points that stick out far are interpolated.
 
         Returns
         -------
@@ -199,7 +222,17 @@ class HeightMap:
         )
         missing = int(np.isnan(scan.heights).sum())
         scan = scan.levelled(detrend or ("mean" if scan.periodic else "plane"))
+        found = Noise.of(scan.heights)
+        if noise is not None:
+            given = in_angstrom("noise", noise, factor)
+            nonnegative(noise=given)
+            found = Noise(given, found.lines if given else 0.0)
+        cutoff = in_angstrom("cutoff_wavelength", cutoff_wavelength, factor)
+        nonnegative(cutoff_wavelength=cutoff)
         scan = scan.filled()
+        far = outliers(scan.heights)
+        if remove_outliers:
+            scan = scan.without(far)
         if isinstance(center, str):
             lookup(center, {"middle": None, "highest": None}, "center")
             edge: Any = in_angstrom("margin", margin, factor)
@@ -208,9 +241,60 @@ class HeightMap:
             place = position(center, factor)
             scan.check(place)
         heights, place = scan.lower_side(role, place)
-        surface = cls(heights, scan.spacing, scan.periodic, place)
-        surface.missing = missing
+        counts = missing, int(far.sum())
+        measured = Measurement(
+            heights, scan.spacing, scan.periodic, found, cutoff, *counts
+        )
+        surface = cls(measured.pressed, scan.spacing, scan.periodic, place)
+        surface.measurement = measured
         return surface
+
+    def copies(self) -> Copies[HeightMap]:
+        """Return copies of a scan that show its errors; none of any other map."""
+        measured, noisy, seamless = self.measurement, [], []
+        if measured is None:
+            return Copies()
+        if self.noise_slope > _LEAST_NOISE * self.statistics().rms_slope:
+            noisy = [self._copy(each, self.spacing) for each in measured.noisy()]
+        coarser = [self._copy(each, steps) for each, steps in measured.coarser()]
+        if self.periodic and not self._is_seamless:
+            fitting = self._values - smooth_component(self._values)
+            seamless = [self._copy(fitting, self.spacing)]
+        return Copies(coarser, noisy, seamless)
+
+    def _copy(self, heights: FloatArray, spacing: Point) -> HeightMap:
+        return HeightMap(heights, spacing, self.periodic, self.center)
+
+    @cached_property
+    def noise_slope(self) -> float:
+        """Rms slope of the noise of a scan as it is pressed; zero for any other map."""
+        if self.measurement is None:
+            return 0.0
+        noise = next(self.measurement.noisy()) - self._values
+        return self._copy(noise, self.spacing).statistics().rms_slope
+
+    @cached_property
+    def lost_slope(self) -> float:
+        """Part of the rms slope, without noise, that the filter of a scan removed."""
+        if self.measurement is None or not self.measurement.cutoff:
+            return 0.0
+        whole = self._copy(self.measurement.heights, self.spacing)
+        whole.measurement = replace(self.measurement, cutoff=0.0)
+        before, after = (
+            each.statistics().rms_slope ** 2 - each.noise_slope**2
+            for each in (whole, self)
+        )
+        return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
+
+    @property
+    def missing(self) -> int:
+        """Number of points of a scan that were not measured, and are interpolated."""
+        return self.measurement.missing if self.measurement else 0
+
+    @property
+    def pixel(self) -> float:
+        """Distance between the points of a scan; NaN for any other map (length)."""
+        return max(self.spacing) if self.measurement else math.nan
 
     @property
     def shape(self) -> Shape:
@@ -317,7 +401,9 @@ class HeightMap:
 
     def centered(self, center: Point) -> HeightMap:
         """Return the same map with another place on the axis; see `HeightMap`."""
-        return HeightMap(self._values, self.spacing, self.periodic, center)
+        other = HeightMap(self._values, self.spacing, self.periodic, center)
+        other.measurement = self.measurement
+        return other
 
     def made_periodic(self) -> HeightMap:
         """Return the map without steps between opposite edges, its middle on the axis.
@@ -327,6 +413,11 @@ class HeightMap:
         smooth = 0.0 if self.periodic else smooth_component(self._values)
         found = HeightMap(self._values - smooth, self.spacing, periodic=True)
         found.edge_change = float(np.std(smooth))
+        if self.measurement:
+            heights = self.measurement.heights - smooth
+            found.measurement = replace(
+                self.measurement, heights=heights, periodic=True
+            )
         return found
 
     def places(
@@ -358,12 +449,27 @@ class HeightMap:
         return float(self._values.mean())
 
     def statistics(self) -> Statistics:
-        """Return the rms height, slope and curvature; see `spectrum.statistics`."""
-        return statistics(self._values, self.spacing, self.periodic)
+        """Return the rms height, slope and curvature as they are pressed.
+
+        They are exact for the spline, but for the height, which is that of the points,
+        and without the seam of a periodic map whose edges do not fit each other. Those
+        of the measured points alone are `spectrum.statistics`.
+        """
+        return self._statistics
+
+    @cached_property
+    def _statistics(self) -> Statistics:
+        squares = mean_squares(self._values, self.spacing, self._is_seamless)
+        return Statistics(float(self._values.std()), *map(math.sqrt, squares))
+
+    @cached_property
+    def _is_seamless(self) -> bool:
+        """Whether the map is periodic, and its edges fit each other."""
+        return self.periodic and not has_edge_step(self._values)
 
     def power_spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Return q and C(q), radially averaged; see `spectrum.power_spectrum`."""
-        return power_spectrum(self._values, self.spacing, self.periodic)
+        return power_spectrum(self._values, self.spacing, self._is_seamless)
 
     @cached_property
     def self_affine(self) -> SelfAffineFit:

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 from scipy.interpolate import BSpline, make_interp_spline
 
 from ase_roughcontact._util.validation import FloatArray
 
 #: Distance, in steps of a map, within which a grid point counts as a point of the map.
 ROUNDING = 1e-9
+# Degree of the splines.
+_DEGREE = 3
 
 
 def spline_coefficients(values: FloatArray, periodic: bool) -> FloatArray:
@@ -34,6 +37,52 @@ def interpolated(
     return _spline(values, axis, periodic)(inside)
 
 
+def mean_squares(
+    values: FloatArray, spacing: tuple[float, float], periodic: bool
+) -> tuple[float, float]:
+    r"""Return the exact mean squares of slope and curvature of the spline of a map.
+
+    With the coefficients c of the B-splines and, along x and y, the means
+    :math:`M_{ab} = \langle B^{(a)} B^{(b)} \rangle` of products of their derivatives,
+    :math:`\langle \partial_x^a \partial_y^k h \; \partial_x^b \partial_y^l h \rangle =
+    \sum c \circ (M_{ab}\, c\, M_{kl}^T)`.
+    """
+    (x, along_x), (y, along_y) = (
+        (step, _derivatives(_spline(values, axis, periodic)))
+        for axis, step in enumerate(spacing)
+    )
+    c = spline_coefficients(values - values.mean(), periodic)
+
+    def mean(a: int, b: int, k: int, m: int) -> float:
+        left, right = along_x[a].T @ along_x[b], along_y[k].T @ along_y[m]
+        product = float(np.sum(c * (right @ (left @ c).T).T))
+        return product / (x ** (a + b) * y ** (k + m))
+
+    slope = mean(1, 1, 0, 0) + mean(0, 0, 1, 1)
+    curvature = mean(2, 2, 0, 0) + 2.0 * mean(2, 0, 0, 2) + mean(0, 0, 2, 2)
+    return max(slope, 0.0), max(curvature, 0.0)  # rounding
+
+
+def _derivatives(spline: BSpline) -> list[Any]:
+    """Return matrices from coefficients to a spline and its two derivatives.
+
+    They are values at Gaussian points, times the root of their weights, by the index.
+    """
+    points, weights = np.polynomial.legendre.leggauss(_DEGREE + 1)
+    ends = np.unique(spline.t[_DEGREE : len(spline.t) - _DEGREE])
+    width = np.diff(ends)[:, None]
+    places = (ends[:-1, None] + 0.5 * width * (points + 1.0)).ravel()
+    root = sparse.diags(np.sqrt(0.5 * width * weights / np.ptp(ends)).ravel())
+    t, size = spline.t, len(spline.t) - _DEGREE - 1
+    matrices, change = [], sparse.identity(size)
+    for degree in range(_DEGREE, 0, -1):
+        matrices.append(root @ BSpline.design_matrix(places, t, degree) @ change)
+        scale = degree / (t[degree + 1 : -1] - t[1 : -degree - 1])
+        steps = sparse.diags([-scale, scale], [0, 1], (len(scale), len(scale) + 1))
+        change, t = steps @ change, t[1:-1]
+    return matrices
+
+
 def _spline(values: FloatArray, axis: int, periodic: bool) -> BSpline:
     """Return the cubic spline along an axis, as a function of the index."""
     if values.shape[axis] < 4:
@@ -45,5 +94,5 @@ def _spline(values: FloatArray, axis: int, periodic: bool) -> BSpline:
         values = np.concatenate([values, values.take([0], axis)], axis)
     ends = "periodic" if periodic else "not-a-knot"
     return make_interp_spline(
-        np.arange(values.shape[axis]), values, 3, axis=axis, bc_type=ends
+        np.arange(values.shape[axis]), values, _DEGREE, axis=axis, bc_type=ends
     )

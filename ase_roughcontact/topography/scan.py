@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import coo_matrix, diags
 from scipy.sparse.linalg import spsolve
 
@@ -133,6 +134,10 @@ class Scan:
         if missing.all():
             raise ValueError("all points of the scan are missing")
         return replace(self, heights=_harmonic(self.heights, missing, self.periodic))
+
+    def without(self, points: NDArray[np.bool_]) -> Scan:
+        """Return the scan with some of its points, shape (n, m), interpolated."""
+        return replace(self, heights=np.where(points, np.nan, self.heights)).filled()
 
     def levelled(self, detrend: str) -> Scan:
         """Return the scan without tilt, curvature or offsets of its lines.

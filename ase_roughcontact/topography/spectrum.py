@@ -94,7 +94,7 @@ def statistics(
         Distance between grid points, or one each along x and y (length).
     periodic : bool
         Whether the heights are periodic, and derivatives are taken in Fourier space.
-        Otherwise central differences at the interior points are used.
+        Otherwise differences of neighbours are used, as by SurfaceTopography.
 
     Returns
     -------
@@ -108,9 +108,9 @@ def statistics(
 
     Notes
     -----
-    Central differences reduce the slope of a wave of wave number q along an axis by
-    :math:`\sin(qa)/qa`, and its curvature by :math:`(\sin(qa/2)/(qa/2))^2`, with the
-    spacing a.
+    Differences reduce the slope of a wave of wave number q along an axis by
+    :math:`\sin(qa/2)/(qa/2)`, and its curvature by the square of it, with the spacing
+    a.
     """
     h, steps = height_array(heights), axis_spacings(spacing)
     if periodic:
@@ -122,10 +122,9 @@ def statistics(
             f"{h.shape}"
         )
     x, y = steps
-    middle, east, west = h[1:-1, 1:-1], h[2:, 1:-1], h[:-2, 1:-1]
-    north, south = h[1:-1, 2:], h[1:-1, :-2]
-    square_slope = ((east - west) / (2 * x)) ** 2 + ((north - south) / (2 * y)) ** 2
-    laplacian = (east + west - 2 * middle) / x**2 + (north + south - 2 * middle) / y**2
+    along_x, along_y = np.diff(h, axis=0) / x, np.diff(h, axis=1) / y
+    square_slope = along_x[:, :-1] ** 2 + along_y[:-1] ** 2
+    laplacian = np.diff(along_x, axis=0)[:, 1:-1] / x + np.diff(along_y)[1:-1] / y
     return Statistics(
         float(h.std()),
         math.sqrt(square_slope.mean()),

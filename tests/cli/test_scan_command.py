@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 from small_scene import LOOP, SMALL
 
 from ase_roughcontact.cli import main
@@ -20,9 +21,9 @@ SECTION = '[topography]\nfile = "data/scan.txt"\nrole = "indenter"\nunit = "nm"\
 def scene(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "data").mkdir()
-    heights = np.random.default_rng(1).normal(size=(40, 40))
+    heights = gaussian_filter(np.random.default_rng(1).normal(size=(40, 40)), 1.5)
     header = "Width: 10 nm\nHeight: 10 nm\nValue units: pm"
-    np.savetxt("data/scan.txt", 20 * heights, header=header)
+    np.savetxt("data/scan.txt", 20 * heights / heights.std(), header=header)
     (tmp_path / "scan.toml").write_text(SMOOTH + SECTION)
     return "scan.toml"
 
@@ -63,16 +64,16 @@ def test_a_missing_reader_of_scans_is_named_in_a_line(
 
 def test_plan_run_and_page_show_what_was_read_from_a_scan(scene, tmp_path, capsys):
     scan = np.loadtxt("data/scan.txt")
-    highest = np.argwhere(scan == scan[4:-4, 4:-4].max())[0][::-1] * 0.25
+    highest = np.argwhere(scan == scan[17:-17, 17:-17].max())[0][::-1] * 0.25
     scan[30, 2] = np.nan
     header = "Width: 10 nm\nHeight: 10 nm\nValue units: pm"
     np.savetxt("data/scan.txt", scan, header=header)
     (tmp_path / scene).write_text(
-        SMOOTH + SECTION + 'center = "highest"\nmargin = "1 nm"\n'
+        SMOOTH + SECTION + 'center = "highest"\nmargin = "4.2 nm"\n'
     )
     parts = (
         "scan.txt, the indenter: 10 x 10 nm, 40 x 40 points (rows of a matrix along "
-        "x), 1 (0.062 %) missing, rms height 0.02",
+        "x), 1 (0.062 %) missing, rms height 0.0198",
         f"highest at ({highest[0]:g}, {highest[1]:g}) nm",
     )
     texts = []
@@ -92,7 +93,7 @@ def test_doubts_about_a_scan_are_warnings(scene, tmp_path, capsys):
     np.savetxt("data/scan.txt", 1e-3 * np.loadtxt("data/scan.txt"), header=header)
     main(["plan", scene])
     (line,) = capsys.readouterr().err.splitlines()
-    assert "warning: scan.txt: the rms slope is 8.11e-05" in line
+    assert "warning: scan.txt: the rms slope is 5.17e-05" in line
     main(["run", scene, "--out", "results", "--quiet"])
     main(["report", "results"])
     page = (tmp_path / "results" / "report.html").read_text()

@@ -135,8 +135,8 @@ HOLES[20:40] = np.nan
     [
         (HOLES, {}, "31 % of the points are missing"),
         (np.zeros((64, 64)), {'center = "highest"': ""}, "all heights are the same"),
-        (1e-4 * ROUGH, {}, "rms slope is 4.49e-06"),
-        (30.0 * ROUGH, {}, "rms slope is 1.35, usual"),
+        (1e-4 * ROUGH, {}, "rms slope is 4.99e-06"),
+        (30.0 * ROUGH, {}, "rms slope is 1.5, usual"),
         (
             200.0 * ROUGH,
             {"radius = inf": 'radius = "1 nm"'},

@@ -401,8 +401,10 @@ def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, period
     fit = untouched(scan, periodic=periodic).self_affine
     assert fit.hurst == pytest.approx(hurst, abs=0.08)
     if periodic:
+        # pressed are splines, between four points on the shortest wave
         exact = vars(rough.statistics())
-        assert {name: vars(fit)[name] for name in exact} == pytest.approx(exact)
+        pressed = {name: vars(fit)[name] for name in exact}
+        assert pressed == pytest.approx(exact, rel=3e-3)
         assert fit.short_wavelength == pytest.approx(4.0, rel=0.01)
         assert fit.long_wavelength == pytest.approx(128.0, rel=0.07)
 
@@ -413,7 +415,8 @@ def test_the_regime_of_a_scan_is_that_of_its_surface():
     scan = untouched(-rough.heights((side, side), 1.0), periodic=True)
     of_scan, of_surface = (regime(1e4, 1e5, 1.0, each) for each in (scan, rough))
     assert of_scan.law == of_surface.law == "rough, linear"
-    assert of_scan.contact_area == pytest.approx(of_surface.contact_area, rel=1e-9)
+    # the splines of the scan have 0.1 % less slope
+    assert of_scan.contact_area == pytest.approx(of_surface.contact_area, rel=2e-3)
     assert of_scan.asperity_radius == pytest.approx(
         of_surface.asperity_radius, rel=0.01
     )

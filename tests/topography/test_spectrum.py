@@ -33,12 +33,12 @@ def test_statistics_of_a_periodic_wave_are_exact(shape, k):
     assert got.rms_curvature == pytest.approx(q**2, rel=1e-12)
 
 
-def test_statistics_of_a_paraboloid_that_is_not_periodic_are_exact():
+def test_statistics_of_a_paraboloid_that_is_not_periodic_are_exact_between_points():
     x = 0.5 * np.arange(-8, 9)
     heights = (x[:, None] ** 2 + x[None, :] ** 2) / 20
     got = statistics(heights, 0.5, periodic=False)
-    inner = x[1:-1]
-    slope = np.sqrt(np.mean(inner[:, None] ** 2 + inner[None, :] ** 2)) / 10
+    between = x[:-1] + 0.25
+    slope = np.sqrt(np.mean(between[:, None] ** 2 + between[None, :] ** 2)) / 10
     assert got.rms_height == pytest.approx(heights.std(), rel=1e-12)
     assert got.rms_slope == pytest.approx(slope, rel=1e-12)
     assert got.rms_curvature == pytest.approx(0.2, rel=1e-12)
@@ -48,8 +48,28 @@ def test_finite_differences_reduce_short_waves_as_stated():
     heights, q = wave((512, 4), 1.0, 64, 0)
     got = statistics(heights, 1.0, periodic=False)
     reduced = np.sin(q / 2) / (q / 2)
-    assert got.rms_slope == pytest.approx(np.sin(q), rel=1e-2)
+    assert got.rms_slope == pytest.approx(q * reduced, rel=1e-2)
     assert got.rms_curvature == pytest.approx((q * reduced) ** 2, rel=1e-2)
+
+
+def test_slopes_without_period_are_those_of_surface_topography():
+    heights = BUMPS.cumsum(0).cumsum(1)
+    # rms_gradient and rms_laplacian of SurfaceTopography 1.27.1
+    got = statistics(heights, (1.5, 0.7), periodic=False)
+    assert got.rms_slope == pytest.approx(3.3760004075928847, rel=1e-9)
+    assert got.rms_curvature == pytest.approx(6.3899873451157, rel=1e-9)
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_statistics_of_a_map_are_those_of_its_spline(periodic):
+    waves, _q = wave((24, 24), 1.0, 2, 1)
+    surface = HeightMap(waves, 1.0, periodic, center=(0.0, 0.0))
+    points = 24 * 16 if periodic else 23 * 16 + 1
+    fine = surface.heights((points, points), 1 / 16)
+    expected = statistics(fine, 1 / 16, periodic)
+    got = surface.statistics()
+    assert got.rms_slope == pytest.approx(expected.rms_slope, rel=2e-3)
+    assert got.rms_curvature == pytest.approx(expected.rms_curvature, rel=5e-3)
 
 
 def test_statistics_without_period_need_an_interior():

@@ -1,0 +1,223 @@
+"""Noise, outliers, filter and edges of a scan, and copies of it that show their effect.
+
+A copy has half the pixels, as much noise again, or edges that fit each other.
+`paths.scan_errors` presses them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from ase_roughcontact._util.validation import FloatArray, Point, Shape
+from ase_roughcontact.topography.interpolation import interpolated
+from ase_roughcontact.topography.spectrum import power_spectrum
+
+Map = TypeVar("Map")
+
+# Order of the differences that noise is estimated from, and the sum of the squares of
+# their coefficients: waves of four pixels contribute a hundredth of their height.
+_ORDER = 4
+_SQUARES = math.comb(2 * _ORDER, _ORDER)
+# Standard deviation of normal numbers over the median of their magnitudes.
+_PER_MEDIAN = 1.4826
+# Fewest points along a side, for the interpolation.
+_LEAST_POINTS = 4
+# An outlier is farther from the median of its neighbours than these multiples of the
+# standard deviation of this distance, and of the range of the neighbours.
+_FAR, _RANGES = 6.0, 2.0
+# Standard deviation of the Gaussian filter in units of the cutoff wavelength, of which
+# it transmits a half (ISO 16610-61).
+_DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
+# Rms difference of opposite edges over that of neighbours from which it is a step.
+_STEP = 2.0
+#: Numbers of noisy copies, and of successive halvings of the number of pixels.
+NOISY, HALVINGS = 4, 2
+
+
+@dataclass(frozen=True)
+class Copies(Generic[Map]):
+    """Copies of a scan that show its errors.
+
+    Attributes
+    ----------
+    coarser : sequence of HeightMap
+        With half and a quarter of the pixels along each side.
+    noisy : sequence of HeightMap
+        With as much noise again; none if there is hardly any.
+    seamless : sequence of HeightMap
+        With edges that fit each other, where they should and do not.
+    """
+
+    coarser: Sequence[Map] = ()
+    noisy: Sequence[Map] = ()
+    seamless: Sequence[Map] = ()
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of the noise of a scan.
+
+    Attributes
+    ----------
+    points : float
+        Of each height, independent of the others (length).
+    lines : float
+        Of the offset of each line along x, such as by drift (length).
+    """
+
+    points: float = 0.0
+    lines: float = 0.0
+
+    @classmethod
+    def of(cls, heights: FloatArray) -> Noise:
+        """Estimate the noise of heights, shape (n, m), NaN at missing points.
+
+        That of points is at most the estimate: it follows from differences of fourth
+        order along x and y, to which waves longer than a few pixels hardly contribute.
+        That of lines is by how much more the means of lines along x differ than those
+        along y.
+        """
+        if min(heights.shape) <= _ORDER:
+            return cls()
+        along_x = np.diff(heights, _ORDER, axis=0)
+        along_y = np.diff(heights, _ORDER, axis=1)
+        points = _deviation(np.diff(along_x, _ORDER, axis=1)) / _SQUARES
+        x, y = (_deviation(_means(d, axis)) for axis, d in ((1, along_x), (0, along_y)))
+        lines = math.sqrt(max(y**2 - x**2, 0.0) / _SQUARES)
+        return cls(points, lines)
+
+    def sample(self, shape: Shape, seed: int) -> FloatArray:
+        """Return a realisation of the noise (length)."""
+        rng = np.random.default_rng(seed)
+        lines = self.lines * rng.standard_normal(shape[1])
+        return self.points * rng.standard_normal(shape) + lines
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """Heights of the lower side of a scan before it was filtered, and their noise.
+
+    Attributes
+    ----------
+    heights : ndarray, shape (n, m)
+        Length.
+    spacing : (float, float)
+        Of the pixels along x and y (length).
+    periodic : bool
+    noise : Noise
+    cutoff : float
+        Cutoff wavelength of the filter; zero for none (length).
+    missing, outliers : int
+        Numbers of points that were not measured, and that are outliers.
+    """
+
+    heights: FloatArray
+    spacing: Point
+    periodic: bool
+    noise: Noise = Noise()
+    cutoff: float = 0.0
+    missing: int = 0
+    outliers: int = 0
+
+    @property
+    def pressed(self) -> FloatArray:
+        """The heights after the filter."""
+        return self._filtered(self.heights)
+
+    def noisy(self) -> Iterator[FloatArray]:
+        """Yield the heights with as much noise again as they have."""
+        for seed in range(NOISY):
+            noise = self.noise.sample(self.heights.shape, seed)
+            yield self._filtered(self.heights + noise)
+
+    @property
+    def least_wavelength(self) -> float:
+        """Wavelength below which the heights are mostly noise (length).
+
+        From the largest value of the power spectrum on, the first that is below twice
+        that of the noise.
+        """
+        q, density = power_spectrum(self.heights, self.spacing, periodic=False)
+        noise = self.noise.points**2 * math.prod(self.spacing)
+        q, density = q[density.argmax() :], density[density.argmax() :]
+        return 2.0 * math.pi / float(np.append(q[density < 2.0 * noise], q[-1])[0])
+
+    def coarser(self) -> Iterator[tuple[FloatArray, Point]]:
+        """Yield the heights at half as many pixels, a quarter, and their spacings.
+
+        Both are sampled between the same edges, where that needs it by interpolation.
+        """
+        for halving in range(1, HALVINGS + 1):
+            values, spacing = self.heights, []
+            for axis, (n, step) in enumerate(
+                zip(self.heights.shape, self.spacing, strict=True)
+            ):
+                last = 0 if self.periodic else 1
+                count = (n - last) // 2**halving
+                if count + last < _LEAST_POINTS:
+                    return
+                places = np.linspace(0.0, n - last, count + 1)[: count + last]
+                values = interpolated(values, places, axis, self.periodic)
+                spacing.append(step * (n - last) / count)
+            x, y = spacing
+            coarse = replace(self, heights=values, spacing=(x, y))
+            yield coarse.pressed, (x, y)
+
+    def _filtered(self, heights: FloatArray) -> FloatArray:
+        """Return heights without short waves, by a Gaussian filter (ISO 16610-61).
+
+        It transmits a half of the height of a wave of the cutoff wavelength.
+        """
+        if not self.cutoff:
+            return heights
+        width = [_DEVIATION * self.cutoff / step for step in self.spacing]
+        mode = "wrap" if self.periodic else "reflect"
+        return ndimage.gaussian_filter(heights, width, mode=mode)
+
+
+def has_edge_step(heights: FloatArray) -> bool:
+    """Return whether opposite edges of heights do not fit each other."""
+    across, beside = edge_step(heights)
+    return across > _STEP * beside
+
+
+def edge_step(heights: FloatArray) -> tuple[float, float]:
+    """Return the rms difference of opposite edges, and of neighbouring lines (length).
+
+    Along the axis along which the first is the larger multiple of the second.
+    """
+    found = []
+    for axis in (0, 1):
+        steps = np.diff(heights, axis=axis, append=heights.take([0], axis))
+        square = np.moveaxis(steps**2, axis, 0).mean(axis=1)
+        found.append((math.sqrt(square[-1]), math.sqrt(square[:-1].mean())))
+    return max(found, key=lambda pair: pair[0] / pair[1] if pair[1] else 0.0)
+
+
+def outliers(heights: FloatArray) -> NDArray[np.bool_]:
+    """Return which points, of heights of shape (n, m), stick out far alone."""
+    around = np.ones((3, 3), bool)
+    around[1, 1] = False
+    middle = ndimage.median_filter(heights, footprint=around)
+    highest = ndimage.maximum_filter(heights, footprint=around)
+    lowest = ndimage.minimum_filter(heights, footprint=around)
+    far = abs(heights - middle)
+    return far > np.maximum(_FAR * _deviation(far), _RANGES * (highest - lowest))
+
+
+def _deviation(values: NDArray[Any]) -> float:
+    """Return the standard deviation about zero, hardly changed by outliers."""
+    known = values[~np.isnan(values)]
+    return _PER_MEDIAN * float(np.median(abs(known))) if known.size else 0.0
+
+
+def _means(values: FloatArray, axis: int) -> FloatArray:
+    known = ~np.isnan(values)
+    return np.nansum(values, axis) / np.maximum(known.sum(axis), 1)

@@ -1,0 +1,139 @@
+"""Stated errors of scans against the true ones of synthetic surfaces."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ase_roughcontact import SelfAffine
+from ase_roughcontact.paths.scan_errors import ScanErrors
+from ase_roughcontact.scene import Scene
+
+SCENE = """
+[substrate]
+contact_modulus = 100.0
+hardness = inf
+[sphere]
+radius = "100 nm"
+[topography]
+file = "scan.npy"
+role = "substrate"
+unit = "nm"
+spacing = 0.5
+detrend = "none"
+[interaction]
+kind = "hard"
+[path]
+values = [150.0, 600.0]
+[solver]
+accuracy = "fast"
+"""
+POINTS, PIXEL = 256, 0.5  # nm
+
+
+def surface(seed, waves):
+    domain = POINTS * PIXEL
+    lengths = waves * PIXEL, domain / 2.0
+    return SelfAffine(0.1, 0.8, *lengths, seed=seed, domain=domain).heights(
+        (POINTS, POINTS), PIXEL
+    )
+
+
+@pytest.fixture
+def pressed(tmp_path, monkeypatch):
+    """Return a function from heights to the steps of a scan of them."""
+    monkeypatch.chdir(tmp_path)
+
+    def steps(heights, *, errors=True, **changes):
+        np.save("scan.npy", heights)
+        scene = Scene.parse(SCENE).with_values(changes)
+        return list(scene.relax(validity="ignore", scan_errors=errors))
+
+    return steps
+
+
+@pytest.mark.parametrize(
+    ("seed", "waves", "ratio", "points", "lines"),
+    [
+        (1, 4, 2, 0.0, 0.0),
+        (2, 8, 4, 0.0, 0.0),
+        (3, 8, 1, 0.01, 0.0),
+        (4, 8, 1, 0.005, 0.01),
+        (5, 4, 2, 0.01, 0.01),
+    ],
+)
+def test_errors_cover_those_by_pixels_and_noise(
+    pressed, seed, waves, ratio, points, lines
+):
+    heights = surface(seed, waves)
+    rng = np.random.default_rng(seed)
+    scan = heights[::ratio, ::ratio]
+    scan = scan + points * rng.normal(size=scan.shape)
+    scan = scan + lines * rng.normal(size=scan.shape[1])
+    exact = pressed(heights, errors=False)
+    spacing = {"topography.spacing": PIXEL * ratio}
+    plain = pressed(scan, errors=False, **spacing)
+    stated = pressed(scan, **spacing)
+    for true, step, without in zip(exact, stated, plain, strict=True):
+        assert step.continuum_area == without.continuum_area
+        error = abs(true.continuum_area - step.continuum_area)
+        assert error < 2.0 * step.area_error
+        assert step.area_error > 2.0 * without.area_error
+        assert step.area_error < step.continuum_area
+        assert abs(true.height - step.height) < 3.0 * step.height_error
+
+
+def test_a_scan_without_noise_whose_waves_are_resolved_has_small_errors(pressed):
+    for step in pressed(surface(1, 16)):
+        assert step.area_error < 0.03 * step.continuum_area
+
+
+def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
+    noise = 0.02 * np.random.default_rng(1).normal(size=(POINTS, POINTS))
+    depths = {"path.control": "penetration", "path.values": ("2 nm", "4 nm")}
+    heights = surface(1, 8)
+    exact = pressed(heights, errors=False, **depths)
+    for true, step in zip(exact, pressed(heights + noise, **depths), strict=True):
+        force = abs(true.normal_force - step.normal_force)
+        assert 0.0 < force < 3.0 * step.force_error
+        assert step.height_error == step.penetration_error == 0.0
+
+
+def test_errors_of_a_part_of_a_surface_in_a_periodic_cell_have_its_edges(pressed):
+    part = surface(1, 16)[:100, :100]
+    flat = {"sphere.radius": math.inf, "path.values": ("20 MPa",)}
+    whole = pressed(part, **flat, **{"topography.periodic": True})[0]
+    fitting = pressed(surface(1, 16), **flat, **{"topography.periodic": True})[0]
+    assert whole.area_error > 0.1 * whole.continuum_area
+    assert fitting.area_error < 0.05 * fitting.continuum_area
+
+
+def test_the_model_of_atoms_has_the_errors_of_the_scan_too(pressed):
+    noise = 0.02 * np.random.default_rng(1).normal(size=(POINTS, POINTS))
+    atoms = {"substrate.model": "atoms"}
+    for step in pressed(surface(1, 8) + noise, **atoms):
+        assert step.area_error > 0.05 * step.contact_area
+
+
+def test_a_resumed_run_has_the_errors_of_an_uninterrupted_one(pressed, tmp_path):
+    heights = surface(1, 8) + 0.02 * np.random.default_rng(1).normal(size=(256, 256))
+    expected = [step.area_error for step in pressed(heights)]
+    scene = Scene.parse(SCENE)
+    run = scene.run(tmp_path / "out", validity="ignore")
+    next(run)
+    run.close()
+    resumed = scene.run(tmp_path / "out", validity="ignore")
+    assert [step.area_error for step in resumed] == pytest.approx(expected, rel=1e-9)
+
+
+def test_copies_are_pressed_only_when_an_error_is_asked_for(pressed, monkeypatch):
+    np.save("scan.npy", surface(1, 8))
+
+    def fail(self, step):
+        raise AssertionError("copies are pressed")
+
+    scene = Scene.parse(SCENE)
+    list(scene.run("out", validity="ignore"))
+    monkeypatch.setattr(ScanErrors, "__call__", fail)
+    list(scene.relax(validity="ignore", scan_errors=False))
+    list(Scene.parse(SCENE).run("out", validity="ignore"))  # it is complete
