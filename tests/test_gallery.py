@@ -19,6 +19,7 @@ SMALL = {
     "load_sweep": {"RADIUS": 100.0},
     "cantilever": {"STEPS": 25},
     "pull_off_rates": {"RATES": (10.0,)},
+    "friction_loop": {"STEPS": 4},
     "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
     "adhesion_hysteresis": {"DEEPEST": -0.7},
@@ -171,3 +172,9 @@ def test_examples_and_their_pictures_are_small(name):
     code = [line for line in lines if line.strip() and not line.startswith("#")]
     assert len(code) <= 65
     assert (EXAMPLES / "images" / f"{name}.png").stat().st_size < 150_000
+
+
+def test_friction_loop_has_the_stick_area_of_mindlin(run):
+    errors = re.findall(r"stick area to ([\d.]+)", run("friction_loop")[1])
+    assert float(errors[0]) < 0.05
+    assert len(errors) == 2
