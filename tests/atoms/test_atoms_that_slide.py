@@ -49,6 +49,9 @@ def test_atoms_that_stick_move_with_the_indenter():
     contact = atoms.calc.results["contact"]
     assert contact.any()
     assert inside[contact] == pytest.approx(np.tile(PATH[1], (contact.sum(), 1)))
+    fields = lateral_of(snapshot(atoms))
+    assert fields["displacement_x"][contact] == pytest.approx(PATH[1, 0])
+    assert fields["displacement_y"][contact] == pytest.approx(PATH[1, 1])
     # those outside move less, in the same direction
     assert (inside[~contact, 0] > 0.0).all()
     assert inside[~contact, 0].max() < PATH[1, 0]

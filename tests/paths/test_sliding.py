@@ -137,12 +137,14 @@ def test_sliding_of_tresca_is_the_strength_times_the_area():
 
 
 def test_shear_strength_limits_coulomb_friction_under_plastic_flow():
-    law = Coulomb(MU, strength=0.02)
-    stepper = stepper_of(48, wall=PlasticWall(0.1, permanent=True))
+    law = Coulomb(MU, strength=0.003)
+    stepper = stepper_of(48, wall=PlasticWall(0.015, permanent=True))
     last = follow(stepper, [0.5, 0.8, 0.8], law, [0.0, 0.5, 50.0])[-1]
     pressure = stepper.run.fields.pressure
-    expected = np.minimum(MU * pressure, 0.02).sum()
+    expected = np.minimum(MU * pressure, 0.003).sum()
     assert last.lateral_force_x == pytest.approx(expected, rel=1e-6)
+    assert expected < 0.9 * MU * pressure.sum()
+    assert last.plastic_atoms > 0
 
 
 def test_a_law_of_ones_own_depends_on_the_position():
