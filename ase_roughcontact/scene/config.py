@@ -190,7 +190,7 @@ class FrictionConfig(Section):
             found.append(f"coefficient {self.coefficient:g}")
         if self.shear_strength is not None:
             found.append(f"shear strength {self.shear_strength:g} GPa")
-        return ", or ".join(found)
+        return ", at most a ".join(found)
 
 
 @dataclass(frozen=True)

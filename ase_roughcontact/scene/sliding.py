@@ -65,14 +65,13 @@ class Sliding(PathKind):
     def columns(self) -> dict[str, str]:  # type: ignore[override]
         """Columns of the printed table, with their labels."""
         along_y = {"lateral_y": "y", "lateral_force_y": "force y"}
+        others = {"stick_area": "stick", "lateral_stiffness": "stiffness"}
         return {
             "lateral_x": "x",
             "lateral_force_x": "force x",
-            **(along_y if self.direction else {}),
+            **(along_y if self.direction else others),
             "normal_force": "load",
-            "stick_area": "stick",
             "slip_area": "slip",
-            "lateral_stiffness": "stiffness",
             "dissipated_energy": "lost",
         }
 
@@ -200,11 +199,13 @@ class Sliding(PathKind):
         }
         if len(energies):
             found["lost energy"] += f", {energies[-1]:.4g} eV of it in the last loop"
-        lateral = steps[-1].lateral_stiffness
-        found["stiffness without slip"] = (
-            f"{lateral / UNITS['N/m']:.4g} N/m, "
-            f"{lateral / steps[-1].contact_stiffness:.4g} times the normal one"
-        )
+        touching = [step for step in steps if step.repulsive_atoms]
+        if touching:
+            lateral = touching[-1].lateral_stiffness
+            found["stiffness without slip"] = (
+                f"{lateral / UNITS['N/m']:.4g} N/m, "
+                f"{lateral / touching[-1].contact_stiffness:.4g} times the normal one"
+            )
         return found
 
     def draw(

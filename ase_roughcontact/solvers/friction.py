@@ -207,8 +207,8 @@ def solve_friction(
             message = "no atom in contact can carry the lateral force"
         elif drive and state.slipping.sum() == np.count_nonzero(bound):
             message = (
-                f"the contact slides: a part of {error:.2g} of the lateral force is "
-                "not carried by friction"
+                f"the contact slides: friction does not carry {100.0 * error:.3g} % of "
+                "the lateral load"
             )
     return FrictionSolution(
         state.tractions,
