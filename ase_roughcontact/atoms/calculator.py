@@ -412,8 +412,10 @@ def adopt_results(atoms: Atoms, state: ContactState) -> None:
 
 
 def has_results(atoms: Atoms, state: ContactState) -> bool:
-    """Return whether the results of a calculator are those of a state."""
-    return bool(atoms.calc.results) and atoms.calc._state is state
+    """Return whether the results of a calculator are those of a state and its past."""
+    calc = atoms.calc
+    known = bool(calc.results) and calc._state is state
+    return known and same_history(calc.atoms, atoms)
 
 
 def model_of(atoms: Atoms) -> ContactModel:

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from ase.io import read, write
+from ase.optimize import LBFGS
 
 from ase_roughcontact import (
     Coulomb,
     HardWall,
+    LennardJones93,
     Output,
     RoughContact,
     RoughSphere,
@@ -66,6 +68,14 @@ def test_the_indenter_has_the_lateral_force():
     assert snapshot(atoms).info["lateral_force"] == pytest.approx(force)
     assert (atoms.get_forces(apply_constraint=False)[:, :2] == 0.0).all()
     assert (atoms_on().calc.get_property("lateral_force", atoms_on()) == 0.0).all()
+
+
+def test_results_are_those_of_the_last_step_after_an_optimizer_of_ase():
+    atoms, wall = atoms_on(), LennardJones93.repulsive(0.8, 2.5)
+    atoms.calc.set(interaction=wall)
+    last = slide(atoms, PATH[:3], optimizer=LBFGS, fmax=1e-3)[-1]
+    force = [last.lateral_force_x, last.lateral_force_y]
+    assert atoms.calc.results["lateral_force"] == pytest.approx(force)
 
 
 def test_a_surface_that_slid_can_be_loaded_again():
