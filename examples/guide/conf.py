@@ -171,7 +171,7 @@ class CommandLine(SphinxDirective):
 def mark_wide(app: Sphinx, doctree: Node) -> None:
     """Mark pictures of several panels, which small screens scroll."""
     for image in doctree.findall(nodes.image):
-        file = Path(app.env.doc2path(app.env.docname)).parent / image["uri"]
+        file = Path(app.srcdir) / image["uri"]
         picture = Image.open(file)
         if picture.width > WIDE * picture.info.get("dpi", (200,))[0]:
             image["classes"].append("wide")
