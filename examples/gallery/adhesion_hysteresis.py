@@ -2,10 +2,9 @@
 Adhesion hysteresis from heterogeneity and from roughness
 =========================================================
 
-A sphere whose attraction has a long range comes into contact and leaves it along the
-same curve. A work of adhesion that varies over the surface makes it jump, and energy is
-lost. So does random roughness, if the attraction is strong and short enough to flatten
-it: it pins the edge of the contact, which advances and recedes in jumps.
+A sphere whose attraction has a long range retraces its approach. A work of adhesion that
+varies over the surface makes it jump, and energy is lost. So does random roughness, if
+the attraction is strong and short enough to flatten it: it pins the edge of the contact.
 """
 
 import matplotlib.pyplot as plt
@@ -67,8 +66,7 @@ maps = None, adhesion.factors(*window), rough.heights(*window)
 lost = {}
 with style():
     figure, axes = plt.subplots(1, 3, figsize=(6.8, 2.8), sharey=True)
-    for letter, ax, name, shown in zip("abc", axes, cases, maps, strict=True):
-        case = cases[name]
+    for ax, (name, case), shown in zip(axes, cases.items(), maps, strict=True):
         loop, work = loop_of(*case), case[1]
         lost[name] = loop.dissipated_energy / np.cbrt(work**5 * RADIUS**4)
         print(f"{name}: energy lost {lost[name]:.3f}")
@@ -79,7 +77,8 @@ with style():
             heights, forces, _ = interpolated(steps, jumps)
             depths = steps[0].height + steps[0].penetration - heights
             ax.plot(depths, forces / (np.pi * work * RADIUS), line)
-        ax.set(title=f"({letter}) {name}", xlabel="depth / $a_0$", ylim=(-2.8, 0.5))
+        ax.set_title(f"({'abc'[len(lost) - 1]}) {name}")
+        ax.set(xlabel="depth / $a_0$", ylim=(-2.8, 0.5))
         if shown is not None:
             inset = ax.inset_axes((0.7, 0.04, 0.27, 0.38), xticks=[], yticks=[])
             inset.imshow(shown)

@@ -66,4 +66,4 @@ with style():
     ticks = (-1, -0.5, 0, 0.5, 1)
     zone.set(xlabel=r"$q_x a_0/\pi$", ylabel=r"$q_y a_0/\pi$", xticks=ticks)
     zone.set_title(f"(b) all waves on {METALS[0]}")
-    figure.savefig("crystals.png", dpi=150)
+    figure.savefig("crystals.png", dpi=115)

@@ -64,17 +64,15 @@ def show(ax, contact, values, title, **options):
 with style():
     figure, axes = plt.subplots(2, 2, figsize=(6.8, 6.0))
     curve, top = axes[1, 0], len(LOADS)
-    walls = (HardWall(), PlasticWall(hardness, permanent=True))
-    names = "(a) elastic", "(b) plastic"
-    for ax, wall, name in zip(axes[0], walls, names, strict=True):
+    walls = {"elastic": HardWall(), "plastic": PlasticWall(hardness, permanent=True)}
+    for ax, letter, (name, wall) in zip(axes[0], "ab", walls.items(), strict=True):
         loads, areas, pressed, lifted = press(wall)  # nN, nm²
         pressure = np.where(pressed.contact, pressed.pressure / hardness, np.nan)
-        image = show(ax, pressed, pressure, f"{name}, {LOADS[-1]:g} nN", vmin=0, vmax=3)
-        (line,) = curve.plot(loads[:top], areas[:top], "o-", label=name[4:])
+        image = show(ax, pressed, pressure, f"({letter}) {name}", vmin=0, vmax=3)
+        (line,) = curve.plot(loads[:top], areas[:top], "o-", label=name)
         curve.plot(loads[top - 1 :], areas[top - 1 :], "--", color=line.get_color())
     full = LOADS[-1] * nanonewton / hardness / nm**2
     curve.plot([0, LOADS[-1]], [0, full], "k:", label="load over hardness")
-    curve.plot([], [], "k--", label="unloading")
     curve.set(xlabel="load (nN)", ylabel="contact area (nm²)", title="(c) contact area")
     curve.legend()
     figure.colorbar(image, ax=axes[0], label="pressure / hardness", extend="max")
