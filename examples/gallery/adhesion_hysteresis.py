@@ -2,9 +2,9 @@
 Adhesion hysteresis from heterogeneity and from roughness
 =========================================================
 
-A sphere whose attraction has a long range retraces its approach. A work of adhesion that
-varies over the surface makes it jump, and energy is lost. So does random roughness, if
-the attraction is strong and short enough to flatten it: it pins the edge of the contact.
+A sphere whose attraction has a long range retraces its approach. A work of adhesion
+that varies over the surface makes it jump, and energy is lost. So does random
+roughness that a strong, short attraction flattens: it pins the edge of the contact.
 """
 
 import matplotlib.pyplot as plt
