@@ -132,9 +132,9 @@ class ElasticSolid(ABC):
 
     def _not_lateral(self, method: str) -> NotImplementedError:
         return NotImplementedError(
-            f"{self!r} has no {method}, which friction needs: use an isotropic solid "
-            "with Poisson's ratio, Isotropic(contact_modulus, poisson=0.3), or define "
-            "this method"
+            f"{self!r} has no {method}, which friction needs: use "
+            "Isotropic(contact_modulus, poisson=0.3), Cubic, or a Crystal as "
+            "from_calculator makes it, or define this method"
         )
 
     @property

@@ -1,10 +1,22 @@
 """Lateral displacements by lateral tractions, against integrals and dense matrices."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from ase.build import bulk
+from depth_elements import isotropic
 from numpy.testing import assert_allclose
+from spring_crystal import fcc_springs
 
-from ase_roughcontact.elasticity import Cubic, Isotropic, Viscoelastic, cerruti_kernel
+from ase_roughcontact.elasticity import (
+    Crystal,
+    Cubic,
+    Isotropic,
+    Layer,
+    Viscoelastic,
+    cerruti_kernel,
+)
 from ase_roughcontact.elasticity.creep import Creep
 from ase_roughcontact.elasticity.lateral import LateralHalfSpace
 
@@ -63,8 +75,80 @@ def test_periodic_waves_have_the_compliances_along_and_across(number):
     assert_allclose(half.displacement(across), expected, atol=1e-9)
 
 
+ISOTROPIC = isotropic(1.0, 0.3)
+COPPER = (168.4, 121.4, 75.4)
+
+
+@pytest.mark.parametrize("x", ["110", "100"])
+def test_cubic_solid_of_isotropic_constants_is_isotropic(x):
+    c11, c12, c44 = ISOTROPIC[0, 0], ISOTROPIC[0, 1], ISOTROPIC[3, 3]
+    cubic, i = Cubic(c11, c12, c44, x), np.arange(-50, 60)
+    for name, arguments in {
+        "lateral_wave_compliance": (0.1 * i[:, None] + 0.01, 0.2 * i + 0.003),
+        "lateral_cell_compliance": (i[:, None], i, 1.5),
+    }.items():
+        found, expected = (
+            getattr(solid, name)(*arguments) for solid in (cubic, Isotropic(1.0, 0.3))
+        )
+        assert_allclose(found / expected[0], expected / expected[0], atol=1e-11)
+
+
+@pytest.mark.parametrize("cell", [(2, 1), (0, 3), (-33, 12)])
+def test_kernel_of_a_cubic_solid_is_the_integral_of_its_greens_function(cell):
+    x, weights = np.polynomial.legendre.leggauss(30)
+    x, y = cell[0] + 0.5 * x[:, None], cell[1] + 0.5 * x
+    solid, i, j = Cubic(*COPPER), *np.array(cell)[:, None]
+    r2 = x**2 + y**2  # |q| times the compliance of the wave across the distance
+    greens = solid.lateral_wave_compliance(-y / r2, x / r2) / (2.0 * np.pi * r2)
+    expected = weights @ greens @ weights / 4.0
+    found = solid.lateral_cell_compliance(i, j, 1.0)[:, 0]
+    assert_allclose(found, expected, atol=1e-8 * expected[0])
+
+
+def test_cubic_solid_is_the_same_in_other_axes():
+    c, s = np.cos(np.pi / 4), np.sin(np.pi / 4)
+    turn, q = np.array([[c, s], [-s, c]]), np.array([0.3, 0.1])
+    xx, yy, xy = Cubic(*COPPER, "100").lateral_wave_compliance(*(turn.T @ q))
+    expected = turn @ [[xx, xy], [xy, yy]] @ turn.T
+    xx, yy, xy = Cubic(*COPPER).lateral_wave_compliance(*q)
+    assert_allclose([[xx, xy], [xy, yy]], expected, rtol=1e-12)
+
+
+@pytest.fixture(scope="module")
+def crystal():
+    calculator, _ = fcc_springs(3.6)
+    return Crystal.from_calculator(calculator, bulk("Cu", a=3.6), layers=11, size=5)
+
+
+def test_long_waves_of_a_crystal_are_those_of_the_cubic_solid(crystal):
+    q = 1e-6 * np.array([[1.0, 0.8, 0.5, 0.1], [0.0, 0.3, 0.5, -0.7]])
+    expected = Cubic(*fcc_springs(3.6)[1]).lateral_wave_compliance(*q)
+    found = crystal.lateral_wave_compliance(*q)
+    assert_allclose(found, expected, atol=1e-5 * expected[0].max())
+
+
+def test_free_crystal_is_a_large_periodic_one(crystal):
+    n, periodic = 60, LateralHalfSpace((400, 400), crystal.spacing, crystal, True)
+    tractions = np.zeros((2, n, n))
+    tractions[:, 10, 10], tractions[:, 15, 13] = 1.0, -1.0  # in balance
+    padded = np.pad(tractions, ((0, 0), (170, 170), (170, 170)))
+    expected = periodic.displacement(padded)[:, 170:-170, 170:-170]
+    found = LateralHalfSpace((n, n), crystal.spacing, crystal).displacement(tractions)
+    difference = found - expected
+    difference -= difference.mean(axis=(1, 2), keepdims=True)
+    assert abs(difference).max() < 3e-5 * abs(found).max()
+
+
+def test_lateral_components_of_a_crystal_are_in_its_file(crystal, tmp_path):
+    crystal.write(tmp_path / "springs.json")
+    found = Crystal.read(tmp_path / "springs.json")
+    assert_allclose(found.lateral, crystal.lateral, rtol=0.0)
+    with pytest.raises(NotImplementedError, match="lateral components"):
+        LateralHalfSpace((4, 4), crystal.spacing, replace(crystal, lateral=None))
+
+
 def test_solids_without_lateral_components_say_so():
-    for solid in (Isotropic(1.0), Cubic(3.0, 1.0, 1.0)):
+    for solid in (Isotropic(1.0), Layer(1.0, 3.0)):
         for periodic in (False, True):
             with pytest.raises(NotImplementedError, match="which friction needs"):
                 LateralHalfSpace((4, 4), 1.0, solid, periodic)

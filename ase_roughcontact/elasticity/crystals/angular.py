@@ -7,7 +7,9 @@ series of the angle,
           t = \cos 4 \phi = 1 - \frac{8 x^2 y^2}{(x^2 + y^2)^2},
 
 with Chebyshev polynomials :math:`T_k`. The inverse moduli of an anisotropic half space
-are such functions, and so are its Green's functions along the surface.
+are such functions, and so are its Green's functions along the surface. Lateral
+components have fewer symmetries, and are the real part of :math:`\sum_n c_n
+e^{2 i n \phi}`.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from itertools import product
 import numpy as np
 from numpy.polynomial.chebyshev import chebfit, chebpts1, chebval
 from numpy.polynomial.legendre import leggauss
+from numpy.polynomial.polynomial import polyval
+from scipy.fft import rfft
 
 # Harmonics of a function of the direction, and the size below which they are left out.
 _HARMONICS, _NEGLIGIBLE = 40, 1e-13
@@ -53,10 +57,38 @@ def cos2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return (x2 - y2) / np.maximum(x2 + y2, np.finfo(float).tiny)
 
 
+def harmonic_sum(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return the real part of ``sum c_n exp(2 i n phi)`` of vectors (x, y)."""
+    if not np.iscomplexobj(c):
+        return chebval(cos2(x, y), c)
+    z = np.add(x, np.multiply(1j, y)) ** 2
+    return polyval(z / np.maximum(abs(z), np.finfo(float).tiny), c).real
+
+
+def harmonics(values: np.ndarray) -> np.ndarray:
+    """Return the coefficients ``c_n`` of functions of the direction, shape (..., n).
+
+    The values are those at n equal steps of the angle from zero to pi.
+    """
+    c = rfft(values)[..., : values.shape[-1] // 2] * (2.0 / values.shape[-1])
+    c[..., 0] /= 2.0
+    size = abs(c).reshape(-1, c.shape[-1]).max(axis=0)
+    kept = np.flatnonzero(size > _NEGLIGIBLE * size.max())
+    return c[..., : kept.max(initial=0) + 1]
+
+
+def sin2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return ``sin(2 phi)`` of vectors (x, y), zero for the origin."""
+    total = np.square(x, dtype=float) + np.square(y, dtype=float)
+    return 2.0 * np.multiply(x, y) / np.maximum(total, np.finfo(float).tiny)
+
+
 def angular_cell_kernel(
     i: np.ndarray, j: np.ndarray, coefficients: np.ndarray
 ) -> np.ndarray:
-    r"""Integrate ``f(phi)/r``, f by its `angular_series`, over unit cells at (i, j).
+    r"""Integrate ``f(phi)/r`` over unit cells at (i, j).
+
+    The coefficients are the `angular_series` of f, or if complex its `harmonics`.
 
     Up to 32 cells from the origin, the divergence theorem turns the integral into one
     along the edges of the cell, as :math:`\nabla \cdot (\mathbf r f/r) = f/r`; farther
@@ -68,45 +100,50 @@ def angular_cell_kernel(
 
     The relative error is below 1e-10 for the first harmonic and 1e-9 for the second.
     """
-    x, y = np.broadcast_arrays(abs(np.asarray(i, float)), abs(np.asarray(j, float)))
+    x, y = np.broadcast_arrays(np.asarray(i, float), np.asarray(j, float))
     kernel = np.asarray(_cell_series(x, y, coefficients))
-    near = np.maximum(x, y) <= _EDGES_UP_TO
+    near = np.maximum(abs(x), abs(y)) <= _EDGES_UP_TO
     kernel[near] = _edge_integral(x[near], y[near], coefficients)
     return kernel
 
 
 def _edge_integral(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Integrate ``f/r`` over the unit cells at (x, y), shape (n,), along the edges."""
-    total = np.zeros(x.shape)
-    for (across, along), side in product(((x, y), (y, x)), (0.5, -0.5)):
-        edge = across + side
-        points = along[:, None] + _POINTS / 2
-        values = chebval(cos4(edge[:, None], points), c)
-        values /= np.hypot(edge[:, None], points)
-        total += np.copysign(edge, side * edge) * (values @ _WEIGHTS) / 2
+    total, center = np.zeros(x.shape), np.stack([x, y])[..., None]
+    for axis, side in product((0, 1), (0.5, -0.5)):
+        edge = center + 0.5 * _POINTS
+        edge[axis] = center[axis] + side
+        values = _directional(edge[0], edge[1], c) / np.hypot(*edge)
+        total += side * edge[axis, :, 0] * (values @ _WEIGHTS)
     return total
+
+
+def _directional(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Return f along vectors (x, y); see `angular_cell_kernel`."""
+    return harmonic_sum(x, y, c) if np.iscomplexobj(c) else chebval(cos4(x, y), c)
 
 
 def _cell_series(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Integrate ``f/r`` over the unit cells at (x, y) by the Taylor series."""
-    order = 4.0 * np.arange(c.size)
+    shift = 2 if np.iscomplexobj(c) else 1  # by an order of four
+    order = 4.0 / shift * np.arange(c.size)
     second = (1.0 - order**2) / 24.0 * c
     # (d_x d_y)^2 = -(D_+^4 + D_-^4 - 2 laplacian^2)/16 with D_+- = d_x +- i d_y, which
     # raise and lower the order of r^m exp(i n phi)
     laplacian2 = (1.0 - order**2) * (9.0 - order**2)
     raised = (order + 1) * (order + 3) * (order + 5) * (order + 7) * c
     lowered = (order - 1) * (order - 3) * (order - 5) * (order - 7) * c
-    mixed = np.zeros(c.size + 1)
-    mixed[1:] += raised
-    mixed[: c.size - 1] += lowered[1:]
-    mixed[1] += lowered[0]  # cos(-4 phi) = cos(4 phi)
+    mixed = np.zeros(c.size + shift, dtype=c.dtype)
+    mixed[shift:] += raised
+    mixed[: max(c.size - shift, 0)] += lowered[shift:]
+    for k, value in enumerate(lowered[:shift]):  # of a negative order
+        mixed[shift - k] += value.conjugate()
     mixed[: c.size] -= 2.0 * laplacian2 * c
     fourth = -mixed / (16.0 * 1440.0)
     fourth[: c.size] += laplacian2 * c / 1920.0
 
     inverse = 1.0 / np.maximum(x * x + y * y, 1.0)
-    t = cos4(x, y)
-    series = chebval(t, c) + inverse * (
-        chebval(t, second) + inverse * chebval(t, fourth)
+    series = _directional(x, y, c) + inverse * (
+        _directional(x, y, second) + inverse * _directional(x, y, fourth)
     )
     return np.sqrt(inverse) * series

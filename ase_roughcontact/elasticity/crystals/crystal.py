@@ -19,11 +19,17 @@ from ase.data import atomic_numbers
 
 from ase_roughcontact._util.identity import digest
 from ase_roughcontact._util.validation import finite, lookup, positive
+from ase_roughcontact.elasticity.crystals.angular import sin2
 from ase_roughcontact.elasticity.crystals.calculated import CalculatedSurface
 from ase_roughcontact.elasticity.crystals.cubic import continuum_kernel
-from ase_roughcontact.elasticity.crystals.errors import check_errors, modulus_table
+from ase_roughcontact.elasticity.crystals.errors import (
+    check_errors,
+    lateral_tables,
+    modulus_table,
+)
 from ase_roughcontact.elasticity.crystals.files import Stored
 from ase_roughcontact.elasticity.crystals.kernel import (
+    LATERAL_HARMONICS,
     NODES,
     distant_kernel,
     interpolate,
@@ -64,6 +70,10 @@ class Crystal(Stored, ElasticSolid):
     stress : float
         Stress of the crystal below the surface along x and y, positive under tension;
         along z it is zero (eV/Å^3).
+    lateral : ndarray, shape (3, 2, 28, 20), optional
+        Coefficients of ``|q| a0^2/2`` times the components xx, yy and, over
+        ``sin(2 theta)``, xy of the Green's function, see `interpolate`. Files of
+        earlier versions have none (1/pressure).
     figures : dict
         Relative errors. Those of the force constants are described in
         `ForceConstants`, those of E* are "thickness" (change from a slab with four
@@ -86,6 +96,7 @@ class Crystal(Stored, ElasticSolid):
     table: np.ndarray = field(repr=False)
     stress: float = 0.0
     figures: dict[str, float] = field(default_factory=dict, repr=False)
+    lateral: np.ndarray | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         lookup(self.symbol, atomic_numbers, "element")
@@ -100,6 +111,13 @@ class Crystal(Stored, ElasticSolid):
         if interpolate(table, *node_vectors().T).min() <= 0.0:
             raise ValueError("the moduli of the table must be positive")
         object.__setattr__(self, "table", table)
+        if self.lateral is not None:
+            lateral = np.ascontiguousarray(self.lateral, dtype=float)
+            if lateral.shape != (3, 2, *NODES) or not np.isfinite(lateral).all():
+                raise ValueError(
+                    f"lateral must be finite numbers of the shape {(3, 2, *NODES)}"
+                )
+            object.__setattr__(self, "lateral", lateral)
 
     @classmethod
     def from_calculator(
@@ -165,7 +183,16 @@ class Crystal(Stored, ElasticSolid):
         check_errors(errors, tolerance, f"{surface} {found.symbol} with {name}")
         figures = found.constants.figures | errors
         spacing = found.constants.spacing
-        return cls(found.symbol, surface, name, spacing, table, found.stress, figures)
+        return cls(
+            found.symbol,
+            surface,
+            name,
+            spacing,
+            table,
+            found.stress,
+            figures,
+            lateral_tables(found.greens),
+        )
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
@@ -190,12 +217,7 @@ class Crystal(Stored, ElasticSolid):
         ValueError
             If a wave vector is not in the Brillouin zone: the grid has another spacing.
         """
-        x, y = np.multiply(qx, self.spacing), np.multiply(qy, self.spacing)
-        if max(abs(x).max(), abs(y).max()) > np.pi * (1.0 + _ROUNDING):
-            raise ValueError(
-                f"the atoms of the crystal have a spacing of {self.spacing:.6g}, and a "
-                "smaller one was asked for"
-            )
+        x, y = self._in_zone(qx, qy)
         return 2.0 * interpolate(self.table, x, y) / np.hypot(qx, qy)
 
     def cell_compliance(
@@ -215,6 +237,42 @@ class Crystal(Stored, ElasticSolid):
         kernel *= spacing
         return kernel
 
+    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the lateral components; see `ElasticSolid` and `wave_compliance`."""
+        x, y = self._in_zone(qx, qy)
+        parts = np.stack([interpolate(t, x, y) for t in self._lateral_tables])
+        parts[2] *= sin2(x, y)
+        return 2.0 * parts / np.hypot(qx, qy)
+
+    def lateral_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the displacement by unit lateral traction on an atom.
+
+        See `ElasticSolid` and `cell_compliance`.
+        """
+        self.check(spacing)
+        x, y = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
+        x, y = x.astype(int), y.astype(int)
+        near = np.maximum(x, y) < _TABLE
+        kernels = []
+        for series, table in self._lateral_kernels:
+            kernel = distant_kernel(x, y, series)
+            kernel[near] = table[x[near], y[near]]
+            kernels.append(spacing * kernel)
+        kernels[2] *= np.sign(i) * np.sign(j)
+        return np.stack(kernels)
+
+    def _in_zone(self, qx: np.ndarray, qy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return wave vectors times the spacing; raise if it is a smaller one."""
+        x, y = np.multiply(qx, self.spacing), np.multiply(qy, self.spacing)
+        if max(abs(x).max(), abs(y).max()) > np.pi * (1.0 + _ROUNDING):
+            raise ValueError(
+                f"the atoms of the crystal have a spacing of {self.spacing:.6g}, and a "
+                "smaller one was asked for"
+            )
+        return x, y
+
     def todict(self) -> dict[str, Any]:
         """Return what identifies the solid in files, the table by its hash."""
         return {
@@ -230,6 +288,21 @@ class Crystal(Stored, ElasticSolid):
     @cached_property
     def _series(self) -> list[np.ndarray]:
         return long_wave_series(self.table)
+
+    @property
+    def _lateral_tables(self) -> np.ndarray:
+        if self.lateral is None:
+            raise self._not_lateral("lateral components: it was made before they were")
+        return self.lateral
+
+    @cached_property
+    def _lateral_kernels(self) -> list[tuple[list[np.ndarray], np.ndarray]]:
+        """Series of long waves, and tables of the Green's function: xx, yy and xy."""
+        kernels = []
+        for number, table in enumerate(self._lateral_tables):
+            series = long_wave_series(table, LATERAL_HARMONICS, odd=number == 2)
+            kernels.append((series, near_kernel(_TABLE, table, series)))
+        return kernels
 
     @cached_property
     def _near_kernel(self) -> np.ndarray:

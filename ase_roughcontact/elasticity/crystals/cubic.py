@@ -10,7 +10,8 @@ where :math:`Q_{ik} = m_j C_{ijkl} m_l`, :math:`R_{ik} = m_j C_{ijkl} n_l` and
 :math:`T_{ik} = n_j C_{ijkl} n_l`, and :math:`m` and :math:`n` are the wave's direction
 and the surface normal, both turned by :math:`\omega` in their plane. The displacement
 by a point force F in the direction :math:`\phi` is
-:math:`F/[\pi r E^*(\phi + \pi/2)]`.
+:math:`F/[\pi r E^*(\phi + \pi/2)]`, and lateral components of :math:`L^{-1}` are those
+of lateral tractions, in the same way.
 """
 
 from __future__ import annotations
@@ -28,12 +29,16 @@ from ase_roughcontact.elasticity.crystals.angular import (
     angular_cell_kernel,
     angular_series,
     cos4,
+    harmonic_sum,
+    harmonics,
 )
 from ase_roughcontact.elasticity.greens import ElasticSolid
 
 # Angles of the rotation by which the integral of the surface impedance is summed; the
 # integrand is periodic, so that the sum converges exponentially.
 _ROTATIONS = 256
+# Directions of waves from which lateral components are interpolated.
+_DIRECTIONS = 320
 # Anisotropy up to which the moduli of waves are accurate to 1e-4, and the displacement
 # by pressure on one cell to 1e-3.
 _MOST_ANISOTROPIC = 100.0
@@ -41,8 +46,8 @@ _MOST_ANISOTROPIC = 100.0
 _ANGLES = {"110": np.pi / 4, "100": 0.0}
 
 
-def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return the modulus of plane waves of pressure on an anisotropic half space.
+def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the compliance of plane waves on an anisotropic half space, times ``|q|``.
 
     Parameters
     ----------
@@ -54,8 +59,9 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
     Returns
     -------
-    ndarray, shape (n,)
-        ``E*(theta)``; the compliance is ``2/(E* |q|)``.
+    ndarray, shape (n, 3, 3)
+        ``L^-1``, the real part; displacements along z by lateral tractions and the
+        other way round are imaginary (1/pressure).
 
     References
     ----------
@@ -76,7 +82,33 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
         for left, right in ((m, m), (m, n), (n, n))
     )
     impedance = (q - r @ np.linalg.solve(t, r.swapaxes(-1, -2))).mean(axis=0)
-    return 2.0 / np.linalg.inv(impedance)[:, 2, 2]
+    return np.linalg.inv(impedance)
+
+
+def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Return the modulus of plane waves of pressure on an anisotropic half space.
+
+    Parameters are those of `surface_compliance`.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        ``E*(theta)``; the compliance is ``2/(E* |q|)``.
+    """
+    return 2.0 / surface_compliance(stiffness, angles)[:, 2, 2]
+
+
+def lateral_continuum_kernel(
+    i: np.ndarray, j: np.ndarray, spacing: float, series: np.ndarray
+) -> np.ndarray:
+    """Return the lateral displacement by unit lateral traction on one cell.
+
+    See `ElasticSolid.lateral_cell_compliance`; the series are the `harmonics` of the
+    components xx, yy and xy of the compliance of waves, times ``|q|/2`` (1/pressure).
+    """
+    turned = series * (-1.0) ** np.arange(series.shape[1])  # by a right angle
+    kernels = [angular_cell_kernel(i, j, c) for c in turned]
+    return spacing / np.pi * np.stack(kernels)
 
 
 def continuum_kernel(
@@ -152,15 +184,28 @@ class Cubic(ElasticSolid):
 
     def surface_modulus(self, angles: np.ndarray) -> np.ndarray:
         """Return ``E*(theta)`` of waves at angles to the x axis, shape (n,)."""
+        return 2.0 / self._surface_compliance(np.asarray(angles))[:, 2, 2]
+
+    def _surface_compliance(self, angles: np.ndarray) -> np.ndarray:
+        """Return the `surface_compliance` in axes of the crystal."""
         stiffness = coalesce_elastic_constants(
             self.c11, self.c12, self.c44, convention="Cij"
         )
-        return surface_modulus(stiffness, np.asarray(angles) + _ANGLES[self.x])
+        return surface_compliance(stiffness, angles + _ANGLES[self.x])
 
     @cached_property
     def _compliances(self) -> np.ndarray:
         """Angular series of ``1/E*``."""
         return angular_series(lambda angles: 1.0 / self.surface_modulus(angles))
+
+    @cached_property
+    def _lateral_series(self) -> np.ndarray:
+        """Harmonics of the lateral components along x and y."""
+        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
+        cosine, sine = np.cos(_ANGLES[self.x]), np.sin(_ANGLES[self.x])
+        axes = np.array([[cosine, sine], [-sine, cosine]])
+        lateral = axes @ self._surface_compliance(angles)[:, :2, :2] @ axes.T
+        return harmonics(0.5 * lateral[:, (0, 1, 0), (0, 1, 1)].T)
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
@@ -176,3 +221,14 @@ class Cubic(ElasticSolid):
     ) -> np.ndarray:
         """Integrate the Green's function over a cell; see `ElasticSolid`."""
         return continuum_kernel(i, j, spacing, self._compliances)
+
+    def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the lateral components; see `ElasticSolid`."""
+        parts = [harmonic_sum(qx, qy, c) for c in self._lateral_series]
+        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
+
+    def lateral_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Integrate the lateral Green's function over a cell; see `ElasticSolid`."""
+        return lateral_continuum_kernel(i, j, spacing, self._lateral_series)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ase_roughcontact.elasticity.crystals.angular import cos2
+from ase_roughcontact.elasticity.crystals.angular import cos2, sin2
 from ase_roughcontact.elasticity.crystals.cubic import surface_modulus
 from ase_roughcontact.elasticity.crystals.kernel import (
     interpolate,
@@ -96,6 +96,23 @@ def modulus_table(
         for q in ((x, y), (x, -y), (y, x), (-x, y))
     )
     return table, {"square": max(others), "interpolation": interpolation}
+
+
+def lateral_tables(greens: LatticeGreensFunction) -> np.ndarray:
+    """Return the coefficients of the lateral components, see `Crystal.lateral`."""
+    nodes = node_vectors()
+
+    def components(q: np.ndarray) -> np.ndarray:
+        matrix = greens(q / greens.spacing)[:, (0, 1, 0), (0, 1, 1)].real.T
+        matrix[2] /= sin2(*q.T)
+        return 0.5 * greens.spacing * np.hypot(*q.T) * matrix
+
+    values, exchanged = components(nodes), components(nodes[:, ::-1])
+    other = (values - exchanged) / cos2(*nodes.T)
+    if greens.sublattices == 1:
+        other[2] = 0.0  # but for rounding, which its expansion would amplify
+    parts = np.stack([values + exchanged, other], axis=1) / 2.0
+    return np.array([[interpolation_table(v) for v in part] for part in parts])
 
 
 def check_errors(figures: dict[str, float], tolerance: float, name: str) -> None:

@@ -35,10 +35,15 @@ from numpy.polynomial.chebyshev import (
     chebval,
     chebvander,
 )
-from scipy.fft import dctn
+from scipy.fft import dctn, dstn
 from scipy.special import gamma, ive, rgamma
 
-from ase_roughcontact.elasticity.crystals.angular import angular_series, cos2
+from ase_roughcontact.elasticity.crystals.angular import (
+    angular_series,
+    cos2,
+    harmonic_sum,
+    sin2,
+)
 
 #: Chebyshev nodes along the wave number and the direction.
 NODES = 28, 20
@@ -46,6 +51,8 @@ NODES = 28, 20
 _CHUNK = 1 << 14
 # Number of harmonics in the expansion of long waves, by the power of the wave number.
 _HARMONICS = 12, 6, 5, 4
+#: The same for lateral components.
+LATERAL_HARMONICS = 16, 10, 8, 6
 # Side of the grid in the Brillouin zone for the table of the Green's function, and the
 # width, in spacings, of the part that is subtracted.
 _GRID, _WIDTH = 1024, 1.7
@@ -97,10 +104,17 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
     return values.reshape(qx.shape)
 
 
-def long_wave_series(table: np.ndarray) -> list[np.ndarray]:
-    """Return the coefficients ``m_kn``, n = 0, 2, 4, ..., for each power k."""
+def long_wave_series(
+    table: np.ndarray, numbers: tuple[int, ...] = _HARMONICS, odd: bool = False
+) -> list[np.ndarray]:
+    """Return the coefficients ``m_kn``, n = 0, 2, 4, ..., for each power k.
+
+    The numbers of harmonics for each power are those of functions with the symmetry of
+    a square. Of a function that is odd in x and in y, the table is that of its ratio to
+    ``sin(2 theta)``, and the coefficients are imaginary, see `harmonic_sum`.
+    """
     series = []
-    for power, harmonics in enumerate(_HARMONICS):
+    for power, harmonics in enumerate(numbers):
         total = np.zeros(2 * harmonics + 2)
         for number, part in enumerate(table.reshape(-1, *NODES)):
             derivative = chebder(part, power, scl=2.0 / np.pi) / math.factorial(power)
@@ -110,8 +124,18 @@ def long_wave_series(table: np.ndarray) -> list[np.ndarray]:
             even[::2] = fourth
             product = chebmulx(even) if number else even  # by cos(2 theta)
             total[: product.size] += product
-        series.append(total[: np.flatnonzero(total).max(initial=0) + 1])
+        total = total[: np.flatnonzero(total).max(initial=0) + 1]
+        series.append(_times_sine(total) if odd else total)
     return series
+
+
+def _times_sine(cosines: np.ndarray) -> np.ndarray:
+    """Return ``sin(2 theta) sum c_n cos(2 n theta)`` for `harmonic_sum`."""
+    sines = np.zeros(cosines.size + 1)
+    sines[1:] = 0.5 * cosines
+    sines[1:-2] -= 0.5 * cosines[2:]
+    sines[1] += 0.5 * cosines[0]
+    return -1j * sines
 
 
 def _along(coefficients: np.ndarray, power: int) -> Callable[[np.ndarray], np.ndarray]:
@@ -129,14 +153,13 @@ def distant_kernel(
     Lattice vectors (i, j) are broadcast together; see `long_wave_series`.
     """
     inverse = 1.0 / np.sqrt(np.maximum(np.square(i, dtype=float) + np.square(j), 1.0))
-    t = cos2(i, j)
     kernel = np.zeros(inverse.shape)
     for power, coefficients in reversed([*enumerate(series)]):
         order = 2.0 * np.arange(coefficients.size)
         factor = 2.0**power * gamma((order + power + 1) / 2)
         factor[1::2] *= -1.0
         factor *= rgamma((order - power + 1) / 2)
-        kernel += chebval(t, factor * coefficients)
+        kernel += harmonic_sum(i, j, factor * coefficients)
         kernel *= inverse
     return kernel / np.pi
 
@@ -144,28 +167,36 @@ def distant_kernel(
 def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.ndarray:
     """Return the Green's function near the origin, shape (size, size), in units of a0.
 
-    The size is at most 512; see `interpolation_table` and `long_wave_series`.
+    The size is at most 512; see `interpolation_table` and `long_wave_series`, whose
+    series are complex for an odd function.
     """
     q = 2.0 * np.pi / _GRID * np.arange(_GRID // 2 + 1)
     qx, qy = np.meshgrid(q, q, indexing="ij")
     qx[0, 0] = 1.0  # any: set below
-    number, t = np.hypot(qx, qy), cos2(qx, qy)
-    singular = chebval(t, series[0]) / number + chebval(t, series[1])
+    number, odd = np.hypot(qx, qy), np.iscomplexobj(series[0])
+    singular = harmonic_sum(qx, qy, series[0]) / number
+    singular += harmonic_sum(qx, qy, series[1])
     singular *= np.exp(-((_WIDTH * number) ** 2))
-    rest = interpolate(table, qx, qy) / number - singular
+    values = interpolate(table, qx, qy)
+    rest = (values * sin2(qx, qy) if odd else values) / number - singular
     rest[0, 0] = 0.0
-    kernel = dctn(rest, 1)[:size, :size] * (2.0 / _GRID**2)
+    if odd:
+        kernel = np.zeros((size, size))
+        kernel[1:, 1:] = -dstn(rest[1:-1, 1:-1], 1)[: size - 1, : size - 1]
+    else:
+        kernel = dctn(rest, 1)[:size, :size]
+    kernel *= 2.0 / _GRID**2
 
     i = np.arange(size, dtype=float)
     r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
     angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
     for n, m in enumerate(series[0] * (-1.0) ** np.arange(series[0].size)):
-        kernel += m * np.cos(2 * n * angle) * ive(n, x) / (2.0 * _WIDTH * np.pi**0.5)
+        turned = (m * np.exp(2j * n * angle)).real
+        kernel += turned * ive(n, x) / (2.0 * _WIDTH * np.pi**0.5)
     for n, m in enumerate(series[1] * (-1.0) ** np.arange(series[1].size)):
         bessel = ive(n - 0.5, x) - ive(n + 0.5, x)
-        kernel += (
-            m * np.cos(2 * n * angle) * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
-        )
+        turned = (m * np.exp(2j * n * angle)).real
+        kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
     # the images of the transform are far away and shift all values by the same amount
-    shift = distant_kernel(i[-1:], i, series) - kernel[-1]
-    return kernel + shift.mean()
+    shift = 0.0 if odd else (distant_kernel(i[-1:], i, series) - kernel[-1]).mean()
+    return kernel + shift
