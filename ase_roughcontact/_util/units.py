@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 
@@ -130,9 +131,24 @@ def per_time(units: Mapping[str, float]) -> dict[str, float]:
 
 
 # Units in which columns are printed, by their unit.
-_PRINTED = {"eV/Å^2": "N/m", "eV/Å^3": "GPa", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
+_PRINTED = {"eV/Å^2": "N/m", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
 
 
-def printed_unit(unit: str) -> str:
-    """Return the unit in which values of a column are printed."""
+# Typical pressure in a contact, relative to the modulus, and least value in its unit.
+_PRESSURE, _LEAST = 0.01, 0.1
+
+
+def pressure_unit(value: float) -> str:
+    """Return GPa, MPa or kPa for a pressure (eV/Å^3)."""
+    units = ("GPa", "MPa", "kPa")
+    return next((each for each in units if value >= _LEAST * PRESSURES[each]), "kPa")
+
+
+def printed_unit(unit: str, modulus: float = math.inf) -> str:
+    """Return the unit in which values of a column are printed.
+
+    That of pressures is GPa, or less for a solid of small contact modulus (eV/Å^3).
+    """
+    if unit == "eV/Å^3":
+        return pressure_unit(_PRESSURE * modulus)
     return _PRINTED.get(unit, unit)

@@ -18,8 +18,9 @@ def bodies(scene: Scene) -> dict[str, str]:
     """Return descriptions of solid, indenter, roughness and wall."""
     nm, tip = UNITS["nm"], scene.whole_tip
     radius = f"radius {scene.radius / nm:.4g} nm"
+    tip_of_pair = f" with {scene.sphere.material}" if scene.sphere.material else ""
     found = {
-        "solid": f"{label_of(scene.substrate, scene.solid)}, "
+        "solid": f"{label_of(scene.substrate, scene.solid)}{tip_of_pair}, "
         + ("" if scene.is_flat else f"spacing {scene.spacing:.3f} Å, ")
         + _hardness(scene),
         "indenter": f"sphere of {radius}"

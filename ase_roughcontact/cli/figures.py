@@ -12,7 +12,7 @@ from ase.io import read, write
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.files import replaced
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, pressure_unit, printed_unit
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
@@ -28,6 +28,7 @@ from ase_roughcontact.scene.smooth_fit import SmoothFit
 from ase_roughcontact.scene.sphere_limits import forces_over_depth
 from ase_roughcontact.scene.tradeoff_result import Tradeoff
 from ase_roughcontact.theory import SphereTheory
+from ase_roughcontact.topography import SelfAffine
 
 NN = UNITS["nN"]
 # Rounding of times, relative.
@@ -217,22 +218,29 @@ def _draw_curve(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
         factor = "" if scene.wall.hard else "3"
         label = rf"first asperity: theory, $({factor}\rho/R)^{{2/3}}$"
         theory[label] = light, np.full(light.shape, reference.plateau)
-    with written(file, 3.6) as figure:
-        axes = figure.subplots()
+    smooth = "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else "")
+    converged, error = (_column(shown, n) for n in ("converged", "area_error"))
+    random = isinstance(scene.rough, SelfAffine)
+    label = "simulation (one realisation)" if random else "simulation"
+    known, nm = along / NN, UNITS["nm²"]
+    lines = {
+        name: (loads, ratios * np.interp(loads, known, hertz) / nm)
+        for name, (loads, ratios) in theory.items()
+    }
+    with written(file, 5.4) as figure:
+        upper, lower = panels = figure.subplots(2, 1, sharex=True)
+        upper.plot(known, hertz / nm, color=plot.GREY, lw=1)
+        loads = forces / NN
+        plot.plot_area(upper, loads, areas / nm, lines, converged, error / nm, label)
+        of_hertz = scene.hertz_area(forces)
         plot.plot_curve(
-            axes,
-            forces / NN,
-            areas,
-            scene.hertz_area(forces),
-            theory,
-            [step.converged for step in shown],
-            "Hertz: theory, smooth sphere" + (" without adhesion" if adhesive else ""),
-            _column(shown, "area_error"),
-            "simulation" if scene.rough is None else "simulation (one realisation)",
+            lower, loads, areas, of_hertz, theory, converged, smooth, error, label
         )
+        upper.label_outer()
+        letter(panels)
         if len(shown) < len(steps):
-            axes.set_title("steps under compression")
-        legend_below(figure, [axes])
+            upper.set_title("steps under compression")
+        legend_below(figure, panels)
 
 
 def _draw_flat(reference: Reference, steps: Sequence[Any], file: Path) -> None:
@@ -311,9 +319,11 @@ def _draw_maps(
         f"({name}) {_title(reference.scene, step, ways[steps.index(step)])}"
         for name, step in zip(letters(len(shown)), shown, strict=True)
     ]
-    largest = max(pressure_of(frame).max() for frame in frames) / UNITS["GPa"]
-    label = reference.smooth.label
-    if reference.scene.solid.creep is not None:
+    scene, smooth = reference.scene, reference.smooth
+    unit = printed_unit("eV/Å^3", scene.contact_modulus)
+    largest = max(pressure_of(frame).max() for frame in frames) / UNITS[unit]
+    label = smooth.label
+    if scene.solid.creep is not None:
         label += ",\ninstantaneous modulus"
     rows, columns = -(-len(shown) // 2), min(len(shown), 2)
     lines = 1 + max(title.count("\n") for title in titles)
@@ -326,15 +336,27 @@ def _draw_maps(
         for panel, frame, step, title in zip(
             panels, frames, shown, titles, strict=True
         ):
-            area = float(reference.smooth.contact_area(step.normal_force))
-            circle = area > 0.0 and not reference.scene.is_flat
-            radius = math.sqrt(area / np.pi) if circle else None
-            image = plot.plot_contact(panel, frame, radius, largest, circle_label=label)
-            panel.set_title(title)
-        _share_range(panels)
+            area = float(smooth.contact_area(step.normal_force))
+            circle = area > 0.0 and not scene.is_flat
+            image = plot.plot_contact(
+                panel,
+                frame,
+                math.sqrt(area / np.pi) if circle else None,
+                largest,
+                title,
+                circle_label=label,
+                around_load=scene.whole_tip is not None,
+                unit=unit,
+            )
+            if scene.is_flat:  # the whole cell
+                left, right, bottom, top = image.get_extent()
+                panel.set(xlim=(left, right), ylim=(bottom, top))
+        if not scene.is_flat:
+            _share_range(panels)
         for panel in panels:
+            _orient(panel, scene)
             plot.scale_bar(panel, "nm")
-        figure.colorbar(image, ax=panels, label="pressure (GPa)", shrink=0.7)
+        figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)
 
 
@@ -346,6 +368,10 @@ def _title(scene: Scene, step: LoadStep, way: str) -> str:
     """Return the position of a step on the path."""
     is_zero = abs(step.normal_force) <= step.tolerance
     lines = [f"{_short(0.0 if is_zero else step.normal_force / UNITS['nN'])} nN"]
+    if scene.is_flat:
+        pressure = step.normal_force / scene.nominal_area
+        unit = pressure_unit(pressure)
+        lines = [f"{_short(pressure / UNITS[unit])} {unit}"]
     if isinstance(step, TimeStep):
         lines.insert(0, f"{_short(step.time)} s")
     elif scene.path.control != "load":
@@ -359,10 +385,19 @@ def _short(value: float) -> str:
     return np.format_float_positional(value, precision=3, fractional=False, trim="-")
 
 
+def _orient(panel: Any, scene: Scene) -> None:
+    """Show a map on a scan as the scan: its first line at the top, x as measured."""
+    if scene.topography is not None:
+        panel.invert_yaxis()
+        if scene.topography.role == "indenter":  # which was turned over
+            panel.invert_xaxis()
+
+
 def _share_range(panels: Sequence[Any]) -> None:
     """Give maps the same range, unless contacts would be too small to be seen."""
-    ranges = [panel.get_xlim()[1] for panel in panels]
-    largest = max(ranges)
-    if largest <= _SHARED_RANGE * min(ranges):
-        for panel in panels:
-            panel.set(xlim=(-largest, largest), ylim=(-largest, largest))
+    limits = np.array([(panel.get_xlim(), panel.get_ylim()) for panel in panels])
+    halves = np.ptp(limits[:, 0], axis=1) / 2.0
+    if halves.max() <= _SHARED_RANGE * halves.min():
+        half = np.array([-1.0, 1.0]) * halves.max()
+        for panel, (x, y) in zip(panels, limits.mean(axis=2), strict=True):
+            panel.set(xlim=x + half, ylim=y + half)

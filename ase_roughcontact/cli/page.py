@@ -37,12 +37,11 @@ _COLUMNS = {
 # Relative error that is left out, as it is below the last digit.
 _NEGLIGIBLE = 5e-5
 _CAPTIONS = {
-    "curve.png": "Contact area relative to a smooth sphere without adhesion (Hertz), "
-    "beside theory. Other realisations of the roughness scatter about it, most at "
-    "light loads, which few asperities carry.",
+    "curve.png": "Contact area, and relative to a smooth sphere without adhesion "
+    "(Hertz), beside theory.",
     "force.png": "Normal force along the path; negative forces are tensile.",
     "contact.png": "Pressure on the atoms in contact; circle: smooth sphere under the "
-    "same load.",
+    "same load, around its axis; of a scanned tip around the centre of the load.",
 }
 _FLAT_CAPTIONS = {
     "curve.png": "Contact area relative to the nominal one, beside theory, mean gap, "
@@ -77,9 +76,20 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         for name in (first, *own, *others)
         if name in record and name not in other_area
     }
-    units = {name: printed_unit(each.unit) for name, each in shown.items()}
+    modulus = scene.contact_modulus
+    units = {k: printed_unit(each.unit, modulus) for k, each in shown.items()}
+    if scene.is_flat:  # as in the table of a run
+        units = {k: "nm" if unit == "Å" else unit for k, unit in units.items()}
+        units |= {"nominal_pressure": "MPa"}
     captions = _CAPTIONS | (_FLAT_CAPTIONS if scene.is_flat else {})
     captions |= dict(scene.path.captions)
+    if scene.roughness is not None and not scene.is_flat:
+        captions["curve.png"] += (
+            " Other realisations of the roughness scatter about it, most at light "
+            "loads, which few asperities carry."
+        )
+    if scene.scan is not None:
+        captions["contact.png"] += " The first line of the scan is at the top."
     template = files("ase_roughcontact.cli").joinpath("report.html").read_text("utf-8")
     environment = Environment(autoescape=True, trim_blocks=True)
     return environment.from_string(template).render(

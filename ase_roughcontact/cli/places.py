@@ -84,6 +84,7 @@ def _draw(found: list[Place], scene: Scene, file: Path) -> None:
             cells = x / UNITS["nm"], y / UNITS["nm"], values.T / UNITS[unit]
             image = axes.pcolormesh(*cells, shading="nearest")
             figure.colorbar(image, label=f"{label} ({unit})")
+        first.invert_yaxis()  # the first line of the scan is at the top
         for axes in panels:
             axes.set(xlabel="$x$ (nm)", aspect="equal")
         letter(panels)

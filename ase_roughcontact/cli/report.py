@@ -102,14 +102,15 @@ class StepTable:
 def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     """Return headings and functions of the columns of the table of steps."""
     path, area = reference.scene.path, reference.scene.area_column
+    modulus = reference.scene.contact_modulus
 
     def column(name: str, label: str = "") -> tuple[str, Callable]:
         digits = 2 if name.endswith("error") else 4
         record = reference.scene.record
-        head = heading(name, label or _LABELS.get(name, ""), record)
+        head = heading(name, label or _LABELS.get(name, ""), record, modulus)
         if name == "seconds":
             return head, lambda step: f"{step.seconds:.2f}"
-        return head, lambda step: number(float(_printed(step, name)), digits)
+        return head, lambda step: number(_printed(step, name, modulus), digits)
 
     def relative(step: LoadStep) -> str:
         smooth = float(reference.smooth.contact_area(step.normal_force))
@@ -178,10 +179,15 @@ def target_unit(scene: Scene) -> str:
     return columns_of()["normal_force" if control == "load" else control].unit
 
 
-def heading(column: str, label: str = "", record: type[LoadStep] = LoadStep) -> str:
+def heading(
+    column: str,
+    label: str = "",
+    record: type[LoadStep] = LoadStep,
+    modulus: float = math.inf,
+) -> str:
     """Return the heading of a column, with the unit in which it is printed."""
     entry = columns_of(record)[column]
-    unit = printed_unit(entry.unit)
+    unit = printed_unit(entry.unit, modulus)
     return (label or entry.label or column.replace("_", " ")) + (
         f" ({unit})" * bool(unit)
     )
@@ -284,9 +290,9 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     return f"NOT CONVERGED: {step.message}{unit}"
 
 
-def _printed(step: LoadStep, column: str) -> float:
+def _printed(step: LoadStep, column: str, modulus: float = math.inf) -> float:
     """Return the value of a column in the unit in which it is printed."""
-    unit = printed_unit(columns_of(type(step))[column].unit)
+    unit = printed_unit(columns_of(type(step))[column].unit, modulus)
     value = getattr(step, column) / UNITS[unit]
     return 0.0 if abs(value) < _ZERO else value
 

@@ -12,6 +12,7 @@ heights and penetrations in Å.
 """
 
 from ase_roughcontact.plot.curves import (
+    plot_area,
     plot_cantilever,
     plot_convergence,
     plot_curve,
@@ -51,6 +52,7 @@ __all__ = [
     "draw_friction",
     "draw_time_path",
     "draw_tractions",
+    "plot_area",
     "plot_cantilever",
     "plot_contact",
     "plot_convergence",

@@ -54,14 +54,45 @@ def plot_curve(
     matplotlib Axes
     """
     axes.axhline(1.0, color=GREY, lw=1, label=hertz_label)
-    for i, (name, (loads, ratios)) in enumerate((theory or {}).items()):
-        axes.plot(loads, ratios, LINES[i % 4], color="k", lw=1, label=name)
-    ratio, ok = area / hertz_area, _mask(converged, len(load))
-    axes.plot(load[ok], ratio[ok], "o", color=ORANGE, ms=5, label=label)
+    error = None if area_error is None else area_error / hertz_area
+    plot_area(axes, load, area / hertz_area, theory, converged, error, label)
+    axes.set_ylabel(r"contact area $A/A_\mathrm{Hertz}$")
+    return axes
+
+
+def plot_area(
+    axes: Any,
+    load: np.ndarray,
+    area: np.ndarray,
+    theory: Mapping[str, tuple[ArrayLike, ArrayLike]] | None = None,
+    converged: ArrayLike | None = None,
+    area_error: ArrayLike | None = None,
+    label: str = "simulation",
+) -> Any:
+    """Plot contact area against load, beside theory, on logarithmic axes.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    load, area : ndarray, shape (k,)
+        Positive normal forces (nN) and areas (nm²).
+    theory : mapping of str to (array_like, array_like), optional
+        Loads and areas of theories, by label.
+    converged, area_error, label
+        See `plot_curve`.
+
+    Returns
+    -------
+    matplotlib Axes
+    """
+    for i, (name, (loads, areas)) in enumerate((theory or {}).items()):
+        axes.plot(loads, areas, LINES[i % 4], color="k", lw=1, label=name)
+    ok = _mask(converged, len(load))
+    axes.plot(load[ok], area[ok], "o", color=ORANGE, ms=5, label=label)
     if area_error is not None:
-        bars = 2.0 * np.asarray(area_error) / hertz_area
-        axes.errorbar(load, ratio, bars, fmt="none", ecolor=ORANGE, lw=1)
-    _cross(axes, load[~ok], ratio[~ok])
+        bars = 2.0 * np.asarray(area_error)
+        axes.errorbar(load, area, bars, fmt="none", ecolor=ORANGE, lw=1)
+    _cross(axes, load[~ok], area[~ok])
     axes.set(xscale="log", yscale="log")
     for axis, (low, high) in (
         (axes.xaxis, axes.get_xlim()),
@@ -71,9 +102,7 @@ def plot_curve(
             axis.set_major_formatter("{x:g}")
             axis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axis.set_minor_formatter("{x:g}")
-    axes.set(
-        xlabel="normal force $N$ (nN)", ylabel=r"contact area $A/A_\mathrm{Hertz}$"
-    )
+    axes.set(xlabel="normal force $N$ (nN)", ylabel="contact area (nm$^2$)")
     axes.legend(frameon=False, loc="best")
     return axes
 

@@ -9,6 +9,7 @@ from ase import Atoms
 from ase.units import GPa
 
 from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.analysis import ContactMap, radial_average
 
 NM = UNITS["nm"]
@@ -22,6 +23,8 @@ def plot_contact(
     title: str = "",
     first_contact_radius: float | None = None,
     circle_label: str = "smooth sphere (Hertz)",
+    around_load: bool = False,
+    unit: str = "GPa",
 ) -> Any:
     """Draw a map of the pressure on the atoms in contact.
 
@@ -34,23 +37,28 @@ def plot_contact(
     frame : Atoms
         Frame of a trajectory, see `snapshot`.
     hertz_radius : float, optional
-        Radius of a circle around the indenter's axis (Å).
+        Radius of a circle (Å).
     largest : float, optional
-        Pressure at the end of the colour scale (GPa).
+        Pressure at the end of the colour scale (`unit`).
     title : str
         Title of the map.
     first_contact_radius : float, optional
         a', the radius of a second, dashed circle (Å).
     circle_label : str
         Label of the first circle.
+    around_load : bool
+        Whether the centre of the repulsive pressure is that of circles and map, not the
+        axis of the indenter.
+    unit : str
+        Unit of the pressure.
 
     Returns
     -------
     matplotlib image
-        Image of the pressure (GPa), for a colour bar.
+        Image of the pressure, for a colour bar.
     """
     contacts = ContactMap.from_frame(frame)
-    pressure = np.where(contacts.contact, contacts.pressure / GPa, np.nan)
+    pressure = np.where(contacts.contact, contacts.pressure / UNITS[unit], np.nan)
     x, y, half = (
         contacts.x / NM,
         contacts.y / NM,
@@ -70,14 +78,17 @@ def plot_contact(
         (hertz_radius, "k-", circle_label),
         (first_contact_radius, "k--", "first contact $a'$"),
     )
-    reach = _extent(contacts) / NM
+    middle, push = np.zeros(2), np.maximum(contacts.pressure, 0.0)
+    if around_load and push.any():
+        middle = np.array([push.sum(axis=1) @ x, push.sum(axis=0) @ y]) / push.sum()
+    reach = _extent(contacts, middle * NM) / NM
     for radius, line, label in circles:
         if radius is not None:
             reach = max(reach, radius / NM)
-            _circle(axes, radius / NM, line, label)
+            _circle(axes, middle, radius / NM, line, label)
     reach = 1.15 * reach + 2.0 * half
-    square = -reach, reach
-    axes.set(xlim=square, ylim=square, title=title)
+    xlim, ylim = np.add.outer(middle, (-reach, reach))
+    axes.set(xlim=xlim, ylim=ylim, title=title)
     axes.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)")
     return image
 
@@ -88,16 +99,19 @@ def scale_bar(axes: Any, unit: str) -> None:
     Parameters
     ----------
     axes : matplotlib Axes
-        With equal scales.
+        With equal scales, which may be inverted.
     unit : str
         Unit of its coordinates.
     """
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     width = right - left
-    decade = 10.0 ** np.floor(np.log10(0.4 * width))
-    length = max(n * decade for n in (1, 2, 5) if n * decade <= 0.4 * width)
+    longest = 0.4 * abs(width)
+    decade = 10.0 ** np.floor(np.log10(longest))
+    length = max(n * decade for n in (1, 2, 5) if n * decade <= longest)
     x, y = right - 0.05 * width, bottom + 0.05 * (top - bottom)
-    axes.plot([x - length, x], [y, y], "k-", lw=2.5, solid_capstyle="butt")
+    axes.plot(
+        [x - np.copysign(length, width), x], [y, y], "k-", lw=2.5, solid_capstyle="butt"
+    )
     text = f"{length:g} {unit}"
     # ends with the bar, which may be shorter than the text and is near the frame
     place: dict[str, Any] = {
@@ -144,14 +158,14 @@ def plot_pressure(
     return axes
 
 
-def _extent(contacts: ContactMap) -> float:
-    """Return the largest coordinate of an atom in contact, relative to the axis."""
-    x = contacts.x[contacts.contact.any(axis=1)]
-    y = contacts.y[contacts.contact.any(axis=0)]
+def _extent(contacts: ContactMap, center: FloatArray) -> float:
+    """Return the largest coordinate of an atom in contact, relative to a center."""
+    x = contacts.x[contacts.contact.any(axis=1)] - center[0]
+    y = contacts.y[contacts.contact.any(axis=0)] - center[1]
     return float(abs(np.append(x, y)).max(initial=0.0))
 
 
-def _circle(axes: Any, radius: float, line: str, label: str) -> None:
+def _circle(axes: Any, middle: Any, radius: float, line: str, label: str) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 181)
     x, y = radius * np.cos(angle), radius * np.sin(angle)
-    axes.plot(x, y, line, lw=1, label=label)
+    axes.plot(middle[0] + x, middle[1] + y, line, lw=1, label=label)

@@ -16,6 +16,7 @@ import numpy as np
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact import ContactState
+from ase_roughcontact.elasticity.named_materials import material
 from ase_roughcontact.interactions import Interaction, scaled_attraction
 from ase_roughcontact.interactions.base import Profile
 from ase_roughcontact.paths.step import Stepper
@@ -53,11 +54,19 @@ def value_of(scene: Scene, name: str) -> float:
         )
     values = {
         "work_of_adhesion": scene.wall.work_of_adhesion,
-        "contact_modulus": scene.contact_modulus,
+        "contact_modulus": _of_sample(scene),
         "radius": scene.radius,
         "attraction_range": scene.wall.attraction_range,
     }
     return values[name] / UNITS[FREE[name][1]]
+
+
+def _of_sample(scene: Scene) -> float:
+    """Return E* of the sample, without that of an elastic tip (eV/Å^3)."""
+    if not scene.sphere.material:
+        return scene.contact_modulus
+    tip = material(scene.sphere.material).contact_modulus * UNITS["GPa"]
+    return 1.0 / (1.0 / scene.contact_modulus - 1.0 / tip)
 
 
 def changed(scene: Scene, values: Mapping[str, float]) -> Scene:

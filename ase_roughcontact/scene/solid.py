@@ -12,7 +12,7 @@ from typing import Any
 from ase.calculators.emt import EMT
 from matscipy.calculators.eam import EAM
 
-from ase_roughcontact._util.units import LENGTHS, UNITS
+from ase_roughcontact._util.units import LENGTHS, UNITS, pressure_unit
 from ase_roughcontact._util.validation import lookup, positive
 from ase_roughcontact.elasticity import (
     Creep,
@@ -252,7 +252,8 @@ def label_of(substrate: SubstrateConfig, solid: ElasticSolid) -> str:
 
 
 def _printed_modulus(modulus: float) -> str:
-    return f"E* = {modulus / UNITS['GPa']:.4g} GPa"
+    unit = pressure_unit(modulus)
+    return f"E* = {modulus / UNITS[unit]:.4g} {unit}"
 
 
 def _isotropic(substrate: SubstrateConfig) -> Isotropic:

@@ -37,6 +37,16 @@ CASES = {
 }
 
 
+def keep_figure(figures):
+    """Function that keeps a figure by its name in place of writing it."""
+
+    def saved(figure, file, **_):
+        figures[Path(file).name.removesuffix(".new")] = figure
+        Path(file).touch()
+
+    return saved
+
+
 @pytest.fixture(scope="module", params=CASES)
 def run(request, tmp_path_factory):
     """Control, results, frames and figures of a run."""
@@ -45,13 +55,8 @@ def run(request, tmp_path_factory):
     (folder / "scene.toml").write_text(
         SCENE.format(wall=wall, control=control, values=values)
     )
-
-    def saved(figure, file, **_):
-        figures[Path(file).name.removesuffix(".new")] = figure
-        Path(file).touch()
-
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(io.StringIO()):
-        patch.setattr(Figure, "savefig", saved)
+        patch.setattr(Figure, "savefig", keep_figure(figures))
         out = str(folder / "out")
         assert main(["run", str(folder / "scene.toml"), "--out", out]) == 0
     with open(folder / "out" / "curve.csv", newline="") as file:
@@ -81,21 +86,29 @@ def dmt_area(force):
 
 def test_areas_are_relative_to_hertz_and_loads_in_nanonewton(run):
     _, records, _, figures = run
-    (axes,) = figures["curve.png"].axes
+    upper, axes = figures["curve.png"].axes
     assert axes.get_xlabel().endswith("(nN)")
     force, area = column(records, "normal_force"), column(records, "contact_area")
     push = force > 0.0
     x, y = points(axes, "simulation").T
     np.testing.assert_allclose(x, force[push] / NN)
     np.testing.assert_allclose(y, (area / hertz_area(abs(force)))[push], rtol=1e-6)
+    assert "nm" in upper.get_ylabel()
+    x, y = points(upper, "simulation").T
+    np.testing.assert_allclose(x, force[push] / NN)
+    np.testing.assert_allclose(y, area[push] / NM**2)
+    x, y = upper.get_lines()[0].get_data()
+    np.testing.assert_allclose(y, hertz_area(x * NN) / NM**2, rtol=1e-6)
 
 
 def test_lines_of_theory_are_in_the_units_of_the_axes(run):
     control, _, _, figures = run
-    (axes,) = figures["curve.png"].axes
+    upper, axes = figures["curve.png"].axes
     if control != "height":
         assert not any("DMT" in line.get_label() for line in axes.get_lines())
         return
+    x, y = points(upper, "DMT").T
+    np.testing.assert_allclose(y, dmt_area(x * NN) / NM**2, rtol=1e-6)
     x, y = points(axes, "DMT").T
     np.testing.assert_allclose(y, dmt_area(x * NN) / hertz_area(x * NN), rtol=1e-6)
 
@@ -185,3 +198,49 @@ def test_titles_of_maps_state_force_and_target(run):
             assert place == pytest.approx(float(record[control]), rel=6e-3)
         way = {"0": "approach", "1": "approach", "2": "retraction"}[record["step"]]
         assert (way in title) == (control == "height")
+
+
+@pytest.mark.parametrize("role", ["indenter", "substrate"])
+def test_maps_on_a_scan_are_oriented_as_the_scan(role, tmp_path, monkeypatch):
+    # a bump nearer to the first line and the last column of the scan
+    x, y = np.meshgrid(np.arange(32.0), np.arange(30.0), indexing="ij")
+    curvature = 0.02 if role == "indenter" else 0.008
+    bump = -curvature * ((x - 20.0) ** 2 + (y - 10.0) ** 2)
+    np.save(tmp_path / "scan.npy", bump)
+    text = f"""
+    substrate = {{ contact_modulus = "5 MPa", hardness = inf }}
+    sphere = {{ radius = inf }}
+    [topography]
+    file = "scan.npy"
+    role = "{role}"
+    spacing = "1 nm"
+    unit = "nm"
+    periodic = {"true" if role == "substrate" else "false"}
+    detrend = "none"
+    [interaction]
+    kind = "hard"
+    [path]
+    values = ["1e-4 nN"]
+    """
+    (tmp_path / "scene.toml").write_text(text)
+    drawn = {}
+    monkeypatch.setattr(Figure, "savefig", keep_figure(drawn))
+    main(["run", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "out")])
+    panel, bar = drawn["contact.png"].axes
+    assert bar.get_ylabel() == "pressure (kPa)"
+    (left, right), (bottom, top) = panel.get_xlim(), panel.get_ylim()
+    assert bottom > top and (left > right) == (role == "indenter")
+    image = panel.get_images()[0]
+    ends, shown = image.get_extent(), np.ma.filled(image.get_array(), 0.0)
+    middle = [
+        np.average(np.linspace(*ends[2 * k : 2 * k + 2], n), weights=shown.sum(axis=k))
+        for k, n in enumerate(shown.shape[::-1])
+    ]
+    across, up = panel.transLimits.transform(middle)
+    if role == "indenter":  # the circle and the map are around the contact
+        np.testing.assert_allclose([across, up], 0.5, atol=0.05)
+        circle = points(panel, "Hertz").mean(axis=0)
+        np.testing.assert_allclose(circle, middle, atol=0.3)
+    else:
+        assert across == pytest.approx(20.5 / 32, abs=0.05)
+        assert up == pytest.approx(1.0 - 10.5 / 30, abs=0.05)

@@ -159,6 +159,15 @@ def test_usual_scans_are_not_doubted(read):
         assert isinstance(scene.rough, HeightMap)
 
 
+def test_the_fitted_modulus_is_that_of_the_sample(read):
+    from ase_roughcontact.scene.fit_parameters import changed, value_of
+
+    of_both = read(lines={"radius = inf": 'radius = inf\nmaterial = "Si3N4"'})
+    assert value_of(of_both, "contact_modulus") == pytest.approx(100.0)
+    same = changed(of_both, {"contact_modulus": 100.0})
+    assert same.contact_modulus == pytest.approx(of_both.contact_modulus)
+
+
 def test_a_whole_tip_may_be_higher_than_its_radius(read):
     assert read(40.0 * TIP).warnings == []
     assert "scan.npy, the indenter: " in read().topography.summary
