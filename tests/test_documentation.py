@@ -14,6 +14,7 @@ import pytest
 from ase_roughcontact import LoadStep, __version__
 from ase_roughcontact import __all__ as public_names
 from ase_roughcontact.cli.parser import make_parser
+from ase_roughcontact.paths.flat_record import FlatStep
 from ase_roughcontact.paths.record import columns_of
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.time_record import TimeStep
@@ -220,7 +221,7 @@ def test_description_for_an_index_has_no_relative_links(monkeypatch):
 
 def test_columns_on_the_page_are_those_of_a_step():
     columns = columns_of(LoadStep)
-    for record in (LoadStep, TimeStep, SlidingStep):
+    for record in (LoadStep, TimeStep, FlatStep, SlidingStep):
         listed = columns_of(record)
         if record is not LoadStep:
             listed = {k: v for k, v in listed.items() if v != columns.get(k)}

@@ -27,13 +27,6 @@ class FlatStep(LoadStep):
         "Å",
         "mean gap",
     )
-    conductance: float = column(
-        lambda s: -2.0 * s.response.force / s.halfspace.contact_modulus,
-        "electrical or thermal conductance times the sum of the resistivities of both "
-        "bodies, from the contact stiffness; see `conductance`",
-        "Å",
-        "conductance",
-    )
 
 
 def _cell_area(step: RelaxedStep) -> float:

@@ -190,6 +190,12 @@ class LoadStep:
         "1 %; nan at or beyond an instability, where the state is no minimum",
         "eV/Å^2",
     )
+    conductance: float = column(
+        lambda s: -2.0 * s.response.force / s.halfspace.contact_modulus,
+        "electrical or thermal conductance times the sum of the resistivities of both "
+        "bodies, from the contact stiffness; see `conductance`",
+        "Å",
+    )
     mean_pressure: float = column(
         _mean_pressure,
         "mean pressure on the repelled atoms; if the continuum is asked for, their "
