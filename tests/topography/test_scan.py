@@ -316,6 +316,14 @@ def test_a_spacing_that_is_not_that_of_the_file_is_reported(tmp_path):
     assert untouched(file, spacing="5.02 nm").spacing[0] == pytest.approx(50.2)
 
 
+def test_sizes_of_an_exchanged_file_are_exchanged_with_its_heights(tmp_path):
+    file = tmp_path / "scan.txt"
+    file.write_text("# Width: 9 nm\n# Height: 4 nm\n# Value units: nm\n0 1 5\n2 3 8\n")
+    given, turned = (untouched(file, spacing=None, transpose=k) for k in (False, True))
+    assert given.spacing == turned.spacing[::-1] == pytest.approx((30.0, 20.0))
+    assert given.shape == turned.shape[::-1] == (3, 2)
+
+
 def test_text_without_header_needs_unit_and_spacing(tmp_path):
     file = tmp_path / "scan.txt"
     file.write_text("# nothing about lengths\n" + matrix(ROUGH))
