@@ -436,7 +436,10 @@ class HeightMap:
         nonnegative(margin=margin)
         ends = [(count - 1) * step - margin for count, step in self._axes]
         if min(ends) < margin:
-            raise ValueError(f"a margin of {margin:g} leaves no places on {self!r}")
+            raise ValueError(
+                f"a margin of {margin / 10:g} nm leaves no places on the scan, which "
+                f"spans {(min(ends) + margin) / 10:g} nm: give a smaller one"
+            )
         x, y = (
             np.linspace(margin, end, integer("number of places", number, 1))
             for end, number in zip(ends, (n, m), strict=True)

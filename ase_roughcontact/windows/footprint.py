@@ -54,9 +54,12 @@ class BeyondSurfaceError(ValueError):
     def __init__(self, indenter: BoundedSurface, spacing: float, radius: float) -> None:
         self.radius = radius
         atoms, known = math.ceil(radius / spacing), indenter.extent / spacing
+        ends = f"{known:g} spacings", f"{atoms}"
+        if not indenter.repeats:  # a scan
+            ends = f"{indenter.extent / 10:.4g} nm", f"{radius / 10:.4g} nm"
         self.problem = (
             "atoms can touch beyond the indenter's surface, which is defined up to "
-            f"{known:g} spacings from its axis"
+            f"{ends[0]} from its axis"
         )
         self.advice = "choose a smaller load or depth"
         self.domain, side = 0, math.ceil(_DOMAIN_MARGIN * 2 * atoms)
@@ -71,7 +74,7 @@ class BeyondSurfaceError(ValueError):
                 f": a roughness with a domain of {side} spacings would need "
                 f"{needed / 1e9:.3g} GB of memory"
             )
-        super().__init__(f"{self.problem}, here up to {atoms}: {self.advice}")
+        super().__init__(f"{self.problem}, here up to {ends[1]}: {self.advice}")
 
 
 class Footprint:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 import shutil
 import sys
 
@@ -105,3 +106,19 @@ def test_the_plan_of_a_loop_says_what_its_cantilever_holds(tmp_path, capsys):
     main(["plan", str(tmp_path / "loop.toml")])
     note = "Cantilever of 0.2 N/m: if the contact still pulls with more than about 0.03"
     assert note in " ".join(capsys.readouterr().out.split())
+
+
+def test_lengths_of_errors_about_a_scan_are_in_nanometres(scene, tmp_path, capsys):
+    for line, message in (
+        ('center = ["4 nm", "12 nm"]', "spans 9.75 x 9.75 nm, got (4, 12) nm"),
+        ("[path]\nvalues = [1e3]", "defined up to 4.75 nm from its axis"),
+    ):
+        text = SMOOTH if line.startswith("center") else SMOOTH[: SMOOTH.index("[path]")]
+        text = re.sub("shape = .*", "", text)
+        (tmp_path / scene).write_text(f"{text}{SECTION}{line}\n")
+        assert main(["run", scene, "--out", "out"]) > 0
+        printed = capsys.readouterr()
+        assert message in " ".join((printed.out + printed.err).split())
+    (tmp_path / scene).write_text(SMOOTH + SECTION + 'margin = "6 nm"\n')
+    assert main(["places", scene, "--out", "places"]) == 2
+    assert "a margin of 6 nm leaves no places on the scan" in capsys.readouterr().err
