@@ -136,6 +136,9 @@ class PathKind(Section):
         Keys of other kinds are ignored at their defaults, which older files contain.
         """
         kind = kind_of(cls.title, entries, PathKind.kind, PATHS, "path")
+        if kind.kind == "loop" and entries.get("rate") is not None:
+            kind = PATHS["time"]  # of penetrations
+            entries = {"control": "penetration", **entries}
         problems, types = Problems(), kind.types()
         given, foreign = {}, dict[str, list[str]]()
         for key, value in entries.items():
@@ -207,6 +210,7 @@ class PathKind(Section):
         if bodies.solid.creep is not None and not issubclass(self.record, TimeStep):
             raise ValueError(
                 'the solid of relaxation_moduli is viscoelastic: give kind = "time"'
+                ", or rate in a loop"
             )
 
     def targets(self, bodies: Bodies) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
-from ase_roughcontact.theory import Hertz
+from ase_roughcontact.theory import JKR, Hertz
 
 # Number of rows of the printed table, and the least one for each part of a schedule.
 _ROWS, _LEAST_ROWS = 30, 3
@@ -37,6 +38,11 @@ _ROWS, _LEAST_ROWS = 30, 3
 # they grow below this tolerance.
 _STEPS, _STEPS_OF_HOLD, _STEPS_OF_CYCLE = 90, 20, 33
 _USUAL_TOLERANCE = 1e-4
+# Advice for a loop with a rate and a cantilever.
+_OF_CANTILEVER = (
+    ': in place of a loop at a rate give kind = "time", control = "base" and values, '
+    'heights of the base such as ["20 nm", "-50 nm", "200 nm"]'
+)
 # Rounding of times, relative.
 _ROUNDING = 1e-12
 # Columns of the force curve of a cantilever, with their units.
@@ -68,6 +74,7 @@ class Timed(PathKind):
 
     control: str = "load"
     values: tuple | None = None
+    deepest: float | str | None = None
     times: tuple | None = None
     rate: float | str | tuple | None = None
     dwell: float = 0.0
@@ -95,8 +102,10 @@ class Timed(PathKind):
     def stiffness(self) -> float | None:
         """Stiffness of the cantilever (eV/Å^2); None without one."""
         if (self.control == "base") != (self.cantilever is not None):
+            advice = "" if self.deepest is None else _OF_CANTILEVER
             raise ValueError(
                 'control = "base" needs the stiffness of the cantilever, and only it'
+                f"{advice}"
             )
         if self.cantilever is None:
             return None
@@ -107,8 +116,8 @@ class Timed(PathKind):
         """Raise an error if the solid needs another kind of path."""
         if bodies.solid.creep is None:
             raise ValueError(
-                'kind = "time" needs a viscoelastic solid: give relaxation_moduli and '
-                "relaxation_times in [substrate]"
+                "a path in time, such as a loop with a rate, needs a viscoelastic "
+                "solid: give relaxation_moduli and relaxation_times in [substrate]"
             )
 
     def schedule(self, bodies: Bodies) -> Schedule:
@@ -120,10 +129,9 @@ class Timed(PathKind):
             If a key is missing or invalid.
         """
         unit, units = self.unit, self.units_of_targets(bodies)
-        path: Timed = self.plain(["values", "amplitude"], units, unit)
-        values = (
-            UNITS[unit] * finite_array("values", list(path.values or ()))
-        ).tolist()
+        path: Timed = self.plain(["values", "deepest", "amplitude"], units, unit)
+        given = self._loop(bodies, path) if path.deepest is not None else path.values
+        values = (UNITS[unit] * finite_array("values", list(given or ()))).tolist()
         if not values:
             raise ValueError("give values, the targets between which the path goes")
         if (self.times is None) == (self.rate is None):
@@ -149,6 +157,34 @@ class Timed(PathKind):
                 "later times"
             )
         return schedule
+
+    def _loop(self, bodies: Bodies, path: Timed) -> list[float]:
+        """Return the penetrations (Å) of a loop, from which nothing interacts."""
+        self.check(bodies)
+        if self.control != "penetration" or self.values is not None:
+            raise ValueError(
+                'a loop at a rate needs control = "penetration", and no values, which '
+                "deepest stands for"
+            )
+        wall, creep, deepest = bodies.wall, bodies.solid.creep, float(path.deepest or 0)
+        attraction = wall.cutoff - wall.contact_distance
+        if creep is None or not creep.relaxed or not attraction < math.inf:
+            raise ValueError(
+                "a loop at a rate needs a solid that relaxes to a modulus, and a wall "
+                "of a finite range: give values, from which to which the path goes"
+            )
+        if not -attraction < deepest < math.inf:
+            raise ValueError(
+                f"deepest must be a penetration above {-attraction:.4g} Å, where the "
+                f"wall begins to act, got {deepest:g} Å"
+            )
+        neck = 0.0
+        if wall.attractive and bodies.radius < math.inf:
+            # of the largest work of adhesion of a crack on the relaxed solid
+            work = wall.work_of_adhesion / creep.relaxed
+            modulus = creep.relaxed * bodies.solid.contact_modulus
+            neck = -JKR(bodies.radius, modulus, work).pull_off_penetration
+        return [-attraction, deepest, -(attraction + neck)]
 
     def _at_rates(self, values: list[float], units: Mapping[str, float]) -> Schedule:
         """Return the schedule at given rates, with a dwell at the deepest target."""

@@ -143,6 +143,53 @@ def test_errors_of_the_solid_name_what_is_missing():
         scene.check()
 
 
+LOOP = """
+[sphere]
+radius = "20 nm"
+[interaction]
+kind = "adhesive"
+work_of_adhesion = 0.1
+attraction_range = "1 nm"
+[path]
+kind = "loop"
+deepest = "1 nm"
+rate = "20 nm/s"
+dwell = "0.5 s"
+"""
+
+
+@pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
+def test_a_loop_at_a_rate_ends_beyond_the_contact():
+    scene = Scene.parse(SOLID + LOOP)
+    assert scene.path.kind == "time"
+    assert Scene.parse(scene.toml).path == scene.path
+    steps = list(scene.relax())
+    first, last = steps[0], steps[-1]
+    assert first.attractive_atoms == last.attractive_atoms == 0
+    assert min(s.normal_force for s in steps) < 0.0
+    assert max(s.penetration for s in steps) == pytest.approx(1.0 * NM)
+    held = [s.time for s in steps if s.penetration == pytest.approx(1.0 * NM)]
+    assert held[-1] - held[0] == pytest.approx(0.5)
+    descent = (1.0 * NM - first.penetration) / NM / 20.0
+    assert held[0] == pytest.approx(descent)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"20 nm/s"', "20.0\ncantilever = 2.0", "in place of a loop.*give kind"),
+        ('deepest = "1 nm"', "deepest = -50.0", "deepest must be a penetration above"),
+        ("[0.5, 0.3]", "[0.5, 0.5]", "a solid that relaxes to a modulus.*give values"),
+        ('"1 nm"\n[path]', '"1 nm"\n[path]\nstep = 1.0', 'step need kind = "loop"'),
+        ("relaxation_", "#", "such as a loop with a rate, needs a viscoelastic solid"),
+        ('rate = "20 nm/s"', "", "dwell need.*give kind = .time"),
+    ],
+)
+def test_errors_of_a_loop_at_a_rate_say_what_to_give(old, new, message):
+    with pytest.raises(ValueError, match=message):
+        Scene.parse((SOLID + LOOP).replace(old, new)).check()
+
+
 def test_an_elastic_solid_has_no_path_in_time():
     scene = Scene.parse("[substrate]\ncontact_modulus = 2.0\n" + PATH)
     with pytest.raises(ValueError, match="needs a Viscoelastic solid"):
