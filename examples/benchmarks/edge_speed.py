@@ -8,9 +8,11 @@ tenth of the instantaneous one), held until it has relaxed, and pulled off at ra
 five decades. At the largest tension, radius a and force N of the contact give the work
 of adhesion that JKR theory with the relaxed modulus needs,
 ``w = (4 E a^3/3R - N)^2/(8 pi E a^3)``, and the radii around it the speed of the edge.
-Beside it is that of a long crack, B. N. J. Persson, E. A. Brener, Phys. Rev. E 71,
-036123 (2005), with the largest tension of the wall at its tip; its formula is checked
-in the limits of slow and fast cracks.
+Beside it are those of a long crack with the largest tension of the wall at its tip, B.
+N. J. Persson, E. A. Brener, Phys. Rev. E 71, 036123 (2005), and with that tension along
+a cohesive zone, as J. A. Greenwood, J. Phys. D 37, 2557 (2004), and R. A. Schapery, Int.
+J. Fract. 11, 141 (1975), for an opening crack; here their equation is derived anew, see
+`zone_work`. Both are checked in the limits of slow and fast cracks.
 """
 
 import csv
@@ -73,9 +75,8 @@ def crack_work(speed):
     """Return the work of adhesion of a long crack at a speed, relative to w."""
     if not speed > 0.0:
         return math.nan
-    gaps = np.linspace(A0, 3.0 * A0, 10_000)
-    tension = -WALL.evaluate(gaps)[1].min()
-    blunt = RELAXED * WORK / (2.0 * np.pi * tension**2)  # radius of a slow tip
+    # radius of a slow tip
+    blunt = RELAXED * WORK / (2.0 * np.pi * largest_tension() ** 2)
 
     def excess(log):
         ratio = math.exp(log)
@@ -90,6 +91,38 @@ def crack_work(speed):
         return 1.0 / ratio - 1.0 + 2.0 / math.pi * RELAXED / MODULUS * lost
 
     return math.exp(brentq(excess, 0.0, math.log(1.001 * MODULUS / RELAXED)))
+
+
+def zone_work(speed):
+    """Return the work of adhesion of an opening crack with a cohesive zone, over w.
+
+    Along the zone of length c, behind the front that moves at the speed v, the surfaces
+    are pulled together by the largest tension of the wall. Its opening on an elastic
+    solid is f(s) at the distance s c from the front, with
+    f'(s) = ln((1 + sqrt(s))/(1 - sqrt(s)))/2 (Dugdale). Each point passes the zone in
+    the time c/v, so that the opening at its end, which is w over the tension, is smaller
+    by the mean of J((1 - s) c/v) over f; c grows with the ratio to the elastic work.
+    """
+    if not speed > 0.0:
+        return math.nan
+    length = math.pi * RELAXED * WORK / (4.0 * largest_tension() ** 2)  # at rest
+
+    def excess(log):
+        ratio = math.exp(log)
+
+        def opening(root):  # with s = root^2
+            time = (1.0 - root**2) * ratio * length / speed
+            compliance = RELAXED / MODULUS * float(CREEP.compliance(time))
+            return compliance * math.atanh(root) * 2.0 * root
+
+        return ratio * quad(opening, 0.0, 1.0)[0] - 1.0
+
+    return math.exp(brentq(excess, -1e-3, math.log(1.001 * MODULUS / RELAXED)))
+
+
+def largest_tension():
+    """Return the largest tension of the wall."""
+    return -WALL.evaluate(np.linspace(A0, 3.0 * A0, 10_000))[1].min()
 
 
 def calculate():
@@ -112,14 +145,15 @@ def calculate():
 def report():
     """Print the table of the stored rows."""
     heads = "sphere", "rate (Å/s)", "pull-off/(3 pi w R/2)", "dissipated (eV)"
-    heads += "speed of the edge (Å/s)", "w of JKR/w", "w of a crack/w"
+    heads += "speed of the edge (Å/s)", "w of JKR/w", "Persson, Brener", "cohesive zone"
     print(f"| {' | '.join(heads)} |")
-    print("|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|")
     for row in csv.DictReader(FILE.open()):
         rate, speed, pull_off, work, lost = (float(row[name]) for name in COLUMNS[1:])
         values = [f"{rate:g}", f"{pull_off / (1.5 * np.pi * WORK * RADIUS):.2f}"]
         values += [f"{lost:.3g}", f"{speed:.2g}", f"{work / WORK:.2f}"]
-        print(f"| {row['sphere']} | {' | '.join(values)} | {crack_work(speed):.2f} |")
+        values += [f"{crack_work(speed):.2f}", f"{zone_work(speed):.2f}"]
+        print(f"| {row['sphere']} | {' | '.join(values)} |")
 
 
 if __name__ == "__main__":
