@@ -10,8 +10,8 @@ of adhesion that JKR theory with the relaxed modulus needs,
 ``w = (4 E a^3/3R - N)^2/(8 pi E a^3)``, and the radii around it the speed of the edge.
 Beside it are those of a long crack with the largest tension of the wall at its tip, B.
 N. J. Persson, E. A. Brener, Phys. Rev. E 71, 036123 (2005), and with that tension along
-a cohesive zone, as J. A. Greenwood, J. Phys. D 37, 2557 (2004), and R. A. Schapery, Int.
-J. Fract. 11, 141 (1975), for an opening crack; here their equation is derived anew, see
+a cohesive zone, as R. A. Schapery, Int. J. Fract. 11, 141 (1975), and J. A. Greenwood,
+J. Phys. D 37, 2557 (2004), for an opening crack; its equation is derived anew here, see
 `zone_work`. Both are checked in the limits of slow and fast cracks.
 """
 
@@ -100,8 +100,8 @@ def zone_work(speed):
     are pulled together by the largest tension of the wall. Its opening on an elastic
     solid is f(s) at the distance s c from the front, with
     f'(s) = ln((1 + sqrt(s))/(1 - sqrt(s)))/2 (Dugdale). Each point passes the zone in
-    the time c/v, so that the opening at its end, which is w over the tension, is smaller
-    by the mean of J((1 - s) c/v) over f; c grows with the ratio to the elastic work.
+    the time c/v, so that the opening at its end, w over the tension, is smaller by the
+    mean of J((1 - s) c/v) over f. c is proportional to the work of adhesion.
     """
     if not speed > 0.0:
         return math.nan
