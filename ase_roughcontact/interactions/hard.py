@@ -37,10 +37,6 @@ class HardWall(Interaction):
         wall = np.where(np.asarray(gap, dtype=float) < 0.0, np.inf, 0.0)
         return wall, wall.copy(), wall.copy()
 
-    def inverse(self, pressure: np.ndarray) -> Profile:
-        """Return gaps of zero, the pressures, and infinite stiffness; see `dense`."""
-        return np.zeros(pressure.shape), pressure, np.full(pressure.shape, np.inf)
-
 
 @dataclass(frozen=True)
 class PlasticWall(HardWall):

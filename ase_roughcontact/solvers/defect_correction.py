@@ -36,7 +36,6 @@ from ase_roughcontact.elasticity.circulant import CirculantModel, covering_model
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.solvers.bounds import with_sum
 from ase_roughcontact.solvers.complementarity import ComplementarityProblem
-from ase_roughcontact.solvers.dense import DenseContact
 from ase_roughcontact.solvers.hold import Hold
 from ase_roughcontact.solvers.options import ActiveSetOptions
 from ase_roughcontact.solvers.relaxation import (
@@ -120,9 +119,6 @@ class _DefectCorrection:
         self._pairs = 0.0
         self._pressure = initial_pressure(contact, hold.load, start)
         self._opening = self._opened(self._pressure)
-        # a cold start takes more steps
-        most_dense = options.dense_atoms // (3 if start is None else 1)
-        self._dense = DenseContact(contact, most_dense)
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
         self._last: Correction | None = None
@@ -167,9 +163,7 @@ class _DefectCorrection:
 
     def correct(self) -> None:
         """Correct the pressure by the model, so that the energy falls."""
-        trial = self._dense_solution()
-        if trial is None:
-            trial = self._solve_model(self._violations[-1])
+        trial = self._solve_model(self._violations[-1])
         opening = self._opened(trial)
         correction = Correction(trial - self._pressure, opening - self._opening)
         last, self._last = self._last, correction
@@ -213,32 +207,6 @@ class _DefectCorrection:
             return ""
         reached = f"the violation is {violation:.3g}, not {self._tolerance:.3g}"
         return f"{reason}: {reached}{precision_advice(self._halfspace)}"
-
-    def _dense_solution(self) -> np.ndarray | None:
-        """Return the pressure found by dense matrices; None if they do not find it."""
-        if not self._dense.suits(self._pressure):
-            return None
-        halfspace, required = self._halfspace, self._total
-        before, rise = halfspace.pairs, self._yielding * total(self._pressure)
-        fixed = required is None and not self._yielding
-        found = self._dense.solve(
-            self._pressure,
-            self._opening - rise,
-            self._height + rise,
-            None if fixed else self._support,
-            0.3 * self._tolerance / halfspace.self_compliance,
-        )
-        self._pairs += halfspace.pairs - before
-        if not found.converged:
-            return None
-        trial = np.maximum(found.pressure, 0.0)
-        return trial if required is None else trial * (required / trial.sum())
-
-    def _support(self, height: float) -> tuple[float, float]:
-        """Return the stiffness of a spring per area, and the sum of the pressures."""
-        if self._total is not None:
-            return 0.0, self._total
-        return 1.0 / self._yielding, (height - self._height) / self._yielding
 
     def _solve_model(self, violation: float) -> np.ndarray:
         """Return the pressure that the model finds."""

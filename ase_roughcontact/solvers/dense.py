@@ -1,7 +1,7 @@
 r"""Contact of few atoms with a repulsive wall, by dense matrices.
 
-With the gap :math:`w(q)` at which the wall has the pressure :math:`q`, zero for a hard
-wall, :math:`w(q) = Z + h + G q` for the atoms in contact, and :math:`q = 0` elsewhere.
+With the gap :math:`w(q)` at which the wall has the pressure :math:`q`,
+:math:`w(q) = Z + h + G q` for the atoms in contact, and :math:`q = 0` elsewhere.
 A step of the semismooth Newton method linearises the wall at the pressure :math:`q_0`
 and the height :math:`Z_0` and solves
 
@@ -14,11 +14,7 @@ and the required sum :math:`L` of the pressures. The matrix is symmetric and pos
 definite. A convolution gives the gaps :math:`g` of all atoms.
 
 In contact are the atoms with :math:`p + \min(D, 1/c) (w - g) > 0`, where :math:`c` is
-the self-compliance. With a hard wall this is the primal-dual active-set method.
-
-References
-----------
-M. Hintermüller, K. Ito, K. Kunisch, SIAM J. Optim. 13, 865 (2002).
+the self-compliance.
 """
 
 from __future__ import annotations
@@ -27,16 +23,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg.blas import dgemm
-from scipy.linalg.lapack import dposv, dpotrf, dtrtri
+from scipy.linalg.lapack import dposv
 
-from ase_roughcontact._util.threads import split
 from ase_roughcontact.contact import Contact
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 
-# Size of matrices up to which no version of OpenBLAS starts threads, whose number would
-# change the rounding of the result: products do above 64, decompositions from 64 on.
-_SINGLE_THREAD = 63
+#: Size of matrices up to which no version of OpenBLAS starts threads: they would change
+#: the rounding of the result.
+SINGLE_THREAD = 63
 # Largest number of steps; most contacts need four to seven.
 _STEPS = 12
 
@@ -74,8 +68,7 @@ class DenseContact:
     def suits(self, pressure: np.ndarray) -> bool:
         """Return whether dense matrices pay for the atoms that are under pressure."""
         atoms = int(np.count_nonzero(pressure))
-        small = max(pressure.shape) <= _LONGEST_SIDE and 0 < atoms <= self._most
-        return small and not self._contact.interaction.plastic
+        return max(pressure.shape) <= _LONGEST_SIDE and 0 < atoms <= self._most
 
     def solve(
         self,
@@ -96,8 +89,7 @@ class DenseContact:
         support : callable, optional
             By default the height is fixed.
         tolerance : float
-            Error of pressures and of their sum that may be left. A gap of a hard wall
-            counts as the pressure on its atom that would close it.
+            Error of pressures and of their sum that may be left.
 
         Returns
         -------
@@ -114,13 +106,11 @@ class DenseContact:
             near |= pressure != 0.0
             atoms = near.ravel().nonzero()[0]
             q = pressure.take(atoms)
-            # with a hard wall only the tension of an atom decides that it leaves
-            pushes = q if wall.hard else np.maximum(q, 0.0)
-            contact_gap, p, stiffness = wall.inverse(pushes)
+            contact_gap, p, stiffness = wall.inverse(np.maximum(q, 0.0))
             overlap = contact_gap - gap.take(atoms)
             least = np.minimum(stiffness, 1.0 / halfspace.self_compliance)
             held = p + least * overlap > 0.0
-            pushed = held * (p + (least if wall.hard else stiffness) * overlap)
+            pushed = held * (p + stiffness * overlap)
             error = abs(pushed - q).max(initial=0.0)
             if support is not None:
                 spring, total = support(height)
@@ -147,6 +137,18 @@ class DenseContact:
         return DenseState(pressure, opening, height, converged=False)
 
 
+def compliance_matrix(
+    halfspace: HalfSpace, atoms: np.ndarray, softness: np.ndarray
+) -> np.ndarray:
+    """Return ``s + G`` of some atoms of the window, shape (k, k); see `pressures`."""
+    pairs, columns = halfspace.pair_compliance, halfspace.shape[1]
+    # of a pair of atoms, at the difference of their places in this table
+    places = atoms + (atoms // columns) * (columns - 1)
+    matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
+    matrix.reshape(-1)[:: atoms.size + 1] += softness
+    return matrix
+
+
 def pressures(
     halfspace: HalfSpace, atoms: np.ndarray, softness: np.ndarray, right: np.ndarray
 ) -> np.ndarray | None:
@@ -155,71 +157,17 @@ def pressures(
     Parameters
     ----------
     halfspace : HalfSpace
-    atoms : ndarray of int, shape (k,)
-        Indices of the atoms in the flat window.
+    atoms : ndarray, shape (k,)
+        Flat indices of the atoms.
     softness : ndarray, shape (k,)
-        Negative entries come last (length/pressure).
-    right : ndarray, shape (k, l)
+        ``s`` at least zero; zero with a hard wall (length per pressure).
+    right : ndarray, shape (k, m)
 
     Returns
     -------
-    ndarray, shape (k, l), or None
-        None if the matrix is singular to rounding errors, or has fewer negative
-        eigenvalues than there are negative entries of s: then the state is no minimum
-        of the energy.
+    ndarray, shape (k, m), or None
+        None if the matrix is singular to rounding errors.
     """
-    pairs, columns = halfspace.pair_compliance, halfspace.shape[1]
-    # of a pair of atoms, at the difference of their places in this table
-    places = atoms + (atoms // columns) * (columns - 1)
-    matrix = pairs.take(np.subtract.outer(places + pairs.size // 2, places))
-    matrix.reshape(-1)[:: atoms.size + 1] += softness
-    return solve_positive(matrix, right, int(np.count_nonzero(softness < 0.0)))
-
-
-def solve_positive(
-    matrix: np.ndarray, right: np.ndarray, negative: int = 0
-) -> np.ndarray | None:
-    """Solve a symmetric, positive definite system, with the same bits on any threads.
-
-    Cholesky decomposition by blocks that are too small for BLAS to start threads.
-
-    Parameters
-    ----------
-    matrix : ndarray, shape (k, k)
-        Overwritten.
-    right : ndarray, shape (k, l)
-    negative : int
-        Number of the last rows whose Schur complement is negative definite instead.
-
-    Returns
-    -------
-    ndarray, shape (k, l), or None
-        None if the matrix is not as definite.
-    """
-    if negative == len(matrix):
-        matrix, right, negative = -matrix, -right, 0
-    if len(matrix) <= _SINGLE_THREAD and not negative:
-        _, solution, info = dposv(matrix.T, right, lower=1, overwrite_a=1)
-        return None if info else solution
-    first = min(_SINGLE_THREAD, len(matrix) - negative)
-    if not negative:
-        first = min(first, len(matrix) // 2)
-    factor, info = dpotrf(matrix[:first, :first].T, lower=1)
-    if info:
-        return None
-    inverse = dtrtri(factor, lower=1)[0]
-    rest, known = matrix[first:, first:], inverse @ right[:first]
-    pieces = split(len(rest), _SINGLE_THREAD)
-    couplings = [inverse @ matrix[:first, first:][:, piece] for piece in pieces]
-    for i, a in zip(pieces, couplings, strict=True):
-        for k, b in zip(pieces, couplings, strict=True):
-            rest[i, k] -= dgemm(1.0, a.T, b.T, trans_b=1)  # a.T @ a may start threads
-    missing = right[first:].copy()
-    for i, a in zip(pieces, couplings, strict=True):
-        missing[i] -= a.T @ known
-    solution = solve_positive(rest, missing, negative)
-    if solution is None:
-        return None
-    for i, a in zip(pieces, couplings, strict=True):
-        known -= a @ solution[i]
-    return np.concatenate((inverse.T @ known, solution))
+    matrix = compliance_matrix(halfspace, atoms, softness)
+    _, solution, info = dposv(matrix.T, right, lower=1, overwrite_a=1)
+    return None if info else solution

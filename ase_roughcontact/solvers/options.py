@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ase_roughcontact._util.validation import check_options
+from ase_roughcontact.solvers.dense import SINGLE_THREAD
 
 
 @dataclass(frozen=True)
@@ -26,7 +27,8 @@ class NewtonKrylovOptions:
         residual of the state.
     dense_atoms : int
         Largest number of atoms in contact with a repulsive wall, in windows of up to
-        64 x 64 atoms, for which the linear system is solved by dense matrices.
+        64 x 64 atoms, for which the linear system is solved by dense matrices. Above 63
+        the result may depend on the number of threads of BLAS.
     history : int
         Number of earlier increments that are combined with the present one under walls
         with attraction.
@@ -39,7 +41,7 @@ class NewtonKrylovOptions:
     max_load_change: float = 0.25
     max_indenter_move: float = 3.0
     forcing: float = 0.1
-    dense_atoms: int = 200
+    dense_atoms: int = SINGLE_THREAD
     history: int = 6
     largest_gap: float = 1e-6
 
@@ -62,10 +64,6 @@ class ActiveSetOptions:
     contraction : float
         Violation of the contact conditions that the solution for the model may leave,
         relative to the present one.
-    dense_atoms : int
-        Largest number of atoms in contact, in windows of up to 64 x 64 atoms, for which
-        the contact problem is solved by dense matrices. Without a start, which takes
-        more steps, a third of this number.
     slow_contraction : float
         If the violation has decreased by less than this factor, the correction is
         combined with the last one.
@@ -74,7 +72,6 @@ class ActiveSetOptions:
     coarsest: int = 64
     largest_gap: float = 1e-6
     contraction: float = 0.07
-    dense_atoms: int = 200
     slow_contraction: float = 0.15
 
     def __post_init__(self) -> None:

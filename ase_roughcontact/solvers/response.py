@@ -33,7 +33,7 @@ from ase_roughcontact.elasticity.circulant import covering_model
 from ase_roughcontact.elasticity.halfspace import HalfSpace
 from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import scaled_attraction
-from ase_roughcontact.solvers.dense import pressures
+from ase_roughcontact.solvers.dense import SINGLE_THREAD, compliance_matrix, pressures
 from ase_roughcontact.solvers.gcr import gcr
 
 # Largest number of steps.
@@ -44,9 +44,8 @@ _LARGEST_RESIDUAL = 0.05
 _ROUNDING = 1e-3
 # From this tolerance and number of atoms on, steps are made in single precision.
 _SINGLE_PRECISION, _LARGE = 1e-3, 256 * 256
-# Largest number of atoms, and longest side of the window, for dense matrices; and the
-# number if the wall may pull an atom away from others at rest.
-_DENSE_ATOMS, _DENSE_WINDOW, _DENSE_UNSTABLE = 200, 64, 600
+# Longest side of the window, and largest number of atoms, for dense matrices.
+_DENSE_WINDOW, _DENSE_ATOMS = 64, 600
 
 
 @dataclass(eq=False)
@@ -121,8 +120,13 @@ def height_response(
         return HeightResponse(np.zeros(shape), 0.0, halfspace)
     if halfspace.periodic and hard.all():
         return HeightResponse(np.full(shape, -np.inf), -np.inf, halfspace)
-    equations, left = None, np.zeros(shape)
-    x = _dense_solution(halfspace, d, active)
+    x, equations, left = None, None, np.zeros(shape)
+    atoms = active.ravel().nonzero()[0]
+    if max(shape) <= _DENSE_WINDOW and atoms.size <= _DENSE_ATOMS:
+        if d.min() >= 0.0 and atoms.size <= SINGLE_THREAD:
+            x = _dense_solution(halfspace, d, atoms)
+        elif d.min() <= -1.0 and not _is_minimum(halfspace, d, atoms):
+            return HeightResponse(np.full(shape, np.nan), np.nan, halfspace)
     if x is None:
         equations = _Equations(halfspace, d, hard, active, tolerance)
         x, left = equations.solve()
@@ -139,31 +143,28 @@ def height_response(
 
 
 def _dense_solution(
-    halfspace: HalfSpace, d: np.ndarray, active: np.ndarray
+    halfspace: HalfSpace, d: np.ndarray, atoms: np.ndarray
 ) -> np.ndarray | None:
-    """Solve the equations by dense matrices, in units of one over c.
-
-    Returns
-    -------
-    ndarray, shape (n, m), or None
-        None for many atoms or a large window, or if the equations are singular to
-        rounding errors; NaN if the state is no minimum of the energy.
-    """
-    most = _DENSE_ATOMS if d.min() > -1.0 else _DENSE_UNSTABLE
-    if max(d.shape) > _DENSE_WINDOW or np.count_nonzero(active) > most:
-        return None
-    atoms = active.ravel().nonzero()[0]
-    atoms = atoms[(d.take(atoms) < 0.0).argsort(kind="stable")]  # negative ones last
-    stiffness = d.take(atoms)
-    # that of a hard wall is not in d: no softness
-    softness = np.divide(1.0, stiffness, where=stiffness != 0.0, out=0.0 * stiffness)
-    softness *= halfspace.self_compliance
+    """Solve the equations by dense matrices, in units of one over c, if possible."""
+    softness = _softness(halfspace, d.take(atoms))
     solution = pressures(halfspace, atoms, softness, np.ones((atoms.size, 1)))
     if solution is None:
-        return np.full(d.shape, np.nan) if stiffness[-1] < 0.0 else None
+        return None
     x = np.zeros(d.shape)
     x.put(atoms, -halfspace.self_compliance * solution)
     return x
+
+
+def _is_minimum(halfspace: HalfSpace, d: np.ndarray, atoms: np.ndarray) -> bool:
+    """Return whether the energy has a minimum, by the inertia of its matrix."""
+    softness = _softness(halfspace, d.take(atoms))
+    values = np.linalg.eigvalsh(compliance_matrix(halfspace, atoms, softness))
+    return bool(np.count_nonzero(values < 0.0) == np.count_nonzero(softness < 0.0))
+
+
+def _softness(halfspace: HalfSpace, d: np.ndarray) -> np.ndarray:
+    """Return one over the stiffness of the wall: none of a hard one, not in d."""
+    return halfspace.self_compliance * np.divide(1.0, d, where=d != 0.0, out=0.0 * d)
 
 
 def _stationary_sum(
