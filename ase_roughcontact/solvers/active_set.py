@@ -184,13 +184,12 @@ def _solve(
     if start is None and load is not None:
         start, pairs = _full_contact(contact, load)
     if start is None and can_coarsen(contact, options.coarsest):
-        coarse = coarsen(contact)
-        gap = _COARSE_GAP * coarse.halfspace.spacing
-        states = list(_solve(coarse, hold, None, gap, options))
-        pairs += _share(coarse, contact) * sum(state.pairs for state in states)
-        start = refine(states[-1].pressure, shape)
+        coarse, gap = _coarse_solution(contact, hold, options)
+        pairs += coarse.pairs
+        start = refine(coarse.pressure, shape)
         if load is not None or hold.softness:
-            height = states[-1].height - gap
+            height = coarse.height - gap
+        del coarse  # its memory is needed
     elif start is not None:
         height += hold.softness * halfspace.cell_area * float(start.sum())
     can_crop = not (halfspace.periodic or halfspace.solid.bulges)
@@ -202,8 +201,10 @@ def _solve(
         box = _worthwhile(box, window) if carries else window
     while True:
         required, cropped = box, crop(contact, box)
-        pressure = None if start is None else start[box.slices]
-        for state in defect_correction(cropped, hold, pressure, tolerance, options):
+        part = None if start is None else start[box.slices]
+        states = defect_correction(cropped, hold, part, tolerance, options)
+        del part, start  # their memory is needed
+        for state in states:
             if state.converged and can_crop:
                 required = box.union(reachable(contact, state.height))
             state = replace(
@@ -218,6 +219,17 @@ def _solve(
             return
         start = state.pressure
         box = _worthwhile(required, window)
+
+
+def _coarse_solution(
+    contact: Contact, hold: Hold, options: ActiveSetOptions
+) -> tuple[Relaxation, float]:
+    """Return the state on a coarser grid, with all its pairs, and its tolerance."""
+    coarse, pairs = coarsen(contact), 0.0
+    gap = _COARSE_GAP * coarse.halfspace.spacing
+    for state in _solve(coarse, hold, None, gap, options):
+        pairs += _share(coarse, contact) * state.pairs
+    return replace(state, pairs=pairs), gap
 
 
 def _share(part: Contact, contact: Contact) -> float:

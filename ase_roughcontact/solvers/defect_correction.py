@@ -90,6 +90,7 @@ def defect_correction(
         message.
     """
     solver = _DefectCorrection(contact, hold, start, tolerance, options)
+    del start  # its memory is needed
     while True:
         state = solver.evaluate()
         yield state
@@ -119,6 +120,7 @@ class _DefectCorrection:
         self._pairs = 0.0
         self._pressure = initial_pressure(contact, hold.load, start)
         self._opening = self._opened(self._pressure)
+        self._gap = np.empty(self._opening.shape)
         self._model: CirculantModel | None = None
         self._violations: list[float] = []
         self._last: Correction | None = None
@@ -126,7 +128,7 @@ class _DefectCorrection:
 
     def evaluate(self) -> Relaxation:
         """Calculate the gap; return the present state."""
-        gap = self._contact.heights + self._opening
+        gap = np.add(self._contact.heights, self._opening, out=self._gap)
         in_contact = rigid = gap[self._pressure > 0.0]
         highest = float(in_contact.max(initial=-math.inf))
         lowest = float(gap.min())
@@ -137,7 +139,6 @@ class _DefectCorrection:
             lower = float(rigid.min(initial=math.inf))
             self._height = -(highest + min(lower, highest)) / 2.0
         gap += self._height
-        self._gap = gap
         # the maximum of NumPy returns NaN if there is one
         errors = highest + self._height, -lowest - self._height, self._load_violation()
         violation = float(np.max([0.0, *errors]))
