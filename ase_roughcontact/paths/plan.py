@@ -100,7 +100,7 @@ def plan_path(
     for target, count in zip(listed.tolist(), counts.tolist(), strict=True):
         try:
             if expected:
-                expected.check_surface(control, target)
+                expected.check(control, target, memory=False)
             shape, grid = shapes(target)
         except BeyondSurfaceError as error:
             beyond.append(BeyondSurfaceError(surface, spacing, error.radius))

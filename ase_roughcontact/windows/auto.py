@@ -119,8 +119,7 @@ class AutoWindow:
         adhesive_contact = self._adhesive_contact(state, load)
         if self._expected:  # before the roughness is searched for the atoms in reach
             target = ("heights", height) if load is None else ("loads", load)
-            self._expected.check_surface(*target)
-            self._expected.check_memory(*target)
+            self._expected.check(*target)
         if load is not None:
             height = self._predicted_height(load, height)
         self._level = self._wall.cutoff - height

@@ -51,35 +51,32 @@ class ExpectedContact:
     solid: ElasticSolid
     spacing: float
 
-    def check_surface(self, control: str, target: float) -> None:
-        """Raise an error if atoms certainly touch where the surface is not defined.
+    def check(self, control: str, target: float, memory: bool = True) -> None:
+        """Raise an error if a contact certainly can't be calculated.
 
         Parameters
         ----------
         control : {"penetrations", "heights", "loads"}
         target : float
             Of the step.
+        memory : bool
+            Whether the memory is checked, too.
 
         Raises
         ------
         BeyondSurfaceError
-        """
-        radius = self._reach(self._level(control, target, self._stiffest))
-        if radius > self.indenter.extent:
-            raise BeyondSurfaceError(self.indenter, self.spacing, radius)
-
-    def check_memory(self, control: str, target: float) -> None:
-        """Raise `MemoryError` if a contact certainly exceeds the free memory.
-
-        Parameters
-        ----------
-        control, target
-            See `check_surface`.
+            If atoms touch where the surface is not defined.
+        MemoryError
+            If the contact exceeds the free memory.
         """
         level = self._level(control, target, self._stiffest)
-        level = contact_level(level, 0.0, self.wall, 1.0)
-        side = math.ceil(2.0 * self._reach(level) / self.spacing)
-        check_memory((side, side), bound="at least ")
+        radius = self._reach(level)
+        if radius > self.indenter.extent:
+            raise BeyondSurfaceError(self.indenter, self.spacing, radius)
+        if memory:
+            level = contact_level(level, 0.0, self.wall, 1.0)
+            side = math.ceil(2.0 * self._reach(level) / self.spacing)
+            check_memory((side, side), bound="at least ")
 
     def coarsening(self, control: str, target: float) -> int:
         """Return the ratio of the spacings of a lattice for a plan and of the atoms.
@@ -87,7 +84,7 @@ class ExpectedContact:
         Parameters
         ----------
         control, target
-            See `check_surface`.
+            See `check`.
 
         Returns
         -------
@@ -109,6 +106,10 @@ class ExpectedContact:
             return _DEEPEST * rms_height(rough)
         lowest = getattr(rough, "lowest", None)
         return -float(lowest(self.spacing)) if lowest else 0.0
+
+    @cached_property
+    def _smooth(self) -> RoughSphere:
+        return replace(self.indenter, roughness=None)
 
     @cached_property
     def _stiffest(self) -> float:
@@ -133,7 +134,7 @@ class ExpectedContact:
     def _reach(self, level: float) -> float:
         if self.indenter.radius == math.inf:  # of a whole tip nothing is known
             return 0.0
-        return replace(self.indenter, roughness=None).reach(level, self.spacing)
+        return self._smooth.reach(level, self.spacing)
 
 
 def coarsened(
