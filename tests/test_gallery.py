@@ -20,6 +20,10 @@ SMALL = {
     "cantilever": {"STEPS": 25},
     "pull_off_rates": {"RATES": (10.0,)},
     "friction_loop": {"STEPS": 4},
+    "lateral_stiffness": {
+        "LOADS": (1e-6, 10.0),
+        "SLAB": {"layers": 9, "size": 3, "tolerance": 1.0},
+    },
     "measured_topography": {"PLACES": 2},
     "adhesion_loop": {"RADIUS": 30.0, "STIFFNESSES": (1.0,)},
     "adhesion_hysteresis": {"DEEPEST": -0.7},
@@ -172,6 +176,12 @@ def test_examples_and_their_pictures_are_small(name):
     code = [line for line in lines if line.strip() and not line.startswith("#")]
     assert len(code) <= 65
     assert (EXAMPLES / "images" / f"{name}.png").stat().st_size < 150_000
+
+
+def test_lateral_stiffness_of_isotropic_contacts_is_that_of_mindlin(run):
+    ratios = run("lateral_stiffness")[0]["results"]
+    for name in ("smooth, isotropic", "rough, isotropic"):
+        assert ratios[name][0] == pytest.approx(1.4 / 1.7, rel=0.03)
 
 
 def test_friction_loop_has_the_stick_area_of_mindlin(run):
