@@ -7,7 +7,7 @@ from typing import Any
 
 from ase import Atoms
 
-from ase_roughcontact.atoms.loading import AtomsPath, with_atoms
+from ase_roughcontact.atoms.loading import AtomsPath
 from ase_roughcontact.paths.hysteresis import SMALLEST_STEP, follow_loop
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
@@ -123,8 +123,7 @@ def adhesion_loop(
     >>> round(loop.pull_off_force / (3.14159 * 0.02 * 100.0), 1)  # between JKR and DMT
     1.7
     """
-    validity = Validity.of(validity)
-    path = AtomsPath(atoms, "heights", hardness=validity.hardness, **options)
+    path = AtomsPath(atoms, "heights", validity=validity, output=output, **options)
     load = atoms.calc.parameters["load"]
     if load:
         raise ValueError(
@@ -133,18 +132,9 @@ def adhesion_loop(
         )
 
     smallest = SMALLEST_STEP * step if smallest_step is None else smallest_step
-    followed = follow_loop(
-        path.stepper,
-        deepest,
-        step,
-        smallest_step=smallest,
-        tolerance=tolerance,
-        output=path.written(output),
-        validity=validity.action,
-        springs=path.springs,
-    )
+    numbers = {"smallest_step": smallest, "tolerance": tolerance}
     states = list[LoadStep]()
-    for state in with_atoms(path, followed):
+    for state in path.follow(follow_loop, deepest, step, **numbers):
         states.append(state)
         if callback is not None:
             callback(state)

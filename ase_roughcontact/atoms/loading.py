@@ -130,27 +130,20 @@ def load_path(
         penetrations=penetrations, heights=heights, loads=loads
     )
     targets = targets_of(control, path_of_control)
-    validity = Validity.of(validity)
     path = AtomsPath(
         atoms,
         control,
         optimizer,
         grid=grid,
-        hardness=validity.hardness,
+        validity=validity,
+        output=output,
         fmax=fmax,
         accuracy=accuracy,
         max_steps=max_steps,
         window=window,
     )
-    warn_of_lost_slope(path.stepper, path.change, validity.action)
-    steps = follow_path(
-        path.stepper,
-        targets,
-        path.written(output),
-        validity.action,
-        springs=path.springs,
-    )
-    return with_atoms(path, steps)
+    warn_of_lost_slope(path.stepper, path.change, path.validity.action)
+    return path.follow(follow_path, targets)
 
 
 class AtomsPath:
@@ -163,8 +156,8 @@ class AtomsPath:
     control : {"penetrations", "heights", "loads"}
     optimizer : callable, optional
     grid : str
-    hardness : float, optional
-        See `Validity`.
+    validity : str or Validity
+    output : Output, optional
     **options
         Of `StepOptions`. For all of them see `load_path`.
 
@@ -174,8 +167,7 @@ class AtomsPath:
     stepper : Stepper
     change : GridChange or None
         Grid of the continuum.
-    springs : list of dict
-        Description of the springs on the indenter.
+    validity : Validity
     """
 
     def __init__(
@@ -185,21 +177,23 @@ class AtomsPath:
         optimizer: Callable[..., Any] | None = None,
         *,
         grid: str = "atoms",
-        hardness: float | None = None,
+        validity: str | Validity = "warn",
+        output: Output | None = None,
         **options: Any,
     ) -> None:
+        self.validity = Validity.of(validity)
         _check(atoms, control)
         lattice = SurfaceGrid.of(atoms)
         problem = problem_for(lattice, atoms.calc.parameters)
         settings = StepOptions(
             # before the spacing is no more that of the crystal
-            hardness=hardness_for(problem, atoms.symbols[0], hardness),
+            hardness=hardness_for(problem, atoms.symbols[0], self.validity.hardness),
             continuum=grid != "atoms",
             **options,
         )
         self.change = _grid_change(grid, problem, lattice, settings)
         springs = [c for c in atoms.constraints if isinstance(c, Hookean)]
-        self.springs = [_describe_spring(spring) for spring in springs]
+        self._springs = [_describe_spring(spring) for spring in springs]
         external = Indenter(atoms).springs_at if springs else None
         lost = 0.0
         if self.change:
@@ -221,41 +215,53 @@ class AtomsPath:
             replace(settings, relaxer=relaxer, lost_slope=lost),
             springs=external,
         )
+        self._output = replace(output or Output(), frames=self.frames)
 
-    def written(self, output: Output | None) -> Output:
-        """Return the output of the path, with frames of its atoms."""
-        return replace(output or Output(), frames=self.frames)
+    def follow(
+        self, steps: Callable[..., Generator], *arguments: Any, **options: Any
+    ) -> Generator[Any, None, None]:
+        """Return the steps of a path, each with the atoms in its state.
 
-    def begin(self) -> None:
-        """Start from the atoms as they are now."""
-        self.stepper.state = self.frames.first_state()
+        Parameters
+        ----------
+        steps : callable
+            Such as `follow_path`.
+        *arguments, **options
+            Of this function, in addition to those that all have.
 
-    def show(self) -> None:
-        """Move the atoms to the last state, with its results."""
-        self.frames.show(self.stepper)
+        Returns
+        -------
+        generator of LoadStep
+            After an error the atoms are in the last state that was relaxed.
+        """
+        return self._with_atoms(
+            steps(
+                self.stepper,
+                *arguments,
+                output=self._output,
+                validity=self.validity.action,
+                springs=self._springs,
+                **options,
+            )
+        )
 
-
-def with_atoms(
-    path: AtomsPath, steps: Generator[LoadStep, None, None]
-) -> Generator[LoadStep, None, None]:
-    """Yield the steps of a path, each with the atoms in its state.
-
-    After an error the atoms are in the last relaxed state.
-    """
-    path.begin()
-    before = None
-    with closing(steps):
-        try:
-            for step in steps:
-                if path.stepper.run is not before:
-                    path.show()
-                    before = path.stepper.run
-                yield step
-        except Exception:
-            path.show()
-            raise
-        if path.stepper.run is not before:  # nothing was left to do
-            path.show()
+    def _with_atoms(
+        self, steps: Generator[Any, None, None]
+    ) -> Generator[Any, None, None]:
+        self.stepper.state = self.frames.first_state()  # the atoms as they are now
+        shown = None
+        with closing(steps):
+            try:
+                for step in steps:
+                    if self.stepper.run is not shown:
+                        self.frames.show(self.stepper)
+                        shown = self.stepper.run
+                    yield step
+            except Exception:
+                self.frames.show(self.stepper)
+                raise
+            if self.stepper.run is not shown:  # nothing was left to do
+                self.frames.show(self.stepper)
 
 
 def _grid_change(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from ase import Atoms
 
-from ase_roughcontact.atoms.loading import AtomsPath, single_path, with_atoms
+from ase_roughcontact.atoms.loading import AtomsPath, single_path
 from ase_roughcontact.interactions.friction import FrictionLaw
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
@@ -98,17 +98,6 @@ def sliding_path(
     control, lateral = single_path(
         displacements=displacements, forces=forces, bases=bases
     )
-    validity = Validity.of(validity)
-    path = AtomsPath(atoms, normal, hardness=validity.hardness, **options)
-    steps = follow_sliding(
-        path.stepper,
-        targets,
-        friction,
-        lateral,
-        control,
-        path.written(output),
-        spring=spring,
-        validity=validity.action,
-        springs=path.springs,
-    )
-    return with_atoms(path, steps)
+    path = AtomsPath(atoms, normal, validity=validity, output=output, **options)
+    sliding = targets, friction, lateral, control
+    return path.follow(follow_sliding, *sliding, spring=spring)

@@ -8,7 +8,7 @@ from typing import Any
 from ase import Atoms
 
 from ase_roughcontact._util.validation import positive
-from ase_roughcontact.atoms.loading import AtomsPath, single_path, with_atoms
+from ase_roughcontact.atoms.loading import AtomsPath, single_path
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.schedule import Schedule
@@ -111,15 +111,6 @@ def time_path(
     if cantilever is not None:
         positive(cantilever=cantilever)
         options["cantilever"] = cantilever
-    validity = Validity.of(validity)
-    path = AtomsPath(atoms, control, hardness=validity.hardness, **options)
-    steps = follow_schedule(
-        path.stepper,
-        schedule,
-        path.written(output),
-        tolerance=tolerance,
-        validity=validity.action,
-        springs=path.springs,
-        cantilever=cantilever or 0.0,
-    )
-    return with_atoms(path, steps)
+    path = AtomsPath(atoms, control, validity=validity, output=output, **options)
+    numbers = {"tolerance": tolerance, "cantilever": cantilever or 0.0}
+    return path.follow(follow_schedule, schedule, **numbers)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict
+from typing import Any
 
 from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.units import UNITS, printed_unit
@@ -124,15 +125,16 @@ def _print_trial(values: Mapping[str, float], residual: float) -> None:
 
 def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
     """Return a fit as a line of JSON."""
-    values = dict(zip(found.names, found.values.tolist(), strict=True))
+
+    def named(values: Iterable) -> dict[str, Any]:
+        return dict(zip(found.names, values, strict=True))
+
+    parts = found.contributions.items()
     return json_line(
         {
-            **values,
-            "errors": dict(zip(found.names, found.errors.tolist(), strict=True)),
-            "error_contributions": {
-                source: dict(zip(found.names, errors.tolist(), strict=True))
-                for source, errors in found.contributions.items()
-            },
+            **named(found.values.tolist()),
+            "errors": named(found.errors.tolist()),
+            "error_contributions": {k: named(each.tolist()) for k, each in parts},
             "correlation": found.correlation.tolist(),
             "noise": found.noise / UNITS[found.ordinate[1]],
             "smooth_sphere": smooth and smooth.work_of_adhesion,
@@ -140,11 +142,7 @@ def _fit_line(found: Fit, smooth: SmoothFit | None) -> str:
             "converged": found.converged,
             "warnings": found.warnings,
         },
-        {
-            **dict(zip(found.names, found.units, strict=True)),
-            "noise": found.ordinate[1],
-            "smooth_sphere": "J/m²",
-        },
+        {**named(found.units), "noise": found.ordinate[1], "smooth_sphere": "J/m²"},
     )
 
 

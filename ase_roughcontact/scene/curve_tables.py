@@ -8,6 +8,7 @@ from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -71,6 +72,10 @@ class Column:
         return np.array(numbers)
 
 
+# Columns of each part of a curve, with its branch if that is known.
+Segments: TypeAlias = list[tuple[str | None, list[Column]]]
+
+
 @dataclass(frozen=True)
 class CurveTable:
     """Columns of a file with a force curve.
@@ -83,7 +88,7 @@ class CurveTable:
         Of the cantilever (eV/Å^2), and its deflection per V (Å), if the file has them.
     """
 
-    segments: list[tuple[str | None, list[Column]]]
+    segments: Segments
     stiffness: float | None = None
     sensitivity: float | None = None
 
@@ -163,7 +168,7 @@ def _rows(lines: dict[int, str]) -> tuple[list[str], dict[int, list[str]]]:
 
 def _columns(
     file: Path, lines: dict[int, str], branch: str | None, heads: Sequence[str]
-) -> list[tuple[str | None, list[Column]]]:
+) -> Segments:
     """Return the columns of a table, and of an export of NanoScope."""
     names, rows = _rows(lines)
     first = [each.strip() for each in heads or names]
@@ -192,7 +197,7 @@ def _columns(
     found: dict[str | None, list[Column]] = {}
     for number, head in enumerate(first):
         name, unit, way = _parsed(head)
-        cells = [(i, (*row, *len(first) * [None])[number]) for i, row in rows.items()]
+        cells = _cells(rows, number)
         if way:  # the shorter branch ends with empty cells
             cells = [(i, cell) for i, cell in cells if cell]
         elif "branch" in first:
@@ -214,7 +219,7 @@ def _parsed(head: str) -> tuple[str, str | None, str | None]:
     return name.lower(), words[unit], _WAYS[words[at]]
 
 
-def _jpk(lines: dict[int, str]) -> list[tuple[str | None, list[Column]]]:
+def _jpk(lines: dict[int, str]) -> Segments:
     """Return approach and retraction of a text export of JPK, without pauses."""
     segments: list[tuple[dict[str, str], list[tuple[int, list[str]]]]] = [({}, [])]
     for number, line in lines.items():
@@ -227,27 +232,23 @@ def _jpk(lines: dict[int, str]) -> list[tuple[str | None, list[Column]]]:
             segments.append((header, rows))
         key, _, value = line[1:].strip().partition(": ")
         header[key] = value
-    found: list[tuple[str | None, list[Column]]] = []
+    found: Segments = []
     for header, rows in segments:
         way = _SEGMENTS.get(header.get("segment", ""))
         names, units = (header.get(key, "").split() for key in ("columns", "units"))
         units += len(names) * [""]
+        columns = [
+            Column(name, name.lower(), units[i] or None, _cells(dict(rows), i))
+            for i, name in enumerate(names)
+        ]
         if way:
-            found.append(
-                (
-                    way,
-                    [
-                        Column(
-                            name,
-                            name.lower(),
-                            units[i] or None,
-                            [(n, (*row, *len(names) * [None])[i]) for n, row in rows],
-                        )
-                        for i, name in enumerate(names)
-                    ],
-                )
-            )
+            found.append((way, columns))
     return found
+
+
+def _cells(rows: dict[int, list[str]], number: int) -> list[tuple[int, str | None]]:
+    """Return lines and cells of a column, None where a row is shorter."""
+    return [(i, row[number] if number < len(row) else None) for i, row in rows.items()]
 
 
 def _calibration(text: str) -> tuple[float | None, float | None]:
@@ -280,22 +281,15 @@ def _of_instrument(file: Path) -> CurveTable:
         )
     (curve,) = curves
     number, stiffness = curve["segment"], curve.metadata.get("spring constant")
-    segments: list[tuple[str | None, list[Column]]] = [
-        (
-            way,
-            [
-                Column(
-                    name, name, unit, list(enumerate(curve[name][number == segment]))
-                )
-                for name, unit in _AFMFORMATS.items()
-                if name in curve
-            ],
-        )
-        for segment, way in _NUMBERS.items()
-    ]
-    if stiffness is not None:
-        stiffness *= UNITS["N/m"]
-    return CurveTable(segments, stiffness)
+    segments: Segments = []
+    for segment, way in _NUMBERS.items():
+        columns = [
+            Column(name, name, unit, list(enumerate(curve[name][number == segment])))
+            for name, unit in _AFMFORMATS.items()
+            if name in curve
+        ]
+        segments.append((way, columns))
+    return CurveTable(segments, stiffness and stiffness * UNITS["N/m"])
 
 
 # Columns of afmformats, in SI units.

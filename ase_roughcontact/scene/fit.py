@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -301,25 +301,15 @@ def _fitted(
         "range": sum(abs(by_range[:, part].sum(1)) for part in parts) * problem.scale,
         "grid": abs(to_parameters @ by_grid) * problem.scale,
     }
-    fitted, kept = problem.forces(x), compared[:count]
     at_jumps = np.sign(residuals) * np.maximum(abs(residuals) - abs(by_grid), 0.0)
-    doubts = _warnings(problem, curve, fitted, kept, noise, correlation)
-    return Fit(
-        problem.names,
-        problem.units,
-        problem.values(x),
-        np.sqrt(sum(part**2 for part in contributions.values())),
-        contributions,
-        correlation,
-        curve.base,
-        curve.force,
-        fitted,
-        kept,
-        noise,
-        converged,
-        curve.far_force,
-        (*ended, *doubts, *_jump_warnings(curve, at_jumps[count:])),
-    )
+    errors = np.sqrt(sum(part**2 for part in contributions.values()))
+    parameters = problem.names, problem.units, problem.values(x), errors, contributions
+    points = curve.base, curve.force, problem.forces(x), compared[:count]
+    state = noise, converged, curve.far_force
+    found = Fit(*parameters, correlation, *points, *state)
+    doubts = _warnings(problem, curve, found)
+    doubts += _jump_warnings(curve, at_jumps[count:])
+    return replace(found, warnings=(*ended, *doubts))
 
 
 def _jump_warnings(curve: ForceCurve, residuals: FloatArray) -> Iterator[str]:
@@ -349,16 +339,9 @@ def _systematic(
             yield mean, part, abs(mean) * math.sqrt(part.size) / curve.noise
 
 
-def _warnings(
-    problem: Residuals,
-    curve: ForceCurve,
-    fitted: FloatArray,
-    kept: np.ndarray,
-    noise: float,
-    correlation: FloatArray,
-) -> list[str]:
-    """Return reasons to doubt a fit with the given forces and residuals."""
-    found = list(curve.doubts)
+def _warnings(problem: Residuals, curve: ForceCurve, fit: Fit) -> list[str]:
+    """Return reasons to doubt a fit by its residuals."""
+    found, names, noise = list(curve.doubts), fit.names, fit.noise
     error_of_force = problem.tolerance * float(abs(curve.force).max())
     if noise > FAR_ABOVE * max(curve.noise, error_of_force):
         found.append(
@@ -367,9 +350,8 @@ def _warnings(
             "describe it, or a column is another quantity (depth = -(distance + "
             "deflection)), and the errors of the parameters are not valid"
         )
-    mean, points, sigmas = max(
-        _systematic(curve, fitted - curve.force, kept), key=lambda each: each[2]
-    )
+    runs = _systematic(curve, fit.fitted - curve.force, fit.compared)
+    mean, points, sigmas = max(runs, key=lambda each: each[2])
     if sigmas > _SYSTEMATIC and abs(mean) > error_of_force:
         first, last = sorted(curve.base[points[[0, -1]]] / UNITS["nm"])
         found.append(
@@ -379,9 +361,8 @@ def _warnings(
             "a wall of another range or kind, or leave out forces that are not in the "
             "model, such as capillary ones; the errors do not contain this"
         )
-    names = problem.names
-    found += correlated(names, correlation, "depths")
-    is_free = abs(fitted[curve.far]).max() < curve.noise
+    found += correlated(names, fit.correlation, "depths")
+    is_free = abs(fit.fitted[curve.far]).max() < curve.noise
     if "force_offset" not in names and is_free:
         error = noise / math.sqrt(len(curve.far))
         if abs(curve.far_force) > FAR_ABOVE * error:

@@ -226,12 +226,9 @@ def inverse_kappa(
     if attraction_range is None or work_of_adhesion == 0:
         return 1 / kappa_repulsive
     slope = roughness.rms_slope
+    statistics = slope, slope / slope_to_curvature_ratio(roughness)
     attraction = inverse_kappa_attractive(
-        work_of_adhesion,
-        contact_modulus,
-        attraction_range,
-        slope,
-        slope / slope_to_curvature_ratio(roughness),
+        work_of_adhesion, contact_modulus, attraction_range, *statistics
     )
     return float(1 / kappa_repulsive - attraction)
 

@@ -74,13 +74,8 @@ class RoughSphereTheory:
     @cached_property
     def inverse_kappa(self) -> float:
         """Value of 1/kappa_adh; 1/kappa_rep without adhesion."""
-        return inverse_kappa(
-            self.contact_modulus,
-            self.roughness,
-            self.work_of_adhesion,
-            self.attraction_range,
-            self.kappa_repulsive,
-        )
+        wall = self.work_of_adhesion, self.attraction_range, self.kappa_repulsive
+        return inverse_kappa(self.contact_modulus, self.roughness, *wall)
 
     @property
     def sticky(self) -> bool:
@@ -101,11 +96,8 @@ class RoughSphereTheory:
     @property
     def crossover_load(self) -> float:
         """N_c with `kappa`, above which the sphere behaves as if smooth, force."""
-        return float(
-            crossover_load(
-                self.radius, self.contact_modulus, self.roughness.rms_slope, self.kappa
-            )
-        )
+        sphere, slope = (self.radius, self.contact_modulus), self.roughness.rms_slope
+        return float(crossover_load(*sphere, slope, self.kappa))
 
     @property
     def asperity_radius(self) -> float:
