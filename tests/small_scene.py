@@ -1,5 +1,7 @@
 """Scene files that run in a fraction of a second."""
 
+from ase_roughcontact.scene import Scene
+
 SMALL = """
 [substrate]
 shape = [32, 30]
@@ -17,6 +19,32 @@ scale = "linear"
 [solver]
 optimizer = "LBFGS"
 fmax = 1e-4
+"""
+
+# Approach and retraction of a smooth sphere, and of a rough one.
+SMOOTH = """
+[substrate]
+contact_modulus = 100.0
+hardness = inf
+[sphere]
+radius = 60.0
+[path]
+control = "penetration"
+values = [-4.0, 0.0, 2.0, 0.0, -4.0]
+"""
+ROUGH = SMOOTH + "[roughness]\nlong_wavelength = 16.0\n"
+
+# A periodic cell of few atoms.
+PERIODIC = """
+[substrate]
+shape = [12, 12]
+contact_modulus = 100.0
+periodic = true
+[sphere]
+radius = 60.0
+[path]
+control = "penetration"
+values = [0.05, 0.1, 0.2]
 """
 
 # Approach and retraction with adhesion; elastic by intent.
@@ -40,3 +68,10 @@ cantilever = 60.0
 [solver]
 accuracy = "fast"
 """
+
+
+def adhesive(text, work, kind="adhesive"):
+    """Scene of a text with a wall that attracts."""
+    return Scene.parse(
+        f'{text}[interaction]\nkind = "{kind}"\nwork_of_adhesion = {work}\n'
+    )

@@ -10,23 +10,14 @@ import pytest
 from ase.cli.main import main as ase
 from ase.constraints import FixAtoms, Hookean
 from ase.io import Trajectory, read
+from small_scene import PERIODIC
 
 import ase_roughcontact as rc
 from ase_roughcontact.atoms.trajectory import read_frames, read_steps
 from ase_roughcontact.cli import main
 from ase_roughcontact.scene import Scene
 
-SCENE = Scene.parse("""
-[substrate]
-shape = [12, 12]
-contact_modulus = 100.0
-periodic = true
-[sphere]
-radius = 60.0
-[path]
-control = "penetration"
-values = [0.05, 0.1, 0.2, 0.3]
-""")
+SCENE = Scene.parse(PERIODIC).with_values({"path.values": [0.05, 0.1, 0.2, 0.3]})
 
 
 @pytest.fixture(scope="module")

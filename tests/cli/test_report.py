@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from small_scene import ROUGH, SMOOTH, adhesive
 
 from ase_roughcontact import plot
 from ase_roughcontact._util.printing import entries, plain
@@ -20,24 +21,6 @@ from ase_roughcontact.cli.report import (
 from ase_roughcontact.scene import NANONEWTON, Scene
 from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.theory import asperity_radius
-
-SMOOTH = """
-[substrate]
-contact_modulus = 100.0
-hardness = inf
-[sphere]
-radius = 60.0
-[path]
-control = "penetration"
-values = [-4.0, 0.0, 2.0, 0.0, -4.0]
-"""
-ROUGH = SMOOTH + "[roughness]\nlong_wavelength = 16.0\n"
-
-
-def adhesive(text, work, kind="adhesive"):
-    return Scene.parse(
-        f'{text}[interaction]\nkind = "{kind}"\nwork_of_adhesion = {work}\n'
-    )
 
 
 @pytest.fixture(scope="module")

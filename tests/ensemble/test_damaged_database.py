@@ -13,22 +13,13 @@ from ase import Atoms
 from ase.cli.main import main as ase
 from ase.db import connect
 from ensemble_scenes import assert_same, assert_same_states, finish
+from small_scene import PERIODIC
 
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble, write_csv
 from ase_roughcontact.scene import Scene
 
-SCENE = Scene.parse("""
-[substrate]
-shape = [12, 12]
-contact_modulus = 100.0
-periodic = true
-[sphere]
-radius = 60.0
-[path]
-control = "penetration"
-values = [0.05, 0.1, 0.2]
-""")
+SCENE = Scene.parse(PERIODIC)
 SCENES = product(SCENE, {"sphere.radius": [60.0, 70.0]})
 
 

@@ -2,28 +2,11 @@
 
 import numpy as np
 import pytest
+from small_scene import ROUGH, SMOOTH, adhesive
 
 from ase_roughcontact.cli.description import theory
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import reference_for
-
-SMOOTH = """
-[substrate]
-contact_modulus = 100.0
-[sphere]
-radius = 60.0
-[path]
-control = "penetration"
-values = [-4.0, 0.0, 2.0, 0.0, -4.0]
-"""
-ROUGH = SMOOTH + "[roughness]\nlong_wavelength = 16.0\n"
-
-
-def adhesive(text, work, kind="adhesive"):
-    return Scene.parse(
-        f'{text}[interaction]\nkind = "{kind}"\nwork_of_adhesion = {work}\n'
-    )
-
 
 # Smooth spheres
 
