@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import asdict
 from typing import Any
 
+from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.printing import entries, show
 from ase_roughcontact._util.units import UNITS, printed_unit
 from ase_roughcontact.cli import report
@@ -189,12 +190,6 @@ def completion(options: argparse.Namespace) -> int:
       ase-roughcontact completion > ~/.ase-roughcontact-completion
       echo 'source ~/.ase-roughcontact-completion' >> ~/.bashrc
     """
-    try:
-        import shtab
-    except ImportError as error:
-        raise ImportError(
-            "completion needs shtab: install the extra completion: pip install "
-            "'.[completion]' in the folder of the source code"
-        ) from error
+    shtab = imported("shtab", "completion", "completion needs shtab")
     print(shtab.complete(options.parser, options.shell))
     return 0

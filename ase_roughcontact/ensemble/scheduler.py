@@ -10,6 +10,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from ase_roughcontact._util.extras import imported
+
 # Time to wait for the scheduler (s).
 _TIMEOUT = 30
 
@@ -42,17 +44,11 @@ def scheduler_executor(address: str) -> Iterator[tuple[Executor, str]]:
         If the address needs certificates, and the configuration has none, or a worker
         has another version of this package.
     """
-    try:
-        from dask.distributed import Client
-    except ImportError as error:
-        raise ImportError(
-            "a scheduler needs Dask: install the extra distributed: pip install "
-            "'.[distributed]' in the folder of the source code"
-        ) from error
+    dask = imported("dask.distributed", "distributed", "a scheduler needs Dask")
     if address.endswith(".json"):
         address = json.loads(Path(address).read_text(encoding="utf-8"))["address"]
     try:
-        client = Client(address, timeout=_TIMEOUT)
+        client = dask.Client(address, timeout=_TIMEOUT)
     except TypeError as error:  # tls:// without certificates
         raise ValueError(f"can't connect to {address}: {error}") from error
     with client:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray, finite, shown
 
@@ -263,14 +264,8 @@ def _calibration(text: str) -> tuple[float | None, float | None]:
 
 def _of_instrument(file: Path) -> CurveTable:
     """Return the curve of a file in a format of an instrument."""
-    try:
-        import afmformats
-    except ImportError as error:
-        raise ImportError(
-            f"{file} needs the package afmformats: install the extra curves: pip "
-            "install '.[curves]' in the folder of the source code; or export the curve "
-            "as text"
-        ) from error
+    need = f"{file} needs the package afmformats"
+    afmformats = imported("afmformats", "curves", need, "; or export the curve as text")
     try:
         curves = afmformats.load_data(file)
     except (Exception, afmformats.errors.AFMFileFormatError) as error:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ase_roughcontact._util.extras import imported
 from ase_roughcontact._util.validation import FloatArray, check_matrix, lookup
 from ase_roughcontact.topography.scan_text import RawScan, scan_from_text
 
@@ -83,16 +84,12 @@ def _array(values: Any) -> FloatArray:
 def _with_surface_topography(path: Path, channel: int | str | None) -> RawScan:
     if not path.is_file():
         raise FileNotFoundError("there is no such file")
-    try:
-        from SurfaceTopography import open_topography
-    except ImportError as error:
-        raise ImportError(
-            f"{path} needs the package SurfaceTopography: install the extra "
-            "topography: pip install '.[topography]' in the folder of the source "
-            "code; or export the scan as text"
-        ) from error
+    need = f"{path} needs the package SurfaceTopography"
+    package = imported(
+        "SurfaceTopography", "topography", need, "; or export the scan as text"
+    )
     # scipy warns when a NetCDF file is closed before its arrays, which are copied
-    with warnings.catch_warnings(), open_topography(str(path)) as reader:
+    with warnings.catch_warnings(), package.open_topography(str(path)) as reader:
         warnings.filterwarnings("ignore", "Cannot close a netcdf_file")
         names = [each.name for each in reader.channels]
         if isinstance(channel, str):
