@@ -184,7 +184,7 @@ def test_a_link_in_place_of_the_force_curve_is_replaced(tmp_path):
 def test_a_loop_has_no_tradeoff(tmp_path, capsys):
     (tmp_path / "loop.toml").write_text(LOOP)
     assert main(["tradeoff", str(tmp_path / "loop.toml")]) == 2
-    assert "chooses its steps as it runs" in capsys.readouterr().err
+    assert "depend on those before: measure its deepest" in capsys.readouterr().err
 
 
 def test_a_plan_of_a_loop_has_its_deepest_state(tmp_path, capsys):
