@@ -108,6 +108,7 @@ def test_a_path_is_resumed_with_its_history(tmp_path, stop, keep):
             step.normal_force, abs=1e-5
         )
         assert rest[step.step].dissipation == pytest.approx(step.dissipation, abs=1e-4)
+        assert rest[step.step].lost_energy == step.lost_energy == 0.0
 
 
 def test_a_longer_path_is_resumed_and_another_one_refused(tmp_path):

@@ -63,9 +63,22 @@ def test_modulus_relaxation_and_height_are_recovered():
     assert (fit.errors[:3] < 0.02 * true[:3]).all()
     assert fit.noise == pytest.approx(2e-3 * np.ptp(force), rel=0.2)
     assert set(fit.contributions) == {"noise", "grid", "time steps"}
-    # a larger modulus and a higher tip have similar forces
-    assert fit.correlation[0, 3] > 0.5
     assert fit.warnings == ()
+
+
+def test_errors_are_those_of_the_linearised_problem():
+    time, force = measured(TRUE, "normal_force", 5e-3)
+    fit = fit_in_time(TRUE, time, force, ["contact_modulus"])
+    (_, low), (_, high) = (
+        measured(TRUE, "normal_force", 0.0, shift=s) for s in (-1.0, 1.0)
+    )
+    # forces are proportional to the modulus; heights in nm
+    slopes = np.stack([fit.fitted / fit.values[0], (high - low) * NM / 2.0], axis=1)
+    covariance = fit.noise**2 * np.linalg.inv(slopes.T @ slopes)
+    errors = np.sqrt(np.diag(covariance))
+    assert fit.contributions["noise"] == pytest.approx(errors, rel=0.1)
+    expected = covariance[0, 1] / errors.prod()
+    assert fit.correlation[0, 1] == pytest.approx(expected, abs=0.05)
 
 
 def test_creep_of_a_table_is_fitted_by_the_command(tmp_path, capsys):
