@@ -155,15 +155,16 @@ class _Result(NamedTuple):
 
 
 def _pixels(given: FloatArray, coarser: FloatArray) -> FloatArray:
-    """Return the errors by pixels of results, and those of fewer pixels."""
-    if len(coarser) < 2:
-        return np.full_like(given, np.nan)
-    before = abs(coarser[0] - coarser[1])
-    last = np.maximum(abs(given - coarser[0]), _LEAST_RATIO * before)
-    ratio = np.minimum(
-        np.divide(last, before, out=np.zeros_like(last), where=before > 0.0),
-        _LARGEST_RATIO,
-    )
+    """Return the errors by pixels of results, and those of fewer pixels.
+
+    Where a quarter of the pixels does not reach far enough, NaN, the ratio is 1/2.
+    """
+    half = coarser[0]
+    quarter = coarser[1] if len(coarser) > 1 else np.full_like(half, np.nan)
+    before = abs(half - quarter)
+    last = np.fmax(abs(given - half), _LEAST_RATIO * before)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.fmin(last / before, _LARGEST_RATIO)
     return last * ratio / (1.0 - ratio)
 
 

@@ -182,13 +182,18 @@ class TopographyConfig(Section):
             )
         share = (surface.noise_slope / slope) ** 2 if slope else 0.0
         if share > _MOST_NOISE:
-            advice = f'cutoff_wavelength = "{measured.least_wavelength / nm:.2g} nm"'
+            what, advice = "noise makes", "a scan with less noise"
             if noise.lines > noise.points and self.detrend != "lines":
-                advice = 'detrend = "lines"'
+                advice = f'detrend = "lines", or {advice}'
+            elif measured.noise_is_distinct:
+                length = f"{measured.least_wavelength / nm:.2g} nm"
+                advice = f'cutoff_wavelength = "{length}", or {advice}'
+            else:
+                what = "noise, or waves shorter than two pixels, make"
+                advice = "a scan with smaller pixels"
             yield (
-                f"noise makes up about {100.0 * min(share, 1.0):.0f} % of the mean "
-                f"square slope, and areas are too small: give {advice}, or a scan with "
-                "less noise"
+                f"{what} up about {100.0 * min(share, 1.0):.0f} % of the mean square "
+                f"slope, which changes areas: give {advice}"
             )
         if surface.periodic and has_edge_step(measured.heights):
             across, beside = (each / nm for each in edge_step(measured.heights))

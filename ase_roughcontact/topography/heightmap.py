@@ -275,13 +275,18 @@ class HeightMap:
 
     @cached_property
     def lost_slope(self) -> float:
-        """Part of the rms slope, without noise, that the filter of a scan removed."""
-        if self.measurement is None or not self.measurement.cutoff:
+        """Part of the rms slope that the filter of a scan removed.
+
+        Without that of noise, if it is not roughness.
+        """
+        measured = self.measurement
+        if measured is None or not measured.cutoff:
             return 0.0
-        whole = self._copy(self.measurement.heights, self.spacing)
-        whole.measurement = replace(self.measurement, cutoff=0.0)
+        whole = self._copy(measured.heights, self.spacing)
+        whole.measurement = replace(measured, cutoff=0.0)
         before, after = (
-            each.statistics().rms_slope ** 2 - each.noise_slope**2
+            each.statistics().rms_slope ** 2
+            - measured.noise_is_distinct * each.noise_slope**2
             for each in (whole, self)
         )
         return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -37,6 +38,8 @@ _FAR, _RANGES = 6.0, 2.0
 _DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
 # Rms difference of opposite edges over that of neighbours from which it is a step.
 _STEP = 2.0
+# Pixels of a wave at which the spectrum of noise is still flat.
+_DISTINCT = 4.0
 #: Numbers of noisy copies, and of successive halvings of the number of pixels.
 NOISY, HALVINGS = 4, 2
 
@@ -138,6 +141,16 @@ class Measurement:
             yield self._filtered(self.heights + noise)
 
     @property
+    def noise_is_distinct(self) -> bool:
+        """Whether the noise is certainly none, or more than waves of a few pixels.
+
+        Waves between the pixels, which a scan can't show, look like noise, but the
+        spectrum of longer ones is larger.
+        """
+        least = _DISTINCT * max(self.spacing)
+        return not self.noise.points or self.least_wavelength > least
+
+    @cached_property
     def least_wavelength(self) -> float:
         """Wavelength below which the heights are mostly noise (length).
 

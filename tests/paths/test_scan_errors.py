@@ -28,7 +28,7 @@ values = [150.0, 600.0]
 [solver]
 accuracy = "fast"
 """
-POINTS, PIXEL = 256, 0.5  # nm
+POINTS, PIXEL = 128, 0.5  # nm
 
 
 def surface(seed, waves):
@@ -90,7 +90,7 @@ def test_a_scan_without_noise_whose_waves_are_resolved_has_small_errors(pressed)
 
 def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
     noise = 0.02 * np.random.default_rng(1).normal(size=(POINTS, POINTS))
-    depths = {"path.control": "penetration", "path.values": ("2 nm", "4 nm")}
+    depths = {"path.control": "penetration", "path.values": ("0.5 nm", "1 nm")}
     heights = surface(1, 8)
     exact = pressed(heights, errors=False, **depths)
     for true, step in zip(exact, pressed(heights + noise, **depths), strict=True):
@@ -100,7 +100,7 @@ def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
 
 
 def test_errors_of_a_part_of_a_surface_in_a_periodic_cell_have_its_edges(pressed):
-    part = surface(1, 16)[:100, :100]
+    part = surface(1, 16)[:50, :50]
     flat = {"sphere.radius": math.inf, "path.values": ("20 MPa",)}
     whole = pressed(part, **flat, **{"topography.periodic": True})[0]
     fitting = pressed(surface(1, 16), **flat, **{"topography.periodic": True})[0]
@@ -116,7 +116,9 @@ def test_the_model_of_atoms_has_the_errors_of_the_scan_too(pressed):
 
 
 def test_a_resumed_run_has_the_errors_of_an_uninterrupted_one(pressed, tmp_path):
-    heights = surface(1, 8) + 0.02 * np.random.default_rng(1).normal(size=(256, 256))
+    heights = surface(1, 8) + 0.02 * np.random.default_rng(1).normal(
+        size=(POINTS, POINTS)
+    )
     expected = [step.area_error for step in pressed(heights)]
     scene = Scene.parse(SCENE)
     run = scene.run(tmp_path / "out", validity="ignore")
@@ -124,6 +126,14 @@ def test_a_resumed_run_has_the_errors_of_an_uninterrupted_one(pressed, tmp_path)
     run.close()
     resumed = scene.run(tmp_path / "out", validity="ignore")
     assert [step.area_error for step in resumed] == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_contact_that_a_quarter_of_the_pixels_can_not_contain_has_an_error(pressed):
+    x = PIXEL * np.arange(-24, 25)
+    tip = 5.0 - (x[:, None] ** 2 + x**2) / 60.0
+    whole = {"sphere.radius": math.inf, "topography.role": "indenter"}
+    for step in pressed(tip, **whole, **{"path.values": (260.0,)}):
+        assert 0.0 < step.area_error < 0.2 * step.continuum_area
 
 
 def test_copies_are_pressed_only_when_an_error_is_asked_for(pressed, monkeypatch):
