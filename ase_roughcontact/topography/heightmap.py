@@ -199,6 +199,11 @@ class HeightMap:
         ImportError
             If the format needs SurfaceTopography, which is not installed.
 
+        Notes
+        -----
+        Errors of the steps of a scene include those of the scan; see
+        `ase_roughcontact.paths.scan_errors`. Those of `load_path` do not.
+
         Examples
         --------
         A bump of a substrate, 3 nm high, is pressed first:

@@ -134,6 +134,68 @@ def test_a_scan_that_has_changed_is_read_again(folder):
     assert read(folder).rough.rms_slope == pytest.approx(2 * first.rms_slope)
 
 
+def doubts(scene):
+    return [each for each in scene.warnings if each.startswith("scan.txt")]
+
+
+def noisy(folder, points=0.0, lines=0.0, part=64):
+    """Write the scan with noise (nm), and read the scene."""
+    rng = np.random.default_rng(1)
+    noise = points * rng.normal(size=SCAN.shape) + lines * rng.normal(size=64)
+    size = f"{0.2 * part:g} nm"
+    np.savetxt(
+        folder / "scan.txt",
+        (SCAN + noise)[:part, :part].T,
+        header=f"Width: {size}\nHeight: {size}\nValue units: nm",
+    )
+
+
+@pytest.mark.parametrize(
+    ("noise", "advice"),
+    [
+        ({"points": 0.01}, 'give cutoff_wavelength = "0.8 nm"'),
+        ({"lines": 0.01}, 'give detrend = "lines"'),
+        ({}, ""),
+    ],
+)
+def test_noise_is_printed_and_keys_that_help_are_offered(folder, noise, advice):
+    noisy(folder, **noise)
+    scene = read(folder)
+    found = scene.scan.measurement.noise
+    assert (
+        f"noise {0.1 * found.points:.2g} nm, of lines {0.1 * found.lines:.2g} nm"
+        in (scene.topography.summary)
+    )
+    warnings = " ".join(doubts(scene))
+    assert advice in warnings
+    assert bool(advice) == ("% of the mean square slope" in warnings)
+
+
+def test_the_advised_filter_removes_the_noise(folder):
+    noisy(folder, points=0.01)
+    filtered = read(folder, SECTION + 'cutoff_wavelength = "1.2 nm"\n')
+    assert "filtered below 1.2 nm" in filtered.topography.summary
+    assert doubts(filtered) == []
+    assert filtered.scan.rms_slope < 0.7 * read(folder).scan.rms_slope
+
+
+def test_outliers_are_reported_and_removed(folder):
+    scan = SCAN.copy()
+    scan[30, 40] += 3.0
+    np.savetxt(folder / "scan.txt", scan.T, header=HEADER)
+    assert "1 single points stick out far" in " ".join(doubts(read(folder)))
+    removed = read(folder, SECTION + "remove_outliers = true\n")
+    assert doubts(removed) == []
+    assert removed.scan.rms_slope < 0.1 < read(folder).scan.rms_slope
+
+
+def test_a_part_of_a_scan_that_is_declared_periodic_is_doubted(folder):
+    noisy(folder, part=40)
+    (warning,) = doubts(read(folder, SECTION + "periodic = true\n"))
+    assert "from one edge to the opposite" in warning
+    assert "is the scan periodic?" in warning
+
+
 def test_a_path_on_a_scan_is_resumed(folder):
     scene = read(folder)
     first = [step.normal_force for step in scene.run(folder / "run")]
