@@ -46,9 +46,14 @@ from ase_roughcontact.paths.errors import Errors
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step import StepOptions, Stepper
+from ase_roughcontact.topography.measurement import HALVINGS, NOISY
 
-#: Number of targets at which copies are pressed.
+#: Number of targets at which copies are pressed, and what a plan says of them.
 TARGETS = 3
+COPIES_LEFT_OUT = (
+    f"the time of up to {NOISY + HALVINGS + 1} copies of the scan, which are pressed "
+    f"for the errors at {TARGETS} steps, on a grid that is often coarser"
+)
 # Smallest and largest ratio of the changes by two halvings of the pixels.
 _LEAST_RATIO, _LARGEST_RATIO = 0.125, 0.5
 # Largest area without noise over that with it.

@@ -30,7 +30,7 @@ from ase_roughcontact.paths.loading import follow_path, targets_of, warn_of_lost
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.planned_steps import Plan
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.paths.scan_errors import ScanErrors
+from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT, ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
@@ -427,6 +427,9 @@ class Scene(SceneFile):
         plan = plan_targets(*scene._on_grid, *path, expected, bool(self.shape))
         if self.friction:
             plan = with_friction(plan)
+        if self.scan is not None:
+            left_out = *plan.left_out, COPIES_LEFT_OUT
+            plan = replace(plan, left_out=left_out)
         if not plan.domain:
             return plan
         change = self.grid_change

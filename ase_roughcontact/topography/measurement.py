@@ -38,9 +38,9 @@ _FAR, _RANGES = 6.0, 2.0
 _DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
 # Rms difference of opposite edges over that of neighbours from which it is a step.
 _STEP = 2.0
-# Pixels of a wave at which the spectrum of noise is still flat. Where waves of a surface
-# between its pixels looked like noise it was flat up to 3.0 of them, and with noise on
-# waves of four pixels up to 3.7 (examples/benchmarks/scan_errors.py).
+# Pixels of a wave at which the spectrum of noise is still flat. Where waves between
+# pixels looked like noise it was flat up to 3.0 of them, and with noise on waves of
+# four pixels up to 3.7 (examples/benchmarks/scan_errors.py).
 _DISTINCT = 3.5
 #: Numbers of noisy copies, and of successive halvings of the number of pixels.
 NOISY, HALVINGS = 4, 2
