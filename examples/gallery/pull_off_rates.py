@@ -1,19 +1,22 @@
 r"""
-Pull-off force and rate
-=======================
+Pull-off force, hysteresis and rate
+===================================
 
 A sphere is pressed into a viscoelastic solid, held until the solid has relaxed, and
 pulled off at rates over five decades, smooth and rough. Slow retraction gives the
 pull-off force of the relaxed solid. Fast retraction gives a much larger one: the solid
 responds with its instantaneous modulus, to a contact as large as on the relaxed solid.
 The pull-off force over :math:`\frac{3}{2} \pi R` is the effective work of adhesion, as
-JKR theory would read it.
+JKR theory would read it. The energy that the solid dissipates has a maximum in
+between: a solid that stays relaxed, or has no time to, dissipates little. Under a
+constant load the contact creeps.
 """
 
 import warnings
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.integrate import trapezoid
 
 import ase_roughcontact as rc
 from ase_roughcontact.plot import style
@@ -25,6 +28,7 @@ MODULUS = 1.0  # eV/Å^3, instantaneous; the relaxed modulus is a tenth
 CREEP = rc.Creep.standard_solid(relaxed=0.1, time=1.0)  # s
 DWELL = 200.0  # s
 RATES = np.logspace(-4, 1, 6)  # Å/s
+LOAD = 60.0  # eV/Å, of the creep
 ROUGH = rc.SelfAffine(0.1, 0.8, 4 * A0, 32 * A0, domain=64 * A0, seed=1)
 
 # %%
@@ -34,42 +38,62 @@ ROUGH = rc.SelfAffine(0.1, 0.8, 4 * A0, 32 * A0, domain=64 * A0, seed=1)
 WALL = rc.LennardJones93.adhesive(0.1 * MODULUS, A0, WORK)
 
 
-def retraction(rate, roughness=None):
-    """Return depths (Å) and forces (eV/Å) of a retraction at a rate."""
+def sphere_on_solid(roughness, fixed=True):
+    """Return a sphere above the solid."""
     sphere = rc.RoughSphere(RADIUS, roughness)
-    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0, fixed=fixed)
     solid = rc.Viscoelastic(MODULUS, CREEP)
     atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
+    return atoms
+
+
+def retraction(rate, roughness=None):
+    """Return depths (Å) and forces (eV/Å) at a rate, and the dissipated energy (eV)."""
+    atoms = sphere_on_solid(roughness)
     path = rc.Schedule(3.0).hold(DWELL).ramp(-60.0, rate=rate)
     curve = []
     for step in rc.time_path(atoms, path, window="auto", tolerance=2e-3):
         if step.time >= DWELL:
-            curve.append((step.penetration, step.normal_force))
+            row = step.penetration, step.normal_force, step.time, step.dissipation
+            curve.append(row)
             if not step.repulsive_atoms + step.attractive_atoms:
                 break
-    return np.transpose(curve)
+    depths, forces, times, powers = np.transpose(curve)
+    return depths, forces, trapezoid(powers, times)
+
+
+def creep(roughness=None):
+    """Return times (s) and contact areas (Å^2) under a load that is put on at once."""
+    atoms = sphere_on_solid(roughness, fixed=False)
+    path = rc.Schedule(0.0).step(LOAD).hold(DWELL / 4)
+    steps = list(rc.time_path(atoms, loads=path, window="auto", tolerance=2e-3))
+    return np.transpose([(step.time, step.contact_area) for step in steps[1:]])
 
 
 with style():
-    figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.0))
+    figure, panels = plt.subplots(2, 2, figsize=(7.0, 5.6), layout="constrained")
+    (curves, works), (losses, areas) = panels
     for roughness, label, line in ((None, "smooth", "o-"), (ROUGH, "rough", "s--")):
-        effective = []
+        effective, dissipated = [], []
         for rate in RATES:
-            depths, forces = retraction(rate, roughness)
+            depths, forces, lost = retraction(rate, roughness)
             effective.append(-forces.min() / (1.5 * np.pi * RADIUS * WORK))
+            dissipated.append(lost)
             if roughness is None:
-                colour = plt.cm.viridis(np.log10(rate / RATES[0]) / 5.5)
-                left.plot(depths, forces, color=colour, label=f"{rate:g}")
-        right.semilogx(RATES, effective, line, label=label)
-        print(label, np.round(effective, 2))
-    left.set(xlabel="penetration (Å)", ylabel="normal force (eV/Å)")
-    left.set_title("(a) retraction of the smooth sphere")
-    left.legend(title="rate (Å/s)")
-    right.set(xlabel="rate (Å/s)", ylabel="effective / true work of adhesion")
-    right.set_ylim(bottom=0.0)
-    right.set_title("(b) work of adhesion as read by JKR")
-    right.legend()
-    figure.savefig("pull_off_rates.png", dpi=150)
+                curves.plot(depths, forces, label=f"{rate:g}")
+        works.semilogx(RATES, effective, line, label=label)
+        losses.loglog(RATES, dissipated, line, label=label)
+        areas.plot(*creep(roughness), line[1:], label=label)
+        print(label, np.round(effective, 2), np.round(dissipated))
+    curves.set(xlabel="penetration (Å)", ylabel="normal force (eV/Å)")
+    curves.legend(title="rate (Å/s)")
+    works.set(xlabel="rate (Å/s)", ylabel="effective over true work of adhesion")
+    works.set_ylim(bottom=0.0)
+    losses.set(xlabel="rate (Å/s)", ylabel="energy dissipated by the solid (eV)")
+    areas.set(xlabel=f"time under {LOAD:g} eV/Å (s)", ylabel="contact area (Å$^2$)")
+    for panel in (works, losses, areas):
+        panel.legend()
+    figure.savefig("pull_off_rates.png", dpi=120)
 
 # %%
 # The rough sphere adheres a little less at all rates; its pull-off force grows with the
