@@ -147,23 +147,16 @@ def thread_map(
         finally:
             _inside.reset(before)
 
-    def help_with(helper: Future[None]) -> None:
-        if helper.set_running_or_notify_cancel():
-            try:
-                work()
-                helper.set_result(None)
-            except BaseException as error:  # raised in the calling thread
-                helper.set_exception(error)
-
-    helpers: list[Future[None]] = [Future() for _ in range(1, count)]
+    helpers: list[Future[None]] = []
     try:
         with suppress(RuntimeError):  # no thread can be started: work without it
-            for helper in helpers:
-                (executor or _pool).submit(copy_context().run, help_with, helper)
+            for _ in range(1, count):
+                helper = (executor or _pool).submit(copy_context().run, work)
+                helpers.append(helper)
         work()
     finally:
         started = [helper for helper in helpers if not helper.cancel()]
         wait(started)
     for helper in started:
-        helper.result()
+        helper.result()  # raises its error in the calling thread
     return [results[k] for k in range(len(items))]
