@@ -193,7 +193,7 @@ def _table(scene: Scene, means: Sequence[MeanArea], more: bool = False) -> Table
     unit = printed_unit(report.target_unit(scene))
     heads = [
         f"{'time' if unit == 's' else scene.path.control} ({unit})",
-        f"mean {report.heading(scene.area_column)}",
+        f"mean {report.heading(scene, scene.area_column)}",
     ]
     heads += ["standard error (%)", "realisations", "expected (likely)"]
     rows = [

@@ -11,7 +11,7 @@ from pathlib import Path
 from jinja2 import Environment
 
 from ase_roughcontact._util.printing import number
-from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import report
 from ase_roughcontact.paths.record import LoadStep, columns_of
 from ase_roughcontact.scene.reference import Reference
@@ -76,11 +76,7 @@ def page(reference: Reference, steps: Sequence[LoadStep], folder: Path) -> str:
         for name in (first, *own, *others)
         if name in record and name not in other_area
     }
-    modulus = scene.contact_modulus
-    units = {k: printed_unit(each.unit, modulus) for k, each in shown.items()}
-    if scene.is_flat:  # as in the table of a run
-        units = {k: "nm" if unit == "Å" else unit for k, unit in units.items()}
-        units |= {"nominal_pressure": "MPa"}
+    units = report.units_of(scene)
     captions = _CAPTIONS | (_FLAT_CAPTIONS if scene.is_flat else {})
     captions |= dict(scene.path.captions)
     if scene.roughness is not None and not scene.is_flat:

@@ -101,16 +101,15 @@ class StepTable:
 
 def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     """Return headings and functions of the columns of the table of steps."""
-    path, area = reference.scene.path, reference.scene.area_column
-    modulus = reference.scene.contact_modulus
+    scene, units = reference.scene, units_of(reference.scene)
+    path, area = scene.path, scene.area_column
 
     def column(name: str, label: str = "") -> tuple[str, Callable]:
-        digits = 2 if name.endswith("error") else 4
-        record = reference.scene.record
-        head = heading(name, label or _LABELS.get(name, ""), record, modulus)
+        digits, unit = 2 if name.endswith("error") else 4, units[name]
+        head = heading(scene, name, label or _LABELS.get(name, ""))
         if name == "seconds":
             return head, lambda step: f"{step.seconds:.2f}"
-        return head, lambda step: number(_printed(step, name, modulus), digits)
+        return head, lambda step: number(_printed(step, name, unit), digits)
 
     def relative(step: LoadStep) -> str:
         smooth = float(reference.smooth.contact_area(step.normal_force))
@@ -120,8 +119,8 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
     def expected(step: LoadStep) -> str:
         return number(float(reference.relative_area(max(step.normal_force, 0.0))))
 
-    if reference.scene.is_flat and not path.columns:
-        return _flat_columns(reference.scene, column)
+    if scene.is_flat and not path.columns:
+        return _flat_columns(scene, column)
     if path.columns:
         return [
             column(area if name == "contact_area" else name, label)
@@ -138,35 +137,24 @@ def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
 
 
 def _flat_columns(
-    scene: Scene, column: Callable[[str], tuple[str, Callable]]
+    scene: Scene, column: Callable[..., tuple[str, Callable]]
 ) -> list[tuple[str, Callable]]:
     """Return headings and functions of the columns of the table for a rough flat."""
-    scale = scene.rough.rms_slope * scene.contact_modulus
-    persson = float(
-        theory_of.mean_contact_pressure(scale, 1.0, theory_of.KAPPA_PERSSON)
-    )
+    scale, area = scene.rough.rms_slope * scene.contact_modulus, scene.area_column
+    persson = theory_of.mean_contact_pressure(scale, 1.0, theory_of.KAPPA_PERSSON)
 
-    def of(function: Callable[[Any, float], float]) -> Callable:
-        return lambda step: number(
-            float(function(step, getattr(step, scene.area_column)))
-        )
-
-    def expected(step: Any, area: float) -> float:
+    def expected(step: Any) -> str:
         nominal = max(step.nominal_pressure, 0.0)
-        return float(theory_of.contact_fraction(nominal, persson))
-
-    def kappa(step: Any, area: float) -> float:
-        force = step.normal_force
-        return area * scale / force if force > 0.0 else math.nan
+        return number(float(theory_of.contact_fraction(nominal, float(persson))), 3)
 
     return [
-        ("p (MPa)", of(lambda s, area: s.nominal_pressure / UNITS["MPa"])),
-        ("gap (nm)", of(lambda s, area: s.mean_gap / UNITS["nm"])),
-        ("A/A_0", of(lambda s, area: area / scene.nominal_area)),
-        ("Persson", of(expected)),
-        ("kappa", of(kappa)),
-        ("k (N/m)", of(lambda s, area: s.contact_stiffness / UNITS["N/m"])),
-        ("2k/E* (nm)", of(lambda s, area: s.conductance / UNITS["nm"])),
+        column("nominal_pressure", "p"),
+        column("mean_gap", "gap"),
+        ("A/A_0", lambda s: _ratio(getattr(s, area), scene.nominal_area, 3)),
+        ("Persson", expected),
+        ("kappa", lambda s: _ratio(getattr(s, area) * scale, s.normal_force)),
+        column("contact_stiffness", "k"),
+        column("conductance", "2k/E*"),
         column("seconds"),
     ]
 
@@ -179,18 +167,21 @@ def target_unit(scene: Scene) -> str:
     return columns_of()["normal_force" if control == "load" else control].unit
 
 
-def heading(
-    column: str,
-    label: str = "",
-    record: type[LoadStep] = LoadStep,
-    modulus: float = math.inf,
-) -> str:
+def units_of(scene: Scene) -> dict[str, str]:
+    """Return the units in which columns are printed."""
+    columns, modulus = columns_of(scene.record), scene.contact_modulus
+    units = {k: printed_unit(each.unit, modulus) for k, each in columns.items()}
+    if scene.is_flat:
+        units = {k: "nm" if unit == "Å" else unit for k, unit in units.items()}
+        units |= {"nominal_pressure": "MPa"}
+    return units
+
+
+def heading(scene: Scene, column: str, label: str = "") -> str:
     """Return the heading of a column, with the unit in which it is printed."""
-    entry = columns_of(record)[column]
-    unit = printed_unit(entry.unit, modulus)
-    return (label or entry.label or column.replace("_", " ")) + (
-        f" ({unit})" * bool(unit)
-    )
+    label = label or columns_of(scene.record)[column].label or column.replace("_", " ")
+    unit = units_of(scene)[column]
+    return f"{label} ({unit})" if unit else label
 
 
 def inputs(reference: Reference) -> dict[str, str]:
@@ -272,7 +263,7 @@ def _solver(scene: Scene, step: LoadStep) -> str:
     }
     return (
         f"{step.iterations} iterations, {step.pairs:.0f} FFT pairs; window "
-        f"{step.window}, grid {step.grid}, {_printed(step, 'memory'):.2g} GB; largest "
+        f"{step.window}, grid {step.grid}, {step.memory / UNITS['GB']:.2g} GB; largest "
         f"force {step.max_force:.2g} eV/Å, tolerance {step.tolerance:.2g} eV/Å; errors "
         f"(area and load are relative): "
         + ", ".join(f"{name} {error}" for name, error in errors.items())
@@ -290,9 +281,8 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     return f"NOT CONVERGED: {step.message}{unit}"
 
 
-def _printed(step: LoadStep, column: str, modulus: float = math.inf) -> float:
+def _printed(step: LoadStep, column: str, unit: str) -> float:
     """Return the value of a column in the unit in which it is printed."""
-    unit = printed_unit(columns_of(type(step))[column].unit, modulus)
     value = getattr(step, column) / UNITS[unit]
     return 0.0 if abs(value) < _ZERO else value
 
