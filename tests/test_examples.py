@@ -103,6 +103,16 @@ def test_stored_results_and_pictures_are_made_by_the_present_scripts():
     assert not stale, f"run python examples/guide/sources.py --renew {stale}"
 
 
+@pytest.mark.slow  # seconds each, but nothing else needs them
+@pytest.mark.parametrize(
+    "name", ["few_atoms", "options_hard", "plastic_pairs", "plastic_walls"]
+)
+def test_stored_counts_are_not_far_from_those_of_the_present_package(name):
+    command, _, stored = (results.STORED / f"{name}.md").read_text().partition("\n")
+    printed = results.report([sys.executable, *command.split()[2:]])
+    assert results.agree(stored, printed, tolerance=0.5)
+
+
 def test_a_checksum_changes_with_code_and_inputs_and_not_with_layout(
     tmp_path, monkeypatch
 ):
