@@ -13,6 +13,7 @@ new subclass of `ElasticSolid`.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -49,6 +50,9 @@ class ElasticSolid(ABC):
         depth is not finite. Periodic half spaces leave it out: their heights are
         measured from the mean plane of the surface, which a mean pressure p lowers by
         ``uniform_compliance p`` (length/pressure).
+    coupling : float
+        Lateral over normal displacement by a point force along the normal, which
+        friction neglects; NaN if it is not known.
     creep : Creep or None
         Creep compliance of a viscoelastic solid, whose states depend on time.
     """
@@ -57,6 +61,7 @@ class ElasticSolid(ABC):
     creep: Creep | None = None
     bulges: bool = False
     uniform_compliance: float = 0.0
+    coupling: float = math.nan
 
     @abstractmethod
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
@@ -252,6 +257,12 @@ class Isotropic(ElasticSolid):
         if self.poisson is not None:
             check_poisson(poisson=self.poisson)
         object.__setattr__(self, "contact_modulus", float(self.contact_modulus))
+
+    @property
+    def coupling(self) -> float:  # type: ignore[override]
+        """Lateral over normal displacement ``(1 - 2 nu)/(2 - 2 nu)``."""
+        nu = math.nan if self.poisson is None else self.poisson
+        return (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return ``2/(E* |q|)``; see `ElasticSolid`."""

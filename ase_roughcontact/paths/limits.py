@@ -164,6 +164,23 @@ def _edge_zone(step: RelaxedStep) -> float:
     return edge_zone(modulus, work, wall.attraction_range) / halfspace.spacing
 
 
+def _coupling(step: RelaxedStep) -> float:
+    if step.lateral is None or not step.fields.normal_force > 0.0:
+        return math.nan
+    tractions = float(np.hypot(*step.lateral.solution.tractions).sum())
+    friction = tractions * step.fields.cell_area / step.fields.normal_force
+    return step.problem.solid.coupling * friction
+
+
+def _slip(step: RelaxedStep) -> float:
+    """Return the largest slip over the shortest wave; without one, over the radius."""
+    if step.lateral is None or not step.touches:
+        return math.nan
+    shortest = step.problem.facts.short_wavelength
+    length = step.contact_radius if math.isnan(shortest) else shortest
+    return step.lateral.slip / length if length else math.nan
+
+
 #: Limits of the model.
 CHECKS = (
     Check(
@@ -264,5 +281,22 @@ CHECKS = (
         "edge of a contact, and the pull-off force may be wrong by more than 1 %",
         _edge_zone,
         constant=True,
+    ),
+    Check(
+        "coupling by friction",
+        ">",
+        0.1,
+        "(1 - 2 nu)/(2 - 2 nu) times the friction over the load: tractions lift the "
+        "surface, which is neglected; at this limit a smooth sphere that slides has "
+        "its center of pressure off by 5 % of its radius, and the load by 0.2 %",
+        _coupling,
+    ),
+    Check(
+        "slip/shortest wavelength",
+        ">",
+        0.1,
+        "heights below the indenter are those before it slides, and the shortest waves "
+        "(of a smooth sphere, its contact) have moved",
+        _slip,
     ),
 )

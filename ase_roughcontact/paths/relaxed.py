@@ -53,6 +53,8 @@ class LateralState:
         Of the indenter along x and y (Å), and what acts on it to hold it (eV/Å).
     sticking, slipping : int
         Numbers of atoms in contact that stick, and of the others.
+    slip : float
+        Largest distance that an atom in contact has slipped (Å).
     stiffness : float
         Lateral force per displacement along x, if all atoms stuck (eV/Å^2).
     energy, dissipated : float
@@ -66,6 +68,7 @@ class LateralState:
     force: np.ndarray
     sticking: int
     slipping: int
+    slip: float
     stiffness: float
     energy: float
     dissipated: float

@@ -169,6 +169,7 @@ class _Sliding:
     ) -> None:
         self.stepper, self._friction = stepper, friction
         self._control, self._spring = control, spring
+        self._origin = np.zeros(2)  # where the indenter came down
         self._displacement: np.ndarray | None = None
         self._dissipated = 0.0
         self._stiffness_of: tuple[Any, float] = None, 0.0  # contact, and its stiffness
@@ -188,6 +189,8 @@ class _Sliding:
     ) -> Iterator[tuple[Any, dict[str, Any]]]:
         """Relax the steps after the last one that is done."""
         first = 0
+        if self._control == "displacements":
+            self._origin = path.lateral[0]
         if last is not None:
             first = last.step.step + 1
             self.stepper.restart_from(last.state, path.targets[first - 1])
@@ -262,12 +265,15 @@ class _Sliding:
         lost = area * float((tractions * slip).sum())
         if self._control == "forces" and not solution.converged:
             solution, lost = replace(solution, shift=np.zeros(2)), 0.0  # not known
+        at = at + move + solution.shift
+        slips = np.hypot(*((at - self._origin)[:, None, None] - displacement))
         sticking = int(np.count_nonzero((bound > 0.0) & ~solution.slipping))
         state = LateralState(
-            displacement=at + move + solution.shift,
+            displacement=at,
             force=area * tractions.sum(axis=(1, 2)),
             sticking=sticking,
             slipping=relaxed.fields.repulsive_atoms - sticking,
+            slip=float(slips[bound > 0.0].max(initial=0.0)),
             stiffness=area * self._stiffness(halfspace, bound > 0.0),
             energy=0.5 * area * float((tractions * displacement).sum()),
             dissipated=self._dissipated + lost,
