@@ -183,7 +183,7 @@ class TopographyConfig(Section):
         share = (surface.noise_slope / slope) ** 2 if slope else 0.0
         if share > _MOST_NOISE:
             what, advice = "noise makes", "a scan with less noise"
-            if noise.lines > noise.points and self.detrend != "lines":
+            if 2.0 * noise.lines > noise.points and self.detrend != "lines":
                 advice = f'detrend = "lines", or {advice}'
             elif measured.noise_is_distinct:
                 length = f"{measured.least_wavelength / nm:.2g} nm"

@@ -159,7 +159,8 @@ class Measurement:
         From the largest value of the power spectrum on, the first that is below twice
         that of the noise.
         """
-        q, density = power_spectrum(self.heights, self.spacing, periodic=False)
+        without_lines = self.heights - self.heights.mean(axis=0)
+        q, density = power_spectrum(without_lines, self.spacing, periodic=False)
         noise = self.noise.points**2 * math.prod(self.spacing)
         q, density = q[density.argmax() :], density[density.argmax() :]
         return 2.0 * math.pi / float(np.append(q[density < 2.0 * noise], q[-1])[0])

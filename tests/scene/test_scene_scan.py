@@ -155,6 +155,7 @@ def noisy(folder, points=0.0, lines=0.0, part=64):
     [
         ({"points": 0.01}, 'give cutoff_wavelength = "0.8 nm"'),
         ({"lines": 0.01}, 'give detrend = "lines"'),
+        ({"points": 0.01, "lines": 0.01}, 'give detrend = "lines"'),
         ({}, ""),
     ],
 )
