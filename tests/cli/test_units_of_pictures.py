@@ -215,7 +215,6 @@ def test_maps_on_a_scan_are_oriented_as_the_scan(role, tmp_path, monkeypatch):
     role = "{role}"
     spacing = "1 nm"
     unit = "nm"
-    periodic = {"true" if role == "substrate" else "false"}
     detrend = "none"
     [interaction]
     kind = "hard"
