@@ -204,8 +204,8 @@ def test_titles_of_maps_state_force_and_target(run):
 def test_maps_on_a_scan_are_oriented_as_the_scan(role, tmp_path, monkeypatch):
     # a bump nearer to the first line and the last column of the scan
     x, y = np.meshgrid(np.arange(32.0), np.arange(30.0), indexing="ij")
-    curvature = 0.02 if role == "indenter" else 0.008
-    bump = -curvature * ((x - 20.0) ** 2 + (y - 10.0) ** 2)
+    square = (x - 20.0) ** 2 + (y - 10.0) ** 2
+    bump = -0.02 * square if role == "indenter" else np.exp(-square / 18.0)
     np.save(tmp_path / "scan.npy", bump)
     text = f"""
     substrate = {{ contact_modulus = "5 MPa", hardness = inf }}
