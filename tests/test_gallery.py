@@ -19,6 +19,7 @@ SMALL = {
     "load_sweep": {"RADIUS": 100.0},
     "cantilever": {"STEPS": 25},
     "pull_off_rates": {"RATES": (10.0,)},
+    "creep_under_load": {"DWELL": 4.0},
     "friction_loop": {"STEPS": 4},
     "lateral_stiffness": {
         "LOADS": (1e-6, 10.0),
@@ -70,6 +71,7 @@ def run(tmp_path, monkeypatch, capsys):
     [
         ("first_contact", 0.01),
         ("cantilever", 0.03),
+        ("creep_under_load", 0.04),
         ("measured_topography", 0.02),
         ("crystals", 0.5),
         ("own_wall", 5e-4),

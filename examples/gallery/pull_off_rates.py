@@ -8,8 +8,7 @@ pull-off force of the relaxed solid. Fast retraction gives a much larger one: th
 responds with its instantaneous modulus, to a contact as large as on the relaxed solid.
 The pull-off force over :math:`\frac{3}{2} \pi R` is the effective work of adhesion, as
 JKR theory would read it. The energy that the solid dissipates has a maximum in
-between: a solid that stays relaxed, or has no time to, dissipates little. Under a
-constant load the contact creeps.
+between: a solid that stays relaxed, or has no time to, dissipates little.
 """
 
 import warnings
@@ -28,7 +27,6 @@ MODULUS = 1.0  # eV/Å^3, instantaneous; the relaxed modulus is a tenth
 CREEP = rc.Creep.standard_solid(relaxed=0.1, time=1.0)  # s
 DWELL = 200.0  # s
 RATES = np.logspace(-4, 1, 6)  # Å/s
-LOAD = 60.0  # eV/Å, of the creep
 ROUGH = rc.SelfAffine(0.1, 0.8, 4 * A0, 32 * A0, domain=64 * A0, seed=1)
 
 # %%
@@ -38,18 +36,12 @@ ROUGH = rc.SelfAffine(0.1, 0.8, 4 * A0, 32 * A0, domain=64 * A0, seed=1)
 WALL = rc.LennardJones93.adhesive(0.1 * MODULUS, A0, WORK)
 
 
-def sphere_on_solid(roughness, fixed=True):
-    """Return a sphere above the solid."""
-    sphere = rc.RoughSphere(RADIUS, roughness)
-    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0, fixed=fixed)
-    solid = rc.Viscoelastic(MODULUS, CREEP)
-    atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
-    return atoms
-
-
 def retraction(rate, roughness=None):
     """Return depths (Å) and forces (eV/Å) at a rate, and the dissipated energy (eV)."""
-    atoms = sphere_on_solid(roughness)
+    sphere = rc.RoughSphere(RADIUS, roughness)
+    atoms = rc.substrate("Cu", (8, 8), sphere, spacing=A0)
+    solid = rc.Viscoelastic(MODULUS, CREEP)
+    atoms.calc = rc.RoughContact(sphere, solid=solid, interaction=WALL)
     path = rc.Schedule(3.0).hold(DWELL).ramp(-60.0, rate=rate)
     curve = []
     for step in rc.time_path(atoms, path, window="auto", tolerance=2e-3):
@@ -62,17 +54,9 @@ def retraction(rate, roughness=None):
     return depths, forces, trapezoid(powers, times)
 
 
-def creep(roughness=None):
-    """Return times (s) and contact areas (Å^2) under a load that is put on at once."""
-    atoms = sphere_on_solid(roughness, fixed=False)
-    path = rc.Schedule(0.0).step(LOAD).hold(DWELL / 4)
-    steps = list(rc.time_path(atoms, loads=path, window="auto", tolerance=2e-3))
-    return np.transpose([(step.time, step.contact_area) for step in steps[1:]])
-
-
 with style():
-    figure, panels = plt.subplots(2, 2, figsize=(7.0, 5.6), layout="constrained")
-    (curves, works), (losses, areas) = panels
+    figure, panels = plt.subplots(1, 3, figsize=(10.0, 3.0), layout="constrained")
+    curves, works, losses = panels
     for roughness, label, line in ((None, "smooth", "o-"), (ROUGH, "rough", "s--")):
         effective, dissipated = [], []
         for rate in RATES:
@@ -83,15 +67,13 @@ with style():
                 curves.plot(depths, forces, label=f"{rate:g}")
         works.semilogx(RATES, effective, line, label=label)
         losses.loglog(RATES, dissipated, line, label=label)
-        areas.plot(*creep(roughness), line[1:], label=label)
         print(label, np.round(effective, 2), np.round(dissipated))
     curves.set(xlabel="penetration (Å)", ylabel="normal force (eV/Å)")
     curves.legend(title="rate (Å/s)")
-    works.set(xlabel="rate (Å/s)", ylabel="effective over true work of adhesion")
+    works.set(xlabel="rate (Å/s)", ylabel="effective work of adhesion / true one")
     works.set_ylim(bottom=0.0)
     losses.set(xlabel="rate (Å/s)", ylabel="energy dissipated by the solid (eV)")
-    areas.set(xlabel=f"time under {LOAD:g} eV/Å (s)", ylabel="contact area (Å$^2$)")
-    for panel in (works, losses, areas):
+    for panel in (works, losses):
         panel.legend()
     figure.savefig("pull_off_rates.png", dpi=120)
 

@@ -81,7 +81,13 @@ class GalleryOrder:
         *("first_contact", "load_sweep", "hertz_optimizers", "cantilever"),
         *("adhesion_loop", "measured_topography", "crystals", "atoms_under_sphere"),
         *("own_wall", "plastic_contact", "adhesion_hysteresis", "mixed_calculator"),
-        *("pull_off_rates", "friction_loop", "lateral_stiffness", "ensemble_database"),
+        *(
+            "pull_off_rates",
+            "creep_under_load",
+            "friction_loop",
+            "lateral_stiffness",
+            "ensemble_database",
+        ),
         *("figure1", "figure2", "flat_reference", "reproduction"),
     )
 
