@@ -242,12 +242,23 @@ def _driven(state: _State, drive: Drive) -> tuple[_State, float]:
         else:
             changes, stiffness = state.tangent()
             move = np.linalg.pinv(stiffness + drive.stiffness * np.eye(2)) @ missing
+            if not drive.stiffness and not tractions.any():
+                move = _softening(missing, problem.bound) * move
             least, last, shift = imbalance, state.shift, state.shift + move
             tractions = bounded(
                 tractions + np.tensordot(move, changes, 1), problem.bound
             )
         state = problem.at(tractions, shift, state.steps)
     return state, error
+
+
+def _softening(force: np.ndarray, bound: np.ndarray) -> float:
+    """Return the displacement of a sphere under a force over that without slip.
+
+    It is that of Cattaneo and Mindlin, a guess for any contact.
+    """
+    part = min(float(np.hypot(*force) / bound.sum()), 1.0) if bound.any() else 0.0
+    return 1.5 * (1.0 - (1.0 - part) ** (2.0 / 3.0)) / part if part else 1.0
 
 
 @dataclass(frozen=True, eq=False)
