@@ -177,31 +177,32 @@ class _Model:
         self._scene, self._time, self.doubts = scene, time, list[str]()
         self.tolerance: float = path.tolerance
         self._by_load = path.unit in FORCES
-        force = ("normal force $N$", "nN")
-        self.ordinate = ("penetration", "nm") if self._by_load else force
-        targets = [schedule.first, *(part.end for part in schedule.parts)]
-        of_load = {"height_offset": 1.0}  # nm
-        offsets = {"height_offset": float(np.ptp(targets)) / UNITS["nm"]}
-        offsets = of_load if self._by_load else {"force_offset": 1.0} | offsets
+        if self._by_load:
+            self.ordinate, offsets = ("penetration", "nm"), {"height_offset": 1.0}
+        else:
+            self.ordinate = "normal force $N$", "nN"
+            targets = [schedule.first, *(part.end for part in schedule.parts)]
+            extent = float(np.ptp(targets)) / UNITS["nm"]
+            offsets = {"force_offset": 1.0, "height_offset": extent}
+        units = {**SERIES, **{k: unit for k, (_, unit) in FREE.items()}}
+        units |= {name: "nN" if name == "force_offset" else "nm" for name in offsets}
+        found = list[tuple[str, str, float]]()  # names, units and scales
         self._parts: dict[str, slice] = {}
-        names, units, first = list[str](), list[str](), list[float]()
-        units_of = {**SERIES, **{k: unit for k, (_, unit) in FREE.items()}}
         for name in free:
-            if name in offsets:
-                continue
-            lookup(name, {**units_of, **offsets}, "free parameter")
-            values = _first_values(scene, name)
-            self._parts[name] = slice(len(first), len(first) + len(values))
-            several = name in SERIES
-            names += [f"{name}[{i}]" if several else name for i in range(len(values))]
-            units += len(values) * [units_of[name]]
-            first += values
-        self._positive = len(first)
-        for name, scale in offsets.items():
-            if name in (*free, "height_offset"):
-                names, first = [*names, name], [*first, scale]
-                units.append("nN" if name == "force_offset" else "nm")
-        self.names, self.units, self._scale = tuple(names), tuple(units), first
+            lookup(name, units, "free parameter")
+            if name not in offsets:
+                heads, values = _first_values(scene, name)
+                self._parts[name] = slice(len(found), len(found) + len(values))
+                each = zip(heads, values, strict=True)
+                found += [(head, units[name], value) for head, value in each]
+        self._positive = len(found)
+        found += [
+            (name, units[name], scale)
+            for name, scale in offsets.items()
+            if name in (*free, "height_offset")
+        ]
+        names, self.units, self._scale = zip(*found, strict=True)
+        self.names = names
         if time.shape != measured.shape or len(time) < len(names) + 2:
             raise ValueError(
                 f"a fit of {len(names)} parameters needs at least {len(names) + 2} "
@@ -319,17 +320,16 @@ class _Model:
         return curve
 
 
-def _first_values(scene: Scene, name: str) -> list[float]:
-    """Return the first values of positive unknowns."""
+def _first_values(scene: Scene, name: str) -> tuple[list[str], list[float]]:
+    """Return names and first values of the positive unknowns of a parameter."""
     if name in FREE:
-        return [value_of(scene, name)]
-    values = list(getattr(scene.substrate, name))
-    if name == "relaxation_times":
-        return values
-    rest = 1.0 - sum(values)
-    if not rest > 0.0:
-        raise ValueError(
-            "relaxation_moduli of a fluid can't be free: their sum must be below 1, "
-            f"got {sum(values):g}"
-        )
-    return [value / rest for value in values]
+        return [name], [value_of(scene, name)]
+    values = np.array(getattr(scene.substrate, name))
+    if name == "relaxation_moduli":
+        if not values.sum() < 1.0:
+            raise ValueError(
+                "relaxation_moduli of a fluid can't be free: their sum must be below "
+                f"1, got {values.sum():g}"
+            )
+        values = values / (1.0 - values.sum())
+    return [f"{name}[{i}]" for i in range(len(values))], values.tolist()
