@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 import ase_roughcontact as rc
-from ase_roughcontact.plot import style
+from ase_roughcontact.plot.style import letter, style
 
 warnings.simplefilter("ignore", rc.ValidityWarning)  # contacts of a few atoms
 
@@ -55,7 +55,7 @@ def retraction(rate, roughness=None):
 
 
 with style():
-    figure, panels = plt.subplots(1, 3, figsize=(10.0, 3.0), layout="constrained")
+    figure, panels = plt.subplots(1, 3, figsize=(8.4, 2.8))
     curves, works, losses = panels
     for roughness, label, line in ((None, "smooth", "o-"), (ROUGH, "rough", "s--")):
         effective, dissipated = [], []
@@ -64,18 +64,20 @@ with style():
             effective.append(-forces.min() / (1.5 * np.pi * RADIUS * WORK))
             dissipated.append(lost)
             if roughness is None:
-                curves.plot(depths, forces, label=f"{rate:g}")
+                colour = plt.cm.viridis(np.log10(rate / RATES[0]) / 5.5)
+                curves.plot(depths, forces, color=colour, label=f"{rate:g}")
         works.semilogx(RATES, effective, line, label=label)
         losses.loglog(RATES, dissipated, line, label=label)
         print(label, np.round(effective, 2), np.round(dissipated))
     curves.set(xlabel="penetration (Å)", ylabel="normal force (eV/Å)")
     curves.legend(title="rate (Å/s)")
-    works.set(xlabel="rate (Å/s)", ylabel="effective work of adhesion / true one")
-    works.set_ylim(bottom=0.0)
-    losses.set(xlabel="rate (Å/s)", ylabel="energy dissipated by the solid (eV)")
+    works.set(ylabel="effective / true work of adhesion", ylim=(0.0, None))
+    losses.set(ylabel="dissipated energy (eV)")
     for panel in (works, losses):
+        panel.set(xlabel="rate (Å/s)")
         panel.legend()
-    figure.savefig("pull_off_rates.png", dpi=120)
+    letter(panels)
+    figure.savefig("pull_off_rates.png", dpi=140)
 
 # %%
 # The rough sphere adheres a little less at all rates; its pull-off force grows with the
