@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import numpy as np
 
 from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.printing import number
-from ase_roughcontact._util.units import QUANTITY, UNITS
+from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.paths.cantilever import (
     CantileverCurve,
@@ -25,7 +24,7 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
+from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps, range_at
 from ase_roughcontact.scene.section import lengths
 
 _NN, _NM, _N_PER_M = UNITS["nN"], UNITS["nm"], UNITS["N/m"]
@@ -75,15 +74,7 @@ class Loop(PathKind):
             raise ValueError("a loop needs deepest, the penetration at which to turn")
         wall, units = bodies.wall, lengths(bodies.spacing)
         path = self.plain(["deepest", "step"], units, "Å")
-        attraction = wall.cutoff - wall.contact_distance
-        if not -attraction < path.deepest < math.inf:
-            given = QUANTITY.fullmatch(str(self.deepest))
-            unit = given[2] if given else "Å"
-            raise ValueError(
-                f"deepest must be a penetration above {-attraction / units[unit]:.4g} "
-                f"{unit}, where the wall begins to act, got "
-                f"{path.deepest / units[unit]:g} {unit}"
-            )
+        range_at(bodies, self.deepest, path.deepest)
         step = default_step(wall, path.deepest) if path.step is None else path.step
         positive(step=step, tolerance=path.tolerance)
         return {

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Protocol
 
 import numpy as np
 
-from ase_roughcontact._util.units import FORCES, PRESSURES, UNITS
+from ase_roughcontact._util.units import FORCES, PRESSURES, QUANTITY, UNITS
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite,
@@ -372,3 +372,26 @@ class Steps(PathKind):
                 f"{first} and {last}"
             )
         return scale(*np.array(ends, dtype=float), steps)
+
+
+def range_at(bodies: Bodies, given: Any, deepest: float) -> float:
+    """Return the range of the wall (Å); raise an error for a loop that ends above it.
+
+    Parameters
+    ----------
+    bodies : Bodies
+    given : float or str
+        Deepest penetration of the loop as given, whose unit an error has.
+    deepest : float
+        The same in Å.
+    """
+    attraction = bodies.wall.cutoff - bodies.wall.contact_distance
+    if not -attraction < deepest < math.inf:
+        found = QUANTITY.fullmatch(str(given))
+        unit = found[2] if found else "Å"
+        value = lengths(bodies.spacing)[unit]
+        raise ValueError(
+            f"deepest must be a penetration above {-attraction / value:.4g} {unit}, "
+            f"where the wall begins to act, got {deepest / value:g} {unit}"
+        )
+    return attraction

@@ -27,7 +27,7 @@ from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.paths.time_record import TimeStep
-from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps
+from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps, range_at
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
 from ase_roughcontact.theory import JKR, Hertz
 
@@ -167,16 +167,11 @@ class Timed(PathKind):
                 "deepest stands for"
             )
         wall, creep, deepest = bodies.wall, bodies.solid.creep, float(path.deepest or 0)
-        attraction = wall.cutoff - wall.contact_distance
+        attraction = range_at(bodies, self.deepest, deepest)
         if creep is None or not creep.relaxed or not attraction < math.inf:
             raise ValueError(
                 "a loop at a rate needs a solid that relaxes to a modulus, and a wall "
                 "of a finite range: give values, from which to which the path goes"
-            )
-        if not -attraction < deepest < math.inf:
-            raise ValueError(
-                f"deepest must be a penetration above {-attraction:.4g} Å, where the "
-                f"wall begins to act, got {deepest:g} Å"
             )
         neck = 0.0
         if wall.attractive and bodies.radius < math.inf:

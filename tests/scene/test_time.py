@@ -178,7 +178,7 @@ def test_a_loop_at_a_rate_ends_beyond_the_contact():
     ("old", "new", "message"),
     [
         ('"20 nm/s"', "20.0\ncantilever = 2.0", "in place of a loop.*give kind"),
-        ('deepest = "1 nm"', "deepest = -50.0", "deepest must be a penetration above"),
+        ('deepest = "1 nm"', "deepest = '-5 nm'", "above -.* nm, where.*got -5 nm"),
         ("[0.5, 0.3]", "[0.5, 0.5]", "a solid that relaxes to a modulus.*give values"),
         ('"1 nm"\n[path]', '"1 nm"\n[path]\nstep = 1.0', 'step need kind = "loop"'),
         ("relaxation_", "#", "such as a loop with a rate, needs a viscoelastic solid"),
