@@ -73,8 +73,8 @@ with style():
         results[name] = ratios
         print(name, "ratio", np.round(ratios, 3), "slides", np.round(slides, 2))
     left.axhline(2.0 * (1.0 - POISSON) / (2.0 - POISSON), color="gray", lw=0.8)
-    left.set(ylabel="lateral over normal stiffness")
-    right.set(ylabel="displacement of sliding over Mindlin's")
+    left.set(title="(a) stiffness", ylabel="lateral over normal stiffness")
+    right.set(title="(b) onset of sliding", ylabel="displacement over Mindlin's")
     for axes in (left, right):
         axes.set_xlabel(r"load ($E^* a_0^2$)")
     right.legend()
