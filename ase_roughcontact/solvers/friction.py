@@ -48,11 +48,11 @@ _ROUNDING = 1e-13
 _SHORTER, _MOST_SHORTENED = 0.25, 3
 # Largest number of moves of the indenter, and residual of the tractions before each,
 # relative to the error of their sums.
-_MOST_MOVES, _INNER = 40, 0.01
+_MOST_MOVES, _INNER = 40, 0.3
 # Curvature, relative to the self-compliance, above which preconditioning is diagonal.
 _CURVED = 4.0
 # Relative error of the tangent stiffness: near sliding it is nearly singular.
-_TANGENT = 0.01
+_TANGENT = 0.03
 
 
 @dataclass(frozen=True)

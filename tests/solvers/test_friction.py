@@ -97,3 +97,11 @@ def test_few_fft_pairs_are_needed():
         found = solve_friction(half, mu * shape, imposed)
         assert found.converged
         assert found.pairs < 110
+    driven = solve_friction(
+        half,
+        mu * shape,
+        np.zeros((2, n, n)),
+        drive=Drive((0.9 * mu * shape.sum(), 0.0)),
+    )
+    assert driven.converged
+    assert driven.pairs < 190
