@@ -29,7 +29,7 @@ def static_friction(steps: Sequence[Any]) -> float:
     """
     forces = [np.hypot(s.lateral_force_x, s.lateral_force_y) for s in steps]
     for number, step in enumerate(steps):
-        if step.slip_area > 0.0 == step.stick_area:
+        if step.slip_area > 0.0 and step.stick_area == 0.0:
             return float(max(forces[: number + 1]))
     return float("nan")
 

@@ -61,6 +61,9 @@ def run(options: argparse.Namespace) -> int:
       loop.png     force against depth of a loop; with a cantilever also
                    cantilever.png and cantilever.csv, its force curve
       contact.png  maps of the contact pressure of four steps
+      friction.png, tractions.png
+                   lateral force and areas of stick and slip of a sliding path, and
+                   maps of the lateral tractions
       scene.toml   the scene
 
     An interrupted run is resumed by running it again with the same folder.

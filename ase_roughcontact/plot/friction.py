@@ -153,8 +153,10 @@ def draw_friction(
         upper.label_outer()
         letter(panels)
         lower.locator_params(axis="x", nbins=5)
-        for panel in panels:
-            panel.legend(loc="center left")
+        for panel in panels:  # above, where no line is
+            panel.legend(
+                loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, borderpad=0.0
+            )
 
 
 def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -> None:

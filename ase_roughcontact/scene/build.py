@@ -80,8 +80,9 @@ def build(scene: SceneFile) -> SceneBodies:
         spacing = solid.spacing if spacing is None else spacing
         solid.check(spacing)
         hardness = _hardness(scene.substrate, substrate.symbol, spacing)
-        if scene.friction is not None and isinstance(solid, Isotropic):
-            solid = replace(solid, poisson=poisson_of(scene.substrate))
+        if isinstance(solid, Isotropic):  # only friction depends on Poisson's ratio
+            poisson = poisson_of(scene.substrate) if scene.friction else None
+            solid = replace(solid, poisson=poisson)
     with problems.of("sphere"):
         solid = _with_tip(solid, scene.sphere.material, creep)
     rough: SelfAffine | HeightMap | None = None

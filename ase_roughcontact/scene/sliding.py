@@ -190,6 +190,9 @@ class Sliding(PathKind):
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return static friction, the energy of the last loop, and the stiffness."""
         steps: Any = states
+        touching = [step for step in steps if step.repulsive_atoms]
+        if not touching:
+            return {"static friction": "none: no atom is in contact"}
         friction, energies = static_friction(steps), loop_energies(steps)
         found = {
             "static friction": f"{friction / UNITS['nN']:.4g} nN"
@@ -199,13 +202,11 @@ class Sliding(PathKind):
         }
         if len(energies):
             found["lost energy"] += f", {energies[-1]:.4g} eV of it in the last loop"
-        touching = [step for step in steps if step.repulsive_atoms]
-        if touching:
-            lateral = touching[-1].lateral_stiffness
-            found["stiffness without slip"] = (
-                f"{lateral / UNITS['N/m']:.4g} N/m, "
-                f"{lateral / touching[-1].contact_stiffness:.4g} times the normal one"
-            )
+        lateral = touching[-1].lateral_stiffness
+        found["stiffness without slip"] = (
+            f"{lateral / UNITS['N/m']:.4g} N/m, "
+            f"{lateral / touching[-1].contact_stiffness:.4g} times the normal one"
+        )
         return found
 
     def draw(
@@ -217,10 +218,10 @@ class Sliding(PathKind):
         limit = bodies.friction.coefficient
         plot.draw_friction(folder / "friction.png", states, self.towards, limit)
         yield "friction.png"
-        slides = [state for state in states if state.repulsive_atoms]
-        if slides:
-            chosen = np.linspace(0, len(slides) - 1, _MAPS + 1)[1:].round().astype(int)
-            shown = [slides[i] for i in np.unique(chosen)]
+        loaded = [state for state in states if state.lateral_energy]
+        if loaded:
+            chosen = np.linspace(0, len(loaded) - 1, _MAPS).round().astype(int)
+            shown = [loaded[i] for i in np.unique(chosen)]
             frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
             x, y = self.towards / UNITS["nm"]
             titles = [f"{x * s.lateral_x + y * s.lateral_y:.3g} nm" for s in shown]

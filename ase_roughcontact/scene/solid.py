@@ -82,6 +82,11 @@ def solid_of(substrate: SubstrateConfig) -> ElasticSolid:
     ]
     if without:
         raise ValueError("; ".join(without))
+    if substrate.poisson is not None and solids and solids != ["layer_thickness"]:
+        raise ValueError(
+            f"{solids[0]} gives elastic constants, which poisson does not change: "
+            "leave it out"
+        )
     return _SOLIDS[solids[0]](substrate) if solids else _isotropic(substrate)
 
 

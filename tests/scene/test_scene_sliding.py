@@ -66,6 +66,15 @@ def test_no_loop_and_no_static_friction_without_them():
     assert loop_energies(there).size == 0
 
 
+def test_a_path_without_contact_says_so(tmp_path):
+    scene = scene_with(path__control="penetration", path__values=[-5.0], path__steps=1)
+    steps = list(scene.run(tmp_path, validity="ignore"))
+    assert scene.path.summary(scene, steps) == {
+        "static friction": "none: no atom is in contact"
+    }
+    assert list(scene.path.draw(scene, steps, tmp_path)) == ["friction.png"]
+
+
 def test_direction_forces_and_changing_loads():
     keys = {"displacements": None, "forces": ["1 nN", 3], "values": [20, "40 nN"]}
     scene = scene_with(
@@ -108,6 +117,8 @@ def test_poissons_ratio_is_that_of_the_substrate():
     # without friction solids are what they were
     without = named.with_values({"friction": None})
     assert without.solid == Isotropic(without.solid.contact_modulus)
+    mica = {"friction": None, "path": None, "sphere.material": "mica"}
+    assert Scene.parse(TEXT).with_values(mica).solid.poisson is None
 
 
 def test_two_elastic_bodies_slide_as_their_compliances_add_up():
@@ -140,6 +151,10 @@ def test_two_elastic_bodies_slide_as_their_compliances_add_up():
         ({"friction.shear_strength": 0.0}, "shear_strength must be a finite number"),
         ({"substrate.poisson": None}, "give poisson"),
         ({"substrate.poisson": 0.7}, "poisson must be above -1 and at most 1/2"),
+        (
+            {"substrate.contact_modulus": None, "substrate.anisotropic": True},
+            "anisotropic gives elastic constants, which poisson does not change",
+        ),
         ({"sphere.material": "mica"}, "Poisson's ratio of the material 'mica'"),
     ],
 )
