@@ -292,7 +292,7 @@ def test_height_map_must_cover_the_possible_contact():
     (record,) = run(atoms, SOFT, heights=[height])
     assert record.converged
     atoms = make_atoms(rc.RoughSphere(50.0, small), SOFT)
-    with pytest.raises(ValueError, match=r"up to 10 spacings .* larger map"):
+    with pytest.raises(ValueError, match=r"up to 1 nm .* larger map"):
         run(atoms, SOFT, heights=[height])
 
 
