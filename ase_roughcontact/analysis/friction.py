@@ -24,8 +24,8 @@ def static_friction(steps: Sequence[Any]) -> float:
     Returns
     -------
     float
-        eV/Å; NaN if some atoms in contact stick in all steps. A path in small steps is
-        closer to it.
+        eV/Å; NaN if in no step all atoms in contact slip. The smaller the steps, the
+        smaller its error.
     """
     forces = [np.hypot(s.lateral_force_x, s.lateral_force_y) for s in steps]
     for number, step in enumerate(steps):

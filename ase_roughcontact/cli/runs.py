@@ -51,7 +51,8 @@ def run(options: argparse.Namespace) -> int:
       curve.csv    one line per step: heights and penetrations in Å, forces in eV/Å,
                    areas in Å^2, energies in eV
       sweep.traj   ASE trajectory with one frame per step; tags: 1 in contact,
-                   2 attracted; initial charges: pressure in GPa
+                   2 attracted, 4 in plastic contact, 5 in contact and slipping;
+                   initial charges: pressure in GPa
       view.traj    the same for viewing with ase gui: contact in purple, sphere cut
                    open, large windows thinned, heights enlarged
       curve.png    contact area against load, with Eq. (4) of Pastewka & Robbins

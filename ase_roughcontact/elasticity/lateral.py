@@ -119,7 +119,7 @@ class LateralHalfSpace:
         return _filtered(tractions, self._compliance, self.grid)
 
     def stiffness(self, displacement: np.ndarray) -> np.ndarray:
-        """Return about the tractions that cause a displacement.
+        """Return approximate tractions that cause a displacement.
 
         The Green's function is wrapped around the window. The operator is linear,
         symmetric and positive definite; it takes and returns arrays (2, n, m).

@@ -95,7 +95,7 @@ def _contact_radius(step: RelaxedStep) -> float:
 
 
 def _patch_width(step: RelaxedStep) -> float:
-    """Return the mean width of patches, which squares of this width have, in pixels."""
+    """Return the width in pixels of squares with the area and perimeter of patches."""
     if not step.touches:
         return math.nan
     width = (

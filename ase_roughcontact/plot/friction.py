@@ -26,8 +26,9 @@ from ase_roughcontact.plot.surfaces import scale_bar
 _NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
 # Margin of maps beside contacts.
 _MARGIN = 1.1
-# Lateral force across the path, relative to that along it, above which it is drawn, and
-# part of the largest friction above which that is drawn.
+# Lateral force across the path, relative to that along it, above which it is drawn; and
+# lateral force, relative to the friction coefficient times the load, above which this
+# product is drawn.
 _DRAWN, _NEAR = 0.01, 0.5
 
 
@@ -47,8 +48,8 @@ def plot_friction_loop(
         Unit vector along which displacement and force are drawn; a force across it is
         drawn, too, unless it is small.
     coefficient : float, optional
-        Friction coefficient, for lines at it times the normal force, unless these are
-        far away.
+        Friction coefficient mu. Dashed lines at plus and minus mu times the normal
+        force are drawn if the lateral force exceeds half of this.
 
     Returns
     -------

@@ -154,7 +154,8 @@ class Sliding(PathKind):
         except NotImplementedError as error:
             raise ValueError(
                 "friction needs the lateral response of the solid, which "
-                f"{type(bodies.solid).__name__} has not: give an isotropic half space"
+                f"{type(bodies.solid).__name__} has not: give an isotropic half space, "
+                "anisotropic = true, or a crystal whose file is of this version"
             ) from error
 
     def describe(self, bodies: Bodies) -> str:

@@ -292,7 +292,7 @@ class Crystal(Stored, ElasticSolid):
     @property
     def _lateral_tables(self) -> np.ndarray:
         if self.lateral is None:
-            raise self._not_lateral("lateral components: it was made before they were")
+            raise self._not_lateral("lateral components (its file is an older one)")
         return self.lateral
 
     @cached_property
