@@ -92,8 +92,10 @@ def test_coupling_of_normal_and_lateral_motion_is_a_limit(poisson, outside):
     assert ("coupling by friction = 0.15 > 0.1" in last.validity) == outside
 
 
-def test_slip_that_is_large_against_the_contact_is_a_limit():
-    stick, slid = follow(stepper_of(32), 0.5, Coulomb(MU), [0.0, 50.0])
+@pytest.mark.parametrize("start", [0.0, 70.0])
+def test_slip_that_is_large_against_the_contact_is_a_limit(start):
+    # counted from where the indenter came down
+    stick, slid = follow(stepper_of(32), 0.5, Coulomb(MU), [start, start + 50.0])
     assert "slip/shortest wavelength" not in stick.validity
     assert "slip/shortest wavelength = 3.9" in slid.validity
 
