@@ -420,14 +420,15 @@ class HeightMap:
 
         A `smooth_component` is subtracted, unless the map is periodic.
         """
-        smooth = 0.0 if self.periodic else smooth_component(self._values)
-        found = HeightMap(self._values - smooth, self.spacing, periodic=True)
-        found.edge_change = float(np.std(smooth))
-        if self.measurement:
-            heights = self.measurement.heights - smooth
-            found.measurement = replace(
-                self.measurement, heights=heights, periodic=True
-            )
+        measured = self.measurement
+        heights = self._values if measured is None else measured.heights
+        smooth = 0.0 if self.periodic else smooth_component(heights)
+        heights = heights - smooth
+        if measured is not None:
+            measured = replace(measured, heights=heights, periodic=True)
+            heights = measured.pressed  # as the filter goes on over the edges
+        found = HeightMap(heights, self.spacing, periodic=True)
+        found.measurement, found.edge_change = measured, float(np.std(smooth))
         return found
 
     def places(

@@ -87,7 +87,7 @@ class Noise:
         That of points is at most the estimate: it follows from differences of fourth
         order along x and y, to which waves longer than a few pixels hardly contribute.
         That of lines is by how much more the means of lines along x differ than those
-        along y.
+        along y would, if they had as many points.
         """
         if min(heights.shape) <= _ORDER:
             return cls()
@@ -95,7 +95,8 @@ class Noise:
         along_y = np.diff(heights, _ORDER, axis=1)
         points = _deviation(np.diff(along_x, _ORDER, axis=1)) / _SQUARES
         x, y = (_deviation(_means(d, axis)) for axis, d in ((1, along_x), (0, along_y)))
-        lines = math.sqrt(max(y**2 - x**2, 0.0) / _SQUARES)
+        of_points = x**2 * heights.shape[1] / heights.shape[0]
+        lines = math.sqrt(max(y**2 - of_points, 0.0) / _SQUARES)
         return cls(points, lines)
 
     def sample(self, shape: Shape, seed: int) -> FloatArray:

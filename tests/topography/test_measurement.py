@@ -39,6 +39,20 @@ def test_lines_of_the_noise_are_those_along_x():
     assert noise[0].std() == pytest.approx(1.0, rel=0.05)
 
 
+@pytest.mark.parametrize("shape", [(32, 512), (512, 32)])
+def test_noise_of_points_of_an_oblong_scan_is_not_one_of_lines(shape):
+    found = [Noise.of(Noise(1.0, 0.0).sample(shape, seed)).lines for seed in range(8)]
+    assert np.mean(found) < 0.1
+
+
+def test_a_filtered_scan_that_is_made_periodic_has_no_noise_at_its_edges():
+    options = {"noise": 0.0, "cutoff_wavelength": 8.0}
+    flat = scanned(HEIGHTS[:100, :90], **options).made_periodic()
+    assert flat.edge_change > 0.0
+    assert flat.noise_slope == 0.0
+    assert flat.copies().noisy == []
+
+
 def test_a_given_noise_replaces_the_estimate():
     assert scanned(HEIGHTS, noise="0.002 nm").measurement.noise.points == 0.02
     assert scanned(HEIGHTS, noise=0.0).measurement.noise == Noise()
