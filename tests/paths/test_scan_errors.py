@@ -116,11 +116,11 @@ def test_the_model_of_atoms_has_the_errors_of_the_scan_too(pressed):
 
 
 def test_a_resumed_run_has_the_errors_of_an_uninterrupted_one(pressed, tmp_path):
-    heights = surface(1, 8) + 0.02 * np.random.default_rng(1).normal(
-        size=(POINTS, POINTS)
-    )
-    expected = [step.area_error for step in pressed(heights)]
-    scene = Scene.parse(SCENE)
+    noise = 0.02 * np.random.default_rng(1).normal(size=(POINTS // 2, POINTS // 2))
+    spacing = {"topography.spacing": 2.0 * PIXEL}
+    steps = pressed(surface(1, 8)[::2, ::2] + noise, **spacing)
+    expected = [step.area_error for step in steps]
+    scene = Scene.parse(SCENE).with_values(spacing)
     run = scene.run(tmp_path / "out", validity="ignore")
     next(run)
     run.close()

@@ -16,6 +16,7 @@ from ase_roughcontact import (
     SelfAffine,
 )
 from ase_roughcontact.theory import regime
+from ase_roughcontact.topography.spectrum import statistics
 
 RNG = np.random.default_rng(1)
 ROUGH = RNG.standard_normal((12, 9))
@@ -409,8 +410,9 @@ def test_self_affine_parameters_of_a_scan_are_those_of_its_surface(hurst, period
     fit = untouched(scan, periodic=periodic).self_affine
     assert fit.hurst == pytest.approx(hurst, abs=0.08)
     if periodic:
-        # pressed are splines, between four points on the shortest wave
         exact = vars(rough.statistics())
+        assert vars(statistics(heights, 1.0)) == pytest.approx(exact)
+        # pressed are splines, between four points on the shortest wave
         pressed = {name: vars(fit)[name] for name in exact}
         assert pressed == pytest.approx(exact, rel=3e-3)
         assert fit.short_wavelength == pytest.approx(4.0, rel=0.01)
@@ -423,8 +425,11 @@ def test_the_regime_of_a_scan_is_that_of_its_surface():
     scan = untouched(-rough.heights((side, side), 1.0), periodic=True)
     of_scan, of_surface = (regime(1e4, 1e5, 1.0, each) for each in (scan, rough))
     assert of_scan.law == of_surface.law == "rough, linear"
-    # the splines of the scan have 0.1 % less slope
-    assert of_scan.contact_area == pytest.approx(of_surface.contact_area, rel=2e-3)
+    # areas are in proportion to 1/slope, which the splines of the scan have less of
+    slopes = [each.statistics().rms_slope for each in (scan, rough)]
+    assert slopes[0] == pytest.approx(slopes[1], rel=2e-3)
+    areas = of_scan.contact_area * slopes[0], of_surface.contact_area * slopes[1]
+    assert areas[0] == pytest.approx(areas[1], rel=1e-5)
     assert of_scan.asperity_radius == pytest.approx(
         of_surface.asperity_radius, rel=0.01
     )
