@@ -93,18 +93,18 @@ def fit(options: argparse.Namespace) -> int:
     trials = _print_trial if prints_text(options) else None
     default = ",".join(SERIES) if scene.solid.creep else "work_of_adhesion"
     free = [name.strip() for name in (options.free or default).split(",")]
+    given = (
+        options.branch,
+        scene.cantilever,
+        options.sensitivity,
+        options.columns,
+    )
     if scene.solid.creep:
-        quantity = "depth" if scene.path.control == "load" else "force"
-        given = options.curve, quantity, scene.path.stiffness, options.columns
-        found = fit_in_time(scene, *read_in_time(*given), free, trials)
+        kind = "depth" if scene.path.control == "load" else "force"
+        curve_in_time = read_in_time(options.curve, kind, *given)
+        found = fit_in_time(scene, *curve_in_time, free, trials)
     else:
-        curve = read_curve(
-            options.curve,
-            options.branch,
-            scene.cantilever,
-            options.sensitivity,
-            options.columns,
-        )
+        curve = read_curve(options.curve, *given)
         found = fit_curve(scene, curve, free, trials)
         if scene.wall.attractive:
             lines = [name for name in free if name in BASELINE]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ase_roughcontact._util.units import FORCES, LENGTHS, TIMES, UNITS, quantity
 from ase_roughcontact._util.validation import FloatArray, positive
-from ase_roughcontact.scene.curve_tables import Column, read_table
+from ase_roughcontact.scene.curve_tables import Column, CurveTable, read_table
 from ase_roughcontact.scene.force_curve import ForceCurve
 
 # Relative difference up to which stiffnesses of the cantilever are the same.
@@ -75,13 +75,7 @@ def read_curve(
         over deflections are not the stiffness.
     """
     table = read_table(file, branch, heads)
-    if table.stiffness is not None:
-        stiffness = _checked(file, table.stiffness, stiffness, "its header gives")
-    length = table.sensitivity
-    if sensitivity:
-        units = {f"{unit}/V": value for unit, value in LENGTHS.items()}
-        length = quantity("sensitivity", sensitivity, units, "nm/V")
-        positive(sensitivity=length)
+    stiffness, length = _calibration(file, table, stiffness, sensitivity)
     parts: list[dict[str, FloatArray]] = []
     for way, columns in table.segments:
         part = _quantities(file, columns, length)
@@ -115,8 +109,10 @@ def read_curve(
 
 def read_in_time(
     file: Path,
-    quantity: str,
+    kind: str,
+    branch: str | None = None,
     stiffness: float | None = None,
+    sensitivity: str = "",
     heads: Sequence[str] = (),
 ) -> tuple[FloatArray, FloatArray]:
     """Read a force or a depth over time.
@@ -125,9 +121,9 @@ def read_in_time(
     ----------
     file : path
         A table as of `read_curve`, with the column ``time (s)``.
-    quantity : {"force", "depth"}
+    kind : {"force", "depth"}
         A force may be given by the deflection, if the stiffness is known.
-    stiffness, heads
+    branch, stiffness, sensitivity, heads
         See `read_curve`.
 
     Returns
@@ -140,24 +136,39 @@ def read_in_time(
     ValueError
         If a column or its unit is missing, or a value is not a finite number.
     """
-    parts = []
-    for _, columns in read_table(file, None, heads).segments:
-        found = _quantities(file, columns, None)
+    table, parts = read_table(file, branch, heads), []
+    stiffness, length = _calibration(file, table, stiffness, sensitivity)
+    for _, columns in table.segments:
+        found = _quantities(file, columns, length)
         if stiffness is not None and "deflection" in found:
             found.setdefault("force", stiffness * found["deflection"])
         for column in columns:
             if column.name == "time" and (column.unit or "s") in TIMES:
                 found["time"] = TIMES[column.unit or "s"] * column.numbers(file)
-        if not {"time", quantity} <= set(found):
+        if not {"time", kind} <= set(found):
             raise ValueError(
                 f"{file} needs the columns time (s) and "
-                f"{'force (nN)' if quantity == 'force' else 'depth (nm)'}, got "
+                f"{'force (nN)' if kind == 'force' else 'depth (nm)'}, got "
                 f"{', '.join(column.head for column in columns)}: rename them, or give "
                 "names and units of all columns: --columns"
             )
-        parts.append((found["time"], found[quantity]))
+        parts.append((found["time"], found[kind]))
     time, values = np.concatenate(parts, axis=1)
     return time, values
+
+
+def _calibration(
+    file: Path, table: CurveTable, stiffness: float | None, sensitivity: str
+) -> tuple[float | None, float | None]:
+    """Return the stiffness of the cantilever, and its deflection per V (Å)."""
+    if table.stiffness is not None:
+        stiffness = _checked(file, table.stiffness, stiffness, "its header gives")
+    if not sensitivity:
+        return stiffness, table.sensitivity
+    units = {f"{unit}/V": value for unit, value in LENGTHS.items()}
+    length = quantity("sensitivity", sensitivity, units, "nm/V")
+    positive(sensitivity=length)
+    return stiffness, length
 
 
 def _quantities(

@@ -140,6 +140,20 @@ def test_errors_say_what_is_expected(keys, time, free, message):
         fit_in_time(scene, np.array(time), np.zeros(len(time)), free)
 
 
+def test_a_deflection_in_volts_over_time_is_a_force(tmp_path):
+    file = tmp_path / "curve.csv"
+    file.write_text(
+        "branch,time (s),deflection (V)\napproach,1,0.5\nretraction,2,0.2\n"
+    )
+    stiffness = 3.0 * UNITS["N/m"]
+    for branch, times, volts in ((None, [1, 2], [0.5, 0.2]), ("approach", [1], [0.5])):
+        time, force = read_in_time(file, "force", branch, stiffness, "50 nm/V")
+        assert time == pytest.approx(times)
+        assert force == pytest.approx(150.0 * NN * np.array(volts))
+    with pytest.raises(ValueError, match="needs the sensitivity"):
+        read_in_time(file, "force", stiffness=stiffness)
+
+
 def test_a_table_without_times_is_refused(tmp_path):
     (file := tmp_path / "curve.csv").write_text("depth (nm),force (nN)\n1,2\n2,3\n")
     with pytest.raises(ValueError, match=r"needs the columns time \(s\) and force"):
