@@ -160,9 +160,9 @@ def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> N
     inside, outside = fit.compared, ~fit.compared
     axes.plot(distance[inside], force[inside], "o", **points, label="measured")
     if outside.any():
-        label = "measured at a jump, not compared"
         hollow = distance[outside], force[outside]
-        axes.plot(*hollow, "o", **points, mfc="white", label=label)
+        left_out = "measured at a jump, not compared"
+        axes.plot(*hollow, "o", **points, mfc="white", label=left_out)
     for name, fitted, colour, width, line in curves:
         axes.plot(
             distance, fitted / UNITS[y_unit], line, color=colour, lw=width, label=name

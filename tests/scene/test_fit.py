@@ -547,6 +547,7 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
     upper, lower, detail = figure.axes
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)"]
     for axes in (upper, detail):
+        assert axes.get_ylabel() == "normal force $N$ (nN)"
         lines = {line.get_label(): line.get_ydata() for line in axes.lines}
         np.testing.assert_allclose(lines["fit"], fitted.fitted / NN)
         np.testing.assert_allclose(lines["smooth sphere"], smooth.fitted / NN)
