@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from functools import partial
 from itertools import count
@@ -223,6 +223,32 @@ def test_terminated_ensemble_says_that_it_can_be_continued(
     assert f"terminated; finished steps are saved in {database}; to continue" in (
         capsys.readouterr().err
     )
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+def test_error_that_hides_a_signal_is_printed_as_an_interruption(
+    file, folder, undisturbed, monkeypatch, capsys, request, number
+):
+    handler = signal.signal(signal.SIGINT, signal.default_int_handler)
+    request.addfinalizer(partial(signal.signal, signal.SIGINT, handler))
+    # as `numpy.ndarray.tofile` does with what a handler raises
+    whole, calls = ulm.Writer.fill, count(1)
+
+    def hides(*args):
+        if next(calls) < 8:
+            return whole(*args)
+        with suppress(KeyboardInterrupt):
+            os.kill(os.getpid(), number)
+            time.sleep(1.0)  # until the handler was called
+        raise TypeError("expected str, bytes or os.PathLike object")
+
+    monkeypatch.setattr(ulm.Writer, "fill", hides)
+    status, word = SIGNALS[number]
+    assert main(["run", str(file), "--out", str(folder)]) == status
+    printed = capsys.readouterr().err.strip()
+    assert printed.startswith(f"{word}; finished steps are saved in {folder}; ")
+    monkeypatch.undo()
+    assert_resumes(folder, undisturbed, kept(folder))
 
 
 # Incomplete frames

@@ -73,10 +73,19 @@ def _print_versions(verbose: bool) -> None:
 
 @contextmanager
 def _signals_and_warnings() -> Iterator[None]:
-    """Raise `_Terminated` on SIGTERM, and print warnings as lines."""
+    """Raise `_Terminated` on SIGTERM, and print warnings as lines.
 
-    def terminate(*_: object) -> NoReturn:
-        raise _Terminated
+    It also replaces an error after a signal to stop: NumPy raises a `TypeError` if the
+    handler raises while it writes an array to a file.
+    """
+    kinds: dict[int, type[KeyboardInterrupt]] = {signal.SIGTERM: _Terminated}
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        kinds[signal.SIGINT] = KeyboardInterrupt  # else it is ignored
+    received = list[type[KeyboardInterrupt]]()
+
+    def stop(number: int, _: object) -> NoReturn:
+        received.append(kinds[number])
+        raise kinds[number]
 
     with warnings.catch_warnings():
         warnings.showwarning = lambda warning, *_, **__: print_error(
@@ -85,11 +94,16 @@ def _signals_and_warnings() -> Iterator[None]:
         if threading.current_thread() is not threading.main_thread():
             yield
             return
-        before = signal.signal(signal.SIGTERM, terminate)
+        before = {number: signal.signal(number, stop) for number in kinds}
         try:
             yield
+        except Exception:
+            if received:
+                raise received[0] from None
+            raise
         finally:
-            signal.signal(signal.SIGTERM, before)
+            for number, handler in before.items():
+                signal.signal(number, handler)
 
 
 def _what_is_kept(options: argparse.Namespace) -> str:
