@@ -105,7 +105,8 @@ class ScanErrors:
         rough = self.problem.facts.roughness
         copies = rough.copies()
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
-        targets = np.asarray(self.targets)[np.unique(chosen)]
+        # a path may have one target only, as one of sliding
+        targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
         given, *others = (
             np.array([self._results(each, targets) for each in maps])
             for maps in ([rough], copies.coarser, copies.noisy, copies.seamless)
@@ -122,7 +123,7 @@ class ScanErrors:
         known = order[np.isfinite(errors[order]).all(axis=1)]
         return forces[known], errors[known]
 
-    def _results(self, rough: Any, targets: FloatArray) -> FloatArray:
+    def _results(self, rough: Any, targets: Sequence[float]) -> FloatArray:
         """Return the results of a map at targets, one row each; NaN where it fails."""
         indenter: Any = self.problem.indenter
         record: Any = _Result
@@ -133,7 +134,7 @@ class ScanErrors:
             replace(self.options, relaxer=None, fmax=None, scan_errors=None),
         )
         results = np.full((len(targets), len(Errors._fields)), np.nan)
-        for number, target in enumerate(targets.tolist()):
+        for number, target in enumerate(targets):
             try:
                 results[number] = stepper.step(number, target, record)
             except (ValueError, RuntimeError):  # it may touch beyond the scan

@@ -8,6 +8,7 @@ import pytest
 from ase_roughcontact import SelfAffine
 from ase_roughcontact.paths.scan_errors import ScanErrors
 from ase_roughcontact.scene import Scene
+from ase_roughcontact.scene.config import FrictionConfig
 
 SCENE = """
 [substrate]
@@ -147,3 +148,24 @@ def test_copies_are_pressed_only_when_an_error_is_asked_for(pressed, monkeypatch
     monkeypatch.setattr(ScanErrors, "__call__", fail)
     list(scene.relax(validity="ignore", scan_errors=False))
     list(Scene.parse(SCENE).run("out", validity="ignore"))  # it is complete
+
+
+def test_a_sliding_path_presses_copies_once_at_its_load(pressed, monkeypatch):
+    targets, results = [], ScanErrors._results
+
+    def counted(errors, rough, at):
+        targets.append(at)
+        return results(errors, rough, at)
+
+    monkeypatch.setattr(ScanErrors, "_results", counted)
+    sliding = {
+        "substrate.poisson": 0.3,
+        "friction": FrictionConfig(0.3),
+        "path.kind": "sliding",
+        "path.displacements": [0.0, 0.1],
+        "path.steps": 2,
+    }
+    steps = pressed(surface(2, 8), **{"path.values": [150.0]}, **sliding)
+    (alone,) = pressed(surface(2, 8), **{"path.values": [150.0]})
+    assert {len(at) for at in targets} == {1}
+    assert steps[0].area_error == steps[2].area_error == pytest.approx(alone.area_error)
