@@ -70,6 +70,11 @@ class Drive:
     force: tuple[float, float]
     stiffness: float = 0.0
 
+    def slides(self, bound: np.ndarray, tolerance: float) -> bool:
+        """Return whether a force without spring exceeds the sum of the bounds."""
+        largest = (1.0 + tolerance) * bound.sum()
+        return not self.stiffness and bool(np.hypot(*self.force) > largest)
+
     def missing(self, state: _State) -> np.ndarray:
         """Return what the sums of the tractions lack."""
         force = np.array(self.force) - self.stiffness * state.shift
@@ -192,11 +197,16 @@ def solve_friction(
     options, before = options or FrictionOptions(), halfspace.pairs
     problem = _Problem(halfspace, bound, imposed, options)
     tractions = np.zeros(imposed.shape) if start is None else bounded(start, bound)
-    state, error, message = problem.at(tractions, np.zeros(2)), 0.0, ""
+    rest, error, message = np.zeros(2), 0.0, ""
+    slides = drive is not None and drive.slides(bound, options.tolerance)
     if drive is None:
-        state = state.relaxed(options.tolerance)
+        state = problem.at(tractions, rest).relaxed(options.tolerance)
+    elif slides:
+        along = np.array(drive.force) / np.hypot(*drive.force)
+        state = problem.at(along[:, None, None] * bound, rest)
+        error = drive.error(state)
     else:
-        state, error = _driven(state, drive)
+        state, error = _driven(problem.at(tractions, rest), drive)
     residual = max(state.residual, error)
     if residual > options.tolerance:
         message = (
@@ -205,14 +215,14 @@ def solve_friction(
         )
         if drive and not bound.any():
             message = "no atom in contact can carry the lateral force"
-        elif drive and state.slipping.sum() == np.count_nonzero(bound):
+        elif slides:
             message = (
                 f"the contact slides: friction does not carry {100.0 * error:.3g} % of "
                 "the lateral load"
             )
     return FrictionSolution(
         state.tractions,
-        state.slipping,
+        bound > 0.0 if slides else state.slipping,
         state.displacement,
         state.shift,
         residual,

@@ -228,6 +228,21 @@ def test_a_force_that_friction_cannot_carry_is_not_converged():
     assert steps[1].slip_area == steps[1].contact_area
 
 
+def test_forces_above_friction_say_what_it_does_not_carry():
+    stepper = stepper_of(32)
+    (first,) = follow(stepper, 0.5, Coulomb(MU), [0.0])
+    most = MU * first.normal_force
+    forces = np.outer([0.0, 0.7, -0.7, 1.1, 1.25, 1.25], [most, 0.75 * most])
+    steps = follow(stepper_of(32), 0.5, Coulomb(MU), forces, "forces")
+    for step, part in zip(steps[3:], (1.375, 1.5625, 1.5625), strict=True):
+        lacking = f"does not carry {100.0 - 100.0 / part:.3g} %"
+        assert "the contact slides" in step.message
+        assert lacking in step.message
+        assert step.stick_area == 0.0
+        held = [step.lateral_force_x, step.lateral_force_y]
+        assert held == pytest.approx([0.8 * most, 0.6 * most])
+
+
 def test_nothing_carries_a_force_out_of_contact():
     steps = follow(stepper_of(32), [0.5, -1.0, 0.5], Coulomb(MU), [0, 1, 0], "forces")
     assert [step.converged for step in steps] == [True, False, True]
