@@ -32,8 +32,8 @@ def bodies(scene: Scene) -> dict[str, str]:
         found["indenter"] = f"rough flat, periodic cell of {n:.4g} x {m:.4g} nm"
         if removed := scene.bodies.problem.facts.edge_change:
             found["indenter"] += (
-                ", made periodic without a smooth surface of rms height "
-                f"{removed / nm:.3g} nm (Moisan 2011), which is in the errors of areas"
+                f"; a smooth surface (rms height {removed / nm:.3g} nm) is subtracted, "
+                "which makes it periodic (Moisan 2011); the errors of areas include it"
             )
     rough = scene.rough
     if isinstance(rough, SelfAffine):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
@@ -124,7 +125,7 @@ class TopographyConfig(Section):
         Parameters
         ----------
         radius : float
-            Radius of the sphere (Å).
+            Radius of the sphere; infinity for a flat (Å).
         whole_tip : bool
             Whether the scan is the whole indenter.
 
@@ -166,6 +167,13 @@ class TopographyConfig(Section):
                 "nm at its highest point, and the curvature of the sphere is added to "
                 "it: give radius = inf if it is the whole tip, or detrend = "
                 '"curvature" if it is roughness of the sphere'
+            )
+        flat = radius == math.inf and not whole_tip
+        if self.role == "indenter" and flat and not surface.periodic:
+            found.append(
+                "no tip found in the scan: it is taken as a periodic flat. Give role = "
+                '"substrate" if it is one, or the radius of the sphere that it is the '
+                "roughness of"
             )
         found += self._doubts_about_noise()
         return [f"{Path(self.file).name}: {each}" for each in found]

@@ -118,7 +118,8 @@ def test_the_part_of_the_scan_that_is_left_out_is_printed(wave):
     np.save("scan.npy", np.load("scan.npy") + 0.3 * x[:, None] ** 2)
     scene = Scene.parse(text)
     removed = scene.bodies.problem.facts.edge_change / 10.0
-    assert f"smooth surface of rms height {removed:.3g} nm" in bodies(scene)["indenter"]
+    expected = f"a smooth surface (rms height {removed:.3g} nm) is subtracted"
+    assert expected in bodies(scene)["indenter"]
 
 
 def test_random_flats_have_kappa_of_hard_walls(tmp_path, monkeypatch):
@@ -163,6 +164,21 @@ def test_a_tip_is_no_flat_and_a_hollow_neither(tmp_path, monkeypatch):
     np.save("scan.npy", -tip)
     with pytest.raises(ValueError, match=r"not convex .* is the height reversed"):
         Scene.parse(text).check()
+
+
+@pytest.mark.parametrize(
+    ("role", "periodic", "warned"),
+    [("indenter", False, True), ("indenter", True, False), ("substrate", False, False)],
+)
+def test_a_scanned_indenter_without_a_tip_is_a_flat_with_a_warning(
+    tmp_path, monkeypatch, role, periodic, warned
+):
+    monkeypatch.chdir(tmp_path)
+    np.save("scan.npy", SelfAffine(0.2, 0.8, 8.0, 64.0, seed=1).heights((64, 64), 1.0))
+    text = SCENE.replace('substrate"\n', f'{role}"\n')
+    scene = Scene.parse(text.replace("= true", f"= {str(periodic).lower()}"))
+    assert scene.is_flat
+    assert ("no tip found" in "".join(scene.warnings)) is warned
 
 
 @pytest.mark.parametrize(
