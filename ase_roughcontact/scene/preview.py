@@ -29,6 +29,8 @@ _FEW_POINTS_IN_TIME = 5_000_000
 _LEVEL = "fast"
 # Part of the rms slope above which a grid loses too much.
 _LARGEST_LOSS = 0.5
+# Wave number times the spacing of waves of a continuum.
+_LONG_WAVE = 1e-3
 
 
 def preview(scene: Scene) -> Scene:
@@ -107,6 +109,7 @@ def _continuum(scene: Scene) -> Scene:
             crystal="",
             spacing=scene.spacing,
             contact_modulus=scene.contact_modulus / UNITS["GPa"],
+            poisson=_poisson(scene) if scene.friction else None,
         )
     return scene.with_values(
         {
@@ -115,6 +118,19 @@ def _continuum(scene: Scene) -> Scene:
             "solver.fmax": None,
         }
     )
+
+
+def _poisson(scene: Scene) -> float:
+    """Return Poisson's ratio of an isotropic solid as compliant as that of a scene.
+
+    Its mean lateral compliance is that of long waves of the scene's solid.
+    """
+    q, angles = _LONG_WAVE / scene.spacing, np.pi / 8.0 * np.arange(8)
+    xx, yy, _ = scene.solid.lateral_wave_compliance(
+        q * np.cos(angles), q * np.sin(angles)
+    )
+    relative = 0.5 * q * scene.contact_modulus * float(np.mean(xx + yy))
+    return min(1.0 - 1.0 / (relative - 1.0), 0.5)  # relative = 1 + 1/(1 - nu)
 
 
 def _coarser(change: GridChange, ratio: int) -> GridChange:

@@ -5,13 +5,15 @@ import re
 
 import numpy as np
 import pytest
+from ase.build import bulk
+from spring_crystal import fcc_springs
 
 from ase_roughcontact import Coulomb, Tresca
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import loop_energies, static_friction
 from ase_roughcontact.cli import main
-from ase_roughcontact.elasticity import Isotropic
+from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.named_materials import combined_poisson
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
 from ase_roughcontact.scene import Scene, Sliding
@@ -182,6 +184,30 @@ def test_a_preview_and_what_needs_single_steps():
     assert coarse.grid_change.coarsen > 1
     with pytest.raises(ValueError, match=r"depend on those before: .*without \[fric"):
         tradeoff(scene_with(), 0.1)
+
+
+def test_a_preview_on_a_crystal_has_its_mean_lateral_compliance(tmp_path):
+    calculator, _ = fcc_springs(3.6)
+    crystal = Crystal.from_calculator(calculator, bulk("Cu", a=3.6), layers=11, size=5)
+    crystal.write(tmp_path / "springs.json")
+    scene = scene_with(
+        substrate__contact_modulus=None,
+        substrate__poisson=None,
+        substrate__spacing=None,
+        substrate__crystal=str(tmp_path / "springs.json"),
+        path__steps=3000,
+        path__values=[2000.0],
+    )
+    coarse = preview(scene)
+    coarse.check()
+    angles = np.linspace(0.0, np.pi, 50, endpoint=False)
+    q = 1e-4 * np.cos(angles), 1e-4 * np.sin(angles)
+    found, expected = (
+        solid.lateral_wave_compliance(*q)[:2].mean()
+        for solid in (coarse.solid, crystal)
+    )
+    assert isinstance(coarse.solid, Isotropic)
+    assert found == pytest.approx(expected, rel=1e-3)
 
 
 def test_the_plan_has_the_memory_of_friction():
