@@ -194,8 +194,15 @@ class TopographyConfig(Section):
             if 2.0 * noise.lines > noise.points and self.detrend != "lines":
                 advice = f'detrend = "lines", or {advice}'
             elif measured.noise_is_distinct:
-                length = f"{measured.least_wavelength / nm:.2g} nm"
-                advice = f'cutoff_wavelength = "{length}", or {advice}'
+                least = measured.least_wavelength
+                lost = surface.with_cutoff(least).lost_slope
+                # a filter must not change more than the noise does
+                if lost < 1.0 - math.sqrt(max(1.0 - share, 0.0)):
+                    advice = (
+                        f'cutoff_wavelength = "{least / nm:.2g} nm", which also '
+                        f"removes about {100.0 * lost:.2g} % of the slope of the "
+                        f"surface and makes areas larger, or {advice}"
+                    )
             else:
                 what = "noise, or waves shorter than two pixels, make"
                 advice = "a scan with smaller pixels"

@@ -287,14 +287,20 @@ class HeightMap:
         measured = self.measurement
         if measured is None or not measured.cutoff:
             return 0.0
-        whole = self._copy(measured.heights, self.spacing)
-        whole.measurement = replace(measured, cutoff=0.0)
         before, after = (
             each.statistics().rms_slope ** 2
             - measured.noise_is_distinct * each.noise_slope**2
-            for each in (whole, self)
+            for each in (self.with_cutoff(0.0), self)
         )
         return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
+
+    def with_cutoff(self, cutoff: float) -> HeightMap:
+        """Return a scan with another cutoff wavelength of its filter (length)."""
+        scan: Any = self.measurement
+        measured = replace(scan, cutoff=cutoff)
+        found = self._copy(measured.pressed, self.spacing)
+        found.measurement = measured
+        return found
 
     @property
     def missing(self) -> int:
