@@ -46,6 +46,7 @@ def measured(scene, column, noise, shift=0.0):
     return time, values + noise * np.random.default_rng(2).normal(size=len(time))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::ase_roughcontact.ValidityWarning")
 def test_modulus_relaxation_and_height_are_recovered():
     time, force = measured(TRUE, "normal_force", 2e-3, shift=3.0)
