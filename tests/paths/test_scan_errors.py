@@ -5,10 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from ase_roughcontact import SelfAffine
+from ase_roughcontact import HeightMap, SelfAffine
 from ase_roughcontact.paths.scan_errors import ScanErrors
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.config import FrictionConfig
+from ase_roughcontact.topography.measurement import Copies
+from ase_roughcontact.topography.spectrum import smooth_component
 
 SCENE = """
 [substrate]
@@ -100,13 +102,42 @@ def test_errors_of_a_given_depth_are_those_of_force_and_area(pressed):
         assert step.height_error == step.penetration_error == 0.0
 
 
-def test_errors_of_a_part_of_a_surface_in_a_periodic_cell_have_its_edges(pressed):
+def only(monkeypatch, kind):
+    """Let scans have copies of one kind."""
+    every = HeightMap.copies
+
+    def some(self):
+        return Copies(**{kind: getattr(every(self), kind)})
+
+    monkeypatch.setattr(HeightMap, "copies", some)
+
+
+def test_copies_with_more_noise_alone_tell_its_error(pressed, monkeypatch):
+    heights = surface(3, 8)
+    noisy = heights + 0.01 * np.random.default_rng(3).normal(size=heights.shape)
+    exact = pressed(heights, errors=False)
+    plain = pressed(noisy, errors=False)
+    only(monkeypatch, "noisy")
+    for true, without, step in zip(exact, plain, pressed(noisy), strict=True):
+        error = true.continuum_area - step.continuum_area
+        by_noise = step.area_error - without.area_error
+        assert 0.5 * error < by_noise < 2.0 * error
+
+
+def test_the_error_by_edges_is_the_change_if_they_fit(pressed, monkeypatch):
     part = surface(1, 16)[:50, :50]
     flat = {"sphere.radius": math.inf, "path.values": ("20 MPa",)}
-    whole = pressed(part, **flat, **{"topography.periodic": True})[0]
-    fitting = pressed(surface(1, 16), **flat, **{"topography.periodic": True})[0]
-    assert whole.area_error > 0.1 * whole.continuum_area
-    assert fitting.area_error < 0.05 * fitting.continuum_area
+    flat["topography.periodic"] = True
+    (plain,) = pressed(part, errors=False, **flat)
+    (fitting,) = pressed(part - smooth_component(part), errors=False, **flat)
+    only(monkeypatch, "seamless")
+    (step,) = pressed(part, **flat)
+    change = abs(fitting.continuum_area - plain.continuum_area)
+    assert change > 0.05 * plain.continuum_area
+    by_edges = step.area_error - plain.area_error  # on a coarser grid
+    assert 0.5 * change < by_edges < 2.0 * change
+    (fits,) = pressed(surface(1, 16), **flat)
+    assert fits.area_error < 0.05 * fits.continuum_area
 
 
 def test_the_model_of_atoms_has_the_errors_of_the_scan_too(pressed):
