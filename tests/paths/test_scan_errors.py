@@ -59,9 +59,9 @@ def pressed(tmp_path, monkeypatch):
     ("seed", "waves", "ratio", "points", "lines"),
     [
         (1, 4, 2, 0.0, 0.0),
-        (2, 8, 4, 0.0, 0.0),
+        pytest.param(2, 8, 4, 0.0, 0.0, marks=pytest.mark.slow),
         (3, 8, 1, 0.01, 0.0),
-        (4, 8, 1, 0.005, 0.01),
+        pytest.param(4, 8, 1, 0.005, 0.01, marks=pytest.mark.slow),
         (5, 4, 2, 0.01, 0.01),
     ],
 )
