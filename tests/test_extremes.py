@@ -7,6 +7,7 @@ each step, and a balance of forces by an independent convolution.
 import gc
 import tracemalloc
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -46,12 +47,41 @@ every_wall = pytest.mark.parametrize(
     ],
 )
 
+# Ends of the ranges of the tests below, in the words of the guide
+RANGES = {
+    "radius of the sphere": (10.0, 1e8),
+    "load": (1e-12, 1e4),
+    "rms slope": (1e-6, 1.0),
+    "work of adhesion over $E^*$": (0.0, 0.05),
+    "stiffness of the wall, in $E^*/a_0$": (1e-3, 1e4),
+    "Hurst exponent": (0.01, 0.99),
+    "modulus and spacing, in any unit": (1e-30, 1e30),
+    "atoms along a side of the window": (1, 4096),
+    "overlap with the indenter at the start": (1.0, 1e4),
+    "distance of the indenter": (10.0, 1e100),
+    "pressure of a random start, in $E^*$": (1e-12, 1e12),
+}
+PAGE = Path(__file__).parents[1] / "examples" / "guide" / "tested_ranges.md"
+
 bounded = settings(max_examples=30, deadline=None, derandomize=True, database=None)
 walls = st.sampled_from(sorted(WALLS))
 
 
 def decades(first, last):
     return st.floats(np.log10(first), np.log10(last)).map(lambda x: 10.0**x)
+
+
+RADII = decades(*RANGES["radius of the sphere"])
+LOADS = decades(*RANGES["load"])
+SLOPES = decades(*RANGES["rms slope"])
+WORKS = st.floats(*RANGES["work of adhesion over $E^*$"])
+STIFFNESSES = decades(*RANGES["stiffness of the wall, in $E^*/a_0$"])
+HURSTS = st.floats(*RANGES["Hurst exponent"])
+UNITS = RANGES["modulus and spacing, in any unit"]
+LONGEST = RANGES["atoms along a side of the window"][1]
+LEAST_DEPTH, LARGEST_DEPTH = RANGES["overlap with the indenter at the start"]
+NEAREST, FARTHEST = RANGES["distance of the indenter"]
+SMALLEST_START, LARGEST_START = RANGES["pressure of a random start, in $E^*$"]
 
 
 def rough(slope=0.1, hurst=0.8, short=4.0, long=16.0, spacing=1.0, seed=1):
@@ -170,14 +200,14 @@ def largest_force_of_attraction(contact, state, load, wanted):
 
 
 @bounded
-@given(radius=decades(10.0, 1e8), load=decades(1e-12, 1e4), wall=walls)
+@given(radius=RADII, load=LOADS, wall=walls)
 def test_any_radius_carries_any_load(radius, load, wall):
     sphere = rc.RoughSphere(radius, rough(long=12.0))
     relaxed(contact_of(sphere, wall), load, max(1e-9 * load, 1e-12))
 
 
 @bounded
-@given(slope=decades(1e-6, 1.0), load=decades(1e-12, 1e3), wall=walls, p=st.booleans())
+@given(slope=SLOPES, load=decades(1e-12, 1e3), wall=walls, p=st.booleans())
 def test_any_slope_carries_any_load(slope, load, wall, p):
     indenter = rough(slope, long=12.0)
     contact = contact_of(indenter, wall, periodic=p)
@@ -185,7 +215,7 @@ def test_any_slope_carries_any_load(slope, load, wall, p):
 
 
 @bounded
-@given(work=st.floats(0.0, 0.05), stiffness=decades(1e-3, 1e4), load=decades(1e-6, 1e2))
+@given(work=WORKS, stiffness=STIFFNESSES, load=decades(1e-6, 1e2))
 def test_walls_of_any_stiffness_and_work_of_adhesion_relax(work, stiffness, load):
     wall = rc.LennardJones93.adhesive(1.0, 1.0, work, stiffness=stiffness)
     contact = contact_of(rc.RoughSphere(100.0, rough(long=12.0)), wall)
@@ -194,7 +224,7 @@ def test_walls_of_any_stiffness_and_work_of_adhesion_relax(work, stiffness, load
 
 
 @bounded
-@given(hurst=st.floats(0.01, 0.99), wall=walls, seed=st.integers(0, 9))
+@given(hurst=HURSTS, wall=walls, seed=st.integers(0, 9))
 def test_roughness_of_any_hurst_exponent_relaxes(hurst, wall, seed):
     sphere = rc.RoughSphere(100.0, rough(hurst=hurst, long=12.0, seed=seed))
     relaxed(contact_of(sphere, wall), 1.0)
@@ -212,13 +242,20 @@ def test_automatic_windows_work_for_a_radius_of_a_hundred_million_atoms(wall):
     assert records[-1].contact_area == pytest.approx(hertz, rel=0.15)
 
 
+def test_ranges_in_the_guide_are_those_of_these_tests():
+    table = PAGE.read_text().partition("| from | to |\n")[2].partition("\n\n")[0]
+    shown = [line.strip("| ").split(" | ") for line in table.splitlines()[1:]]
+    ends = {quantity: (float(first), float(last)) for quantity, first, last in shown}
+    assert ends == RANGES
+
+
 # Scaling
 
 
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @every_wall
-@pytest.mark.parametrize("modulus", [1e-30, 1e30])
-@pytest.mark.parametrize("spacing", [1e-30, 1.0, 1e30])
+@pytest.mark.parametrize("modulus", UNITS)
+@pytest.mark.parametrize("spacing", [UNITS[0], 1.0, UNITS[1]])
 def test_pressures_scale_with_the_modulus_and_lengths_with_the_spacing(
     wall, periodic, spacing, modulus
 ):
@@ -245,7 +282,7 @@ def test_pressures_scale_with_the_modulus_and_lengths_with_the_spacing(
 @pytest.mark.parametrize("periodic", [False, True], ids=["free", "periodic"])
 @every_wall
 @pytest.mark.parametrize(
-    "shape", [(1, 1), (1, 2), (2, 1), (1, 17), (31, 37), (1, 4096), (3, 512)]
+    "shape", [(1, 1), (1, 2), (2, 1), (1, 17), (31, 37), (1, LONGEST), (3, 512)]
 )
 def test_windows_of_any_shape_carry_any_load(shape, wall, periodic):
     heights = np.random.default_rng(7).uniform(0.0, 2.0, shape)
@@ -259,7 +296,7 @@ def test_a_window_may_be_in_full_contact(wall):
     if wall == "plastic":
         pytest.skip("the load of full contact is above the hardness")
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
-    state = relaxed(contact, 1e4, 1e-5)
+    state = relaxed(contact, RANGES["load"][1], 1e-5)
     assert (state.pressure > 0.0).all()
 
 
@@ -274,7 +311,7 @@ def test_full_contact_of_a_periodic_surface_is_solved_to_eleven_digits(wall):
 
 
 @every_wall
-@pytest.mark.parametrize("height", [1e1, 1e3, 1e6, 1e12, 1e100])
+@pytest.mark.parametrize("height", [NEAREST, 1e3, 1e6, 1e12, FARTHEST])
 def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
     state = relaxed(contact, height=contact.first_contact + height)
@@ -283,7 +320,7 @@ def test_an_indenter_out_of_range_causes_no_pressure(wall, height):
 
 
 @every_wall
-@pytest.mark.parametrize("depth", [1.0, 1e2, 1e4])
+@pytest.mark.parametrize("depth", [LEAST_DEPTH, 1e2, LARGEST_DEPTH])
 def test_an_indenter_may_overlap_by_many_core_lengths(wall, depth):
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
     relaxed(contact, height=contact.first_contact - depth, tolerance=1e-9 * depth)
@@ -322,7 +359,7 @@ def test_energy_of_the_wall_is_exact_next_to_its_minimum():
 
 
 @every_wall
-@pytest.mark.parametrize("size", [1e-12, 1e-3, 1.0, 1e3, 1e6, 1e12])
+@pytest.mark.parametrize("size", [SMALLEST_START, 1e-3, 1.0, 1e3, 1e6, LARGEST_START])
 def test_a_random_start_of_any_size_relaxes(wall, size):
     contact = contact_of(rc.RoughSphere(100.0, rough()), wall)
     start = size * np.random.default_rng(3).normal(size=contact.heights.shape)

@@ -8,7 +8,7 @@ import pytest
 from small_scene import SMALL
 
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.elasticity.material import CRYSTALS, crystal_modulus
+from ase_roughcontact.elasticity.material import CRYSTALS, HARDNESS, crystal_modulus
 from ase_roughcontact.elasticity.named_materials import (
     MATERIALS,
     combined_modulus,
@@ -47,6 +47,16 @@ def test_the_table_of_the_guide_has_the_values_of_the_materials():
         assert bool(energy) == (known.surface_energy is not None)
         if energy:
             assert float(energy) == pytest.approx(known.surface_energy, rel=0.02)
+
+
+def test_the_table_of_the_guide_has_the_hardnesses_of_the_elements():
+    text = GUIDE.read_text().partition("### Hardness")[2]
+    rows = re.findall(r"^\| ([A-Z][a-z]?) \| ([\d.]+) \| ([\d.]*)", text, re.M)
+    assert {name: float(value) for name, value, _ in rows} == HARDNESS
+    parts = {name: part for name, _, part in rows if part}
+    for name, part in parts.items():
+        assert part == f"{100 * HARDNESS[name] / crystal_modulus(name):.1f}"
+    assert parts.keys() == CRYSTALS.keys()
 
 
 def test_crystals_are_materials():
