@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import json
+import logging
 import math
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NamedTuple
 
 from ase_roughcontact.ensemble import Progress
 from ase_roughcontact.scene import Scene, default_text
@@ -62,7 +63,45 @@ def progress_bar(options: argparse.Namespace) -> Iterator[Callable | None]:
                 refresh=True,
             )
 
-        yield draw
+        with _logged(draw):
+            yield draw
+
+
+@contextmanager
+def _logged(draw: Callable) -> Iterator[None]:
+    """Draw what the package logs, texts with a number and a total, as progress."""
+    logger, handler = logging.getLogger("ase_roughcontact"), _Drawn(draw)
+    level = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+        logger.removeHandler(handler)
+
+
+class _Drawn(logging.Handler):
+    """Handler that draws messages as progress."""
+
+    def __init__(self, draw: Callable) -> None:
+        super().__init__()
+        self._draw = draw
+
+    def emit(self, record: Any) -> None:
+        number, total = record.args
+        self._draw(_Part(number, total, record.getMessage()))
+
+
+class _Part(NamedTuple):
+    """Progress of a part of a step."""
+
+    steps: int
+    total: int
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
 
 
 def json_line(values: Mapping[str, Any], units: Mapping[str, str]) -> str:

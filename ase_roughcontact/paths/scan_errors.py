@@ -31,10 +31,12 @@ true errors of synthetic scans.
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,6 +50,7 @@ from ase_roughcontact.paths.relaxed import RelaxedStep
 from ase_roughcontact.paths.step import StepOptions, Stepper
 from ase_roughcontact.topography.measurement import HALVINGS, NOISY
 
+_LOGGER = logging.getLogger(__name__)
 #: Number of targets at which copies are pressed, and what a plan says of them.
 TARGETS = 3
 COPIES_LEFT_OUT = (
@@ -107,14 +110,20 @@ class ScanErrors:
         chosen = np.linspace(0, len(self.targets) - 1, TARGETS).round().astype(int)
         # a path may have one target only, as one of sliding
         targets = list(dict.fromkeys(np.asarray(self.targets)[chosen].tolist()))
-        given, *others = (
-            np.array([self._results(each, targets) for each in maps])
-            for maps in ([rough], copies.coarser, copies.noisy, copies.seamless)
-        )
+        groups = [rough], copies.coarser, copies.noisy, copies.seamless
+        number, total = count(1), sum(map(len, groups))
+        results = list[FloatArray]()
+        for maps in groups:
+            rows = []
+            for each in maps:
+                _LOGGER.info("errors of the scan: copy %d of %d", next(number), total)
+                rows.append(self._results(each, targets))
+            results.append(np.array(rows))
+        given, *others = results
         forces, errors = given[0, :, 1], np.zeros_like(given[0])
-        for change, results in zip((_pixels, _noise, _edges), others, strict=True):
-            if results.size:
-                errors = np.hypot(errors, change(given[0], results))
+        for change, found in zip((_pixels, _noise, _edges), others, strict=True):
+            if found.size:
+                errors = np.hypot(errors, change(given[0], found))
         errors[:, _PRESCRIBED[self.control]] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
             errors[:, :2] /= abs(given[0, :, :2])

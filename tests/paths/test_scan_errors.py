@@ -1,5 +1,6 @@
 """Stated errors of scans against the true ones of synthetic surfaces."""
 
+import logging
 import math
 
 import numpy as np
@@ -200,3 +201,13 @@ def test_a_sliding_path_presses_copies_once_at_its_load(pressed, monkeypatch):
     (alone,) = pressed(surface(2, 8), **{"path.values": [150.0]})
     assert {len(at) for at in targets} == {1}
     assert steps[0].area_error == steps[2].area_error == pytest.approx(alone.area_error)
+
+
+def test_the_copy_that_is_pressed_is_logged(pressed, caplog):
+    caplog.set_level(logging.INFO, "ase_roughcontact")
+    pressed(surface(2, 8), **{"path.values": [150.0]})
+    count = len(caplog.messages)
+    assert count >= 3  # the scan, half and a quarter of its pixels
+    assert caplog.messages == [
+        f"errors of the scan: copy {i + 1} of {count}" for i in range(count)
+    ]
