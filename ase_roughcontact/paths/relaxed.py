@@ -51,6 +51,8 @@ class LateralState:
     ----------
     displacement, force : ndarray, shape (2,)
         Of the indenter along x and y (Å), and what acts on it to hold it (eV/Å).
+    bound : float
+        Largest magnitude of this force, if all atoms slip in one direction (eV/Å).
     sticking, slipping : int
         Numbers of atoms in contact that stick, and of the others.
     slip : float
@@ -66,6 +68,7 @@ class LateralState:
 
     displacement: np.ndarray
     force: np.ndarray
+    bound: float
     sticking: int
     slipping: int
     slip: float

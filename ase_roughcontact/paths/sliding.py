@@ -271,6 +271,7 @@ class _Sliding:
         state = LateralState(
             displacement=at,
             force=area * tractions.sum(axis=(1, 2)),
+            bound=area * float(bound.sum()),
             sticking=sticking,
             slipping=relaxed.fields.repulsive_atoms - sticking,
             slip=float(slips[bound > 0.0].max(initial=0.0)),

@@ -34,6 +34,12 @@ class SlidingStep(LoadStep):
         "force along y that holds the indenter against friction",
         "eV/Å",
     )
+    largest_friction: float = column(
+        lambda s: s.lateral.bound,
+        "lateral force if all atoms slip in one direction: with a friction coefficient "
+        "mu, mu times the repulsive part of the normal force",
+        "eV/Å",
+    )
     stick_area: float = column(
         lambda s: s.lateral.sticking * s.fields.cell_area,
         "area of the atoms in contact that stick",

@@ -27,8 +27,7 @@ _NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
 # Margin of maps beside contacts.
 _MARGIN = 1.1
 # Lateral force across the path, relative to that along it, above which it is drawn; and
-# lateral force, relative to the friction coefficient times the load, above which this
-# product is drawn.
+# lateral force, relative to its bound, above which the bound is drawn.
 _DRAWN, _NEAR = 0.01, 0.5
 
 
@@ -36,7 +35,7 @@ def plot_friction_loop(
     axes: Any,
     steps: Sequence[Any],
     towards: Sequence[float] | FloatArray = (1.0, 0.0),
-    coefficient: float | None = None,
+    bounds: bool = False,
 ) -> Any:
     """Plot the lateral force over the lateral displacement.
 
@@ -47,9 +46,9 @@ def plot_friction_loop(
     towards : (float, float)
         Unit vector along which displacement and force are drawn; a force across it is
         drawn, too, unless it is small.
-    coefficient : float, optional
-        Friction coefficient mu. Dashed lines at plus and minus mu times the normal
-        force are drawn if the lateral force exceeds half of this.
+    bounds : bool
+        Whether dashed lines are drawn at the forces at which all atoms slip, if the
+        lateral force exceeds half of them.
 
     Returns
     -------
@@ -58,9 +57,9 @@ def plot_friction_loop(
     x = _displacements(steps, towards)
     forces = np.array([[s.lateral_force_x, s.lateral_force_y] for s in steps]) / _NN
     along, across = forces @ towards, forces @ [-towards[1], towards[0]]
-    limit = (coefficient or 0.0) * np.array([s.normal_force for s in steps]) / _NN
-    if coefficient and abs(along).max() > _NEAR * limit.max():
-        axes.plot(x, limit, "--", color=GREY, lw=0.8, label=r"$\pm\mu N$")
+    limit = np.array([s.largest_friction for s in steps]) / _NN
+    if bounds and abs(along).max() > _NEAR * limit.max():
+        axes.plot(x, limit, "--", color=GREY, lw=0.8, label="all slip")
         axes.plot(x, -limit, "--", color=GREY, lw=0.8)
     axes.plot(x, along, ".-", color=BLUE, label="along the path")
     if abs(across).max() > _DRAWN * abs(along).max():
@@ -137,19 +136,18 @@ def draw_friction(
     file: Path,
     steps: Sequence[Any],
     towards: Sequence[float] | FloatArray = (1.0, 0.0),
-    coefficient: float | None = None,
 ) -> None:
     """Write the figure of a sliding path: force and areas over displacement.
 
     Parameters
     ----------
     file : path
-    steps, towards, coefficient
+    steps, towards
         See `plot_friction_loop`.
     """
     with written(file, 4.6) as figure:
         panels = upper, lower = figure.subplots(2, 1, sharex=True)
-        plot_friction_loop(upper, steps, towards, coefficient)
+        plot_friction_loop(upper, steps, towards, bounds=True)
         plot_slip_areas(lower, steps, towards)
         upper.label_outer()
         letter(panels)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby, zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -216,15 +217,47 @@ class Sliding(PathKind):
         """Draw friction loop, areas, and maps of tractions."""
         from ase_roughcontact import plot  # imports matplotlib
 
-        limit = bodies.friction.coefficient
-        plot.draw_friction(folder / "friction.png", states, self.towards, limit)
+        plot.draw_friction(folder / "friction.png", states, self.towards)
         yield "friction.png"
-        loaded = [state for state in states if state.lateral_energy]
-        if loaded:
-            chosen = np.linspace(0, len(loaded) - 1, _MAPS).round().astype(int)
-            shown = [loaded[i] for i in np.unique(chosen)]
+        shown = self.partly_slipping(states)
+        if shown:
             frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
-            x, y = self.towards / UNITS["nm"]
-            titles = [f"{x * s.lateral_x + y * s.lateral_y:.3g} nm" for s in shown]
+            titles = [self._place(state) for state in shown]
             plot.draw_tractions(folder / "tractions.png", frames, titles)
             yield "tractions.png"
+
+    def partly_slipping(self, states: Sequence[Any]) -> list[Any]:
+        """Return a few states with tractions in order, those with most partial slip.
+
+        At first one of each way between two turns; of equal tractions only one.
+        """
+        distinct = {
+            (
+                f"{math.hypot(s.lateral_force_x, s.lateral_force_y):.2g}",
+                f"{s.stick_area:.1g}",
+            ): s
+            for s in reversed(states)
+            if s.lateral_energy
+        }
+
+        def way(state: Any) -> int:
+            return (state.step - 1) // self.steps
+
+        def whole(state: Any) -> float:
+            return -state.stick_area * state.slip_area
+
+        ordered = sorted(distinct.values(), key=lambda s: (way(s), whole(s), s.step))
+        ways = [list(group) for _, group in groupby(ordered, way)]
+        best = [
+            s
+            for row in zip_longest(*ways)
+            for s in sorted(filter(None, row), key=whole)
+        ]
+        return sorted(best[:_MAPS], key=lambda s: s.step)
+
+    def _place(self, state: Any) -> str:
+        """Return displacement and lateral force along the path."""
+        at = self.towards @ [state.lateral_x, state.lateral_y] / UNITS["nm"]
+        force = self.towards @ [state.lateral_force_x, state.lateral_force_y]
+        text = f"{round(at, 9) + 0.0:.3g} nm, {force / UNITS['nN']:.3g} nN"
+        return text.replace("-", "\N{MINUS SIGN}")

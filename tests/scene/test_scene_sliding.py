@@ -6,6 +6,7 @@ import re
 import numpy as np
 import pytest
 from ase.build import bulk
+from matplotlib.figure import Figure
 from spring_crystal import fcc_springs
 
 from ase_roughcontact import Coulomb, Tresca
@@ -16,6 +17,7 @@ from ase_roughcontact.cli import main
 from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.named_materials import combined_poisson
 from ase_roughcontact.ensemble import product, read_ensemble, run_ensemble
+from ase_roughcontact.plot import plot_friction_loop, style
 from ase_roughcontact.scene import Scene, Sliding
 from ase_roughcontact.scene.preview import preview
 from ase_roughcontact.scene.tradeoff import tradeoff
@@ -75,6 +77,35 @@ def test_a_path_without_contact_says_so(tmp_path):
         "static friction": "none: no atom is in contact"
     }
     assert list(scene.path.draw(scene, steps, tmp_path)) == ["friction.png"]
+
+
+def test_the_bound_that_is_drawn_is_that_of_the_repelled_atoms():
+    wall = {"interaction__kind": "adhesive", "interaction__work_of_adhesion": 0.1}
+    scene = scene_with(**wall, path__displacements=[0, "3 Å"], path__steps=1)
+    (first, last) = steps = list(scene.relax(validity="ignore"))
+    assert last.stick_area == 0.0
+    assert last.lateral_force_x > 0.3 * 1.5 * last.normal_force
+    with style():
+        axes = plot_friction_loop(Figure().subplots(), steps, bounds=True)
+    upper, lower, force = axes.lines
+    # tractions at their bounds are nearly parallel
+    assert upper.get_ydata()[1] == pytest.approx(force.get_ydata()[1], rel=1e-4)
+    assert lower.get_ydata() == pytest.approx(-upper.get_ydata())
+    # the bound does not depend on whether atoms slip
+    assert first.largest_friction == pytest.approx(last.largest_friction, rel=1e-3)
+
+
+def test_maps_show_stick_beside_slip_on_the_first_way_and_after_a_turn():
+    scene = scene_with(path__displacements=[0, 1, -1, 1, -1], path__steps=8)
+    steps = list(scene.relax(validity="ignore"))
+    shown = scene.path.partly_slipping(steps)
+    assert [s.step for s in shown] == sorted({s.step for s in shown})
+    assert len(shown) == 4
+    assert all(s.stick_area > 0.0 and s.slip_area > 0.0 for s in shown)
+    first, back = (range(n, n + 8) for n in (1, 9))
+    assert {s.step in first for s in shown} == {True, False}
+    # the others mirror or repeat the states after the first turn
+    assert all(s.step in first or s.step in back for s in shown)
 
 
 def test_direction_forces_and_changing_loads():
