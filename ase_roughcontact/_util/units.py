@@ -66,7 +66,10 @@ TIMES: dict[str, float] = {
 #: Units of frequencies in hertz.
 FREQUENCIES: dict[str, float] = {"Hz": 1.0, "mHz": 1e-3, "kHz": 1e3, "MHz": 1e6}
 
-#: Value of each unit in ASE's units (Å, eV, s).
+#: Units of angles in degrees.
+ANGLES: dict[str, float] = {"deg": 1.0, "°": 1.0}
+
+#: Value of each unit in ASE's units (Å, eV, s), and of angles in degrees.
 UNITS: dict[str, float] = {
     **LENGTHS,
     **FORCES,
@@ -74,6 +77,7 @@ UNITS: dict[str, float] = {
     **WORKS,
     **TIMES,
     **FREQUENCIES,
+    **ANGLES,
     **dict.fromkeys(("", "Å^2", "eV", "eV/s", "bytes"), 1.0),
     "nm²": 100.0,
     "GB": 1e9,
@@ -117,7 +121,7 @@ def quantity(
 
 def units_like(unit: str) -> Mapping[str, float]:
     """Return the units of the same dimension as one of `UNITS`; none for ""."""
-    tables = LENGTHS, FORCES, PRESSURES, WORKS, TIMES, FREQUENCIES
+    tables = LENGTHS, FORCES, PRESSURES, WORKS, TIMES, FREQUENCIES, ANGLES
     return next((table for table in tables if unit in table), {})
 
 

@@ -125,12 +125,22 @@ def plan_targets(
 
 
 def with_friction(plan: Plan) -> Plan:
-    """Return a plan with the memory of friction, and what this leaves out."""
+    """Return a plan with the memory of friction, and what this leaves out.
+
+    Steps with equal targets are one.
+    """
+    counts: dict[float, int] = {}
+    for step in plan.steps:
+        counts[step.target] = counts.get(step.target, 0) + step.count
+    distinct = {step.target: step for step in plan.steps}
     steps = (
-        replace(step, memory=step.memory + friction_memory(size_of(step.window)))
-        if step.window
-        else step
-        for step in plan.steps
+        replace(
+            step,
+            count=counts[target],
+            memory=step.memory
+            + (friction_memory(size_of(step.window)) if step.window else 0.0),
+        )
+        for target, step in distinct.items()
     )
     left_out = (
         "changes of the heights by sliding, which must be small compared to the "

@@ -44,7 +44,7 @@ class Sliding(PathKind):
 
     kind = "sliding"
     record = SlidingStep
-    units = {"spring": "N/m"}
+    units = {"spring": "N/m", "direction": "deg"}
     by_load = False
     in_order = True
     captions = {
