@@ -129,14 +129,11 @@ def with_friction(plan: Plan) -> Plan:
 
     Steps with equal targets are one.
     """
-    counts: dict[float, int] = {}
-    for step in plan.steps:
-        counts[step.target] = counts.get(step.target, 0) + step.count
     distinct = {step.target: step for step in plan.steps}
     steps = (
         replace(
             step,
-            count=counts[target],
+            count=sum(s.count for s in plan.steps if s.target == target),
             memory=step.memory
             + (friction_memory(size_of(step.window)) if step.window else 0.0),
         )
