@@ -127,9 +127,9 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
         Fit of a smooth sphere.
     file : path
     """
-    curves = [("fit", fit.fitted, plot.BLUE, 2.0, "-")]
+    curves: list[tuple] = [("fit", fit, plot.BLUE, 2.0, "-")]
     if smooth is not None:
-        curves.append(("smooth sphere", smooth.fitted, plot.ORANGE, 1.2, "--"))
+        curves.append(("smooth sphere", smooth, plot.ORANGE, 1.2, "--"))
     (name, x_unit), (_, y_unit) = fit.abscissa, fit.ordinate
     with written(file, 5.5) as figure:
         ratios = (3, 1.3) if x_unit == "s" else (3, 1.3, 3)
@@ -139,8 +139,8 @@ def draw_fit(fit: Fit, smooth: SmoothFit | None, file: Path) -> None:
         for detail in details:
             _draw_curves(detail, fit, curves, size=2.5)
             _cut_to_tension(detail, fit)
-        for _, force, colour, _, _ in curves:
-            residual = (force - fit.force)[fit.compared] / UNITS[y_unit]
+        for _, each, colour, _, _ in curves:
+            residual = (each.fitted - fit.force)[fit.compared] / UNITS[y_unit]
             distance = fit.distance[fit.compared] / UNITS[x_unit]
             lower.plot(distance, residual, ".", color=colour, ms=2)
         lower.axhline(0.0, color="black", lw=0.5)
@@ -163,10 +163,10 @@ def _draw_curves(axes: Any, fit: Fit, curves: Sequence[tuple], size: float) -> N
         hollow = distance[outside], force[outside]
         left_out = "measured at a jump, not compared"
         axes.plot(*hollow, "o", **points, mfc="white", label=left_out)
-    for name, fitted, colour, width, line in curves:
-        axes.plot(
-            distance, fitted / UNITS[y_unit], line, color=colour, lw=width, label=name
-        )
+    for name, each, colour, width, line in curves:
+        x, y = each.line or (fit.distance, each.fitted)
+        x, y = x / UNITS[x_unit], y / UNITS[y_unit]
+        axes.plot(x, y, line, color=colour, lw=width, label=name)
     axes.set_ylabel(f"{label} ({y_unit})")
 
 
@@ -180,7 +180,8 @@ def _cut_to_tension(axes: Any, fit: Fit) -> None:
         margin = max(2.0 * np.ptp(part), _LEAST_MARGIN * np.ptp(distance))
         ends = part.min() - margin, part.max() + margin
         axes.set_xlim(np.clip(ends, distance.min(), distance.max()))
-        axes.set_ylim(free - 1.2 * tension, free + tension)
+        lowest = min(line.get_ydata().min() for line in axes.lines)
+        axes.set_ylim(free - 1.2 * (free - lowest), free + tension)
 
 
 def draw_tradeoff(study: Tradeoff, file: Path) -> None:

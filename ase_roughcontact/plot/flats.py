@@ -94,7 +94,7 @@ def plot_flat_conductance(
     right = axes.secondary_yaxis(
         "right", functions=(lambda k: factor * k, lambda g: g / factor)
     )
-    right.set_ylabel(r"conductance $\times$ resistivity (nm)", color=GREY)
+    right.set_ylabel("conductance\n× resistivity (nm)", color=GREY)
     return axes
 
 

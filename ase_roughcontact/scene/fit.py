@@ -35,6 +35,8 @@ _SYSTEMATIC = 6.0
 # Residual of the height of the base at a jump, less the error by the grid, relative to
 # its standard error, that is not that of the scene: 1.7 is half a step of the base.
 _OFF_AT_JUMP = 4.0
+# Distance of the points at a jump, relative to the others, from which it is a gap.
+_GAP = 5.0
 # Correlation from which two parameters can't be distinguished.
 _CORRELATED = 0.99
 #: Standard uncertainty of the logarithm of the range of the attraction, which a scene
@@ -80,6 +82,9 @@ class Fit(Printed):
     abscissa, ordinate : (str, str)
         Names and units of what `distance` and `force` are: of a path in time the time,
         and under given loads the penetration.
+    line : (ndarray, ndarray) or None
+        Heights of the base (Å) and fitted forces (eV/Å) on many points for a figure;
+        None on a path in time.
     """
 
     names: tuple[str, ...]
@@ -98,6 +103,7 @@ class Fit(Printed):
     warnings: tuple[str, ...] = ()
     abscissa: tuple[str, str] = ("distance of the base", "nm")
     ordinate: tuple[str, str] = ("normal force $N$", "nN")
+    line: tuple[FloatArray, FloatArray] | None = None
 
     @property
     def parts(self) -> list[Any]:
@@ -308,15 +314,28 @@ def _fitted(
     state = noise, converged, curve.far_force
     found = Fit(*parameters, correlation, *points, *state)
     doubts = _warnings(problem, curve, found)
-    doubts += _jump_warnings(curve, at_jumps[count:])
-    return replace(found, warnings=(*ended, *doubts))
+    doubts += _jump_warnings(curve, at_jumps[count:], compared[count:])
+    return replace(found, warnings=(*ended, *doubts), line=problem.line(x))
 
 
-def _jump_warnings(curve: ForceCurve, residuals: FloatArray) -> Iterator[str]:
-    """Yield warnings of jumps that are not where they were measured."""
-    for branch, residual in zip(curve.branches, residuals, strict=False):
+def _jump_warnings(
+    curve: ForceCurve, residuals: FloatArray, compared: np.ndarray
+) -> Iterator[str]:
+    """Yield warnings of jumps that are in a gap, or not where they were measured."""
+    for branch, residual, known in zip(
+        curve.branches, residuals, compared, strict=False
+    ):
+        name = "snap-in" if branch.direction < 0.0 else "pull-off"
+        base = curve.base[branch.points] / UNITS["nm"]
+        steps = abs(np.diff(base))
+        if known and steps[branch.jump] > _GAP * np.median(steps):
+            first, last = sorted(base[branch.jump :][:2])
+            yield (
+                f"the {name} is in a gap of the measured points, with the base at "
+                f"{first:.4g} to {last:.4g} nm: the fit, and that of a smooth sphere, "
+                "know it no better than that"
+            )
         if abs(residual) > _OFF_AT_JUMP:
-            name = "snap-in" if branch.direction < 0.0 else "pull-off"
             yield (
                 f"the {name} of the fit is {abs(residual):.1f} standard errors "
                 f"{'above' if residual > 0.0 else 'below'} the measured one: the range "

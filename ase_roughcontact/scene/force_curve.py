@@ -26,6 +26,8 @@ _FALLS = 8.0
 _NEAR = 10
 # A change of the force between two points is a jump from this many times the noise.
 _JUMP = 8.0
+# Number of points of a drawn branch.
+_DRAWN = 2000
 # Noise of data without any, relative to the range of the forces.
 _SMALLEST_NOISE = 1e-4
 
@@ -160,6 +162,17 @@ class ForceCurve:
         """
         depth = self.depth + baseline / self.stiffness
         return replace(self, depth=depth, force=self.force - baseline)
+
+    @property
+    def drawn(self) -> ForceCurve:
+        """Curve of many points on each branch without force, to draw a model."""
+        base = [
+            np.linspace(part.min(), part.max(), _DRAWN)[:: int(branch.direction)]
+            for branch in self.branches
+            for part in [self.base[branch.points]]
+        ]
+        depth = -np.concatenate(base)
+        return ForceCurve(depth, np.zeros_like(depth), self.stiffness)
 
     @cached_property
     def deepest(self) -> float:

@@ -117,6 +117,13 @@ class Residuals:
             forces[measured.points] += followed.at(base[measured.points])[:, 0]
         return forces
 
+    def line(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return heights of the base and forces on many points, see `Fit`."""
+        drawn, names = copy(self), [name for name in self.names if name in BASELINE]
+        drawn._curve = self._curve.drawn
+        drawn._baseline = drawn._curve.baseline(names)
+        return drawn._curve.base, drawn.forces(x)
+
     def of(self, x: FloatArray) -> tuple[FloatArray, FloatArray, np.ndarray]:
         """Return residuals of the forces and of the jumps, and their derivatives.
 

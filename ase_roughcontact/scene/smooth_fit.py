@@ -34,11 +34,14 @@ class SmoothFit:
         Name of the theory that applies, by Maugis' parameter.
     fitted : ndarray, shape (k,)
         Forces (eV/Å).
+    line : (ndarray, ndarray) or None
+        Heights of the base (Å) and forces (eV/Å) on many points for a figure.
     """
 
     work_of_adhesion: float
     theory: str
     fitted: FloatArray
+    line: tuple[FloatArray, FloatArray] | None = None
 
     def __str__(self) -> str:
         """Return the theory and the work of adhesion."""
@@ -89,9 +92,12 @@ def smooth_fit(
     if baseline:
         corrected = curve.less(np.full(len(force), curve.far_force))
 
-    def forces(x: FloatArray) -> FloatArray:
+    def forces(x: FloatArray, at: ForceCurve = curve) -> FloatArray:
         smooth = _forces(theory(x[0]), size, curve, base + x[1])
-        return smooth + lines @ np.linalg.lstsq(lines, force - smooth)[0]
+        slopes = np.linalg.lstsq(lines, force - smooth)[0]
+        if at is not curve:
+            smooth = _forces(theory(x[0]), size, at, at.base + x[1])
+        return smooth + at.baseline(baseline) @ slopes
 
     def squares(x: FloatArray) -> float:
         return float(np.sum((forces(x) - force) ** 2))
@@ -112,7 +118,9 @@ def smooth_fit(
     }
     found = minimize(squares, best, method="Nelder-Mead", options=options).x
     work = float(min(abs(found[0]), _LARGEST))
-    return SmoothFit(work, theory(work).name, forces(found))
+    drawn = curve.drawn
+    line = drawn.base, forces(found, drawn)
+    return SmoothFit(work, theory(work).name, forces(found), line)
 
 
 def _forces(

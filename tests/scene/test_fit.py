@@ -518,6 +518,19 @@ def test_a_trial_that_fails_leaves_the_best_one_so_far(measured, monkeypatch):
     assert found.values[0] == pytest.approx(best["work_of_adhesion"])
 
 
+def test_a_pull_off_in_a_gap_of_the_points_is_named(measured):
+    away = measured.branches[1]
+    last = away.points.start + away.jump
+    kept = np.r_[: last - 3, last + 5 : measured.force.size]
+    with_gap = ForceCurve(
+        measured.depth[kept], measured.force[kept], measured.stiffness
+    )
+    (warning,) = fit_curve(scene(), with_gap).warnings
+    first, end = measured.base[[last - 4, last + 5]] / UNITS["nm"]
+    assert warning.startswith("the pull-off is in a gap of the measured points")
+    assert f"at {first:.4g} to {end:.4g} nm" in warning
+
+
 def test_wrong_fits_are_refused(measured):
     def fit(depth, free):
         fit_curve(scene(), ForceCurve(depth, np.zeros(3)), free)
@@ -548,9 +561,15 @@ def test_a_fit_is_drawn_as_curve_residuals_and_tension(tmp_path, monkeypatch, fi
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["(a)", "(b)", "(c)"]
     for axes in (upper, detail):
         assert axes.get_ylabel() == "normal force $N$ (nN)"
-        lines = {line.get_label(): line.get_ydata() for line in axes.lines}
-        np.testing.assert_allclose(lines["fit"], fitted.fitted / NN)
-        np.testing.assert_allclose(lines["smooth sphere"], smooth.fitted / NN)
+        lines = {line.get_label(): line for line in axes.lines}
+        along, force = lines["fit"].get_data()
+        turn = np.argmin(along) + 1  # the retraction is drawn from there on
+        measured, points = fitted.distance / UNITS["nm"], fitted.compared.copy()
+        points[: np.argmin(measured) + 1] = False
+        drawn = np.interp(measured, along[turn:], force[turn:])
+        np.testing.assert_allclose(drawn[points], fitted.fitted[points] / NN, atol=1e-3)
+        without = lines["smooth sphere"].get_ydata()
+        np.testing.assert_allclose(without, smooth.fitted / NN)
     hollow = {line.get_label(): line for line in upper.lines}[
         "measured at a jump, not compared"
     ]
