@@ -48,6 +48,7 @@ def bodies(scene: Scene) -> dict[str, str]:
     found["wall"] = wall.label + (
         f", {wall.work_of_adhesion / UNITS['J/m^2']:.3g} J/m², range of the attraction "
         f"{wall.attraction_range / nm:.3g} nm"
+        f"{_origin(scene)}"
         if wall.attractive
         else ""
     )
@@ -100,6 +101,14 @@ def pull_off_text(reference: Reference) -> str:
     """Return the pull-off force of theory, with its unit and the theory."""
     force = reference.smooth.pull_off_force / UNITS["nN"]
     return f"{force:.4g} nN ({reference.smooth.label})"
+
+
+def _origin(scene: Scene) -> str:
+    """Return what determines the range of the attraction if it is not given."""
+    materials = scene.substrate.material and scene.sphere.material
+    if materials or "attraction_range" in scene.interaction.parameters:
+        return ""
+    return ", which follows from the spacing: attraction_range sets it"
 
 
 def _hardness(scene: Scene) -> str:

@@ -6,6 +6,7 @@ The same values and warnings are on its HTML page.
 from __future__ import annotations
 
 import math
+import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -27,6 +28,8 @@ _SHOWN_ERROR = 0.001
 _WIDTH = 7
 # Rounding of times, relative; and values, in printed units, that are rounding errors.
 _ROUNDING, _ZERO = 1e-12, 1e-12
+# Time after which the next step of a path in time has a row (s).
+_SILENT = 10.0
 # Labels of columns in the table of steps that differ from those of files.
 _LABELS = {"largest_pressure": "p max"}
 
@@ -46,7 +49,7 @@ class StepTable:
         self._scene, self._verbose = reference.scene, verbose
         self._columns = table_columns(reference)
         self._heads = ["step", *(head for head, _ in self._columns), ""]
-        self._begun, self._shown = False, 0
+        self._begun, self._shown, self._last = False, 0, time.monotonic()
         self._times = self._scene.path.rows(self._scene)
         self._limits: set[str] = set()
 
@@ -55,7 +58,7 @@ class StepTable:
 
         Limits of the model that it exceeds are marked by a star, and named when they
         are new; those that all steps of a path exceed are not. Of a path in time some
-        steps have no row, unless something about them is new.
+        steps have no row, unless something about them is new, or 10 s have passed.
 
         Parameters
         ----------
@@ -80,7 +83,7 @@ class StepTable:
         if not (self._is_due(step) or new or self._verbose) and step.converged:
             return []
         found.append(table(self._heads, [row], width=_WIDTH, header=not self._begun))
-        self._begun = True
+        self._begun, self._last = True, time.monotonic()
         if new:
             found.append(note(f"* LIMITS: {', '.join(new)}", 10, "yellow"))
         if not step.converged:
@@ -93,10 +96,10 @@ class StepTable:
         """Return whether the next of the times that have a row is reached."""
         if not self._times.size:
             return True
-        time = step.time * (1.0 + _ROUNDING)
-        reached = int(np.searchsorted(self._times, time, side="right"))
+        now = step.time * (1.0 + _ROUNDING)
+        reached = int(np.searchsorted(self._times, now, side="right"))
         due, self._shown = reached > self._shown, reached
-        return due
+        return due or time.monotonic() - self._last > _SILENT
 
 
 def table_columns(reference: Reference) -> list[tuple[str, Callable]]:

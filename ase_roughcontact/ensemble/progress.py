@@ -138,13 +138,8 @@ def expected_costs(scene: Scene) -> np.ndarray:
     if scene.path.count(scene) is None:
         whole = scene.path.expected_count(scene)
         return np.append(0.0, whole * expected_costs(scene.planned)[-1])
-    steps = scene.targets
     if scene.shape:
-        areas = np.full(steps.shape, float(math.prod(scene.shape)))
-    elif scene.path.control == "load":
-        areas = scene.hertz_area(np.maximum(steps, 0.0)) / scene.spacing**2
+        areas = np.full(scene.targets.shape, float(math.prod(scene.shape)))
     else:
-        is_depth = scene.path.control == "penetration"
-        depths = steps if is_depth else steps.max() - steps
-        areas = np.pi * scene.radius * np.maximum(depths, 0.0) / scene.spacing**2
+        areas = scene.expected_areas / scene.spacing**2
     return np.append(0.0, np.cumsum(_BASE_COST + areas))

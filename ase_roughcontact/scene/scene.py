@@ -52,6 +52,8 @@ from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
+# Contact radius in spacings that resolves a smooth sphere, and one that is too large.
+_RESOLUTION, _WIDE = 60, 240
 # Least side of the atoms before a window is chosen.
 _FIRST_SIDE = 8
 
@@ -196,7 +198,34 @@ class Scene(SceneFile):
                 )
             whole = self.whole_tip is not None
             found += self.topography.warnings(self.radius, whole)
-        return found
+        return found + self._spacing_warnings()
+
+    @property
+    def expected_areas(self) -> np.ndarray:
+        """Contact areas (Å^2) of a smooth sphere without adhesion at the targets."""
+        steps, control = self.targets, self.path.control
+        if control == "load":
+            return self.hertz_area(np.maximum(steps, 0.0))
+        depths = steps if control == "penetration" else steps.max() - steps
+        return np.pi * self.radius * np.maximum(depths, 0.0)
+
+    def _spacing_warnings(self) -> list[str]:
+        """Return advice on a spacing of given moduli that is that of metals."""
+        substrate = self.substrate
+        given = substrate.name or substrate.spacing or substrate.layer_thickness
+        smooth = self.rough is None and self.whole_tip is None
+        if given or self.shape or not smooth:
+            return []
+        areas = self.planned.expected_areas
+        radius = math.sqrt(areas.max(initial=0.0) / math.pi)
+        if radius < _WIDE * self.grid_change.spacing(self.spacing):
+            return []
+        advised = float(f"{radius / _RESOLUTION / UNITS['nm']:.1g}")  # one digit
+        return [
+            f"the contact has a radius of about {radius / self.spacing:.0f} spacings "
+            f"of the default, {self.spacing / UNITS['nm']:.3g} nm: give [substrate] "
+            f'spacing = "{advised:g} nm", with which a smooth sphere is resolved'
+        ]
 
     @property
     def area_column(self) -> str:

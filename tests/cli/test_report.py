@@ -70,7 +70,13 @@ def test_the_area_of_a_soft_adhesive_wall_is_said_to_lack_the_rim(kind, without_
     assert label == scene.wall.label
     if scene.wall.attractive:
         nm = scene.wall.attraction_range / UNITS["nm"]
-        assert numbers == ["0.5 J/m²", f"range of the attraction {nm:.3g} nm"]
+        assert numbers == [
+            "0.5 J/m²",
+            f"range of the attraction {nm:.3g} nm",
+            "which follows from the spacing: attraction_range sets it",
+        ]
+        given = scene.with_values({"interaction.attraction_range": f"{nm} nm"})
+        assert "spacing" not in inputs(reference_for(given))["wall"]
 
 
 def test_rows_have_the_area_relative_to_theory_and_the_time(run):

@@ -2,6 +2,8 @@
 
 import math
 import re
+import time
+from itertools import count, islice
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,9 +12,11 @@ import pytest
 from ase_roughcontact import Creep
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.cli import main
+from ase_roughcontact.cli.report import StepTable
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.curve_files import read_curve
 from ase_roughcontact.scene.preview import preview
+from ase_roughcontact.scene.reference import reference_for
 from ase_roughcontact.scene.solid import label_of
 from ase_roughcontact.scene.sphere_limits import sphere_limits
 from ase_roughcontact.scene.tradeoff import tradeoff
@@ -43,6 +47,32 @@ NM = UNITS["nm"]
 
 def with_path(**keys):
     return Scene.parse(TEXT).with_values({f"path.{k}": v for k, v in keys.items()})
+
+
+def test_given_moduli_with_the_spacing_of_copper_are_advised_a_coarser_one():
+    default = TEXT.replace('spacing = "1 nm"', "").replace("100 nm", "40 um")
+    (warning,) = Scene.parse(default).warnings
+    assert "a radius of about 1108 spacings of the default, 0.255 nm" in warning
+    assert 'give [substrate] spacing = "5 nm"' in warning  # 283 nm / 60
+    advised = SOLID.replace("1 nm", "5 nm") + PATH.replace("100 nm", "40 um")
+    assert Scene.parse(advised).warnings == []
+    assert Scene.parse(TEXT.replace('spacing = "1 nm"', "")).warnings == []
+    rough = "[roughness]\nrms_slope = 0.1\n"
+    assert Scene.parse(default + rough).warnings == []
+
+
+def test_a_row_is_printed_when_nothing_was_for_ten_seconds(monkeypatch):
+    scene = Scene.parse(TEXT)
+    reference, steps = reference_for(scene), list(islice(scene.relax(), 8))
+
+    def rows():
+        table = StepTable(reference)
+        return [bool(table.parts(step)) for step in steps]
+
+    assert sum(rows()) < 5
+    clock = count(step=10.1)
+    monkeypatch.setattr(time, "monotonic", lambda: next(clock))
+    assert all(rows())
 
 
 def test_a_scene_has_a_viscoelastic_solid():
