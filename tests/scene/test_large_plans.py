@@ -153,6 +153,7 @@ def test_runs_that_can_not_end_are_refused_at_once(text, message, tmp_path, caps
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.filterwarnings("ignore:the contact has a radius of")
 @pytest.mark.parametrize(
     "text",
     [
