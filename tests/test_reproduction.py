@@ -112,7 +112,7 @@ def test_curves_have_a_row_a_load_and_a_column_a_realisation(examples):
 
 def test_figure_1_is_drawn_from_maps_that_are_kept(examples, tmp_path):
     examples["1"].main(["--scale", "tiny", "--out", str(tmp_path)])
-    maps, picture = (tmp_path / f"figure1-tiny.{end}" for end in ("npz", "png"))
+    maps, picture = tmp_path / "figure1-tiny.npz", tmp_path / "figure1.png"
     seen = examples["1"].load(maps)
     loads = [4.0 * a**3 / 3e4 for a in examples["1"].CONTACTS["tiny"]]
     np.testing.assert_allclose([s.normal_force for s in seen], loads, rtol=1e-3)
