@@ -32,6 +32,7 @@ from ase_roughcontact.plot.friction import (
     plot_slip_areas,
     plot_tractions,
 )
+from ase_roughcontact.plot.moduli import plot_moduli
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
 from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
 from ase_roughcontact.plot.time import (
@@ -63,6 +64,7 @@ __all__ = [
     "plot_force",
     "plot_friction_loop",
     "plot_loop",
+    "plot_moduli",
     "plot_over_depth",
     "plot_over_time",
     "plot_pressure",

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure  # noqa: E402
 import ase_roughcontact as rc  # noqa: E402
 from ase_roughcontact import plot  # noqa: E402
 from ase_roughcontact.analysis import ContactMap  # noqa: E402
+from ase_roughcontact.elasticity import Creep, fit_relaxation  # noqa: E402
 from ase_roughcontact.theory import JKR, Hertz  # noqa: E402
 
 NANONEWTON = 1e-9 * J / m
@@ -282,6 +283,19 @@ def test_colours_are_told_apart_without_red_or_green(kind):
     seen = np.clip(linear @ np.transpose(DICHROMACY[kind]), 0, 1) ** (1 / 2.2)
     apart = np.linalg.norm(seen[:, None] - seen, axis=-1)
     assert apart[np.triu_indices(len(seen), 1)].min() > 0.1
+
+
+def test_measured_moduli_lie_on_the_series_that_they_were_made_of(axes):
+    omega = np.logspace(-2, 3, 6)
+    moduli = 5.0 * Creep.standard_solid(relaxed=0.1, time=1.0).modulus(omega)
+    fit = fit_relaxation(omega, moduli.real, moduli.imag)
+    plot.plot_moduli(axes, fit, omega, moduli.real, moduli.imag, unit="MPa")
+    for measured, fitted in zip(axes.lines[::2], axes.lines[1::2], strict=True):
+        x, y = fitted.get_data()
+        found = np.exp(np.interp(np.log(omega), np.log(x), np.log(y)))
+        assert found == pytest.approx(measured.get_ydata(), rel=0.01)
+    assert axes.lines[0].get_ydata()[0] < axes.lines[0].get_ydata()[-1]  # storage grows
+    assert axes.get_ylabel() == "modulus (MPa)"
 
 
 def test_errors_of_areas_are_bars_of_twice_their_size():
