@@ -98,6 +98,7 @@ def test_scenes_of_all_formats_have_the_same_tip(
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.*noise makes up:UserWarning")
 @pytest.mark.parametrize("name", WRITERS)
 def test_a_scan_and_a_force_curve_become_a_fit_and_a_page(
     topography, name, tmp_path, monkeypatch, capsys
