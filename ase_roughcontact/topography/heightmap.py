@@ -47,7 +47,7 @@ from ase_roughcontact.topography.tip_fit import TipFit
 # Distance, in steps of the map, of the farthest coefficient that contributes to the
 # spline at a place, also near an edge.
 _SUPPORT = 4
-# Rms slope of the noise relative to that of the map from which on it counts.
+# Noise is neglected if its rms slope is below this part of that of the map.
 _LEAST_NOISE = 1e-3
 
 
