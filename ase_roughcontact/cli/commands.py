@@ -43,8 +43,8 @@ def plan(options: argparse.Namespace) -> int:
     or the scene is invalid.
     """
     given = checked_scene(options)
-    scene, described = given.planned, given.path.describe(given)
-    count = given.path.expected_count(given)
+    scene, described = given.planned, given.path.describe(given.bodies)
+    count = given.path.expected_count(given.bodies)
     planned, unit = scene.plan().repeated(count), report.target_unit(scene)
     if options.json:
         for step in planned.steps:

@@ -72,7 +72,7 @@ def bodies(scene: Scene) -> dict[str, str]:
 def theory(reference: Reference) -> dict[str, str]:
     """Return descriptions of the theory with which a scene is compared."""
     scene, smooth = reference.scene, reference.smooth
-    found, limits = {}, sphere_limits(reference.scene)
+    found, limits = {}, sphere_limits(reference.scene.bodies)
     if reference.explanation:
         found["theory"] = reference.explanation
         found["theory"] += ", at the instantaneous modulus" if limits else ""

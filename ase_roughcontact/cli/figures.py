@@ -57,7 +57,7 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     folder : path
         Contains the ``sweep.traj`` of the run.
     """
-    surface, times, kept = scene.sampled_surface, scene.path.rows(scene), None
+    surface, times, kept = scene.sampled_surface, scene.path.rows(scene.bodies), None
     if times.size:
         known = [step.time * (1.0 + _ROUNDING) for step in steps]
         kept = set(np.searchsorted(known, times).tolist())
@@ -271,7 +271,9 @@ def _draw_force(reference: Reference, steps: Sequence[LoadStep], file: Path) -> 
     curves = {curve.label: curve for curve in _smooth(reference)}
     theory = {
         label: (first_contact - depth if by_height else depth, force)
-        for label, (depth, force) in forces_over_depth(scene, curves, steps).items()
+        for label, (depth, force) in forces_over_depth(
+            scene.bodies, curves, steps
+        ).items()
     }
     with written(file, 3.4) as figure:
         axes = figure.subplots()
@@ -315,7 +317,7 @@ def _draw_maps(
 ) -> None:
     """Draw maps of some steps, with the contact of a smooth sphere under their load."""
     frames = [read(folder / "sweep.traj", index=step.step) for step in shown]
-    ways = reference.scene.path.ways(reference.scene, steps)
+    ways = reference.scene.path.ways(reference.scene.bodies, steps)
     titles = [
         f"({name}) {_title(reference.scene, step, ways[steps.index(step)])}"
         for name, step in zip(letters(len(shown)), shown, strict=True)

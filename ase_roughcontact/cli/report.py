@@ -50,7 +50,7 @@ class StepTable:
         self._columns = table_columns(reference)
         self._heads = ["step", *(head for head, _ in self._columns), ""]
         self._begun, self._shown, self._last = False, 0, time.monotonic()
-        self._times = self._scene.path.rows(self._scene)
+        self._times = self._scene.path.rows(self._scene.bodies)
         self._limits: set[str] = set()
 
     def parts(self, step: LoadStep, restored: bool = False) -> list[Any]:
@@ -66,7 +66,7 @@ class StepTable:
         restored : bool
             Whether the step is that of an earlier run.
         """
-        count = self._scene.path.count(self._scene)
+        count = self._scene.path.count(self._scene.bodies)
         last = "" if count is None else f"/{count - 1}"
         row = [f"{step.step}{last}".rjust(max(2 * len(last) - 1, 4))]
         hidden = "" if self._scene.path.columns or not restored else "time (s)"
@@ -165,7 +165,7 @@ def _flat_columns(
 def target_unit(scene: Scene) -> str:
     """Return ASE's unit of the targets of a scene's path, or of its times."""
     control = scene.path.control
-    if scene.path.duration(scene):
+    if scene.path.duration(scene.bodies):
         return "s"
     return columns_of()["normal_force" if control == "load" else control].unit
 
@@ -195,7 +195,7 @@ def inputs(reference: Reference) -> dict[str, str]:
 def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
     """Return characteristic values of a path by their names."""
     scene = reference.scene
-    found = dict(scene.path.summary(scene, steps))
+    found = dict(scene.path.summary(scene.bodies, steps))
     if found or not steps:
         return found
     if scene.path.control == "height":
@@ -277,7 +277,7 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     """Return why a step is no result."""
     touches = step.repulsive_atoms or step.attractive_atoms
     if scene.path.control == "load" and not touches:
-        target = scene.path.target_of(scene, step)
+        target = scene.path.target_of(scene.bodies, step)
         if target < 0.0:
             return f"PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
     unit = " (forces in eV/Å)" if "force" in step.message else ""

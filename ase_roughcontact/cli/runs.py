@@ -114,7 +114,7 @@ def _relax(
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, _kept_text(options)
     scene, costs = reference.scene, dict[str, FloatArray]()
-    count, restored = scene.path.count(scene), count_steps(folder / "sweep.traj")
+    count, restored = scene.path.count(scene.bodies), count_steps(folder / "sweep.traj")
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
         restored = min(restored, count)
@@ -139,8 +139,8 @@ def _relax(
                 print(json_line(asdict(step), units_of(scene.record)), flush=True)
             if draw and costs:
                 draw(meter.progress())
-            elif draw and scene.path.duration(scene):
-                draw(_Elapsed(step.time, scene.path.duration(scene)))
+            elif draw and scene.path.duration(scene.bodies):
+                draw(_Elapsed(step.time, scene.path.duration(scene.bodies)))
 
 
 def _write_results(
@@ -172,7 +172,7 @@ def _drawn(
     scene, failure = reference.scene, ""
     pictures = figures.draw(reference, steps, folder, shown)
     try:
-        for name in scene.path.draw(scene, steps, folder):
+        for name in scene.path.draw(scene.bodies, steps, folder):
             pictures.append(name)
     except ValueError as error:  # the states themselves are valid
         failure = str(error)
@@ -246,7 +246,8 @@ def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | N
     """Return the steps closest to times as given; None if none are given."""
     if text is None:
         return None
-    if not scene.path.duration(scene):
+    duration = scene.path.duration(scene.bodies)
+    if not duration:
         raise ValueError(
             f'--times needs a path of kind = "time", got kind = "{scene.path.kind}"'
         )
@@ -257,10 +258,10 @@ def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | N
             time = float(each)
         except ValueError:
             time = quantity("--times", each, TIMES, "s")
-        if not 0.0 <= time <= scene.path.duration(scene):
+        if not 0.0 <= time <= duration:
             raise ValueError(
-                f"--times must be between 0 and the {scene.path.duration(scene):g} s "
-                f"of the path, got {time:g} s"
+                f"--times must be between 0 and the {duration:g} s of the path, got "
+                f"{time:g} s"
             )
         found.add(int(abs(known - time).argmin()))
     return [steps[number] for number in sorted(found)]

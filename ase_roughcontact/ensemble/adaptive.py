@@ -210,8 +210,8 @@ def _rounds(
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
-    counts = np.full(len(scene.path.sampled(scene)), pilot)
-    whole = scene.path.count(scene) is None
+    counts = np.full(len(scene.path.sampled(scene.bodies)), pilot)
+    whole = scene.path.count(scene.bodies) is None
     areas, first = _Areas(scene, database), scene.roughness.seed
     with pool as executor:
         while True:
@@ -251,13 +251,13 @@ class _Areas:
         """Return the means of the steps that the database has of some cases."""
         for row in self._stored.select(f"id>{self._newest}", converged=True):
             area = row.get(self._scene.area_column)
-            sample = self._scene.path.sample_of(self._scene, row)
+            sample = self._scene.path.sample_of(self._scene.bodies, row)
             if area is not None and sample is not None:
                 self._of_case[row["case"]][sample] = area
             self._newest = max(self._newest, row.id)
         known = [self._of_case[case] for case in cases]
         means = []
-        for number, target in enumerate(self._scene.path.sampled(self._scene)):
+        for number, target in enumerate(self._scene.path.sampled(self._scene.bodies)):
             areas = np.array([of[number] for of in known if number in of])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)

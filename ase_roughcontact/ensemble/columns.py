@@ -98,7 +98,7 @@ def step_columns(case: str, scene: Scene, record: LoadStep) -> dict[str, Any]:
     """Return all columns of a load step of a case; see `COLUMNS`."""
     return {
         "case": case,
-        "target": scene.path.target_of(scene, record),
+        "target": scene.path.target_of(scene.bodies, record),
         **scene_columns(scene),
         **asdict(record),
         # with a letter, since ASE's databases refuse text that reads as a number

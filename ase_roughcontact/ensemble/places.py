@@ -174,7 +174,7 @@ def _calculate(scene: Scene, x: float, y: float) -> Place:
     try:
         here = scene.with_values({"topography.center": center})
         states = tuple(here.relax(validity="ignore", scan_errors=False))
-        last, tension = here.path.extremes(here, states)
+        last, tension = here.path.extremes(here.bodies, states)
     except (ValueError, RuntimeError, MemoryError) as error:
         return Place(x, y, message=str(error))
     failed = next((state for state in states if not state.converged), None)

@@ -135,8 +135,8 @@ def expected_costs(scene: Scene) -> np.ndarray:
         If the scene is invalid.
     """
     scene.check()
-    if scene.path.count(scene) is None:
-        whole = scene.path.expected_count(scene)
+    if scene.path.count(scene.bodies) is None:
+        whole = scene.path.expected_count(scene.bodies)
         return np.append(0.0, whole * expected_costs(scene.planned)[-1])
     if scene.shape:
         areas = np.full(scene.targets.shape, float(math.prod(scene.shape)))

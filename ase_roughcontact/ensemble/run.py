@@ -117,9 +117,9 @@ def run_ensemble(
     wanted: dict[str, Sequence[int] | None]
     wanted = {case: range(len(cost) - 1) for case, cost in costs.items()}
     for case, scene in cases.items():
-        if scene.path.count(scene) is None:
+        if scene.path.count(scene.bodies) is None:
             wanted[case] = None
-            if not scene.path.duration(scene):
+            if not scene.path.duration(scene.bodies):
                 raise ValueError(
                     f'an ensemble has no paths of kind = "{scene.path.kind}", which '
                     'choose their steps as they run: give kind = "steps" or "time"'

@@ -95,7 +95,7 @@ def _relax(
     frame: Path | None,
 ) -> Generator[LoadStep, None, None]:
     """Relax the wanted steps that are not stored, and those on which they depend."""
-    if scene.path.count(scene) is None:  # how many there are is not known
+    if scene.path.count(scene.bodies) is None:  # how many there are is not known
         first = next(step for step in itertools.count() if step not in stored)
         path = _resume(scene, first, frame)
         yield from (record for record in path if record.step not in stored)

@@ -13,8 +13,11 @@ from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import Shape
 from ase_roughcontact.contact import Problem
+from ase_roughcontact.elasticity import ElasticSolid
+from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
 from ase_roughcontact.theory.maugis import edge_zone
+from ase_roughcontact.topography import HeightMap
 
 # Part of the necessary zone at the edge below which there is a warning: surfaces jump
 # atom by atom, in many steps.
@@ -22,7 +25,7 @@ _RESOLVED = 0.25
 
 
 @dataclass(frozen=True, eq=False)
-class SceneBodies:
+class Bodies:
     """Solid, indenter and wall, and theory for them.
 
     Attributes
@@ -41,6 +44,10 @@ class SceneBodies:
         which theory is that of a smooth sphere.
     cell : (int, int) or None
         Shape of the periodic cell of a rough flat, on the lattice of the problem.
+    whole_tip : HeightMap or None
+        Scan that is a whole tip, for which the radius in the file is infinity.
+    friction : FrictionConfig or None
+        Section on friction.
     """
 
     problem: Problem
@@ -49,23 +56,45 @@ class SceneBodies:
     radius: float
     rough: Any
     cell: Shape | None = None
+    whole_tip: HeightMap | None = None
+    friction: Any = None
+
+    @property
+    def spacing(self) -> float:
+        """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
+        return self.problem.spacing
+
+    @property
+    def solid(self) -> ElasticSolid:
+        """Elastic solid below the surface."""
+        return self.problem.solid
+
+    @property
+    def wall(self) -> Interaction:
+        """Interaction between the indenter and the atoms."""
+        return self.problem.wall
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether the indenter is nominally flat, without a sphere."""
+        return self.cell is not None
 
     @property
     def nominal_area(self) -> float:
         """Nominal contact area A0 of a rough flat; NaN for other indenters (Å^2)."""
         if self.cell is None:
             return math.nan
-        return math.prod(self.cell) * self.problem.spacing**2
+        return math.prod(self.cell) * self.spacing**2
 
     @property
     def contact_modulus(self) -> float:
         """Contact modulus E* of the solid's far field (eV/Å^3)."""
-        return self.problem.solid.contact_modulus
+        return self.solid.contact_modulus
 
     @property
     def kappa_repulsive(self) -> float:
         """Kappa of the mean contact pressure ``h'rms E*/kappa`` without attraction."""
-        wall = self.problem.wall
+        wall = self.wall
         if wall.kappa is not None:
             return wall.kappa
         return theory.KAPPA_HARD if wall.hard else theory.KAPPA_REPULSIVE
@@ -89,14 +118,14 @@ class SceneBodies:
     @property
     def criteria(self) -> tuple[theory.Criterion, ...]:
         """Whether rough flats stick; empty without adhesion, and if smooth."""
-        if self.rough is None or not self.problem.wall.attractive:
+        if self.rough is None or not self.wall.attractive:
             return ()
         return theory.stickiness(self.rough, self.contact_modulus, *self._of_wall)
 
     @property
     def _of_wall(self) -> tuple[float, float, float]:
         """Work of adhesion, range of the attraction, and kappa without attraction."""
-        wall = self.problem.wall
+        wall = self.wall
         return wall.work_of_adhesion, wall.attraction_range, self.kappa_repulsive
 
     def range_warnings(self, spacing: float) -> list[str]:
@@ -109,7 +138,7 @@ class SceneBodies:
         spacing : float
             Of the grid (Å).
         """
-        wall, creep = self.problem.wall, self.problem.solid.creep
+        wall, creep = self.wall, self.solid.creep
         if not wall.attractive:
             return []
         modulus = self.contact_modulus * (creep.relaxed if creep else 1.0)
@@ -170,7 +199,7 @@ class SceneBodies:
         ----------
         L. Pastewka, M. O. Robbins, Appl. Phys. Lett. 108, 221601 (2016), Eq. (4).
         """
-        rough, hardness = self.rough, self.problem.wall.hardness
+        rough, hardness = self.rough, self.wall.hardness
         if rough is None:
             area = self.hertz_area(normal_force)
             if hardness < math.inf:

@@ -20,7 +20,7 @@ from ase_roughcontact.elasticity.named_materials import (
 )
 from ase_roughcontact.interactions import WALLS, Interaction, make_wall
 from ase_roughcontact.paths.hardness import hardness_of
-from ase_roughcontact.scene.bodies import SceneBodies
+from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.flats import flat_cell
@@ -48,7 +48,7 @@ _LARGEST_HARDNESS = 1e3
 _ROOM = 4.0
 
 
-def build(scene: SceneFile) -> SceneBodies:
+def build(scene: SceneFile) -> Bodies:
     """Return solid, indenter and wall that the sections of a scene describe.
 
     Parameters
@@ -57,7 +57,7 @@ def build(scene: SceneFile) -> SceneBodies:
 
     Returns
     -------
-    SceneBodies
+    Bodies
 
     Raises
     ------
@@ -118,7 +118,8 @@ def build(scene: SceneFile) -> SceneBodies:
         adhesion = _local_adhesion(scene, wall, radius, spacing)
     problems.check()
     given = "hardness" in scene.interaction.parameters
-    return SceneBodies(
+    is_tip = alone and cell is None
+    return Bodies(
         problem=Problem(
             indenter=surface,
             solid=solid,
@@ -130,8 +131,10 @@ def build(scene: SceneFile) -> SceneBodies:
         symbol=substrate.symbol,
         hardness=wall.hardness if given else hardness,
         radius=radius,
-        rough=None if alone and cell is None else rough,
+        rough=None if is_tip else rough,
         cell=cell,
+        whole_tip=rough if is_tip and isinstance(rough, HeightMap) else None,
+        friction=scene.friction,
     )
 
 

@@ -24,7 +24,8 @@ from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps, range_at
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
 from ase_roughcontact.scene.section import lengths
 
 _NN, _NM, _N_PER_M = UNITS["nN"], UNITS["nm"], UNITS["N/m"]

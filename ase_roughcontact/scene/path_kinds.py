@@ -6,7 +6,7 @@ import math
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,19 +18,13 @@ from ase_roughcontact._util.validation import (
     integer,
     lookup,
 )
-from ase_roughcontact.elasticity import ElasticSolid
-from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.loading import follow_path, targets_of
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_record import TimeStep
-from ase_roughcontact.scene.section import (
-    Problems,
-    Section,
-    kind_of,
-    lengths,
-)
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.section import Problems, Section, kind_of, lengths
 
 #: Largest number of steps of a path, all of which are kept in memory.
 MOST_STEPS = 1_000_000
@@ -38,55 +32,6 @@ _UNITS = {"load": "nN", "penetration": "Å", "height": "Å", "base": "Å"}
 
 #: Kinds of path by their `kind`; filled by the definition of a subclass of `PathKind`.
 PATHS: dict[str, type[PathKind]] = {}
-
-
-class Bodies(Protocol):
-    """What a path can depend on beside its own keys: the scene."""
-
-    @property
-    def spacing(self) -> float:
-        """Atomic spacing (Å)."""
-        ...
-
-    @property
-    def solid(self) -> ElasticSolid:
-        """Elastic solid below the surface."""
-        ...
-
-    @property
-    def wall(self) -> Interaction:
-        """Interaction between the indenter and the atoms."""
-        ...
-
-    @property
-    def radius(self) -> float:
-        """Radius of the sphere (Å)."""
-        ...
-
-    @property
-    def rough(self) -> Any:
-        """Roughness of the sphere; None if it is smooth."""
-        ...
-
-    @property
-    def whole_tip(self) -> Any:
-        """Scan that is the whole indenter; None if there is none."""
-        ...
-
-    @property
-    def periodic(self) -> bool:
-        """Whether the half space repeats."""
-        ...
-
-    @property
-    def friction(self) -> Any:
-        """Section on friction; None without."""
-        ...
-
-    @property
-    def nominal_area(self) -> float:
-        """Nominal contact area of a rough flat; NaN for other indenters (Å^2)."""
-        ...
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ def preview(scene: Scene) -> Scene:
     path = scene.path
     whole = path.in_order
     if whole:
-        points = path.expected_count(scene) * _points(scene.planned)
+        points = path.expected_count(scene.bodies) * _points(scene.planned)
         if points < _FEW_POINTS_IN_TIME:
             return scene
     else:

@@ -236,10 +236,10 @@ class Residuals:
         stepper = trial.stepper(trial.frames())
         derivatives = ForceDerivatives(scene, self._free, self._with_range)
         states, rows = list[LoadStep](), dict[int, FloatArray]()
-        for state in path.run(trial, stepper, Output(), "ignore"):
+        for state in path.run(trial.bodies, stepper, Output(), "ignore"):
             states.append(state)
             rows[state.step] = derivatives.of(stepper)[0]
-        loop = path.result(trial, states)
+        loop = path.result(trial.bodies, states)
         stiffness = self._curve.stiffness
         down = loop.approach, loop.approach_jumps, rows, stiffness, -1.0
         up = loop.retraction, loop.retraction_jumps, rows, stiffness, 1.0

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from ase import Atoms
@@ -18,9 +18,7 @@ from ase_roughcontact._util.validation import integer, lookup, positive
 from ase_roughcontact.atoms.calculator import contact_of
 from ase_roughcontact.atoms.path_atoms import ProblemAtoms, relaxer_of
 from ase_roughcontact.contact import Problem
-from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.paths.accuracy import LEVELS, Accuracy, accuracy_of
 from ase_roughcontact.paths.flat_record import FlatStep
 from ase_roughcontact.paths.grids import grid_for
@@ -34,21 +32,21 @@ from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT, ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
-from ase_roughcontact.scene.bodies import SceneBodies
+from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.file import SceneFile
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.plan import check_targets, plan_targets, with_friction
-from ase_roughcontact.scene.results import (
-    write_results,
-)
+from ase_roughcontact.scene.results import write_results
 from ase_roughcontact.scene.section import Problems
-from ase_roughcontact.topography import HeightMap, Heterogeneity
+from ase_roughcontact.topography import HeightMap
 from ase_roughcontact.windows.expected import LARGEST_DOMAIN, ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint
 from ase_roughcontact.windows.memory import check_memory, check_roughness, points_of
 from ase_roughcontact.windows.regrid import GridChange, lost_slope, on_grid
+
+Value = TypeVar("Value")
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
@@ -56,6 +54,16 @@ NANONEWTON = UNITS["nN"]
 _RESOLUTION, _WIDE = 60, 240
 # Least side of the atoms before a window is chosen.
 _FIRST_SIDE = 8
+
+
+class _OfBodies(Generic[Value]):
+    """Attribute of a scene that is one of its `bodies`, where it is described."""
+
+    def __init__(self, value_of: Callable[[Bodies], Value]) -> None:
+        self._value_of = value_of
+
+    def __get__(self, scene: Any, owner: type) -> Value:
+        return self._value_of(scene.bodies) if scene else self  # type: ignore
 
 
 @dataclass(frozen=True)
@@ -96,88 +104,30 @@ class Scene(SceneFile):
         return self.with_values(values)
 
     @cached_property
-    def bodies(self) -> SceneBodies:
+    def bodies(self) -> Bodies:
         """Solid, indenter and wall, and theory for them; see `build` for errors."""
         return build(self)
 
-    @property
-    def spacing(self) -> float:
-        """Atomic spacing a0 (Å), that of the forces between atoms if they are given."""
-        return self.bodies.problem.spacing
-
-    @property
-    def solid(self) -> ElasticSolid:
-        """Elastic solid below the surface."""
-        return self.bodies.problem.solid
-
-    @property
-    def contact_modulus(self) -> float:
-        """Contact modulus E* of the solid's far field (eV/Å^3)."""
-        return self.solid.contact_modulus
-
-    @property
-    def hardness(self) -> float:
-        """Hardness of the surface (eV/Å^3); NaN if it is not known."""
-        return self.bodies.hardness
-
-    @property
-    def radius(self) -> float:
-        """Radius of the sphere (Å); of a whole tip that of curvature of the scan."""
-        return self.bodies.radius
-
-    @property
-    def rough(self) -> Any:
-        """`SelfAffine` or `HeightMap`; None for a smooth sphere and a whole tip."""
-        return self.bodies.rough
-
-    @property
-    def surface(self) -> Any:
-        """Surface of the indenter, a `RoughSphere`."""
-        return self.bodies.problem.indenter
-
-    @property
-    def wall(self) -> Interaction:
-        """Interaction between the indenter and the atoms."""
-        return self.bodies.problem.wall
-
-    @property
-    def local_adhesion(self) -> Heterogeneity | None:
-        """Work of adhesion relative to that of the wall; None if it is uniform."""
-        return self.bodies.problem.heterogeneity
-
-    def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact areas of a smooth sphere; see `SceneBodies.hertz_area`."""
-        return self.bodies.hertz_area(normal_force)
-
-    def predicted_area(self, normal_force: ArrayLike) -> np.ndarray:
-        """Return the contact areas by theory; see `SceneBodies.predicted_area`."""
-        return self.bodies.predicted_area(normal_force)
+    spacing = _OfBodies(lambda bodies: bodies.spacing)
+    solid = _OfBodies(lambda bodies: bodies.solid)
+    wall = _OfBodies(lambda bodies: bodies.wall)
+    contact_modulus = _OfBodies(lambda bodies: bodies.contact_modulus)
+    hardness = _OfBodies(lambda bodies: bodies.hardness)
+    radius = _OfBodies(lambda bodies: bodies.radius)
+    rough = _OfBodies(lambda bodies: bodies.rough)
+    surface = _OfBodies[Any](lambda bodies: bodies.problem.indenter)
+    local_adhesion = _OfBodies(lambda bodies: bodies.problem.heterogeneity)
+    periodic = _OfBodies(lambda bodies: bodies.problem.periodic)
+    whole_tip = _OfBodies(lambda bodies: bodies.whole_tip)
+    is_flat = _OfBodies(lambda bodies: bodies.is_flat)
+    nominal_area = _OfBodies(lambda bodies: bodies.nominal_area)
+    hertz_area = _OfBodies(lambda bodies: bodies.hertz_area)
+    predicted_area = _OfBodies(lambda bodies: bodies.predicted_area)
 
     @property
     def scan(self) -> HeightMap | None:
         """Scan of one of the bodies; None if there is none."""
         return None if self.topography is None else self.topography.surface
-
-    @property
-    def whole_tip(self) -> HeightMap | None:
-        """Scan that is a whole tip, for which the radius in the file is infinity."""
-        alone = self.sphere.radius == math.inf and not self.is_flat
-        return self.scan if alone else None
-
-    @property
-    def is_flat(self) -> bool:
-        """Whether the indenter is nominally flat, without a sphere."""
-        return self.bodies.cell is not None
-
-    @property
-    def periodic(self) -> bool:
-        """Whether the half space repeats."""
-        return self.bodies.problem.periodic
-
-    @property
-    def nominal_area(self) -> float:
-        """Nominal contact area of a rough flat; NaN for other indenters (Å^2)."""
-        return self.bodies.nominal_area
 
     @property
     def record(self) -> type[LoadStep]:
@@ -279,7 +229,7 @@ class Scene(SceneFile):
                 )
         with problems.of("path"):
             _ = self.planned, self.cantilever
-            self.path.check(self)
+            self.path.check(self.bodies)
         problems.check()
         try:  # before heights of the roughness are allocated
             spacing = self.grid_change.spacing(self.spacing)
@@ -295,18 +245,18 @@ class Scene(SceneFile):
     @property
     def is_in_order(self) -> bool:
         """Whether states depend on those before."""
-        whole = self.path.in_order or self.path.count(self) is None
+        whole = self.path.in_order or self.path.count(self.bodies) is None
         return whole or self.wall.depends_on_history
 
     @property
     def targets(self) -> np.ndarray:
         """Targets of the path: loads (eV/Å), penetrations or heights (Å)."""
-        return self.path.targets(self)
+        return self.path.targets(self.bodies)
 
     @cached_property
     def planned(self) -> Scene:
         """The scene with the known targets that are planned and previewed."""
-        path = self.path.planned(self)
+        path = self.path.planned(self.bodies)
         if path is self.path:
             return self
         return replace(self, path=path).with_values(
@@ -484,7 +434,7 @@ class Scene(SceneFile):
         ValueError
             If the path is not a loop.
         """
-        smallest = self.path.smallest_step(self)
+        smallest = self.path.smallest_step(self.bodies)
         return AdhesionLoop.of(tuple(self.relax(validity=validity)), smallest)
 
     def relax(
@@ -519,7 +469,7 @@ class Scene(SceneFile):
         stepper = self.stepper(frames, scan_errors)
         warn_of_lost_slope(stepper, self.grid_change, validity)
         if targets is None:
-            return self.path.run(self, stepper, output, validity)
+            return self.path.run(self.bodies, stepper, output, validity)
         targets = targets_of(self.control, targets)
         return follow_path(stepper, targets, output, validity, springs=[])
 

@@ -27,7 +27,8 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.sliding import LATERAL_CONTROLS, follow_sliding
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import Stepper
-from ase_roughcontact.scene.path_kinds import MOST_STEPS, Bodies, PathKind
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_kinds import MOST_STEPS, PathKind
 from ase_roughcontact.scene.section import lengths
 
 # Number of maps in a figure.
@@ -151,7 +152,8 @@ class Sliding(PathKind):
                 "shear_strength in it"
             )
         try:
-            LateralHalfSpace((2, 2), bodies.spacing, bodies.solid, bodies.periodic)
+            periodic = bodies.problem.periodic
+            LateralHalfSpace((2, 2), bodies.spacing, bodies.solid, periodic)
         except NotImplementedError as error:
             raise ValueError(
                 "friction needs the lateral response of the solid, which "

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from ase_roughcontact import theory
 from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.paths.record import LoadStep
-from ase_roughcontact.scene.path_kinds import Bodies
+from ase_roughcontact.scene.bodies import Bodies
 
 # Extent of a curve of theory relative to that of the steps.
 _EXTENT = 1.2

@@ -27,7 +27,8 @@ from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_path import follow_schedule
 from ase_roughcontact.paths.time_record import TimeStep
-from ase_roughcontact.scene.path_kinds import Bodies, PathKind, Steps, range_at
+from ase_roughcontact.scene.bodies import Bodies
+from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
 from ase_roughcontact.theory import JKR, Hertz
 

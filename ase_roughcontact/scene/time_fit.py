@@ -167,7 +167,7 @@ class _Model:
             raise ValueError(
                 f'a fit over time needs [path] kind = "time", got "{path.kind}"'
             )
-        schedule = path.schedule(scene)
+        schedule = path.schedule(scene.bodies)
         if time.min(initial=0.0) < 0.0 or time.max(initial=0.0) > schedule.duration:
             raise ValueError(
                 f"the curve lasts from {time.min():.4g} to {time.max():.4g} s, but the "
@@ -291,7 +291,7 @@ class _Model:
         path: Any = scene.path
         signs = {"load": 0.0, "penetration": -1.0}
         shift *= signs.get(path.control, 1.0)
-        given = path.schedule(scene)
+        given = path.schedule(scene.bodies)
         parts = [part._replace(end=part.end + shift) for part in given.parts]
         steps = list(
             follow_schedule(

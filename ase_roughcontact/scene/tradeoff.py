@@ -140,7 +140,7 @@ def tradeoff(
     integer("steps", steps, 1)
     integer("points", points, 1)
     lookup(of, _COLUMNS, "answer")
-    if scene.path.in_order or scene.path.count(scene) is None:
+    if scene.path.in_order or scene.path.count(scene.bodies) is None:
         raise ValueError(_without_steps(scene))
     if of == _PRESCRIBED.get(scene.control):
         raise ValueError(

@@ -133,8 +133,8 @@ def timed(full, shown=lambda full: full):
         start = time.process_time()
         given = shown(full)
         steps = list(given.run(folder, validity="ignore"))
-        if given.path.count(given) is None:  # of a loop the deepest state is compared
-            steps = [given.path.extremes(given, steps)[0]]
+        if given.path.count(given.bodies) is None:  # of a loop the deepest state
+            steps = [given.path.extremes(given.bodies, steps)[0]]
         return time.process_time() - start, steps
 
 
@@ -148,9 +148,8 @@ def compared(full):
     if coarse is full:
         return *seconds, errors
     for target, step in zip(coarse.targets, shown, strict=True):
-        number = (
-            -1 if full.path.count(full) is None else abs(full.targets - target).argmin()
-        )
+        by_target = full.path.count(full.bodies) is not None
+        number = abs(full.targets - target).argmin() if by_target else -1
         area = getattr(exact[number], full.area_column)
         error = abs(getattr(step, coarse.area_column) - area)
         errors.append((error / area, step.area_error / area))
