@@ -1,6 +1,10 @@
 """Linear elasticity of the substrate: Green's functions and half spaces."""
 
-from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel, love_kernel
+from ase_roughcontact.elasticity.cell_kernels import (
+    cerruti_kernel,
+    cross_kernel,
+    love_kernel,
+)
 from ase_roughcontact.elasticity.creep import Creep, fit_relaxation
 from ase_roughcontact.elasticity.crystals.crystal import Crystal
 from ase_roughcontact.elasticity.crystals.cubic import Cubic, surface_modulus
@@ -34,6 +38,7 @@ __all__ = [
     "Viscoelastic",
     "cerruti_kernel",
     "contact_modulus",
+    "cross_kernel",
     "crystal_modulus",
     "fit_relaxation",
     "love_kernel",

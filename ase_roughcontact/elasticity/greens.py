@@ -8,7 +8,8 @@ pressure that is a compliance :math:`G(q)`,
 
 and for a uniform pressure on one square cell of the grid a compliance at every lattice
 vector. Half spaces, solvers and windows need nothing else, so that a new material is a
-new subclass of `ElasticSolid`.
+new subclass of `ElasticSolid`. Pressure displaces the surface sideways, too, and
+tractions along its normal, by the same odd function: see `cross_wave_compliance`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,12 @@ from typing import Any
 
 import numpy as np
 
-from ase_roughcontact._util.validation import check_poisson, positive
-from ase_roughcontact.elasticity.cell_kernels import cerruti_kernel, love_kernel
+from ase_roughcontact._util.validation import check_poisson, finite, positive
+from ase_roughcontact.elasticity.cell_kernels import (
+    cerruti_kernel,
+    cross_kernel,
+    love_kernel,
+)
 from ase_roughcontact.elasticity.creep import Creep
 
 # Relative difference of directions up to which a response is taken to be even.
@@ -51,8 +56,8 @@ class ElasticSolid(ABC):
         measured from the mean plane of the surface, which a mean pressure p lowers by
         ``uniform_compliance p`` (length/pressure).
     coupling : float
-        Lateral over normal displacement by a point force along the normal, which
-        friction neglects; NaN if it is not known.
+        Lateral over normal displacement by a point force along the normal, a mean over
+        directions; NaN if it is not known.
     creep : Creep or None
         Creep compliance of a viscoelastic solid, whose states depend on time.
     """
@@ -134,6 +139,48 @@ class ElasticSolid(ABC):
         `lateral_wave_compliance`, and so is what is returned.
         """
         raise self._not_lateral("lateral_cell_compliance")
+
+    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        r"""Return the lateral displacement by plane waves of pressure.
+
+        .. math:: \tilde u_a = i C_a \tilde p, \qquad
+                  \tilde u_z = i \sum_a C_a \tilde t_a
+
+        Only the coupling of normal and lateral motion needs it.
+
+        Parameters
+        ----------
+        qx, qy : ndarray
+            See `wave_compliance`.
+
+        Returns
+        -------
+        ndarray, 2 in front of the shape of the broadcast
+            Components x and y, each odd along its axis and even along the other one
+            (length/pressure).
+
+        Raises
+        ------
+        NotImplementedError
+            If the solid has no such components.
+        """
+        raise self._not_lateral("cross_wave_compliance")
+
+    def cross_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the lateral displacement by unit pressure on one cell.
+
+        Parameters and errors are those of `cell_compliance` and
+        `cross_wave_compliance`, and so is what is returned.
+        """
+        raise self._not_lateral("cross_cell_compliance")
+
+    def mean_coupling(self, wave_number: float) -> float:
+        """Return the `coupling` of waves of a number (1/length)."""
+        q = wave_number * np.stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
+        lateral = np.hypot(*self.cross_wave_compliance(*q))
+        return float(lateral.mean() / self.wave_compliance(*q).mean())
 
     def _not_lateral(self, method: str) -> NotImplementedError:
         return NotImplementedError(
@@ -237,12 +284,15 @@ class Isotropic(ElasticSolid):
         ``E* = E/(1 - nu^2)`` (pressure).
     poisson : float, optional
         Poisson's ratio nu, on which only lateral displacements depend.
+    dundurs : float, optional
+        Dundurs' second parameter, if the solid stands for two elastic bodies; by
+        default that under a rigid indenter, ``(1 - 2 nu)/(2 - 2 nu)``.
 
     Raises
     ------
     ValueError
-        If the modulus is not positive, or Poisson's ratio is not above -1 and at most
-        1/2.
+        If the modulus is not positive, Poisson's ratio is not above -1 and at most 1/2,
+        or Dundurs' parameter is not finite.
 
     References
     ----------
@@ -251,17 +301,26 @@ class Isotropic(ElasticSolid):
 
     contact_modulus: float
     poisson: float | None = None
+    dundurs: float | None = None
 
     def __post_init__(self) -> None:
         positive(contact_modulus=self.contact_modulus)
         if self.poisson is not None:
             check_poisson(poisson=self.poisson)
+        if self.dundurs is not None:
+            finite(dundurs=self.dundurs)
         object.__setattr__(self, "contact_modulus", float(self.contact_modulus))
 
     @property
     def coupling(self) -> float:  # type: ignore[override]
-        """Lateral over normal displacement ``(1 - 2 nu)/(2 - 2 nu)``."""
+        """Magnitude of Dundurs' parameter."""
+        return abs(self._beta)
+
+    @property
+    def _beta(self) -> float:
         nu = math.nan if self.poisson is None else self.poisson
+        if self.dundurs is not None:
+            return self.dundurs
         return (1.0 - 2.0 * nu) / (2.0 - 2.0 * nu)
 
     def wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
@@ -293,6 +352,22 @@ class Isotropic(ElasticSolid):
             raise self._not_lateral("Poisson's ratio")
         return cerruti_kernel(i, j, spacing, self.contact_modulus, self.poisson)
 
+    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return ``2 beta q/(E* |q|^2)`` with Dundurs' parameter."""
+        if math.isnan(self._beta):
+            raise self._not_lateral("Poisson's ratio")
+        x, y = np.broadcast_arrays(qx, qy)
+        factor = 2.0 * self._beta / self.contact_modulus
+        return factor * np.stack([x, y]) / (x * x + y * y)
+
+    def cross_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the integral over the cell; see `cross_kernel`."""
+        if math.isnan(self._beta):
+            raise self._not_lateral("Poisson's ratio")
+        return cross_kernel(i, j, spacing, self.contact_modulus, self._beta)
+
     def todict(self) -> dict[str, Any]:
-        """Return name and parameters; Poisson's ratio if it is given."""
+        """Return name and parameters; Poisson's ratio and Dundurs' if given."""
         return {k: v for k, v in super().todict().items() if v is not None}

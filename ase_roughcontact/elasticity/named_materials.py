@@ -177,6 +177,30 @@ def combined_poisson(*bodies: tuple[float, float]) -> float:
     return sum(terms) / sum(shear)
 
 
+def dundurs_parameter(first: tuple[float, float], second: tuple[float, float]) -> float:
+    r"""Return Dundurs' second parameter, the coupling of two elastic bodies.
+
+    .. math:: \beta = \frac{1}{2} \frac{(1 - 2\nu_1)/G_1 - (1 - 2\nu_2)/G_2}
+              {(1 - \nu_1)/G_1 + (1 - \nu_2)/G_2}
+
+    Parameters
+    ----------
+    first, second : (float, float)
+        Contact modulus and Poisson's ratio of each.
+
+    References
+    ----------
+    J. Dundurs, J. Appl. Mech. 36, 650 (1969).
+
+    Examples
+    --------
+    >>> dundurs_parameter((80.0, 0.3), (80.0, 0.3))
+    0.0
+    """
+    alone = [(1.0 - 2.0 * nu) / (2.0 - 2.0 * nu) / m for m, nu in (first, second)]
+    return (alone[0] - alone[1]) * combined_modulus(first[0], second[0])
+
+
 def work_of_adhesion(first: str, second: str) -> float:
     """Return the work of adhesion of two materials by van der Waals forces.
 

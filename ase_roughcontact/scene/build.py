@@ -15,6 +15,7 @@ from ase_roughcontact.elasticity.named_materials import (
     ATTRACTION_RANGE,
     combined_modulus,
     combined_poisson,
+    dundurs_parameter,
     material,
     work_of_adhesion,
 )
@@ -166,7 +167,7 @@ def _with_tip(solid: ElasticSolid, name: str, creep: Creep | None) -> ElasticSol
             f"{solid!r}: leave it out"
         )
     tip = material(name).contact_modulus * UNITS["GPa"]
-    poisson, of_tip = None, material(name).poisson
+    poisson, beta, of_tip = None, None, material(name).poisson
     if solid.poisson is not None:
         if of_tip is None:
             raise ValueError(
@@ -175,7 +176,8 @@ def _with_tip(solid: ElasticSolid, name: str, creep: Creep | None) -> ElasticSol
             )
         first = solid.contact_modulus, solid.poisson
         poisson = combined_poisson(first, (tip, of_tip))
-    both = Isotropic(combined_modulus(solid.contact_modulus, tip), poisson)
+        beta = dundurs_parameter(first, (tip, of_tip))
+    both = Isotropic(combined_modulus(solid.contact_modulus, tip), poisson, beta)
     if creep is None:
         return both
     return Viscoelastic(

@@ -9,7 +9,8 @@ series of the angle,
 with Chebyshev polynomials :math:`T_k`. The inverse moduli of an anisotropic half space
 are such functions, and so are its Green's functions along the surface. Lateral
 components have fewer symmetries, and are the real part of :math:`\sum_n c_n
-e^{2 i n \phi}`.
+e^{2 i n \phi}`; those that couple lateral and normal motion have odd orders
+:math:`2 n + 1`.
 """
 
 from __future__ import annotations
@@ -57,21 +58,32 @@ def cos2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return (x2 - y2) / np.maximum(x2 + y2, np.finfo(float).tiny)
 
 
-def harmonic_sum(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
-    """Return the real part of ``sum c_n exp(2 i n phi)`` of vectors (x, y)."""
-    if not np.iscomplexobj(c):
+def harmonic_sum(
+    x: np.ndarray, y: np.ndarray, c: np.ndarray, odd: bool = False
+) -> np.ndarray:
+    """Return the real part of ``sum c_n exp(2 i n phi)`` of vectors (x, y).
+
+    With odd orders it is that of ``sum c_n exp[(2 n + 1) i phi]``.
+    """
+    if not (odd or np.iscomplexobj(c)):
         return chebval(cos2(x, y), c)
-    z = np.add(x, np.multiply(1j, y)) ** 2
-    return polyval(z / np.maximum(abs(z), np.finfo(float).tiny), c).real
+    z, tiny = np.add(x, np.multiply(1j, y)), np.finfo(float).tiny
+    total = polyval(z**2 / np.maximum(abs(z**2), tiny), c)
+    return (total * z / np.maximum(abs(z), tiny) if odd else total).real
 
 
-def harmonics(values: np.ndarray) -> np.ndarray:
+def harmonics(values: np.ndarray, odd: bool = False) -> np.ndarray:
     """Return the coefficients ``c_n`` of functions of the direction, shape (..., n).
 
-    The values are those at n equal steps of the angle from zero to pi.
+    The values are those at n equal steps of the angle from zero to pi, and of functions
+    with odd orders, see `harmonic_sum`, the opposite ones from there on.
     """
-    c = rfft(values)[..., : values.shape[-1] // 2] * (2.0 / values.shape[-1])
-    c[..., 0] /= 2.0
+    if odd:
+        c = rfft(np.concatenate([values, -values], axis=-1))[..., 1::2]
+        c = c[..., : values.shape[-1] // 2] / values.shape[-1]
+    else:
+        c = rfft(values)[..., : values.shape[-1] // 2] * (2.0 / values.shape[-1])
+        c[..., 0] /= 2.0
     size = abs(c).reshape(-1, c.shape[-1]).max(axis=0)
     kept = np.flatnonzero(size > _NEGLIGIBLE * size.max())
     return c[..., : kept.max(initial=0) + 1]
@@ -84,7 +96,7 @@ def sin2(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def angular_cell_kernel(
-    i: np.ndarray, j: np.ndarray, coefficients: np.ndarray
+    i: np.ndarray, j: np.ndarray, coefficients: np.ndarray, odd: bool = False
 ) -> np.ndarray:
     r"""Integrate ``f(phi)/r`` over unit cells at (i, j).
 
@@ -101,32 +113,36 @@ def angular_cell_kernel(
     The relative error is below 1e-10 for the first harmonic and 1e-9 for the second.
     """
     x, y = np.broadcast_arrays(np.asarray(i, float), np.asarray(j, float))
-    kernel = np.asarray(_cell_series(x, y, coefficients))
+    kernel = np.asarray(_cell_series(x, y, coefficients, odd))
     near = np.maximum(abs(x), abs(y)) <= _EDGES_UP_TO
-    kernel[near] = _edge_integral(x[near], y[near], coefficients)
+    kernel[near] = _edge_integral(x[near], y[near], coefficients, odd)
     return kernel
 
 
-def _edge_integral(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+def _edge_integral(
+    x: np.ndarray, y: np.ndarray, c: np.ndarray, odd: bool
+) -> np.ndarray:
     """Integrate ``f/r`` over the unit cells at (x, y), shape (n,), along the edges."""
     total, center = np.zeros(x.shape), np.stack([x, y])[..., None]
     for axis, side in product((0, 1), (0.5, -0.5)):
         edge = center + 0.5 * _POINTS
         edge[axis] = center[axis] + side
-        values = _directional(edge[0], edge[1], c) / np.hypot(*edge)
+        values = _directional(edge[0], edge[1], c, odd) / np.hypot(*edge)
         total += side * edge[axis, :, 0] * (values @ _WEIGHTS)
     return total
 
 
-def _directional(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+def _directional(x: np.ndarray, y: np.ndarray, c: np.ndarray, odd: bool) -> np.ndarray:
     """Return f along vectors (x, y); see `angular_cell_kernel`."""
-    return harmonic_sum(x, y, c) if np.iscomplexobj(c) else chebval(cos4(x, y), c)
+    if np.iscomplexobj(c):
+        return harmonic_sum(x, y, c, odd)
+    return chebval(cos4(x, y), c)
 
 
-def _cell_series(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
+def _cell_series(x: np.ndarray, y: np.ndarray, c: np.ndarray, odd: bool) -> np.ndarray:
     """Integrate ``f/r`` over the unit cells at (x, y) by the Taylor series."""
     shift = 2 if np.iscomplexobj(c) else 1  # by an order of four
-    order = 4.0 / shift * np.arange(c.size)
+    order = 4.0 / shift * np.arange(c.size) + odd
     second = (1.0 - order**2) / 24.0 * c
     # (d_x d_y)^2 = -(D_+^4 + D_-^4 - 2 laplacian^2)/16 with D_+- = d_x +- i d_y, which
     # raise and lower the order of r^m exp(i n phi)
@@ -137,13 +153,13 @@ def _cell_series(x: np.ndarray, y: np.ndarray, c: np.ndarray) -> np.ndarray:
     mixed[shift:] += raised
     mixed[: max(c.size - shift, 0)] += lowered[shift:]
     for k, value in enumerate(lowered[:shift]):  # of a negative order
-        mixed[shift - k] += value.conjugate()
+        mixed[shift - odd - k] += value.conjugate()
     mixed[: c.size] -= 2.0 * laplacian2 * c
     fourth = -mixed / (16.0 * 1440.0)
     fourth[: c.size] += laplacian2 * c / 1920.0
 
     inverse = 1.0 / np.maximum(x * x + y * y, 1.0)
-    series = _directional(x, y, c) + inverse * (
-        _directional(x, y, second) + inverse * _directional(x, y, fourth)
+    series = _directional(x, y, c, odd) + inverse * (
+        _directional(x, y, second, odd) + inverse * _directional(x, y, fourth, odd)
     )
     return np.sqrt(inverse) * series

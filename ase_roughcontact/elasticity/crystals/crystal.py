@@ -9,6 +9,7 @@ plane waves of pressure,
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -70,10 +71,11 @@ class Crystal(Stored, ElasticSolid):
     stress : float
         Stress of the crystal below the surface along x and y, positive under tension;
         along z it is zero (eV/Å^3).
-    lateral : ndarray, shape (3, 2, 28, 20), optional
+    lateral : ndarray, shape (5, 2, 28, 20) or (3, 2, 28, 20), optional
         Coefficients of ``|q| a0^2/2`` times the components xx, yy and, over
-        ``sin(2 theta)``, xy of the Green's function, see `interpolate`. Files of
-        earlier versions have none (1/pressure).
+        ``sin(2 theta)``, xy of the Green's function, see `interpolate`; then the
+        imaginary parts of zx over ``cos(theta)``, and of zy over ``sin(theta)`` with x
+        and y exchanged. Files of earlier versions lack these, or all (1/pressure).
     figures : dict
         Relative errors. Those of the force constants are described in
         `ForceConstants`, those of E* are "thickness" (change from a slab with four
@@ -113,9 +115,10 @@ class Crystal(Stored, ElasticSolid):
         object.__setattr__(self, "table", table)
         if self.lateral is not None:
             lateral = np.ascontiguousarray(self.lateral, dtype=float)
-            if lateral.shape != (3, 2, *NODES) or not np.isfinite(lateral).all():
+            known = lateral.shape in ((5, 2, *NODES), (3, 2, *NODES))
+            if not known or not np.isfinite(lateral).all():
                 raise ValueError(
-                    f"lateral must be finite numbers of the shape {(3, 2, *NODES)}"
+                    f"lateral must be finite numbers of the shape {(5, 2, *NODES)}"
                 )
             object.__setattr__(self, "lateral", lateral)
 
@@ -240,7 +243,7 @@ class Crystal(Stored, ElasticSolid):
     def lateral_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
         """Return the lateral components; see `ElasticSolid` and `wave_compliance`."""
         x, y = self._in_zone(qx, qy)
-        parts = np.stack([interpolate(t, x, y) for t in self._lateral_tables])
+        parts = np.stack([interpolate(t, x, y) for t in self._lateral_tables[:3]])
         parts[2] *= sin2(x, y)
         return 2.0 * parts / np.hypot(qx, qy)
 
@@ -252,16 +255,47 @@ class Crystal(Stored, ElasticSolid):
         See `ElasticSolid` and `cell_compliance`.
         """
         self.check(spacing)
+        tables = enumerate(self._lateral_tables[:3])
+        kernels = [self._lateral_kernel(k, i, j) for k, _ in tables]
+        kernels[2] *= np.sign(i) * np.sign(j)
+        return spacing * np.stack(kernels)
+
+    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the components of the coupling; see `lateral_wave_compliance`."""
+        x, y = self._in_zone(qx, qy)
+        along_x, along_y = self._cross_tables
+        parts = x * interpolate(along_x, x, y), y * interpolate(along_y, y, x)
+        return 2.0 * self.spacing * np.stack(parts) / (x * x + y * y)
+
+    def cross_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Return the lateral displacement by unit pressure on an atom.
+
+        See `ElasticSolid` and `cell_compliance`.
+        """
+        self.check(spacing)
+        _ = self._cross_tables
+        along_x = np.sign(i) * self._lateral_kernel(3, i, j)
+        along_y = np.sign(j) * self._lateral_kernel(4, j, i)
+        return spacing * np.stack([along_x, along_y])
+
+    @property
+    def coupling(self) -> float:  # type: ignore[override]
+        """Lateral over normal displacement; NaN for files of earlier versions."""
+        if self.lateral is None or len(self.lateral) < 5:
+            return math.nan
+        return self.mean_coupling(_ROUNDING / self.spacing)
+
+    def _lateral_kernel(self, number: int, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Return a component of the Green's function in a quadrant, in units of a0."""
         x, y = np.broadcast_arrays(abs(np.asarray(i)), abs(np.asarray(j)))
         x, y = x.astype(int), y.astype(int)
+        series, table = self._lateral_kernels[number]
+        kernel = distant_kernel(x, y, series, coupled=number > 2)
         near = np.maximum(x, y) < _TABLE
-        kernels = []
-        for series, table in self._lateral_kernels:
-            kernel = distant_kernel(x, y, series)
-            kernel[near] = table[x[near], y[near]]
-            kernels.append(spacing * kernel)
-        kernels[2] *= np.sign(i) * np.sign(j)
-        return np.stack(kernels)
+        kernel[near] = table[x[near], y[near]]
+        return kernel
 
     def _in_zone(self, qx: np.ndarray, qy: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return wave vectors times the spacing; raise if it is a smaller one."""
@@ -295,13 +329,20 @@ class Crystal(Stored, ElasticSolid):
             raise self._not_lateral("lateral components (its file is an older one)")
         return self.lateral
 
+    @property
+    def _cross_tables(self) -> np.ndarray:
+        if len(self._lateral_tables) < 5:
+            raise self._not_lateral("coupled components (its file is an older one)")
+        return self._lateral_tables[3:]
+
     @cached_property
     def _lateral_kernels(self) -> list[tuple[list[np.ndarray], np.ndarray]]:
-        """Series of long waves, and tables of the Green's function: xx, yy and xy."""
+        """Series of long waves, and tables of the Green's function, by component."""
         kernels = []
         for number, table in enumerate(self._lateral_tables):
-            series = long_wave_series(table, LATERAL_HARMONICS, odd=number == 2)
-            kernels.append((series, near_kernel(_TABLE, table, series)))
+            coupled = number > 2
+            series = long_wave_series(table, LATERAL_HARMONICS, number == 2, coupled)
+            kernels.append((series, near_kernel(_TABLE, table, series, coupled)))
         return kernels
 
     @cached_property

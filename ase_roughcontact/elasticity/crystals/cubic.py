@@ -11,7 +11,9 @@ where :math:`Q_{ik} = m_j C_{ijkl} m_l`, :math:`R_{ik} = m_j C_{ijkl} n_l` and
 and the surface normal, both turned by :math:`\omega` in their plane. The displacement
 by a point force F in the direction :math:`\phi` is
 :math:`F/[\pi r E^*(\phi + \pi/2)]`, and lateral components of :math:`L^{-1}` are those
-of lateral tractions, in the same way.
+of lateral tractions, in the same way. Lateral displacements by pressure are imaginary:
+the compliance is :math:`L^{-1} + i S L^{-1}`, with :math:`S = -\frac{1}{\pi}
+\int_0^\pi T^{-1} R^T d\omega`.
 """
 
 from __future__ import annotations
@@ -60,8 +62,8 @@ def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     Returns
     -------
     ndarray, shape (n, 3, 3)
-        ``L^-1``, the real part; displacements along z by lateral tractions and the
-        other way round are imaginary (1/pressure).
+        Complex; displacements along z by lateral tractions and the other way round are
+        imaginary (1/pressure).
 
     References
     ----------
@@ -81,8 +83,9 @@ def surface_compliance(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
         np.einsum("abj,ijkl,abl->abik", left, tensor, right, optimize=True)
         for left, right in ((m, m), (m, n), (n, n))
     )
-    impedance = (q - r @ np.linalg.solve(t, r.swapaxes(-1, -2))).mean(axis=0)
-    return np.linalg.inv(impedance)
+    coupled = np.linalg.solve(t, r.swapaxes(-1, -2))
+    compliance = np.linalg.inv((q - r @ coupled).mean(axis=0))
+    return compliance - 1j * coupled.mean(axis=0) @ compliance
 
 
 def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
@@ -95,7 +98,7 @@ def surface_modulus(stiffness: np.ndarray, angles: np.ndarray) -> np.ndarray:
     ndarray, shape (n,)
         ``E*(theta)``; the compliance is ``2/(E* |q|)``.
     """
-    return 2.0 / surface_compliance(stiffness, angles)[:, 2, 2]
+    return 2.0 / surface_compliance(stiffness, angles)[:, 2, 2].real
 
 
 def lateral_continuum_kernel(
@@ -109,6 +112,20 @@ def lateral_continuum_kernel(
     turned = series * (-1.0) ** np.arange(series.shape[1])  # by a right angle
     kernels = [angular_cell_kernel(i, j, c) for c in turned]
     return spacing / np.pi * np.stack(kernels)
+
+
+def cross_continuum_kernel(
+    i: np.ndarray, j: np.ndarray, spacing: float, series: np.ndarray
+) -> np.ndarray:
+    """Return the lateral displacement by unit pressure on one cell.
+
+    See `ElasticSolid.cross_cell_compliance`; the series are the `harmonics` of odd
+    orders of the components of the compliance of waves, times ``|q|/2`` (1/pressure).
+    """
+    turned = series * (-1.0) ** np.arange(1, series.shape[1] + 1)
+    kernels = np.stack([angular_cell_kernel(i, j, c, odd=True) for c in turned])
+    kernels[:, (np.asarray(i) == 0) & (np.asarray(j) == 0)] = 0.0
+    return spacing / np.pi * kernels
 
 
 def continuum_kernel(
@@ -184,7 +201,7 @@ class Cubic(ElasticSolid):
 
     def surface_modulus(self, angles: np.ndarray) -> np.ndarray:
         """Return ``E*(theta)`` of waves at angles to the x axis, shape (n,)."""
-        return 2.0 / self._surface_compliance(np.asarray(angles))[:, 2, 2]
+        return 2.0 / self._surface_compliance(np.asarray(angles))[:, 2, 2].real
 
     def _surface_compliance(self, angles: np.ndarray) -> np.ndarray:
         """Return the `surface_compliance` in axes of the crystal."""
@@ -194,6 +211,14 @@ class Cubic(ElasticSolid):
         return surface_compliance(stiffness, angles + _ANGLES[self.x])
 
     @cached_property
+    def _waves(self) -> tuple[np.ndarray, np.ndarray]:
+        """Compliances of waves in `_DIRECTIONS`, and axes x and y in the crystal."""
+        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
+        cosine, sine = np.cos(_ANGLES[self.x]), np.sin(_ANGLES[self.x])
+        axes = np.array([[cosine, sine], [-sine, cosine]])
+        return self._surface_compliance(angles), axes
+
+    @cached_property
     def _compliances(self) -> np.ndarray:
         """Angular series of ``1/E*``."""
         return angular_series(lambda angles: 1.0 / self.surface_modulus(angles))
@@ -201,11 +226,20 @@ class Cubic(ElasticSolid):
     @cached_property
     def _lateral_series(self) -> np.ndarray:
         """Harmonics of the lateral components along x and y."""
-        angles = np.pi / _DIRECTIONS * np.arange(_DIRECTIONS)
-        cosine, sine = np.cos(_ANGLES[self.x]), np.sin(_ANGLES[self.x])
-        axes = np.array([[cosine, sine], [-sine, cosine]])
-        lateral = axes @ self._surface_compliance(angles)[:, :2, :2] @ axes.T
+        compliance, axes = self._waves
+        lateral = axes @ compliance.real.copy()[:, :2, :2] @ axes.T
         return harmonics(0.5 * lateral[:, (0, 1, 0), (0, 1, 1)].T)
+
+    @cached_property
+    def _cross_series(self) -> np.ndarray:
+        """Harmonics of the lateral displacements along x and y by pressure."""
+        compliance, axes = self._waves
+        return harmonics(-0.5 * axes @ compliance[:, :2, 2].imag.T, odd=True)
+
+    @property
+    def coupling(self) -> float:  # type: ignore[override]
+        """Lateral over normal displacement; see `ElasticSolid`."""
+        return self.mean_coupling(1.0)
 
     @property
     def contact_modulus(self) -> float:  # type: ignore[override]
@@ -232,3 +266,14 @@ class Cubic(ElasticSolid):
     ) -> np.ndarray:
         """Integrate the lateral Green's function over a cell; see `ElasticSolid`."""
         return lateral_continuum_kernel(i, j, spacing, self._lateral_series)
+
+    def cross_wave_compliance(self, qx: np.ndarray, qy: np.ndarray) -> np.ndarray:
+        """Return the components of the coupling; see `ElasticSolid`."""
+        parts = [harmonic_sum(qx, qy, c, odd=True) for c in self._cross_series]
+        return 2.0 * np.stack(parts) / np.hypot(qx, qy)
+
+    def cross_cell_compliance(
+        self, i: np.ndarray, j: np.ndarray, spacing: float
+    ) -> np.ndarray:
+        """Integrate the Green's function over a cell; see `ElasticSolid`."""
+        return cross_continuum_kernel(i, j, spacing, self._cross_series)

@@ -103,11 +103,14 @@ def lateral_tables(greens: LatticeGreensFunction) -> np.ndarray:
     nodes = node_vectors()
 
     def components(q: np.ndarray) -> np.ndarray:
-        matrix = greens(q / greens.spacing)[:, (0, 1, 0), (0, 1, 1)].real.T
-        matrix[2] /= sin2(*q.T)
-        return 0.5 * greens.spacing * np.hypot(*q.T) * matrix
+        matrix, number = greens(q / greens.spacing), np.hypot(*q.T)
+        lateral = matrix[:, (0, 1, 0), (0, 1, 1)].real.T
+        lateral[2] /= sin2(*q.T)
+        cross = -matrix[:, :2, 2].imag.T * number / q.T
+        return 0.5 * greens.spacing * number * np.concatenate([lateral, cross])
 
     values, exchanged = components(nodes), components(nodes[:, ::-1])
+    values[4], exchanged[4] = exchanged[4], values[4].copy()  # y before x
     other = (values - exchanged) / cos2(*nodes.T)
     if greens.sublattices == 1:
         other[2] = 0.0  # but for rounding, which its expansion would amplify

@@ -35,7 +35,7 @@ from numpy.polynomial.chebyshev import (
     chebval,
     chebvander,
 )
-from scipy.fft import dctn, dstn
+from scipy.fft import dct, dctn, dst, dstn
 from scipy.special import gamma, ive, rgamma
 
 from ase_roughcontact.elasticity.crystals.angular import (
@@ -105,13 +105,18 @@ def interpolate(table: np.ndarray, qx: np.ndarray, qy: np.ndarray) -> np.ndarray
 
 
 def long_wave_series(
-    table: np.ndarray, numbers: tuple[int, ...] = _HARMONICS, odd: bool = False
+    table: np.ndarray,
+    numbers: tuple[int, ...] = _HARMONICS,
+    odd: bool = False,
+    coupled: bool = False,
 ) -> list[np.ndarray]:
     """Return the coefficients ``m_kn``, n = 0, 2, 4, ..., for each power k.
 
     The numbers of harmonics for each power are those of functions with the symmetry of
     a square. Of a function that is odd in x and in y, the table is that of its ratio to
-    ``sin(2 theta)``, and the coefficients are imaginary, see `harmonic_sum`.
+    ``sin(2 theta)``, and the coefficients are imaginary, see `harmonic_sum`; of one
+    that is odd in x alone, as those that couple normal and lateral motion, that of its
+    ratio to ``cos(theta)``, and the coefficients are those of n = 1, 3, 5, ...
     """
     series = []
     for power, harmonics in enumerate(numbers):
@@ -125,6 +130,10 @@ def long_wave_series(
             product = chebmulx(even) if number else even  # by cos(2 theta)
             total[: product.size] += product
         total = total[: np.flatnonzero(total).max(initial=0) + 1]
+        if coupled:  # cos(theta) cos(n theta) = [cos(n - 1) theta + cos(n + 1) theta]/2
+            total = 0.5 * np.append(total[0] + total[:1], total[1:]) + 0.5 * np.append(
+                total[1:], 0.0
+            )
         series.append(_times_sine(total) if odd else total)
     return series
 
@@ -146,7 +155,7 @@ def _along(coefficients: np.ndarray, power: int) -> Callable[[np.ndarray], np.nd
 
 
 def distant_kernel(
-    i: np.ndarray, j: np.ndarray, series: list[np.ndarray]
+    i: np.ndarray, j: np.ndarray, series: list[np.ndarray], coupled: bool = False
 ) -> np.ndarray:
     """Return the Green's function far from the origin, in units of a0.
 
@@ -155,16 +164,18 @@ def distant_kernel(
     inverse = 1.0 / np.sqrt(np.maximum(np.square(i, dtype=float) + np.square(j), 1.0))
     kernel = np.zeros(inverse.shape)
     for power, coefficients in reversed([*enumerate(series)]):
-        order = 2.0 * np.arange(coefficients.size)
+        order = 2.0 * np.arange(coefficients.size) + coupled
         factor = 2.0**power * gamma((order + power + 1) / 2)
-        factor[1::2] *= -1.0
+        factor *= _signs(order.size, coupled)
         factor *= rgamma((order - power + 1) / 2)
-        kernel += harmonic_sum(i, j, factor * coefficients)
+        kernel += harmonic_sum(i, j, factor * coefficients, coupled)
         kernel *= inverse
     return kernel / np.pi
 
 
-def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.ndarray:
+def near_kernel(
+    size: int, table: np.ndarray, series: list[np.ndarray], coupled: bool = False
+) -> np.ndarray:
     """Return the Green's function near the origin, shape (size, size), in units of a0.
 
     The size is at most 512; see `interpolation_table` and `long_wave_series`, whose
@@ -174,29 +185,41 @@ def near_kernel(size: int, table: np.ndarray, series: list[np.ndarray]) -> np.nd
     qx, qy = np.meshgrid(q, q, indexing="ij")
     qx[0, 0] = 1.0  # any: set below
     number, odd = np.hypot(qx, qy), np.iscomplexobj(series[0])
-    singular = harmonic_sum(qx, qy, series[0]) / number
-    singular += harmonic_sum(qx, qy, series[1])
+    singular = harmonic_sum(qx, qy, series[0], coupled) / number
+    singular += harmonic_sum(qx, qy, series[1], coupled)
     singular *= np.exp(-((_WIDTH * number) ** 2))
     values = interpolate(table, qx, qy)
-    rest = (values * sin2(qx, qy) if odd else values) / number - singular
+    if odd or coupled:
+        values *= sin2(qx, qy) if odd else qx / number
+    rest = values / number - singular
     rest[0, 0] = 0.0
+    kernel = np.zeros((size, size))
     if odd:
-        kernel = np.zeros((size, size))
         kernel[1:, 1:] = -dstn(rest[1:-1, 1:-1], 1)[: size - 1, : size - 1]
+    elif coupled:
+        kernel[1:] = -dst(dct(rest, 1)[1:-1], 1, axis=0)[: size - 1, :size]
     else:
         kernel = dctn(rest, 1)[:size, :size]
     kernel *= 2.0 / _GRID**2
 
-    i = np.arange(size, dtype=float)
+    i, half = np.arange(size, dtype=float), 0.5 * coupled
     r = np.maximum(np.hypot(i[:, None], i), 1e-9)  # the limit at the origin
     angle, x = np.arctan2(i, i[:, None]), r * r / (8.0 * _WIDTH**2)
-    for n, m in enumerate(series[0] * (-1.0) ** np.arange(series[0].size)):
-        turned = (m * np.exp(2j * n * angle)).real
-        kernel += turned * ive(n, x) / (2.0 * _WIDTH * np.pi**0.5)
-    for n, m in enumerate(series[1] * (-1.0) ** np.arange(series[1].size)):
-        bessel = ive(n - 0.5, x) - ive(n + 0.5, x)
-        turned = (m * np.exp(2j * n * angle)).real
+    for n, m in enumerate(series[0] * _signs(series[0].size, coupled)):
+        turned = (m * np.exp(2j * (n + half) * angle)).real
+        kernel += turned * ive(n + half, x) / (2.0 * _WIDTH * np.pi**0.5)
+    for n, m in enumerate(series[1] * _signs(series[1].size, coupled)):
+        bessel = ive(n + half - 0.5, x) - ive(n + half + 0.5, x)
+        turned = (m * np.exp(2j * (n + half) * angle)).real
         kernel += turned * bessel * r / (8.0 * _WIDTH**3 * np.pi**0.5)
-    # the images of the transform are far away and shift all values by the same amount
-    shift = 0.0 if odd else (distant_kernel(i[-1:], i, series) - kernel[-1]).mean()
-    return kernel + shift
+    if odd:
+        return kernel
+    # the images of the transform are far away: they shift all values by the same
+    # amount, or if their displacement is odd in x, in proportion to x
+    missing = distant_kernel(i[-1:], i, series, coupled) - kernel[-1]
+    return kernel + missing.mean() * (i[:, None] / i[-1] if coupled else 1.0)
+
+
+def _signs(size: int, coupled: bool) -> np.ndarray:
+    """Return the signs of the harmonics of a Green's function."""
+    return (-1.0) ** (np.arange(size) + coupled)
