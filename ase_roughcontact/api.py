@@ -47,7 +47,6 @@ from ase_roughcontact.topography import (
     RoughSphere,
     SelfAffine,
 )
-from ase_roughcontact.windows.options import WindowOptions
 
 __all__ = [
     "ActiveSet",
@@ -87,7 +86,6 @@ __all__ = [
     "Validity",
     "ValidityWarning",
     "Viscoelastic",
-    "WindowOptions",
     "add_indenter",
     "adhesion_loop",
     "column",

@@ -78,7 +78,6 @@ FUNCTIONS = {
         loop,
         {"deepest": 0.0, "step": 0.4, "smallest_step": 0.4, "tolerance": 0.5},
     ),
-    "WindowOptions": (rc.WindowOptions, asdict(rc.WindowOptions())),
     "NewtonKrylovOptions": (NewtonKrylovOptions, asdict(NewtonKrylovOptions())),
     "ActiveSetOptions": (ActiveSetOptions, asdict(ActiveSetOptions())),
     "first_contact": (partial(analysis.first_contact, SPHERE), {"spacing": 1.0}),

@@ -30,7 +30,6 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.step import CONTROLS, StepOptions, Stepper
 from ase_roughcontact.paths.validity import Validity
 from ase_roughcontact.solvers.relaxation import SolverRelaxer
-from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.regrid import GridChange
 
 
@@ -44,7 +43,7 @@ def load_path(
     loads: Sequence[float] | None = None,
     accuracy: str | float = "normal",
     max_steps: int = 10_000,
-    window: str | WindowOptions = "fixed",
+    window: str = "fixed",
     grid: str = "atoms",
     validity: str | Validity = "warn",
     output: Output | None = None,
@@ -73,13 +72,13 @@ def load_path(
     max_steps : int
         Maximum number of steps for each run of the optimizer. A step takes several
         runs if its window is enlarged or its tolerance reduced.
-    window : {"fixed", "unchecked", "auto"} or WindowOptions
+    window : {"fixed", "unchecked", "auto"}
         "fixed" keeps the window of the atoms; that the wall acts on an atom at the edge
         of it in a free half space is an error, as the window is probably too small. It
         is not if the indenter ends there, as a flat punch does: "unchecked". "auto", on
         a free half space, exchanges the window in place for a small one that contains
         all atoms that can touch at the step; this needs a bounded indenter, such as
-        `RoughSphere`. `WindowOptions` are options of automatic windows.
+        `RoughSphere`.
     grid : str
         "atoms": each grid point is an atom. Otherwise the grid is numerical, and the
         continuum is asked for: on a spacing relative to that of the atoms, such as

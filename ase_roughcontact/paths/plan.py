@@ -19,12 +19,11 @@ from ase_roughcontact.paths.step import CONTROLS
 from ase_roughcontact.paths.step_timer import step_timer
 from ase_roughcontact.theory import Hertz
 from ase_roughcontact.topography import BoundedSurface, RoughSphere
-from ase_roughcontact.windows.auto import AutoWindow
+from ase_roughcontact.windows.auto import CONTACT_WINDOW_SIZE, AutoWindow
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.fixed import at_edge
 from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
-from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.prediction import contact_radius_on
 
 Shapes = tuple[tuple[int, int], tuple[int, int]]
@@ -80,8 +79,7 @@ def plan_path(
     left_out = _left_out(problem, window)
     if window == "auto" and not problem.periodic:
         ratio = problem.spacing / spacing
-        size = round(WindowOptions().contact_window_size / ratio**2)
-        windows = AutoWindow(problem, WindowOptions(contact_window_size=size))
+        windows = AutoWindow(problem, max(round(CONTACT_WINDOW_SIZE / ratio**2), 1))
         shapes = partial(_auto_shapes, windows, ratio, control)
     else:
         contact = problem.contact(start)

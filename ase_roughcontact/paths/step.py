@@ -40,7 +40,6 @@ from ase_roughcontact.solvers.relaxation import (
 )
 from ase_roughcontact.windows.auto import AutoWindow
 from ase_roughcontact.windows.fixed import FixedWindow
-from ase_roughcontact.windows.options import WindowOptions
 
 #: What a path prescribes: that of the indenter, or of the base of its cantilever.
 CONTROLS = ("penetrations", "heights", "loads", "bases")
@@ -103,7 +102,7 @@ class StepOptions:
     fmax: float | None = None
     accuracy: str | float = "normal"
     max_steps: int = 10_000
-    window: str | WindowOptions = "fixed"
+    window: str = "fixed"
     hardness: float = math.nan
     continuum: bool = False
     lost_slope: float = 0.0
@@ -112,8 +111,7 @@ class StepOptions:
 
     def __post_init__(self) -> None:
         """Check the options."""
-        if not isinstance(self.window, WindowOptions):
-            one_of(("fixed", "unchecked", "auto"), window=self.window)
+        one_of(("fixed", "unchecked", "auto"), window=self.window)
         if self.fmax is not None:
             positive(fmax=self.fmax)
         integer("max_steps", self.max_steps, 1)
@@ -122,7 +120,7 @@ class StepOptions:
     @property
     def keeps_window(self) -> bool:
         """Whether the window is that of the first state."""
-        return self.window in ("fixed", "unchecked")
+        return self.window != "auto"
 
 
 class Stepper:
@@ -206,10 +204,7 @@ class Stepper:
                 problem, window, checked, self.contact.first_contact
             )
         else:
-            automatic = options.window
-            self.windows = AutoWindow(
-                problem, automatic if isinstance(automatic, WindowOptions) else None
-            )
+            self.windows = AutoWindow(problem)
         if isinstance(start, Box):
             start = State.flat(start, self.windows.first_contact)
         self.state: State = start

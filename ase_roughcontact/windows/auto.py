@@ -30,7 +30,6 @@ from ase_roughcontact.windows.adhesion_estimate import AdhesionEstimate
 from ase_roughcontact.windows.expected import ExpectedContact
 from ase_roughcontact.windows.footprint import Footprint, centred_box
 from ase_roughcontact.windows.memory import check_memory
-from ase_roughcontact.windows.options import WindowOptions
 from ase_roughcontact.windows.prediction import DepthPrediction, contact_level
 
 # A window is kept for the next step while it has at most this many times the atoms that
@@ -42,6 +41,9 @@ _LARGEST_DEEPENING = 2.0
 # With a repulsive wall, a step starts from flat atoms if this many times more atoms
 # overlap than at the last one.
 _RESTART_GROWTH = 1.1
+#: Number of atoms above which a window is made for the expected contact only, not for
+#: all atoms that the rigid indenter overlaps, and factor by which it is larger than it.
+CONTACT_WINDOW_SIZE, CONTACT_WINDOW_SCALE = 256 * 256, 1.03
 # Smallest depth of a window that is to be made deeper, in units of the spacing.
 _LEAST_DEPTH = 1e-3
 # Upper bound to the rounding error of a displacement in single precision, relative to
@@ -56,7 +58,9 @@ class AutoWindow:
     ----------
     problem : Problem
         Of a free half space.
-    options : WindowOptions, optional
+    contact_window_size : int
+        Number of atoms above which a window is made for the expected contact only, not
+        for all atoms that the rigid indenter overlaps.
 
     Attributes
     ----------
@@ -71,8 +75,10 @@ class AutoWindow:
         If the indenter is not bounded.
     """
 
-    def __init__(self, problem: Problem, options: WindowOptions | None = None) -> None:
-        self._options = options or WindowOptions()
+    def __init__(
+        self, problem: Problem, contact_window_size: int | None = None
+    ) -> None:
+        self._contact_window_size = contact_window_size or CONTACT_WINDOW_SIZE
         indenter: Any = problem.indenter
         solid, spacing = problem.solid, problem.spacing
         self._wall, self._modulus = problem.wall, solid.contact_modulus
@@ -86,9 +92,7 @@ class AutoWindow:
         self._expected: ExpectedContact | None = None
         if isinstance(indenter, RoughSphere):
             self._expected = ExpectedContact(indenter, self._wall, solid, spacing)
-        self._prediction = DepthPrediction(
-            self.footprint, self._wall, solid, self._options.load_factor
-        )
+        self._prediction = DepthPrediction(self.footprint, self._wall, solid)
         self._level = -np.inf  # for which the window was made
         # of the state relaxed last: atoms in the range of the wall, and in the overlap
         self._in_range: Box | None = None
@@ -232,10 +236,10 @@ class AutoWindow:
     def _needed(self, level: float, also: Box | None) -> Box:
         """Return the box of atoms that a window for a level must contain."""
         box = self.footprint.overlap(level).union(also)
-        if box.size <= self._options.contact_window_size or self._wall.plastic:
+        if box.size <= self._contact_window_size or self._wall.plastic:
             return box  # plastic contact fills the overlap
-        scale = self._options.contact_window_scale
-        level = contact_level(level, self.footprint.lowest, self._wall, scale)
+        lowest = self.footprint.lowest
+        level = contact_level(level, lowest, self._wall, CONTACT_WINDOW_SCALE)
         return self.footprint.overlap(level).union(also)
 
     def _box_in_range(self, state: State) -> Box | None:

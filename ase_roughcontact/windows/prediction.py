@@ -21,6 +21,8 @@ from ase_roughcontact.elasticity.lattice import Box
 from ase_roughcontact.interactions import Interaction
 from ase_roughcontact.windows.footprint import Footprint
 
+#: Normal force over ``E*``, depth and half the side of the overlap; that of Hertz.
+LOAD_FACTOR = math.sqrt(8.0) / 3.0
 # Depths are searched from this part of the spacing on, by this factor.
 _FIRST_DEPTH, _DEPTH_RATIO = 1e-3, 1.2
 # Wave number that represents a contact, times its radius.
@@ -35,8 +37,8 @@ _GAP_BESIDE = 8.0 * math.sqrt(2.0) / 3.0
 class DepthPrediction:
     """Depth of the indenter under a load, by ``N = c E* d s``.
 
-    The half side ``s`` is that of the box of the atoms that the rigid indenter
-    overlaps. With a hardness the load is at most ``pi H s^2``.
+    ``c`` is `LOAD_FACTOR`. The half side ``s`` is that of the box of the atoms that the
+    rigid indenter overlaps. With a hardness the load is at most ``pi H s^2``.
 
     Parameters
     ----------
@@ -44,19 +46,12 @@ class DepthPrediction:
     wall : Interaction
     solid : ElasticSolid
         Its modulus is that of waves of the size of the overlap.
-    factor : float
-        ``c``.
     """
 
     def __init__(
-        self,
-        footprint: Footprint,
-        wall: Interaction,
-        solid: ElasticSolid,
-        factor: float,
+        self, footprint: Footprint, wall: Interaction, solid: ElasticSolid
     ) -> None:
-        self._footprint, self._wall = footprint, wall
-        self._solid, self._factor = solid, factor
+        self._footprint, self._wall, self._solid = footprint, wall, solid
         self._power = 0  # of the last depth
 
     def depth(self, load: float) -> float:
@@ -101,7 +96,7 @@ class DepthPrediction:
         radius = half_side * spacing
         modulus = modulus_under(radius, self._solid, spacing)
         plastic = self._wall.hardness * math.pi * radius**2
-        return min(self._factor * modulus * depth * radius, plastic)
+        return min(LOAD_FACTOR * modulus * depth * radius, plastic)
 
 
 def modulus_under(radius: float, solid: ElasticSolid, spacing: float) -> float:

@@ -16,6 +16,7 @@ from ase_roughcontact.atoms.calculator import grid_of
 from ase_roughcontact.atoms.exchange import exchange_window
 from ase_roughcontact.atoms.exchange import window_of as window_of_layout
 from ase_roughcontact.elasticity.lattice import Box
+from ase_roughcontact.windows import auto, prediction
 from ase_roughcontact.windows.footprint import Footprint
 
 HARD = rc.HardWall(), rc.ActiveSet
@@ -82,21 +83,27 @@ def test_path_in_automatic_windows_equals_that_in_a_large_window(wall, seed):
     "wall", [HARD, SOFT, ADHESIVE], ids=["hard", "soft", "adhesive"]
 )
 @pytest.mark.parametrize("scale", [0.5, 1.0])
-def test_window_for_the_expected_contact_is_enlarged_to_the_actual_one(wall, scale):
+def test_window_for_the_expected_contact_is_enlarged_to_the_actual_one(
+    wall, scale, monkeypatch
+):
     sphere = rough_sphere(2, radius=200.0, slope=0.05, domain=128.0)
     atoms = make_atoms(sphere, wall, fixed=False)
     full = make_atoms(sphere, wall, (95, 95), fixed=False)
-    small = rc.WindowOptions(contact_window_size=0, contact_window_scale=scale)
-    for window, which in ((small, atoms), ("fixed", full)):
+    monkeypatch.setattr(auto, "CONTACT_WINDOW_SIZE", 0)
+    monkeypatch.setattr(auto, "CONTACT_WINDOW_SCALE", scale)
+    for window, which in (("auto", atoms), ("fixed", full)):
         list(written_path(which, loads=[1.0, 30.0], fmax=1e-11, window=window))
     same_state(atoms, full)
 
 
 @REPULSIVE
-def test_window_for_the_contact_is_smaller_than_the_overlap_of_the_rigid_indenter(wall):
+def test_window_for_the_contact_is_smaller_than_the_overlap_of_the_rigid_indenter(
+    wall, monkeypatch
+):
     sphere = rough_sphere(2, radius=400.0, slope=0.02, domain=256.0)
     atoms = make_atoms(sphere, wall, fixed=False)
-    run(atoms, wall, loads=[200.0], window=rc.WindowOptions(contact_window_size=0))
+    monkeypatch.setattr(auto, "CONTACT_WINDOW_SIZE", 0)
+    run(atoms, wall, loads=[200.0])
     level = wall[0].cutoff - atoms.positions[-1, 2]
     overlap = Footprint(sphere, 1.0).box_below(level)
     assert window_of(atoms).size < 0.8 * overlap.size
@@ -178,12 +185,13 @@ def test_ten_decades_of_load_in_one_path(wall):
 
 
 @REPULSIVE
-def test_window_that_is_predicted_too_small_is_enlarged(wall):
+def test_window_that_is_predicted_too_small_is_enlarged(wall, monkeypatch):
     sphere = rough_sphere()
     expected = make_atoms(sphere, wall, fixed=False)
     run(expected, wall, loads=[20.0])
     atoms = make_atoms(sphere, wall, fixed=False)
-    run(atoms, wall, loads=[20.0], window=rc.WindowOptions(load_factor=1e3))
+    monkeypatch.setattr(prediction, "LOAD_FACTOR", 1e3)
+    run(atoms, wall, loads=[20.0])
     same_state(atoms, expected)
     assert window_of(atoms).size <= 2 * window_of(expected).size
 
