@@ -134,6 +134,11 @@ def per_time(units: Mapping[str, float]) -> dict[str, float]:
     }
 
 
+def with_unit(value: float, unit: str) -> str:
+    """Return a value in ASE's units as text in one of `UNITS`: ``"3.2 nN"``."""
+    return f"{value / UNITS[unit]:.4g} {unit}"
+
+
 # Units in which columns are printed, by their unit.
 _PRINTED = {"eV/Å^2": "N/m", "eV/Å": "nN", "Å^2": "nm²", "bytes": "GB"}
 

@@ -46,7 +46,14 @@ def loop_energies(steps: Sequence[Any]) -> FloatArray:
     -------
     ndarray, shape (loops,)
         From each turning point to the next one at the same displacement (eV).
+
+    Raises
+    ------
+    ValueError
+        If there are no steps.
     """
+    if not len(steps):
+        raise ValueError("a loop needs the steps of a sliding path, got none")
     points = np.array([[s.lateral_x, s.lateral_y] for s in steps])
     points -= points[0]
     farthest = points[np.hypot(*points.T).argmax()]

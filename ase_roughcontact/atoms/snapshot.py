@@ -163,12 +163,7 @@ def contact_of_frame(frame: Atoms) -> np.ndarray:
 
 
 def plastic_depth_of(frame: Atoms) -> np.ndarray:
-    """Return the plastic depth of a snapshot.
-
-    Parameters
-    ----------
-    frame : Atoms
-        From `snapshot`, also read back from a file.
+    """Return the plastic depth of a snapshot; see `pressure_of`.
 
     Returns
     -------
@@ -182,12 +177,7 @@ def plastic_depth_of(frame: Atoms) -> np.ndarray:
 
 
 def lateral_of(frame: Atoms) -> dict[str, np.ndarray]:
-    """Return the lateral fields of a snapshot.
-
-    Parameters
-    ----------
-    frame : Atoms
-        From `snapshot`, also read back from a file.
+    """Return the lateral fields of a snapshot; see `pressure_of`.
 
     Returns
     -------

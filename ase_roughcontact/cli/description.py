@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact.elasticity import Layer
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.reference import Reference
@@ -80,7 +80,7 @@ def theory(reference: Reference) -> dict[str, str]:
         found["stickiness of flats"] = "; ".join(map(str, reference.criteria))
     if smooth.pull_off_force:
         forces = (
-            f"{each.pull_off_force / UNITS['nN']:.4g} nN ({each.name}, {name} modulus)"
+            f"{with_unit(each.pull_off_force, 'nN')} ({each.name}, {name} modulus)"
             for name, each in limits.items()
         )
         found["pull-off force"] = "; ".join(forces) or pull_off_text(reference)
@@ -99,8 +99,8 @@ def theory(reference: Reference) -> dict[str, str]:
 
 def pull_off_text(reference: Reference) -> str:
     """Return the pull-off force of theory, with its unit and the theory."""
-    force = reference.smooth.pull_off_force / UNITS["nN"]
-    return f"{force:.4g} nN ({reference.smooth.label})"
+    smooth = reference.smooth
+    return f"{with_unit(smooth.pull_off_force, 'nN')} ({smooth.label})"
 
 
 def _origin(scene: Scene) -> str:

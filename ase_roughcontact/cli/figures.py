@@ -357,7 +357,7 @@ def _draw_maps(
         if not scene.is_flat:
             _share_range(panels)
         for panel in panels:
-            _orient(panel, scene)
+            plot.show_as_scanned(panel, scene.topography)
             plot.scale_bar(panel, "nm")
         figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)
@@ -386,14 +386,6 @@ def _title(scene: Scene, step: LoadStep, way: str) -> str:
 
 def _short(value: float) -> str:
     return np.format_float_positional(value, precision=3, fractional=False, trim="-")
-
-
-def _orient(panel: Any, scene: Scene) -> None:
-    """Show a map on a scan as the scan: its first line at the top, x as measured."""
-    if scene.topography is not None:
-        panel.invert_yaxis()
-        if scene.topography.role == "indenter":  # which was turned over
-            panel.invert_xaxis()
 
 
 def _share_range(panels: Sequence[Any]) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ase_roughcontact import theory as theory_of
 from ase_roughcontact._util.printing import entries, note, number, table
-from ase_roughcontact._util.units import UNITS, printed_unit
+from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.paths.limits import failed_checks
 from ase_roughcontact.paths.record import LoadStep, columns_of
@@ -203,7 +203,7 @@ def results(reference: Reference, steps: Sequence[LoadStep]) -> dict[str, str]:
         found["first contact"] = f"at a height of {height:.4g} Å"
     force = min((step.normal_force for step in steps if step.converged), default=0.0)
     if force < 0.0:
-        found["largest tension"] = f"{-force / UNITS['nN']:.4g} nN"
+        found["largest tension"] = with_unit(-force, "nN")
         if reference.smooth.pull_off_force:
             found["largest tension"] += f"; pull-off force: {pull_off_text(reference)}"
     area = scene.area_column
@@ -279,7 +279,7 @@ def _failure(scene: Scene, step: LoadStep) -> str:
     if scene.path.control == "load" and not touches:
         target = scene.path.target_of(scene.bodies, step)
         if target < 0.0:
-            return f"PULLED OFF: no contact at {target / UNITS['nN']:.4g} nN"
+            return f"PULLED OFF: no contact at {with_unit(target, 'nN')}"
     unit = " (forces in eV/Å)" if "force" in step.message else ""
     return f"NOT CONVERGED: {step.message}{unit}"
 

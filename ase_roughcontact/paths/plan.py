@@ -26,6 +26,13 @@ from ase_roughcontact.windows.footprint import BeyondSurfaceError
 from ase_roughcontact.windows.memory import available_memory, memory_of, points_of
 from ase_roughcontact.windows.prediction import contact_radius_on
 
+#: What paths leave out that have no friction.
+LATERAL_LEFT_OUT = (
+    "displacements along x and y: without friction no force drives them, and their "
+    "effect on the gap is of second order in the slopes (none for an isotropic half "
+    "space with a Poisson ratio of 1/2)"
+)
+
 Shapes = tuple[tuple[int, int], tuple[int, int]]
 
 
@@ -175,11 +182,7 @@ def _contact_width(
 def _left_out(problem: Problem, window: str) -> list[str]:
     """Return what is not calculated, with the reasons."""
     wall, solid = problem.wall, problem.solid
-    reasons = [
-        "displacements along x and y: without friction no force drives them, and their "
-        "effect on the gap is of second order in the slopes (none for an isotropic "
-        "half space with a Poisson ratio of 1/2)"
-    ]
+    reasons = [LATERAL_LEFT_OUT]
     if problem.periodic:
         reasons.append("nothing of the cell: it repeats along x and y")
         if solid.uniform_compliance:

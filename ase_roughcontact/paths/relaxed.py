@@ -51,6 +51,8 @@ class LateralState:
     ----------
     displacement, force : ndarray, shape (2,)
         Of the indenter along x and y (Å), and what acts on it to hold it (eV/Å).
+    base : ndarray, shape (2,)
+        Displacement of the base of the spring that moves it, NaN without one (Å).
     bound : float
         Largest magnitude of this force, if all atoms slip in one direction (eV/Å).
     sticking, slipping : int
@@ -68,6 +70,7 @@ class LateralState:
 
     displacement: np.ndarray
     force: np.ndarray
+    base: np.ndarray
     bound: float
     sticking: int
     slipping: int

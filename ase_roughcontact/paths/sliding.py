@@ -271,6 +271,7 @@ class _Sliding:
         state = LateralState(
             displacement=at,
             force=area * tractions.sum(axis=(1, 2)),
+            base=lateral if self._spring else np.full(2, np.nan),
             bound=area * float(bound.sum()),
             sticking=sticking,
             slipping=relaxed.fields.repulsive_atoms - sticking,

@@ -34,6 +34,17 @@ class SlidingStep(LoadStep):
         "force along y that holds the indenter against friction",
         "eV/Å",
     )
+    base_x: float = column(
+        lambda s: float(s.lateral.base[0]),
+        "displacement along x of the base of the spring, nan without one",
+        "Å",
+        "base",
+    )
+    base_y: float = column(
+        lambda s: float(s.lateral.base[1]),
+        "displacement along y of the base of the spring, nan without one",
+        "Å",
+    )
     largest_friction: float = column(
         lambda s: s.lateral.bound,
         "lateral force if all atoms slip in one direction: with a friction coefficient "
@@ -54,8 +65,8 @@ class SlidingStep(LoadStep):
     )
     lateral_stiffness: float = column(
         lambda s: s.lateral.stiffness,
-        "derivative of the lateral force along x to the displacement, of the contact "
-        "if all atoms stuck",
+        "derivative of the lateral force along x to the displacement, if all atoms "
+        "that friction acts on stuck: with a coefficient, the repelled ones",
         "eV/Å^2",
         "lateral stiffness",
     )

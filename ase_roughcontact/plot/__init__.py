@@ -34,7 +34,12 @@ from ase_roughcontact.plot.friction import (
 )
 from ase_roughcontact.plot.moduli import plot_moduli
 from ase_roughcontact.plot.style import BLUE, COLOURS, GREY, ORANGE, style
-from ase_roughcontact.plot.surfaces import plot_contact, plot_pressure, scale_bar
+from ase_roughcontact.plot.surfaces import (
+    plot_contact,
+    plot_pressure,
+    scale_bar,
+    show_as_scanned,
+)
 from ase_roughcontact.plot.time import (
     draw_cantilever_path,
     draw_time_path,
@@ -72,5 +77,6 @@ __all__ = [
     "plot_tractions",
     "plot_tradeoff",
     "scale_bar",
+    "show_as_scanned",
     "style",
 ]

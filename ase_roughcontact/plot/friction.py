@@ -21,7 +21,7 @@ from ase_roughcontact.plot.style import (
     ORANGE,
     letter,
 )
-from ase_roughcontact.plot.surfaces import scale_bar
+from ase_roughcontact.plot.surfaces import scale_bar, show_as_scanned
 
 _NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
 # Margin of maps beside contacts.
@@ -158,7 +158,9 @@ def draw_friction(
             )
 
 
-def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -> None:
+def draw_tractions(
+    file: Path, frames: Sequence[Atoms], titles: Sequence[str], scan: Any = None
+) -> None:
     """Write the figure of the lateral tractions of some frames.
 
     Parameters
@@ -168,6 +170,8 @@ def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -
         See `plot_tractions`.
     titles : sequence of str
         Of the maps.
+    scan : object, optional
+        See `show_as_scanned`.
     """
     largest = max(
         np.hypot(*(lateral_of(frame)[key] for key in TRACTIONS)).max()
@@ -182,6 +186,7 @@ def draw_tractions(file: Path, frames: Sequence[Atoms], titles: Sequence[str]) -
         for panel, frame, title in zip(panels, frames, titles, strict=True):
             images = plot_tractions(panel, frame, largest / _GPA)
             panel.set_title(title, loc="right")
+            show_as_scanned(panel, scan)
             scale_bar(panel, "nm")
         letter(panels)
         for image, name in zip(images, ("stick", "slip"), strict=True):

@@ -93,6 +93,21 @@ def plot_contact(
     return image
 
 
+def show_as_scanned(axes: Any, scan: Any) -> None:
+    """Turn a map on a scan as the scan: its first line at the top, x as measured.
+
+    Parameters
+    ----------
+    axes : matplotlib Axes
+    scan : object or None
+        Whose `role` is "indenter" if it was turned over; None leaves the map.
+    """
+    if scan is not None:
+        axes.invert_yaxis()
+        if scan.role == "indenter":
+            axes.invert_xaxis()
+
+
 def scale_bar(axes: Any, unit: str) -> None:
     """Draw a bar of a round length in place of the axes of a map.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.printing import number
-from ase_roughcontact._util.units import UNITS
+from ase_roughcontact._util.units import UNITS, with_unit
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.paths.cantilever import (
     CantileverCurve,
@@ -130,7 +130,7 @@ class Loop(PathKind):
         found = {
             "states": str(len(states)),
             "instabilities": f"{jumps[0]} on approach, {jumps[1]} on retraction",
-            "pull-off force": f"{loop.pull_off_force / _NN:.4g} nN (simulation)",
+            "pull-off force": f"{with_unit(loop.pull_off_force, 'nN')} (simulation)",
             "dissipated energy": f"{number(loop.dissipated_energy)} eV",
         }
         with suppress(ValueError):  # the loop itself is valid
@@ -189,6 +189,6 @@ def _jump(jump: CantileverJump | None) -> str:
     if jump is None:
         return "none"
     return (
-        f"from {jump.force_before / _NN:.4g} to {jump.force_after / _NN:.4g} nN with "
-        f"the base at {jump.distance / _NM:.4g} nm"
+        f"from {jump.force_before / _NN:.4g} to {with_unit(jump.force_after, 'nN')} "
+        f"with the base at {with_unit(jump.distance, 'nm')}"
     )

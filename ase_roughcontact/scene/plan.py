@@ -13,7 +13,7 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import Crystal, Isotropic
 from ase_roughcontact.elasticity.lattice import Box
-from ase_roughcontact.paths.plan import plan_path
+from ase_roughcontact.paths.plan import LATERAL_LEFT_OUT, plan_path
 from ase_roughcontact.paths.planned_steps import Plan, PlannedStep, thinned
 from ase_roughcontact.paths.record import size_of
 from ase_roughcontact.scene.path_kinds import PathKind
@@ -144,7 +144,7 @@ def with_friction(plan: Plan) -> Plan:
         "roughness, and of the pressure by lateral tractions: none for a Poisson's "
         "ratio of 1/2"
     )
-    others = plan.left_out[1:]  # those along x and y are not left out
+    others = (text for text in plan.left_out if text != LATERAL_LEFT_OUT)
     return replace(plan, steps=tuple(steps), left_out=(left_out, *others))
 
 

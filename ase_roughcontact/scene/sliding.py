@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from ase.io import read
 
-from ase_roughcontact._util.units import FORCES, UNITS
+from ase_roughcontact._util.units import FORCES, UNITS, with_unit
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite,
@@ -66,16 +66,18 @@ class Sliding(PathKind):
     @property
     def columns(self) -> dict[str, str]:  # type: ignore[override]
         """Columns of the printed table, with their labels."""
-        along_y = {"lateral_y": "y", "lateral_force_y": "force y"}
-        others = {"stick_area": "stick", "lateral_stiffness": "stiffness"}
-        return {
-            "lateral_x": "x",
-            "lateral_force_x": "force x",
-            **(along_y if self.direction else others),
-            "normal_force": "load",
-            "slip_area": "slip",
-            "dissipated_energy": "lost",
-        }
+        spring, oblique = bool(self.bases), bool(self.direction)
+        named = {"base": "base "} if spring else {}
+        named |= {"lateral": "", "lateral_force": "force "}
+        axes = "xy" if oblique else "x"
+        found = {f"{key}_{x}": name + x for x in axes for key, name in named.items()}
+        if not oblique:
+            found["stick_area"] = "stick"
+        if not (oblique or spring):
+            found["lateral_stiffness"] = "stiffness"
+        if not (oblique and spring):
+            found["normal_force"] = "load"
+        return {**found, "slip_area": "slip", "dissipated_energy": "lost"}
 
     @property
     def towards(self) -> FloatArray:
@@ -199,18 +201,20 @@ class Sliding(PathKind):
             return {"static friction": "none: no atom is in contact"}
         friction, energies = static_friction(steps), loop_energies(steps)
         found = {
-            "static friction": f"{friction / UNITS['nN']:.4g} nN"
+            "static friction": with_unit(friction, "nN")
             if math.isfinite(friction)
             else "not reached: some atoms stick in all steps",
-            "lost energy": f"{steps[-1].dissipated_energy:.4g} eV",
+            "lost energy": with_unit(steps[-1].dissipated_energy, "eV"),
         }
         if len(energies):
-            found["lost energy"] += f", {energies[-1]:.4g} eV of it in the last loop"
-        lateral = touching[-1].lateral_stiffness
-        found["stiffness without slip"] = (
-            f"{lateral / UNITS['N/m']:.4g} N/m, "
-            f"{lateral / touching[-1].contact_stiffness:.4g} times the normal one"
-        )
+            of_loop = with_unit(energies[-1], "eV")
+            found["lost energy"] += f", {of_loop} of it in the last loop"
+        last = touching[-1]
+        lateral, normal = last.lateral_stiffness, last.contact_stiffness
+        ratio = "the normal one is not defined, as the contact is at an instability"
+        if normal > 0.0:
+            ratio = f"{lateral / normal:.4g} times the normal one"
+        found["stiffness without slip"] = f"{with_unit(lateral, 'N/m')}, {ratio}"
         return found
 
     def draw(
@@ -225,7 +229,8 @@ class Sliding(PathKind):
         if shown:
             frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
             titles = [self._place(state) for state in shown]
-            plot.draw_tractions(folder / "tractions.png", frames, titles)
+            file, scan = folder / "tractions.png", bodies.topography
+            plot.draw_tractions(file, frames, titles, scan)
             yield "tractions.png"
 
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:

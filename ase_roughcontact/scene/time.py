@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ase_roughcontact._util.files import write_table
-from ase_roughcontact._util.units import FORCES, UNITS, per_time
+from ase_roughcontact._util.units import FORCES, UNITS, per_time, with_unit
 from ase_roughcontact._util.validation import (
     FloatArray,
     finite_array,
@@ -272,8 +272,7 @@ class Timed(PathKind):
     def summary(self, bodies: Bodies, states: Sequence[LoadStep]) -> dict[str, str]:
         """Return largest forces, and the energies lost."""
         steps: Any = states
-        nn = UNITS["nN"]
-        forces = [step.normal_force / nn for step in steps]
+        forces = [step.normal_force for step in steps]
         dissipated = sum(
             0.5 * (a.dissipation + b.dissipation) * (b.time - a.time)
             for a, b in pairwise(steps)
@@ -281,21 +280,21 @@ class Timed(PathKind):
         jumps = [step.lost_energy for step in steps if step.lost_energy]
         found = {
             "time steps": f"{len(steps) - 1}, all of which are in curve.csv",
-            "largest force": f"{max(forces):.4g} nN",
-            "pull-off force": f"{max(0.0, -min(forces)):.4g} nN",
-            "dissipated energy": f"{dissipated:.4g} eV, by the solid",
+            "largest force": with_unit(max(forces), "nN"),
+            "pull-off force": with_unit(max(0.0, -min(forces)), "nN"),
+            "dissipated energy": f"{with_unit(dissipated, 'eV')}, by the solid",
         }
         if jumps:
             found["lost energy"] = (
-                f"{sum(jumps):.4g} eV, in {len(jumps)} instabilities at the "
+                f"{with_unit(sum(jumps), 'eV')}, in {len(jumps)} instabilities at the "
                 "instantaneous modulus"
             )
         if self.frequency is not None:
             with suppress(ValueError):  # of a path that is not finished
-                stiffness = dynamic_stiffness(steps, self.frequency) / UNITS["N/m"]
+                stiffness = dynamic_stiffness(steps, self.frequency)
                 found["dynamic stiffness"] = (
-                    f"storage {stiffness.real:.4g} N/m, loss {stiffness.imag:.4g} N/m, "
-                    f"at {self.frequency:g} Hz"
+                    f"storage {with_unit(stiffness.real, 'N/m')}, "
+                    f"loss {with_unit(stiffness.imag, 'N/m')}, at {self.frequency:g} Hz"
                 )
         return found
 

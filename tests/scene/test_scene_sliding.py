@@ -2,6 +2,8 @@
 
 import json
 import re
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from ase.build import bulk
 from matplotlib.figure import Figure
 from spring_crystal import fcc_springs
 
-from ase_roughcontact import Coulomb, Tresca
+from ase_roughcontact import Coulomb, Tresca, plot
 from ase_roughcontact._util.files import table_rows
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.analysis import loop_energies, static_friction
@@ -68,6 +70,18 @@ def test_no_loop_and_no_static_friction_without_them():
     there = list(scene_with(path__displacements=[0, 0.01]).relax(validity="ignore"))
     assert np.isnan(static_friction(there))
     assert loop_energies(there).size == 0
+    with pytest.raises(ValueError, match="steps of a sliding path, got none"):
+        loop_energies([])
+
+
+def test_no_ratio_of_stiffnesses_at_an_instability():
+    scene = scene_with(path__displacements=[0, 0.01], path__steps=1)
+    steps = list(scene.relax(validity="ignore"))
+    found = scene.path.summary(scene, steps)["stiffness without slip"]
+    assert re.fullmatch(r"[\d.]+ N/m, 0\.8\d* times the normal one", found)
+    steps[-1] = replace(steps[-1], contact_stiffness=np.nan)
+    found = scene.path.summary(scene, steps)["stiffness without slip"]
+    assert found.endswith("not defined, as the contact is at an instability")
 
 
 def test_a_path_without_contact_says_so(tmp_path):
@@ -126,8 +140,40 @@ def test_bases_move_a_spring():
     scene = scene_with(**{f"path__{k}": v for k, v in keys.items()}, path__steps=2)
     stiffness = 10.0 * UNITS["N/m"]
     for step, base in zip(scene.relax(validity="ignore"), [0, 25, 50], strict=True):
+        assert (step.base_x, step.base_y) == (base, 0.0)
         extension = base - step.lateral_x
         assert step.lateral_force_x == pytest.approx(stiffness * extension, abs=1e-4)
+
+
+@pytest.mark.parametrize("direction", [0.0, 30.0])
+def test_the_table_has_the_base_where_there_is_one(direction):
+    keys = {"displacements": None, "bases": [0, 1], "spring": 10.0, "steps": 1}
+    path = scene_with(**{f"path__{k}": v for k, v in keys.items()}).path
+    columns = replace(path, direction=direction).columns
+    assert columns["base_x"] == "base x"
+    assert ("base_y" in columns) == bool(direction)
+    assert "base_x" not in replace(path, bases=None).columns
+    (step, *_) = scene_with(path__steps=1).relax(validity="ignore")
+    assert np.isnan([step.base_x, step.base_y]).all()
+
+
+def test_maps_of_tractions_are_turned_as_the_scan(tmp_path, monkeypatch):
+    rng = np.random.default_rng(1)
+    np.save(tmp_path / "scan.npy", 0.1 * rng.standard_normal((64, 64)))
+    scan = f'file = "{tmp_path}/scan.npy"\nrole = "indenter"\nunit = "Å"\nspacing = 2.5'
+    scene = Scene.parse(f'{TEXT}\n[topography]\n{scan}\nnoise = 0.0\n')
+    scene = scene.with_values({"path.displacements": [0, 0.5], "path.steps": 1})
+    drawn = {}
+    monkeypatch.setattr(
+        plot, "draw_tractions", lambda *args: drawn.update(scan=args[3])
+    )
+    steps = list(scene.run(tmp_path / "out", validity="ignore"))
+    assert "tractions.png" in scene.path.draw(scene, steps, tmp_path / "out")
+    assert drawn["scan"] is scene.topography
+    for role, turned in (("substrate", False), ("indenter", True)):
+        axes = Figure().subplots()
+        plot.show_as_scanned(axes, SimpleNamespace(role=role))
+        assert (axes.yaxis_inverted(), axes.xaxis_inverted()) == (True, turned)
 
 
 def test_laws_of_a_scene():
@@ -247,6 +293,10 @@ def test_the_plan_has_the_memory_of_friction():
     assert with_friction.count == 13
     n, m = map(int, without.window.split("x"))
     assert with_friction.memory - without.memory == 900 * n * m
+    for scene, expected in ((scene_with(), False), (scene_with(friction=None), True)):
+        reasons = " ".join(scene.plan().left_out)
+        assert ("displacements along x and y" in reasons) == expected
+        assert "images of the contact" in reasons
 
 
 def test_the_commands_run_resume_and_report_a_sliding_path(tmp_path, capsys):
@@ -281,7 +331,8 @@ def test_the_commands_run_resume_and_report_a_sliding_path(tmp_path, capsys):
 
 
 def test_an_ensemble_of_sliding_paths_is_that_of_its_scenes(tmp_path):
-    scenes = product(Scene.parse(TEXT), {"friction.coefficient": [0.1, 0.3]})
+    scene = scene_with(path__displacements=[0, 1], path__steps=2)
+    scenes = product(scene, {"friction.coefficient": [0.1, 0.3]})
     database = tmp_path / "friction.db"
     *_, last = run_ensemble(scenes, database, workers=1)
     assert not last.failures
