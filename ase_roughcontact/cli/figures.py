@@ -357,7 +357,7 @@ def _draw_maps(
         if not scene.is_flat:
             _share_range(panels)
         for panel in panels:
-            plot.show_as_scanned(panel, scene.topography)
+            plot.show_as_scanned(panel, scene.bodies.scanned)
             plot.scale_bar(panel, "nm")
         figure.colorbar(image, ax=panels, label=f"pressure ({unit})", shrink=0.7)
         legend_below(figure, panels)

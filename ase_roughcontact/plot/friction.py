@@ -159,7 +159,7 @@ def draw_friction(
 
 
 def draw_tractions(
-    file: Path, frames: Sequence[Atoms], titles: Sequence[str], scan: Any = None
+    file: Path, frames: Sequence[Atoms], titles: Sequence[str], scanned: str = ""
 ) -> None:
     """Write the figure of the lateral tractions of some frames.
 
@@ -170,7 +170,7 @@ def draw_tractions(
         See `plot_tractions`.
     titles : sequence of str
         Of the maps.
-    scan : object, optional
+    scanned : str
         See `show_as_scanned`.
     """
     largest = max(
@@ -186,7 +186,7 @@ def draw_tractions(
         for panel, frame, title in zip(panels, frames, titles, strict=True):
             images = plot_tractions(panel, frame, largest / _GPA)
             panel.set_title(title, loc="right")
-            show_as_scanned(panel, scan)
+            show_as_scanned(panel, scanned)
             scale_bar(panel, "nm")
         letter(panels)
         for image, name in zip(images, ("stick", "slip"), strict=True):

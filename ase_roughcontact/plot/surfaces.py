@@ -93,18 +93,19 @@ def plot_contact(
     return image
 
 
-def show_as_scanned(axes: Any, scan: Any) -> None:
+def show_as_scanned(axes: Any, scanned: str) -> None:
     """Turn a map on a scan as the scan: its first line at the top, x as measured.
 
     Parameters
     ----------
     axes : matplotlib Axes
-    scan : object or None
-        Whose `role` is "indenter" if it was turned over; None leaves the map.
+    scanned : str
+        Role of the scanned body, of which an "indenter" was turned over; nothing is
+        turned if it is empty.
     """
-    if scan is not None:
+    if scanned:
         axes.invert_yaxis()
-        if scan.role == "indenter":
+        if scanned == "indenter":
             axes.invert_xaxis()
 
 

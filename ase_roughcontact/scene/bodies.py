@@ -48,6 +48,8 @@ class Bodies:
         Scan that is a whole tip, for which the radius in the file is infinity.
     friction : FrictionConfig or None
         Section on friction.
+    scanned : str
+        Role of the body of which there is a scan; empty without.
     """
 
     problem: Problem
@@ -58,6 +60,7 @@ class Bodies:
     cell: Shape | None = None
     whole_tip: HeightMap | None = None
     friction: Any = None
+    scanned: str = ""
 
     @property
     def spacing(self) -> float:

@@ -136,6 +136,7 @@ def build(scene: SceneFile) -> Bodies:
         cell=cell,
         whole_tip=rough if is_tip and isinstance(rough, HeightMap) else None,
         friction=scene.friction,
+        scanned=scene.topography.role if scene.topography else "",
     )
 
 

@@ -229,8 +229,8 @@ class Sliding(PathKind):
         if shown:
             frames = [read(folder / "sweep.traj", index=s.step) for s in shown]
             titles = [self._place(state) for state in shown]
-            file, scan = folder / "tractions.png", bodies.topography
-            plot.draw_tractions(file, frames, titles, scan)
+            file = folder / "tractions.png"
+            plot.draw_tractions(file, frames, titles, bodies.scanned)
             yield "tractions.png"
 
     def partly_slipping(self, states: Sequence[Any]) -> list[Any]:

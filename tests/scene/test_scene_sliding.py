@@ -3,7 +3,6 @@
 import json
 import re
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -161,18 +160,18 @@ def test_maps_of_tractions_are_turned_as_the_scan(tmp_path, monkeypatch):
     rng = np.random.default_rng(1)
     np.save(tmp_path / "scan.npy", 0.1 * rng.standard_normal((64, 64)))
     scan = f'file = "{tmp_path}/scan.npy"\nrole = "indenter"\nunit = "Å"\nspacing = 2.5'
-    scene = Scene.parse(f'{TEXT}\n[topography]\n{scan}\nnoise = 0.0\n')
+    scene = Scene.parse(f"{TEXT}\n[topography]\n{scan}\nnoise = 0.0\n")
     scene = scene.with_values({"path.displacements": [0, 0.5], "path.steps": 1})
     drawn = {}
     monkeypatch.setattr(
-        plot, "draw_tractions", lambda *args: drawn.update(scan=args[3])
+        plot, "draw_tractions", lambda *args: drawn.update(scanned=args[3])
     )
     steps = list(scene.run(tmp_path / "out", validity="ignore"))
-    assert "tractions.png" in scene.path.draw(scene, steps, tmp_path / "out")
-    assert drawn["scan"] is scene.topography
-    for role, turned in (("substrate", False), ("indenter", True)):
+    assert "tractions.png" in scene.path.draw(scene.bodies, steps, tmp_path / "out")
+    assert drawn["scanned"] == "indenter"
+    for scanned, turned in (("substrate", False), ("indenter", True)):
         axes = Figure().subplots()
-        plot.show_as_scanned(axes, SimpleNamespace(role=role))
+        plot.show_as_scanned(axes, scanned)
         assert (axes.yaxis_inverted(), axes.xaxis_inverted()) == (True, turned)
 
 
