@@ -36,6 +36,40 @@ class FrictionLaw(ABC):
             Negative values count as zero (pressure).
         """
 
+    def bounds(
+        self, pressure: np.ndarray, contact: np.ndarray, x: np.ndarray, y: np.ndarray
+    ) -> np.ndarray:
+        """Return the largest magnitude of the traction of each atom of a window.
+
+        Parameters
+        ----------
+        pressure : ndarray, shape (n, m)
+            See `bound`.
+        contact : ndarray of bool, shape (n, m)
+        x, y : ndarray, shape (n,) and (m,)
+            Positions of the rows and columns from the indenter's axis (length).
+
+        Returns
+        -------
+        ndarray, shape (n, m)
+            At least zero, and zero out of contact (pressure).
+
+        Raises
+        ------
+        ValueError
+            If `bound` does not return a number for each atom in contact.
+        """
+        found, (i, j) = np.zeros(pressure.shape), contact.nonzero()
+        values = np.asarray(self.bound(pressure[i, j], x[i], y[j]), dtype=float)
+        if values.shape not in ((), i.shape) or np.isnan(values).any():
+            raise ValueError(
+                f"{type(self).__name__}.bound must return a number for each of the "
+                f"{i.size} atoms in contact, got {values.size} with "
+                f"{np.isnan(values).sum()} of NaN"
+            )
+        found[i, j] = np.maximum(values, 0.0)
+        return found
+
     def todict(self) -> dict[str, Any]:
         """Return the name and the parameters, which identify the law in files."""
         return {"name": type(self).__name__, **vars(self)}

@@ -296,15 +296,7 @@ class _Sliding:
 
     def _bound(self, relaxed: RelaxedStep) -> np.ndarray:
         """Return the bounds of the tractions on the window."""
-        fields, (x, y) = relaxed.fields, relaxed.positions
-        bound, (i, j) = np.zeros(fields.gap.shape), fields.contact.nonzero()
-        pressure = fields.pressure[i, j]
-        values = np.asarray(self._friction.bound(pressure, x[i], y[j]), dtype=float)
-        if values.shape not in ((), pressure.shape) or np.isnan(values).any():
-            raise ValueError(
-                f"{type(self._friction).__name__}.bound must return a number for each "
-                f"of the {pressure.size} atoms in contact, got {values.size} with "
-                f"{np.isnan(values).sum()} of NaN"
-            )
-        bound[i, j] = np.maximum(values, 0.0)
-        return bound
+        fields = relaxed.fields
+        return self._friction.bounds(
+            fields.pressure, fields.contact, *relaxed.positions
+        )
