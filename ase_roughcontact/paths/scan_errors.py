@@ -127,7 +127,7 @@ class ScanErrors:
         errors[:, _PRESCRIBED[self.control]] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
             errors[:, :2] /= abs(given[0, :, :2])
-        errors[:, _AREA] = np.hypot(errors[:, _AREA], rough.lost_slope)
+        errors[:, _AREA] = np.hypot(errors[:, _AREA], rough.measurement.lost_slope)
         order = np.argsort(forces)
         known = order[np.isfinite(errors[order]).all(axis=1)]
         return forces[known], errors[known]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from typing import Any
 from ase_roughcontact._util.units import LENGTHS, UNITS
 from ase_roughcontact.scene.section import Section
 from ase_roughcontact.topography import HeightMap
-from ase_roughcontact.topography.measurement import edge_step, has_edge_step
+from ase_roughcontact.topography.map_statistics import edge_step, has_edge_step
 from ase_roughcontact.topography.scan import ROLES, in_angstrom
 from ase_roughcontact.topography.scan_files import TEXT
 from ase_roughcontact.topography.spectrum import statistics
@@ -91,6 +91,7 @@ class TopographyConfig(Section):
         """Size, missing points, statistics and place of the scan as a line."""
         surface, nm = self.surface, UNITS["nm"]
         (n, m), (width, height) = surface.shape, _size(surface)
+        missing = _measurement(surface).missing
         name = "µm" if max(width, height) >= _IN_MICROMETRES else "nm"
         unit = UNITS[name]
         x, y = surface.center
@@ -100,7 +101,7 @@ class TopographyConfig(Section):
         parts = [
             f"{width / unit:.4g} x {height / unit:.4g} {name}",
             f"{n} x {m} points{self._order}",
-            f"{surface.missing} ({100.0 * surface.missing / (n * m):.2g} %) missing",
+            f"{missing} ({100.0 * missing / (n * m):.2g} %) missing",
             *_measured(surface),
             f"{place} at ({x / unit:.4g}, {y / unit:.4g}) {name}",
         ]
@@ -135,7 +136,7 @@ class TopographyConfig(Section):
         """
         surface, nm = self.surface, UNITS["nm"]
         n, m = surface.shape
-        missing, size = surface.missing / (n * m), max(_size(surface))
+        missing, size = _measurement(surface).missing / (n * m), max(_size(surface))
         pressed, found = surface.statistics(), []
         low, high = _SLOPES
         if missing > _MOST_MISSING:
@@ -181,21 +182,21 @@ class TopographyConfig(Section):
     def _doubts_about_noise(self) -> Iterator[str]:
         """Yield warnings about outliers, noise and edges, with keys that help."""
         surface, nm = self.surface, UNITS["nm"]
-        measured: Any = surface.measurement
+        measured = _measurement(surface)
         noise, slope = measured.noise, surface.statistics().rms_slope
         if measured.outliers and not self.remove_outliers:
             yield (
                 f"{measured.outliers} single points stick out far: if they are not "
                 "real, give remove_outliers = true"
             )
-        share = (surface.noise_slope / slope) ** 2 if slope else 0.0
+        share = (measured.noise_slope / slope) ** 2 if slope else 0.0
         if share > _MOST_NOISE:
             what, advice = "noise makes", "a scan with less noise"
             if 2.0 * noise.lines > noise.points and self.detrend != "lines":
                 advice = f'detrend = "lines", or {advice}'
             elif measured.noise_is_distinct:
                 least = measured.least_wavelength
-                lost = surface.with_cutoff(least).lost_slope
+                lost = replace(measured, cutoff=least).lost_slope
                 # a filter must not change more than the noise does
                 if lost < 1.0 - math.sqrt(max(1.0 - share, 0.0)):
                     advice = (
@@ -225,9 +226,13 @@ def _read(config: TopographyConfig, changed: int) -> HeightMap:
     return HeightMap.from_topography(options.pop("file"), **options)
 
 
+def _measurement(surface: HeightMap) -> Any:
+    return surface.measurement
+
+
 def _measured(surface: HeightMap) -> list[str]:
     """Return the statistics of a scan, its noise, and its filter."""
-    measured: Any = surface.measurement
+    measured = _measurement(surface)
     pressed, nm = surface.statistics(), UNITS["nm"]
     points = statistics(measured.heights, surface.spacing, periodic=False)
     found = [

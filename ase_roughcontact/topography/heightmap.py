@@ -24,16 +24,11 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.topography.interpolation import (
     ROUNDING,
     interpolated,
-    mean_squares,
     spline_coefficients,
 )
-from ase_roughcontact.topography.measurement import (
-    Copies,
-    Measurement,
-    Noise,
-    has_edge_step,
-    outliers,
-)
+from ase_roughcontact.topography.map_statistics import has_edge_step, pressed_statistics
+from ase_roughcontact.topography.measurement import Copies, Measurement
+from ase_roughcontact.topography.noise import Noise, outliers
 from ase_roughcontact.topography.scan import Length, Scan, in_angstrom, position
 from ase_roughcontact.topography.self_affine_fit import SelfAffineFit
 from ase_roughcontact.topography.spectrum import (
@@ -47,8 +42,6 @@ from ase_roughcontact.topography.tip_fit import TipFit
 # Distance, in steps of the map, of the farthest coefficient that contributes to the
 # spline at a place, also near an edge.
 _SUPPORT = 4
-# Noise is neglected if its rms slope is below this part of that of the map.
-_LEAST_NOISE = 1e-3
 
 
 class HeightMap:
@@ -256,56 +249,14 @@ class HeightMap:
 
     def copies(self) -> Copies[HeightMap]:
         """Return copies of a scan that show its errors; none of any other map."""
-        measured, noisy, seamless = self.measurement, [], []
-        if measured is None:
-            return Copies()
-        if self.noise_slope > _LEAST_NOISE * self.statistics().rms_slope:
-            noisy = [self._copy(each, self.spacing) for each in measured.noisy()]
-        coarser = [self._copy(each, steps) for each, steps in measured.coarser()]
-        if self.periodic and not self._is_seamless:
-            fitting = self._values - smooth_component(self._values)
-            seamless = [self._copy(fitting, self.spacing)]
-        return Copies(coarser, noisy, seamless)
-
-    def _copy(self, heights: FloatArray, spacing: Point) -> HeightMap:
-        return HeightMap(heights, spacing, self.periodic, self.center)
-
-    @cached_property
-    def noise_slope(self) -> float:
-        """Rms slope of the noise of a scan as it is pressed; zero for any other map."""
         if self.measurement is None:
-            return 0.0
-        noise = next(self.measurement.noisy()) - self._values
-        return self._copy(noise, self.spacing).statistics().rms_slope
-
-    @cached_property
-    def lost_slope(self) -> float:
-        """Part of the rms slope that the filter of a scan removed.
-
-        Without that of noise, if it is not roughness.
-        """
-        measured = self.measurement
-        if measured is None or not measured.cutoff:
-            return 0.0
-        before, after = (
-            each.statistics().rms_slope ** 2
-            - measured.noise_is_distinct * each.noise_slope**2
-            for each in (self.with_cutoff(0.0), self)
+            return Copies()
+        placed: Any = self.periodic, self.center
+        coarser, noisy, seamless = (
+            [HeightMap(*each, *placed) for each in group]
+            for group in vars(self.measurement.copies()).values()
         )
-        return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
-
-    def with_cutoff(self, cutoff: float) -> HeightMap:
-        """Return a scan with another cutoff wavelength of its filter (length)."""
-        scan: Any = self.measurement
-        measured = replace(scan, cutoff=cutoff)
-        found = self._copy(measured.pressed, self.spacing)
-        found.measurement = measured
-        return found
-
-    @property
-    def missing(self) -> int:
-        """Number of points of a scan that were not measured, and are interpolated."""
-        return self.measurement.missing if self.measurement else 0
+        return Copies(coarser, noisy, seamless)
 
     @property
     def pixel(self) -> float:
@@ -471,25 +422,21 @@ class HeightMap:
     def statistics(self) -> Statistics:
         """Return the rms height, slope and curvature as they are pressed.
 
-        They are exact for the spline, but for the height, which is that of the points,
-        and without the seam of a periodic map whose edges do not fit each other. Those
-        of the measured points alone are `spectrum.statistics`.
+        See `pressed_statistics`. Those of the measured points alone are
+        `spectrum.statistics`.
         """
         return self._statistics
 
     @cached_property
     def _statistics(self) -> Statistics:
-        squares = mean_squares(self._values, self.spacing, self._is_seamless)
-        return Statistics(float(self._values.std()), *map(math.sqrt, squares))
-
-    @cached_property
-    def _is_seamless(self) -> bool:
-        """Whether the map is periodic, and its edges fit each other."""
-        return self.periodic and not has_edge_step(self._values)
+        if self.measurement is not None:
+            return self.measurement.statistics
+        return pressed_statistics(self._values, self.spacing, self.periodic)
 
     def power_spectrum(self) -> tuple[FloatArray, FloatArray]:
         """Return q and C(q), radially averaged; see `spectrum.power_spectrum`."""
-        return power_spectrum(self._values, self.spacing, self._is_seamless)
+        seamless = self.periodic and not has_edge_step(self._values)
+        return power_spectrum(self._values, self.spacing, seamless)
 
     @cached_property
     def self_affine(self) -> SelfAffineFit:

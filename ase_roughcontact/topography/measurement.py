@@ -1,4 +1,4 @@
-"""Noise, outliers, filter and edges of a scan, and copies of it that show their effect.
+"""A scan as the lower side of an indenter: filter, and copies that show its errors.
 
 A copy has half the pixels, as much noise again, or edges that fit each other.
 `paths.scan_errors` presses them.
@@ -10,34 +10,30 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from ase_roughcontact._util.validation import FloatArray, Point, Shape
+from ase_roughcontact._util.validation import FloatArray, Point
 from ase_roughcontact.topography.interpolation import interpolated
-from ase_roughcontact.topography.spectrum import power_spectrum
+from ase_roughcontact.topography.map_statistics import has_edge_step, pressed_statistics
+from ase_roughcontact.topography.noise import Noise
+from ase_roughcontact.topography.spectrum import (
+    Statistics,
+    power_spectrum,
+    smooth_component,
+)
 
 Map = TypeVar("Map")
 
-# Order of the differences that noise is estimated from, and the sum of the squares of
-# their coefficients: waves of four pixels contribute a hundredth of their height.
-_ORDER = 4
-_SQUARES = math.comb(2 * _ORDER, _ORDER)
-# Standard deviation of normal numbers over the median of their magnitudes.
-_PER_MEDIAN = 1.4826
+# Noise is neglected if its rms slope is below this part of that of the map.
+_LEAST_NOISE = 1e-3
 # Fewest points along a side, for the interpolation.
 _LEAST_POINTS = 4
-# An outlier is farther from the median of its neighbours than these multiples of the
-# standard deviation of this distance, and of the range of the neighbours.
-_FAR, _RANGES = 6.0, 2.0
 # Standard deviation of the Gaussian filter in units of the cutoff wavelength, of which
 # it transmits a half (ISO 16610-61).
 _DEVIATION = math.sqrt(math.log(2.0) / 2.0) / math.pi
-# Rms difference of opposite edges over that of neighbours from which it is a step.
-_STEP = 2.0
 # Pixels of a wave at which the spectrum of noise is still flat. Where waves between
 # pixels looked like noise it was flat up to 3.0 of them, and with noise on waves of
 # four pixels up to 3.7 (examples/benchmarks/scan_errors.py).
@@ -65,47 +61,6 @@ class Copies(Generic[Map]):
     seamless: Sequence[Map] = ()
 
 
-@dataclass(frozen=True)
-class Noise:
-    """Standard deviations of the noise of a scan.
-
-    Attributes
-    ----------
-    points : float
-        Of each height, independent of the others (length).
-    lines : float
-        Of the offset of each line along x, such as by drift (length).
-    """
-
-    points: float = 0.0
-    lines: float = 0.0
-
-    @classmethod
-    def of(cls, heights: FloatArray) -> Noise:
-        """Estimate the noise of heights, shape (n, m), NaN at missing points.
-
-        That of points is at most the estimate: it follows from differences of fourth
-        order along x and y, to which waves longer than a few pixels hardly contribute.
-        That of lines is by how much more the means of lines along x differ than those
-        along y would, if they had as many points.
-        """
-        if min(heights.shape) <= _ORDER:
-            return cls()
-        along_x = np.diff(heights, _ORDER, axis=0)
-        along_y = np.diff(heights, _ORDER, axis=1)
-        points = _deviation(np.diff(along_x, _ORDER, axis=1)) / _SQUARES
-        x, y = (_deviation(_means(d, axis)) for axis, d in ((1, along_x), (0, along_y)))
-        of_points = x**2 * heights.shape[1] / heights.shape[0]
-        lines = math.sqrt(max(y**2 - of_points, 0.0) / _SQUARES)
-        return cls(points, lines)
-
-    def sample(self, shape: Shape, seed: int) -> FloatArray:
-        """Return a realisation of the noise (length)."""
-        rng = np.random.default_rng(seed)
-        lines = self.lines * rng.standard_normal(shape[1])
-        return self.points * rng.standard_normal(shape) + lines
-
-
 @dataclass(frozen=True, eq=False)
 class Measurement:
     """Heights of the lower side of a scan before it was filtered, and their noise.
@@ -127,15 +82,49 @@ class Measurement:
     heights: FloatArray
     spacing: Point
     periodic: bool
-    noise: Noise = Noise()
+    noise: Noise
     cutoff: float = 0.0
     missing: int = 0
     outliers: int = 0
 
-    @property
+    @cached_property
     def pressed(self) -> FloatArray:
         """The heights after the filter."""
         return self._filtered(self.heights)
+
+    @cached_property
+    def statistics(self) -> Statistics:
+        """Rms height, slope and curvature after the filter; `pressed_statistics`."""
+        return pressed_statistics(self.pressed, self.spacing, self.periodic)
+
+    @cached_property
+    def noise_slope(self) -> float:
+        """Rms slope of the noise as it is pressed."""
+        noise = next(self.noisy()) - self.pressed
+        return pressed_statistics(noise, self.spacing, self.periodic).rms_slope
+
+    @cached_property
+    def lost_slope(self) -> float:
+        """Part of the rms slope that the filter removed.
+
+        Without that of noise, if it is not roughness.
+        """
+        if not self.cutoff:
+            return 0.0
+        before, after = (
+            each.statistics.rms_slope**2 - each.noise_is_distinct * each.noise_slope**2
+            for each in (replace(self, cutoff=0.0), self)
+        )
+        return 1.0 - math.sqrt(max(after, 0.0) / before) if before > after else 0.0
+
+    def copies(self) -> Copies[tuple[FloatArray, Point]]:
+        """Return heights and spacings of copies that show the errors of the scan."""
+        noisy, seamless, pressed = [], [], self.pressed
+        if self.noise_slope > _LEAST_NOISE * self.statistics.rms_slope:
+            noisy = [(each, self.spacing) for each in self.noisy()]
+        if self.periodic and has_edge_step(pressed):
+            seamless = [(pressed - smooth_component(pressed), self.spacing)]
+        return Copies(list(self.coarser()), noisy, seamless)
 
     def noisy(self) -> Iterator[FloatArray]:
         """Yield the heights with as much noise again as they have."""
@@ -197,44 +186,3 @@ class Measurement:
         width = [_DEVIATION * self.cutoff / step for step in self.spacing]
         mode = "wrap" if self.periodic else "reflect"
         return ndimage.gaussian_filter(heights, width, mode=mode)
-
-
-def has_edge_step(heights: FloatArray) -> bool:
-    """Return whether opposite edges of heights do not fit each other."""
-    across, beside = edge_step(heights)
-    return across > _STEP * beside
-
-
-def edge_step(heights: FloatArray) -> tuple[float, float]:
-    """Return the rms difference of opposite edges, and of neighbouring lines (length).
-
-    Along the axis along which the first is the larger multiple of the second.
-    """
-    found = []
-    for axis in (0, 1):
-        steps = np.diff(heights, axis=axis, append=heights.take([0], axis))
-        square = np.moveaxis(steps**2, axis, 0).mean(axis=1)
-        found.append((math.sqrt(square[-1]), math.sqrt(square[:-1].mean())))
-    return max(found, key=lambda pair: pair[0] / pair[1] if pair[1] else 0.0)
-
-
-def outliers(heights: FloatArray) -> NDArray[np.bool_]:
-    """Return which points, of heights of shape (n, m), stick out far alone."""
-    around = np.ones((3, 3), bool)
-    around[1, 1] = False
-    middle = ndimage.median_filter(heights, footprint=around)
-    highest = ndimage.maximum_filter(heights, footprint=around)
-    lowest = ndimage.minimum_filter(heights, footprint=around)
-    far = abs(heights - middle)
-    return far > np.maximum(_FAR * _deviation(far), _RANGES * (highest - lowest))
-
-
-def _deviation(values: NDArray[Any]) -> float:
-    """Return the standard deviation about zero, hardly changed by outliers."""
-    known = values[~np.isnan(values)]
-    return _PER_MEDIAN * float(np.median(abs(known))) if known.size else 0.0
-
-
-def _means(values: FloatArray, axis: int) -> FloatArray:
-    known = ~np.isnan(values)
-    return np.nansum(values, axis) / np.maximum(known.sum(axis), 1)

@@ -6,12 +6,8 @@ import numpy as np
 import pytest
 
 from ase_roughcontact import HeightMap, SelfAffine
-from ase_roughcontact.topography.measurement import (
-    Noise,
-    edge_step,
-    has_edge_step,
-    outliers,
-)
+from ase_roughcontact.topography.map_statistics import edge_step, has_edge_step
+from ase_roughcontact.topography.noise import Noise, outliers
 
 SURFACE = SelfAffine(0.1, 0.8, 4.0, 64.0, seed=3, domain=256.0)
 HEIGHTS = SURFACE.heights((256, 256), 1.0)
@@ -49,7 +45,7 @@ def test_a_filtered_scan_that_is_made_periodic_has_no_noise_at_its_edges():
     options = {"noise": 0.0, "cutoff_wavelength": 8.0}
     flat = scanned(HEIGHTS[:100, :90], **options).made_periodic()
     assert flat.edge_change > 0.0
-    assert flat.noise_slope == 0.0
+    assert flat.measurement.noise_slope == 0.0
     assert flat.copies().noisy == []
 
 
@@ -62,7 +58,7 @@ def test_a_given_noise_replaces_the_estimate():
 
 def test_the_slope_of_noise_adds_in_squares():
     noisy = scanned(HEIGHTS + Noise(0.05, 0.03).sample(HEIGHTS.shape, 1))
-    square = noisy.statistics().rms_slope ** 2 - noisy.noise_slope**2
+    square = noisy.statistics().rms_slope ** 2 - noisy.measurement.noise_slope**2
     expected = scanned(HEIGHTS).statistics().rms_slope
     assert math.sqrt(square) == pytest.approx(expected, rel=0.03)
 
@@ -97,8 +93,10 @@ def test_the_slope_that_a_filter_removed_is_told_from_that_of_noise():
     for cutoff in (4.0, 8.0):
         filtered = scanned(noisy, cutoff_wavelength=cutoff)
         left = scanned(HEIGHTS, cutoff_wavelength=cutoff).statistics().rms_slope
-        assert filtered.lost_slope == pytest.approx(1.0 - left / slope, abs=0.05)
-    assert scanned(noisy).lost_slope == 0.0
+        assert filtered.measurement.lost_slope == pytest.approx(
+            1.0 - left / slope, abs=0.05
+        )
+    assert scanned(noisy).measurement.lost_slope == 0.0
 
 
 def test_waves_below_the_advised_cutoff_are_noise():

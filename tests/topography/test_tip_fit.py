@@ -77,4 +77,5 @@ def test_windows_of_a_tip_follow_from_its_scan():
 def test_missing_points_are_counted():
     scan = -TIP.copy()
     scan[:3, 1] = np.nan
-    assert HeightMap.from_topography(scan, "indenter", spacing=1.0).missing == 3
+    surface = HeightMap.from_topography(scan, "indenter", spacing=1.0)
+    assert surface.measurement.missing == 3
