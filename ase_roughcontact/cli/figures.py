@@ -21,6 +21,7 @@ from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.plot.files import written
 from ase_roughcontact.plot.style import legend_below, letter, letters
+from ase_roughcontact.plot.surfaces import map_panels
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import Fit
 from ase_roughcontact.scene.reference import Reference
@@ -332,10 +333,7 @@ def _draw_maps(
     lines = 1 + max(title.count("\n") for title in titles)
     height = 0.5 + rows * (2.6 / columns + 0.16 * lines)
     with written(folder / "contact.png", height) as figure:
-        panels = list(figure.subplots(rows, columns, squeeze=False).flat)
-        for panel in panels[len(shown) :]:
-            panel.remove()
-        panels = panels[: len(shown)]
+        panels = map_panels(figure, len(shown))
         for panel, frame, step, title in zip(
             panels, frames, shown, titles, strict=True
         ):

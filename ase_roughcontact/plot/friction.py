@@ -15,13 +15,13 @@ from ase_roughcontact.analysis import ContactMap
 from ase_roughcontact.atoms.snapshot import lateral_of
 from ase_roughcontact.contact.state import SLIPPING, TRACTIONS
 from ase_roughcontact.plot.files import written
-from ase_roughcontact.plot.style import (
-    BLUE,
-    GREY,
-    ORANGE,
-    letter,
+from ase_roughcontact.plot.style import BLUE, GREY, ORANGE, letter
+from ase_roughcontact.plot.surfaces import (
+    map_panels,
+    pixels_of,
+    scale_bar,
+    show_as_scanned,
 )
-from ase_roughcontact.plot.surfaces import scale_bar, show_as_scanned
 
 _NN, _NM, _GPA = UNITS["nN"], UNITS["nm"], UNITS["GPa"]
 # Margin of maps beside contacts.
@@ -111,7 +111,6 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
     fields, seen = lateral_of(frame), ContactMap.from_frame(frame)
     size = np.hypot(*(fields[key] for key in TRACTIONS)) / _GPA
     largest = largest or float(size.max()) or None
-    x, y, half = seen.x / _NM, seen.y / _NM, 0.5 * seen.spacing / _NM
     slips = fields[SLIPPING] > 0.0
     images = [
         axes.imshow(
@@ -119,15 +118,14 @@ def plot_tractions(axes: Any, frame: Atoms, largest: float | None = None) -> lis
             cmap=colours,
             vmin=-0.2 * (largest or 0.0),  # not white
             vmax=largest,
-            origin="lower",
-            extent=(x[0] - half, x[-1] + half, y[0] - half, y[-1] + half),
-            interpolation="none",
+            **pixels_of(seen),
         )
         for part, colours in ((~slips, "Blues"), (slips, "Oranges"))
     ]
     i, j = seen.contact.nonzero()
     if i.size:
-        reach = _MARGIN * max(float(abs(side).max()) for side in (x[i], y[j]))
+        ends = (float(abs(side).max()) for side in (seen.x[i], seen.y[j]))
+        reach = _MARGIN * max(ends) / _NM
         axes.set(xlim=(-reach, reach), ylim=(-reach, reach))
     return images
 
@@ -179,10 +177,7 @@ def draw_tractions(
     )
     rows, columns = -(-len(frames) // 2), min(len(frames), 2)
     with written(file, 1.5 + rows * (3.0 / columns + 0.2)) as figure:
-        panels = list(figure.subplots(rows, columns, squeeze=False).flat)
-        for panel in panels[len(frames) :]:
-            panel.remove()
-        panels = panels[: len(frames)]
+        panels = map_panels(figure, len(frames))
         for panel, frame, title in zip(panels, frames, titles, strict=True):
             images = plot_tractions(panel, frame, largest / _GPA)
             panel.set_title(title, loc="right")

@@ -59,16 +59,7 @@ def plot_contact(
     """
     contacts = ContactMap.from_frame(frame)
     pressure = np.where(contacts.contact, contacts.pressure / UNITS[unit], np.nan)
-    x, y, half = (
-        contacts.x / NM,
-        contacts.y / NM,
-        0.5 * contacts.spacing / NM,
-    )
-    pixels: dict[str, Any] = {
-        "origin": "lower",
-        "extent": (x[0] - half, x[-1] + half, y[0] - half, y[-1] + half),
-        "interpolation": "none",
-    }
+    x, y, pixels = contacts.x / NM, contacts.y / NM, pixels_of(contacts)
     image = axes.imshow(pressure.T, cmap="viridis", vmin=0.0, vmax=largest, **pixels)
     if (contacts.pressure < 0.0).any():
         grey = np.where(contacts.pressure < 0.0, 0.2, np.nan)
@@ -86,7 +77,7 @@ def plot_contact(
         if radius is not None:
             reach = max(reach, radius / NM)
             _circle(axes, middle, radius / NM, line, label)
-    reach = 1.15 * reach + 2.0 * half
+    reach = 1.15 * reach + contacts.spacing / NM
     xlim, ylim = np.add.outer(middle, (-reach, reach))
     axes.set(xlim=xlim, ylim=ylim, title=title)
     axes.set(xlabel="$x$ (nm)", ylabel="$y$ (nm)")
@@ -107,6 +98,23 @@ def show_as_scanned(axes: Any, scanned: str) -> None:
         axes.invert_yaxis()
         if scanned == "indenter":
             axes.invert_xaxis()
+
+
+def pixels_of(contacts: ContactMap) -> dict[str, Any]:
+    """Return options of `imshow` for a map whose first index is along x (nm)."""
+    half = 0.5 * contacts.spacing / NM
+    x, y = contacts.x / NM, contacts.y / NM
+    extent = x[0] - half, x[-1] + half, y[0] - half, y[-1] + half
+    return {"origin": "lower", "extent": extent, "interpolation": "none"}
+
+
+def map_panels(figure: Any, count: int) -> list[Any]:
+    """Return axes for some maps, two beside each other."""
+    grid = figure.subplots(-(-count // 2), min(count, 2), squeeze=False)
+    panels = list(grid.flat)
+    for panel in panels[count:]:
+        panel.remove()
+    return panels[:count]
 
 
 def scale_bar(axes: Any, unit: str) -> None:
