@@ -3,6 +3,8 @@
 import math
 import re
 import time
+from contextlib import redirect_stdout
+from io import StringIO
 from itertools import count, islice
 from types import SimpleNamespace
 
@@ -49,6 +51,25 @@ def with_path(**keys):
     return Scene.parse(TEXT).with_values({f"path.{k}": v for k, v in keys.items()})
 
 
+def schedule_of(scene):
+    return scene.path.schedule(scene.bodies)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """Folder of a run, beside its scene; its printed text, and its table."""
+    folder = tmp_path_factory.mktemp("rubber")
+    (folder / "rubber.toml").write_text(TEXT)
+    command = ["run", str(folder / "rubber.toml"), "--out", str(folder / "out")]
+    with redirect_stdout(StringIO()) as printed:
+        assert main(command) == 0
+    return command, folder / "out", printed.getvalue()
+
+
+def table_of(folder):
+    return np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
+
+
 def test_given_moduli_with_the_spacing_of_copper_are_advised_a_coarser_one():
     default = TEXT.replace('spacing = "1 nm"', "").replace("100 nm", "40 um")
     (warning,) = Scene.parse(default).warnings
@@ -92,39 +113,35 @@ def test_an_elastic_tip_creeps_less():
 
 
 def test_a_rate_and_a_dwell_are_a_schedule():
-    scene = Scene.parse(TEXT)
-    schedule = scene.path.schedule(scene)
+    schedule = schedule_of(Scene.parse(TEXT))
     assert schedule.duration == pytest.approx(0.5 + 1.0 + 0.5)
     assert schedule.at(0.25) == pytest.approx(1.0 * NM)
     assert schedule.at(1.2) == pytest.approx(2.0 * NM)
 
 
 def test_units_of_times_and_rates_are_converted():
-    scene = with_path(rate="0.24 um/min", dwell="500 ms")
-    assert scene.path.schedule(scene).duration == pytest.approx(0.5 + 0.5 + 0.5)
+    schedule = schedule_of(with_path(rate="0.24 um/min", dwell="500 ms"))
+    assert schedule.duration == pytest.approx(0.5 + 0.5 + 0.5)
     solid = Scene.parse(TEXT.replace("[0.1, 2.0]", '["100 ms", 2.0]')).solid
     assert solid.creep.times == Scene.parse(TEXT).solid.creep.times
 
 
 def test_each_change_of_the_target_may_have_a_rate():
-    scene = with_path(rate=[4.0, "1 nm/s"])
-    schedule = scene.path.schedule(scene)
+    schedule = schedule_of(with_path(rate=[4.0, "1 nm/s"]))
     assert schedule.duration == pytest.approx(0.5 + 1.0 + 2.0)
     assert schedule.at(2.5) == pytest.approx(1.0 * NM)
 
 
 def test_times_and_an_oscillation_are_a_schedule():
-    scene = with_path(
-        rate=None, dwell=0.0, times=[0, 1, 1], amplitude="1 A", frequency=2.0, cycles=1
-    )
-    schedule = scene.path.schedule(scene)
+    times = {"rate": None, "dwell": 0.0, "times": [0, 1, 1]}
+    schedule = schedule_of(with_path(**times, amplitude="1 A", frequency=2.0, cycles=1))
     assert schedule.duration == 1.5
     assert schedule.at(1.0 + 0.125) == pytest.approx(1.0)
 
 
 def test_rates_of_loads_are_in_nanonewtons():
-    scene = with_path(control="load", values=[0, 10, 5], rate=5.0, dwell=0.0)
-    schedule = scene.path.schedule(scene)
+    loads = with_path(control="load", values=[0, 10, 5], rate=5.0, dwell=0.0)
+    schedule = schedule_of(loads)
     assert schedule.duration == pytest.approx(3.0)
     assert schedule.at(2.0) == pytest.approx(10.0 * UNITS["nN"])
 
@@ -151,26 +168,6 @@ def test_rates_of_loads_are_in_nanonewtons():
 def test_errors_of_the_path_name_what_is_missing(keys, message):
     with pytest.raises(ValueError, match=message):
         with_path(**keys).check()
-
-
-@pytest.mark.parametrize(
-    ("moduli", "message"),
-    [
-        ("[0.5]", "as many relaxation_moduli as relaxation_times, .* got 1 and 2"),
-        ("[-0.5, 0.5]", "relaxation_moduli must be a finite number > 0, got -0.5"),
-        ("[0.9, 0.5]", "relaxation moduli are .* their sum is at most 1, got 1.4"),
-    ],
-)
-def test_errors_of_the_solid_name_keys_of_the_file(moduli, message):
-    text = TEXT.replace("[0.5, 0.3]", moduli)
-    with pytest.raises(ValueError, match=message):
-        Scene.parse(text).check()
-
-
-def test_errors_of_the_solid_name_what_is_missing():
-    scene = Scene.parse(TEXT).with_values({"substrate.relaxation_times": None})
-    with pytest.raises(ValueError, match="both relaxation_moduli and relaxation_times"):
-        scene.check()
 
 
 LOOP = """
@@ -204,20 +201,31 @@ def test_a_loop_at_a_rate_ends_beyond_the_contact():
     assert held[0] == pytest.approx(descent)
 
 
+MODULI, MODULUS, STEPS = "[0.5, 0.3]", "contact_modulus = 2.0", "[path]\nvalues = [1.0]"
+
+
 @pytest.mark.parametrize(
-    ("old", "new", "message"),
+    ("text", "old", "new", "message"),
     [
-        ('"20 nm/s"', "20.0\ncantilever = 2.0", "in place of a loop.*give kind"),
-        ('deepest = "1 nm"', "deepest = '-5 nm'", "above -.* nm, where.*got -5 nm"),
-        ("[0.5, 0.3]", "[0.5, 0.5]", "a solid that relaxes to a modulus.*give values"),
-        ('"1 nm"\n[path]', '"1 nm"\n[path]\nstep = 1.0', 'step need kind = "loop"'),
-        ("relaxation_", "#", "such as a loop with a rate, needs a viscoelastic solid"),
-        ('rate = "20 nm/s"', "", "dwell need.*give kind = .time"),
+        (LOOP, '"20 nm/s"', "20.0\ncantilever = 2.0", "in place of a loop.*give kind"),
+        (LOOP, 't = "1 nm"', "t = '-5 nm'", "above -.* nm, where.*got -5 nm"),
+        (LOOP, MODULI, "[0.5, 0.5]", "relaxes to a modulus.*give values"),
+        (LOOP, "[path]", "[path]\nstep = 1.0", 'step need kind = "loop"'),
+        (LOOP, "relaxation_", "#", "a loop with a rate, needs a viscoelastic solid"),
+        (LOOP, 'rate = "20 nm/s"', "", "dwell need.*give kind = .time"),
+        (PATH, MODULI, "[0.5]", "as many .* as relaxation_times, .* got 1 and 2"),
+        (PATH, MODULI, "[-0.5, 0.5]", "relaxation_moduli must be .* > 0, got -0.5"),
+        (PATH, MODULI, "[0.9, 0.5]", "relaxation moduli .* sum is at most 1, got 1.4"),
+        (PATH, "relaxation_times", "#", "both relaxation_moduli and relaxation_times"),
+        (PATH, "relaxation_", "#", "give relaxation_moduli and"),
+        (PATH, MODULUS, 'material = "PDMS"', "not instantaneous: give contact_mod"),
+        (STEPS, "", "", 'viscoelastic: give kind = "time"'),
+        ("[path]\nrate = 1.0\ndwell = 1.0\n", "", "", 'give kind = "time"'),
     ],
 )
-def test_errors_of_a_loop_at_a_rate_say_what_to_give(old, new, message):
+def test_errors_of_solids_and_loops_say_what_to_give(text, old, new, message):
     with pytest.raises(ValueError, match=message):
-        Scene.parse((SOLID + LOOP).replace(old, new)).check()
+        Scene.parse((SOLID + text).replace(old, new)).check()
 
 
 def test_an_elastic_solid_has_no_path_in_time():
@@ -246,7 +254,7 @@ def test_a_preview_relaxes_on_a_coarse_grid():
 def test_a_plan_counts_time_steps_within_a_factor_of_two():
     scene = Scene.parse(TEXT)
     count = sum(1 for _ in scene.relax(validity="ignore"))
-    assert 0.5 < scene.path.expected_count(scene) / count < 2.0
+    assert 0.5 < scene.path.expected_count(scene.bodies) / count < 2.0
 
 
 def test_a_plan_of_a_cantilever_has_the_force_that_it_can_exert():
@@ -260,30 +268,26 @@ def test_a_plan_of_a_cantilever_has_the_force_that_it_can_exert():
     assert stiff.planned.path.values[0] == pytest.approx(hertz, rel=1e-3)
 
 
-def test_a_plan_counts_the_files_of_all_steps(tmp_path, capsys):
-    (file := tmp_path / "rubber.toml").write_text(TEXT)
-    assert main(["run", str(file), "--out", str(tmp_path / "out"), "--quiet"]) == 0
-    size = sum(each.stat().st_size for each in (tmp_path / "out").glob("*.traj"))
-    assert main(["plan", str(file)]) == 0
-    (found,) = re.findall(r"([\d.e-]+) GB of\s+files", capsys.readouterr().out)
+def test_a_plan_counts_time_and_the_files_of_all_steps(run, capsys):
+    command, folder, _ = run
+    size = sum(each.stat().st_size for each in folder.glob("*.traj"))
+    assert main(["plan", command[1]]) == 0
+    planned = capsys.readouterr().out
+    assert "Path of 2 s" in planned
+    (found,) = re.findall(r"([\d.e-]+) GB of\s+files", planned)
     assert 1.0 < 1e9 * float(found) / size < 6.0
 
 
-def test_commands_run_plan_and_continue(tmp_path, capsys):
-    file, folder = tmp_path / "rubber.toml", tmp_path / "out"
-    file.write_text(TEXT)
-    assert main(["plan", str(file)]) == 0
-    assert "Path of 2 s" in capsys.readouterr().out
-    assert main(["run", str(file), "--out", str(folder)]) == 0
-    printed = capsys.readouterr().out
+def test_a_run_is_printed_drawn_and_continued(run):
+    command, folder, printed = run
     assert "relaxing to E* = 0.4 GPa" in printed
     assert "dissipated energy" in printed
-    table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
+    table = table_of(folder)
     assert table["time_s"][-1] == pytest.approx(2.0)
     assert math.isclose(table["penetration_Å"].max(), 20.0)
     assert (folder / "time.png").stat().st_size > 10_000
     before = (folder / "curve.csv").read_text()
-    assert main(["run", str(file), "--out", str(folder)]) == 0
+    assert main([*command, "--quiet"]) == 0
     assert (folder / "curve.csv").read_text() == before
 
 
@@ -296,19 +300,16 @@ def test_a_tradeoff_is_advised_of_the_deepest_elastic_state():
 def test_a_fluid_is_named_one():
     scene = Scene.parse(TEXT.replace("[0.5, 0.3]", "[0.5, 0.5]"))
     assert label_of(scene.substrate, scene.solid).endswith("a fluid in the end")
-    assert list(sphere_limits(scene)) == ["instantaneous"]
+    assert list(sphere_limits(scene.bodies)) == ["instantaneous"]
 
 
-def test_maps_are_those_at_the_times(tmp_path, capsys):
-    (file := tmp_path / "rubber.toml").write_text(TEXT)
-    folder = tmp_path / "out"
-    assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
+def test_maps_are_those_at_the_times(run, capsys):
+    folder = run[1]
     times = ["--times", "500 ms,1.5"]
     assert main(["maps", str(folder), "--format", "npz", *times]) == 0
     written = sorted((folder / "maps").glob("*.npz"))
     steps = [int(each.stem[-4:]) for each in written]
-    table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
-    assert table["time_s"][steps] == pytest.approx([0.5, 1.5])
+    assert table_of(folder)["time_s"][steps] == pytest.approx([0.5, 1.5])
     first, last = (np.load(each)["pressure"] for each in written)
     assert first.max() > 1.2 * last.max()  # GPa, relaxes at the same depth
     capsys.readouterr()
@@ -324,20 +325,17 @@ def test_each_state_is_of_a_part_of_the_path():
     times = [0.0, 0.5, 0.6, 1.5, 1.6, 2.0, 2.1]
     states = [SimpleNamespace(time=time) for time in times]
     ways = ["approach"] * 2 + ["dwell"] * 2 + ["retraction"] * 2 + ["oscillation"]
-    assert scene.path.ways(scene, states) == ways
+    assert scene.path.ways(scene.bodies, states) == ways
     raised = with_path(control="height", values=[0, -10, 0], rate=1.0, dwell=0.0)
     states = [SimpleNamespace(time=time) for time in (0.5, 1.5)]
-    assert raised.path.ways(raised, states) == ["approach", "retraction"]
+    assert raised.path.ways(raised.bodies, states) == ["approach", "retraction"]
 
 
-def test_the_printed_table_has_a_part_of_the_steps_and_the_turns(tmp_path, capsys):
-    file = tmp_path / "rubber.toml"
-    file.write_text(TEXT)
-    assert main(["run", str(file), "--out", str(tmp_path / "out")]) == 0
-    printed = [line.split() for line in capsys.readouterr().out.splitlines()]
-    rows = [words for words in printed if words and words[0].isdigit()]
-    steps = len((tmp_path / "out" / "curve.csv").read_text().splitlines()) - 1
-    assert 20 < len(rows) < 50 < steps
+def test_the_printed_table_has_a_part_of_the_steps_and_the_turns(run):
+    _, folder, text = run
+    rows = [words for words in map(str.split, text.splitlines()) if words]
+    rows = [words for words in rows if words[0].isdigit()]
+    assert 20 < len(rows) < 50 < len(table_of(folder))
     times = [float(row[1]) for row in rows]
     assert {0.0, 0.5, 1.5, 2.0} <= set(times)
 
@@ -349,7 +347,7 @@ def test_the_force_of_a_cantilever_is_its_stiffness_times_its_deflection(tmp_pat
     file, folder = tmp_path / "rubber.toml", tmp_path / "out"
     file.write_text(text.replace("100 nm", "20 nm") + "cantilever = 5.0\n")
     assert main(["run", str(file), "--out", str(folder), "--quiet"]) == 0
-    table = np.genfromtxt(folder / "curve.csv", delimiter=",", names=True, dtype=None)
+    table = table_of(folder)
     stiffness = 5.0 * UNITS["N/m"]
     assert table["base_Å"].min() == pytest.approx(-2.0 * NM)
     force = stiffness * table["deflection_Å"]
@@ -359,27 +357,8 @@ def test_the_force_of_a_cantilever_is_its_stiffness_times_its_deflection(tmp_pat
     assert len(curve.force) < len(table)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("[substrate]\ncontact_modulus = 2.0\n" + PATH, "give relaxation_moduli and"),
-        (
-            TEXT.replace("contact_modulus = 2.0", 'material = "PDMS"'),
-            "'PDMS' is not instantaneous: give contact_modulus",
-        ),
-        (SOLID + "[path]\nvalues = [1.0]\n", 'viscoelastic: give kind = "time"'),
-        (SOLID + "[path]\nrate = 1.0\ndwell = 1.0\n", 'give kind = "time"'),
-    ],
-)
-def test_a_scene_is_checked_before_it_is_run(text, message):
-    with pytest.raises(ValueError, match=message):
-        Scene.parse(text).check()
-
-
-def test_results_in_time_are_drawn_again(tmp_path, capsys):
-    file, folder = tmp_path / "rubber.toml", tmp_path / "out"
-    file.write_text(TEXT)
-    assert main(["run", str(file), "--out", str(folder)]) == 0
+def test_results_in_time_are_drawn_again(run):
+    folder = run[1]
     (folder / "time.png").unlink()
     assert main(["figure", str(folder)]) == 0
     assert (folder / "time.png").exists()
