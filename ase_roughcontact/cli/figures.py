@@ -17,6 +17,7 @@ from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.atoms.snapshot import pressure_of
 from ase_roughcontact.atoms.trajectory import read_frames
 from ase_roughcontact.atoms.view import with_indenter
+from ase_roughcontact.cli.report import printed_times
 from ase_roughcontact.paths.record import LoadStep
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.plot.files import written
@@ -58,7 +59,7 @@ def write_view(scene: Scene, steps: Sequence[Any], folder: Path) -> None:
     folder : path
         Contains the ``sweep.traj`` of the run.
     """
-    surface, times, kept = scene.sampled_surface, scene.path.rows(scene.bodies), None
+    surface, times, kept = scene.sampled_surface, printed_times(scene), None
     if times.size:
         known = [step.time * (1.0 + _ROUNDING) for step in steps]
         kept = set(np.searchsorted(known, times).tolist())

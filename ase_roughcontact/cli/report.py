@@ -16,6 +16,7 @@ import numpy as np
 from ase_roughcontact import theory as theory_of
 from ase_roughcontact._util.printing import entries, note, number, table
 from ase_roughcontact._util.units import UNITS, printed_unit, with_unit
+from ase_roughcontact._util.validation import FloatArray
 from ase_roughcontact.cli.description import bodies, pull_off_text, theory
 from ase_roughcontact.paths.limits import failed_checks
 from ase_roughcontact.paths.record import LoadStep, columns_of
@@ -28,6 +29,8 @@ _SHOWN_ERROR = 0.001
 _WIDTH = 7
 # Rounding of times, relative; and values, in printed units, that are rounding errors.
 _ROUNDING, _ZERO = 1e-12, 1e-12
+# Number of rows of a path in time, and the least one for each part of its schedule.
+_ROWS, _LEAST_ROWS = 30, 3
 # Time after which the next step of a path in time has a row (s).
 _SILENT = 10.0
 # Labels of columns in the table of steps that differ from those of files.
@@ -50,7 +53,7 @@ class StepTable:
         self._columns = table_columns(reference)
         self._heads = ["step", *(head for head, _ in self._columns), ""]
         self._begun, self._shown, self._last = False, 0, time.monotonic()
-        self._times = self._scene.path.rows(self._scene.bodies)
+        self._times = printed_times(self._scene)
         self._limits: set[str] = set()
 
     def parts(self, step: LoadStep, restored: bool = False) -> list[Any]:
@@ -100,6 +103,17 @@ class StepTable:
         reached = int(np.searchsorted(self._times, now, side="right"))
         due, self._shown = reached > self._shown, reached
         return due or time.monotonic() - self._last > _SILENT
+
+
+def printed_times(scene: Scene) -> FloatArray:
+    """Return the times (s) of the rows of a path in time; none for all states."""
+    schedule = scene.path.schedule(scene.bodies)
+    if schedule is None:
+        return np.zeros(0)
+    parts = list(schedule.timed_parts())
+    count = max(_ROWS // len(parts), _LEAST_ROWS) + 1
+    times = [np.linspace(t, t + part.duration, count) for t, _, part in parts]
+    return np.unique(times)
 
 
 def table_columns(reference: Reference) -> list[tuple[str, Callable]]:
@@ -165,7 +179,7 @@ def _flat_columns(
 def target_unit(scene: Scene) -> str:
     """Return ASE's unit of the targets of a scene's path, or of its times."""
     control = scene.path.control
-    if scene.path.duration(scene.bodies):
+    if scene.path.schedule(scene.bodies) is not None:
         return "s"
     return columns_of()["normal_force" if control == "load" else control].unit
 

@@ -114,6 +114,7 @@ def _relax(
     """Relax all steps, print each, and append it to a list."""
     folder, text = options.out, _kept_text(options)
     scene, costs = reference.scene, dict[str, FloatArray]()
+    schedule = scene.path.schedule(scene.bodies)
     count, restored = scene.path.count(scene.bodies), count_steps(folder / "sweep.traj")
     if count is not None:
         # more steps than the scene has are those of another one, which `run` refuses
@@ -139,8 +140,8 @@ def _relax(
                 print(json_line(asdict(step), units_of(scene.record)), flush=True)
             if draw and costs:
                 draw(meter.progress())
-            elif draw and scene.path.duration(scene.bodies):
-                draw(_Elapsed(step.time, scene.path.duration(scene.bodies)))
+            elif draw and schedule:
+                draw(_Elapsed(step.time, schedule.duration))
 
 
 def _write_results(
@@ -246,8 +247,8 @@ def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | N
     """Return the steps closest to times as given; None if none are given."""
     if text is None:
         return None
-    duration = scene.path.duration(scene.bodies)
-    if not duration:
+    schedule = scene.path.schedule(scene.bodies)
+    if schedule is None:
         raise ValueError(
             f'--times needs a path of kind = "time", got kind = "{scene.path.kind}"'
         )
@@ -258,10 +259,10 @@ def _at_times(scene: Scene, steps: list[Any], text: str | None) -> list[Any] | N
             time = float(each)
         except ValueError:
             time = quantity("--times", each, TIMES, "s")
-        if not 0.0 <= time <= duration:
+        if not 0.0 <= time <= schedule.duration:
             raise ValueError(
-                f"--times must be between 0 and the {duration:g} s of the path, got "
-                f"{time:g} s"
+                f"--times must be between 0 and the {schedule.duration:g} s of the "
+                f"path, got {time:g} s"
             )
         found.add(int(abs(known - time).argmin()))
     return [steps[number] for number in sorted(found)]

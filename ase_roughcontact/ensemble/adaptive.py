@@ -210,7 +210,7 @@ def _rounds(
 ) -> Iterator[Sampling]:
     """Calculate realisations, estimate how many are needed, and calculate those."""
     pilot, most = limits
-    counts = np.full(len(scene.path.sampled(scene.bodies)), pilot)
+    counts = np.full(len(_sampled(scene)), pilot)
     whole = scene.path.count(scene.bodies) is None
     areas, first = _Areas(scene, database), scene.roughness.seed
     with pool as executor:
@@ -244,6 +244,7 @@ class _Areas:
     def __init__(self, scene: Scene, database: PathName) -> None:
         self._scene = scene
         self._stored = EnsembleDatabase(database_address(database))
+        self._samples = _sampled(scene)
         self._of_case: defaultdict[str, dict[int, float]] = defaultdict(dict)
         self._newest = 0
 
@@ -251,13 +252,30 @@ class _Areas:
         """Return the means of the steps that the database has of some cases."""
         for row in self._stored.select(f"id>{self._newest}", converged=True):
             area = row.get(self._scene.area_column)
-            sample = self._scene.path.sample_of(self._scene.bodies, row)
+            sample = self._sample_of(row)
             if area is not None and sample is not None:
                 self._of_case[row["case"]][sample] = area
             self._newest = max(self._newest, row.id)
         known = [self._of_case[case] for case in cases]
         means = []
-        for number, target in enumerate(self._scene.path.sampled(self._scene.bodies)):
+        for number, target in enumerate(self._samples):
             areas = np.array([of[number] for of in known if number in of])
             means.append(MeanArea.of(float(target), areas, error))
         return tuple(means)
+
+    def _sample_of(self, row: Any) -> int | None:
+        """Return which sample a row belongs to; None if to none."""
+        if self._scene.path.schedule(self._scene.bodies) is None:
+            return row["step"]
+        same = np.isclose(self._samples, row["time"], rtol=1e-9, atol=0.0)
+        return int(same.argmax()) if same.any() else None
+
+
+def _sampled(scene: Scene) -> np.ndarray:
+    """Return the targets, or the times (s) at the ends of parts at the deepest one."""
+    schedule = scene.path.schedule(scene.bodies)
+    if schedule is None:
+        return scene.targets
+    parts = list(schedule.timed_parts())
+    deepest = scene.path.deepest_of(part.end for _, _, part in parts)
+    return np.unique([t + part.duration for t, _, part in parts if part.end == deepest])

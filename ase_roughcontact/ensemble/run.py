@@ -119,7 +119,7 @@ def run_ensemble(
     for case, scene in cases.items():
         if scene.path.count(scene.bodies) is None:
             wanted[case] = None
-            if not scene.path.duration(scene.bodies):
+            if scene.path.schedule(scene.bodies) is None:
                 raise ValueError(
                     f'an ensemble has no paths of kind = "{scene.path.kind}", which '
                     'choose their steps as they run: give kind = "steps" or "time"'

@@ -65,10 +65,6 @@ class Loop(PathKind):
         positive(cantilever=self.cantilever)
         return self.cantilever * _N_PER_M
 
-    def smallest_step(self, bodies: Bodies) -> float:
-        """Return the step (Å) below which a change of force is an instability."""
-        return self.options(bodies)["smallest_step"]
-
     def options(self, bodies: Bodies) -> dict[str, Any]:
         """Return the deepest penetration, the steps (Å) and the tolerance."""
         if self.deepest is None:
@@ -114,7 +110,7 @@ class Loop(PathKind):
 
     def result(self, bodies: Bodies, states: Sequence[LoadStep]) -> AdhesionLoop:
         """Return the states as branches with their instabilities."""
-        return AdhesionLoop.of(states, self.smallest_step(bodies))
+        return AdhesionLoop.of(states, self.options(bodies)["smallest_step"])
 
     def extremes(
         self, bodies: Bodies, states: Sequence[LoadStep]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -21,6 +21,7 @@ from ase_roughcontact._util.validation import (
 from ase_roughcontact.paths.loading import follow_path, targets_of
 from ase_roughcontact.paths.output import Output
 from ase_roughcontact.paths.record import LoadStep
+from ase_roughcontact.paths.schedule import Schedule
 from ase_roughcontact.paths.step import Stepper
 from ase_roughcontact.paths.time_record import TimeStep
 from ase_roughcontact.scene.bodies import Bodies
@@ -178,27 +179,20 @@ class PathKind(Section):
         known = type(self).targets is not PathKind.targets
         return len(self.targets(bodies)) if known else None
 
+    def schedule(self, bodies: Bodies) -> Schedule | None:
+        """Return the targets as a function of time (s); None without times."""
+        return None
+
     def target_of(self, bodies: Bodies, state: Any) -> float:
         """Return the target of a state."""
-        return float(self.targets(bodies)[state.step])
+        schedule = self.schedule(bodies)
+        if schedule is None:
+            return float(self.targets(bodies)[state.step])
+        return schedule.at(state.time)
 
-    def sampled(self, bodies: Bodies) -> FloatArray:
-        """Return targets, or times of a path in time, at which areas are averaged."""
-        return self.targets(bodies)
-
-    def sample_of(self, bodies: Bodies, columns: Mapping[str, Any]) -> int | None:
-        """Return which of `sampled` a stored state belongs to; None if to none."""
-        return columns["step"]
-
-    def smallest_step(self, bodies: Bodies) -> float:
-        """Return the step (Å) below which a change of force is an instability.
-
-        Raises
-        ------
-        ValueError
-            If the path is not a loop.
-        """
-        raise ValueError('the path is not a loop: give [path] kind = "loop"')
+    def deepest_of(self, targets: Iterable[float]) -> float:
+        """Return the target at which the contact is pressed most."""
+        return min(targets) if self.control in ("height", "base") else max(targets)
 
     def planned(self, bodies: Bodies) -> PathKind:
         """Return the path of known targets whose steps are planned and previewed.
@@ -225,14 +219,6 @@ class PathKind(Section):
         """Relax one state after another; see `follow_path`."""
         targets = targets_of(stepper.control, self.targets(bodies))
         return follow_path(stepper, targets, output, validity, springs=[])
-
-    def duration(self, bodies: Bodies) -> float:
-        """Return the duration of a path in time (s); zero if it has no times."""
-        return 0.0
-
-    def rows(self, bodies: Bodies) -> FloatArray:
-        """Return the times (s) at which states are printed; none for all states."""
-        return np.zeros(0)
 
     def ways(self, bodies: Bodies, states: Sequence[LoadStep]) -> list[str]:
         """Return what the path does at each state, "approach" for instance."""

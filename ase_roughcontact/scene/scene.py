@@ -36,6 +36,7 @@ from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import SECTIONS
 from ase_roughcontact.scene.file import SceneFile
+from ase_roughcontact.scene.loop import Loop
 from ase_roughcontact.scene.optimizers import OPTIMIZERS
 from ase_roughcontact.scene.plan import check_targets, plan_targets, with_friction
 from ase_roughcontact.scene.results import write_results
@@ -434,8 +435,9 @@ class Scene(SceneFile):
         ValueError
             If the path is not a loop.
         """
-        smallest = self.path.smallest_step(self.bodies)
-        return AdhesionLoop.of(tuple(self.relax(validity=validity)), smallest)
+        if not isinstance(self.path, Loop):
+            raise ValueError('the path is not a loop: give [path] kind = "loop"')
+        return self.path.result(self.bodies, tuple(self.relax(validity=validity)))
 
     def relax(
         self,

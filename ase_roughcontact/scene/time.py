@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,7 +15,6 @@ import numpy as np
 from ase_roughcontact._util.files import write_table
 from ase_roughcontact._util.units import FORCES, UNITS, per_time, with_unit
 from ase_roughcontact._util.validation import (
-    FloatArray,
     finite_array,
     nonnegative,
     positive,
@@ -32,8 +31,6 @@ from ase_roughcontact.scene.path_kinds import PathKind, Steps, range_at
 from ase_roughcontact.scene.sphere_limits import forces_over_depth, sphere_limits
 from ase_roughcontact.theory import JKR, Hertz
 
-# Number of rows of the printed table, and the least one for each part of a schedule.
-_ROWS, _LEAST_ROWS = 30, 3
 # Numbers of time steps for a change of the target, a hold and a cycle, as measured for
 # smooth and rough spheres under hard and adhesive walls (60 to 150, 16 to 32 and 33);
 # they grow below this tolerance.
@@ -207,7 +204,7 @@ class Timed(PathKind):
         schedule = Schedule(values[0])
         for rate, (before, value) in zip(rates, pairwise(values), strict=True):
             schedule = schedule.ramp(value, rate=rate * UNITS[unit])
-            if self.dwell and value == self._deepest(values) and value != before:
+            if self.dwell and value == self.deepest_of(values) and value != before:
                 schedule = schedule.hold(self.dwell)
         return schedule
 
@@ -215,7 +212,7 @@ class Timed(PathKind):
         """Return the path of one step, to the largest target."""
         schedule, unit = self.schedule(bodies), UNITS[self.unit]
         targets = [schedule.first, *(part.end for part in schedule.parts)]
-        deepest = self._deepest(targets)
+        deepest = self.deepest_of(targets)
         if self.stiffness is None:
             return Steps(self.control, values=(deepest / unit,))
         # a tip on the surface, or a rigid cantilever, whichever has the smaller force
@@ -235,10 +232,6 @@ class Timed(PathKind):
             else:
                 found += finer * (_STEPS_OF_HOLD if part.end == start else _STEPS)
         return round(found)
-
-    def _deepest(self, targets: Iterable[float]) -> float:
-        """Return the target at which the contact is pressed most."""
-        return min(targets) if self.control in ("height", "base") else max(targets)
 
     def describe(self, bodies: Bodies) -> str:
         """Return duration and number of steps, and what is planned."""
@@ -317,36 +310,9 @@ class Timed(PathKind):
             plot.draw_cantilever_path(folder / "cantilever.png", states, ways)
             yield "cantilever.png"
 
-    def target_of(self, bodies: Bodies, state: Any) -> float:
-        """Return the target at the time of a state."""
-        return self.schedule(bodies).at(state.time)
-
-    def sampled(self, bodies: Bodies) -> FloatArray:
-        """Return the times (s) at the ends of parts at the deepest target."""
-        parts = list(self.schedule(bodies).timed_parts())
-        deepest = self._deepest(part.end for _, _, part in parts)
-        ends = [t + part.duration for t, _, part in parts if part.end == deepest]
-        return np.unique(ends)
-
-    def sample_of(self, bodies: Bodies, columns: Mapping[str, Any]) -> int | None:
-        """Return which of `sampled` a stored state belongs to; None if to none."""
-        same = np.isclose(self.sampled(bodies), columns["time"], rtol=1e-9, atol=0.0)
-        return int(same.argmax()) if same.any() else None
-
-    def duration(self, bodies: Bodies) -> float:
-        """Return the duration (s)."""
-        return self.schedule(bodies).duration
-
-    def rows(self, bodies: Bodies) -> FloatArray:
-        """Return the times (s) at which states are printed, some in each part."""
-        parts = list(self.schedule(bodies).timed_parts())
-        count = max(_ROWS // len(parts), _LEAST_ROWS) + 1
-        times = [np.linspace(t, t + part.duration, count) for t, _, part in parts]
-        return np.unique(times)
-
     def ways(self, bodies: Bodies, states: Sequence[Any]) -> list[str]:
         """Return what the path does at each state; see `PathKind.ways`."""
-        schedule, upwards = self.schedule(bodies), self._deepest([0.0, 1.0]) == 0.0
+        schedule, upwards = self.schedule(bodies), self.deepest_of([0.0, 1.0]) == 0.0
         parts = [
             _way(part.end - start, upwards, part.amplitude)
             for _, start, part in schedule.timed_parts()
