@@ -1,7 +1,9 @@
 """Small scenes for the tests of ensembles, and what these share."""
 
+import multiprocessing
+import signal
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -32,6 +34,29 @@ SCENES = [
     *product(LONG, {"interaction": WALLS}),
 ]
 STEPS = 4 * 3 + 2 * 10
+SPAWN = multiprocessing.get_context("spawn")
+
+
+class Here(Executor):
+    """Runs tasks in this process, counts them, and lets something happen before."""
+
+    def __init__(self, happens=lambda: None):
+        self.happens, self.count = happens, 0
+
+    def submit(self, function, /, *arguments):
+        self.happens()
+        self.count += 1
+        future = Future()
+        future.set_result(function(*arguments))
+        return future
+
+
+def killed(target, *arguments):
+    """Run a function in a process of its own, which kills itself."""
+    process = SPAWN.Process(target=target, args=arguments)
+    process.start()
+    process.join(60)
+    assert process.exitcode == -signal.SIGKILL
 
 
 def finish(scenes, database, **options):

@@ -1,11 +1,10 @@
 """Cases of ensembles and places on a scan are known by the contents of their files."""
 
 import os
-from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
-from ensemble_scenes import finish, rows
+from ensemble_scenes import Here, finish, rows
 
 from ase_roughcontact.ensemble import case_of, read_ensemble, run_ensemble, run_places
 from ase_roughcontact.scene import Scene
@@ -68,19 +67,6 @@ def test_a_replaced_scan_is_another_case_and_a_copied_one_the_same(tmp_path):
     expected = [step.normal_force for step in replaced.relax()]
     np.testing.assert_array_equal(after, expected)
     assert (abs(after - before) > 0.01 * before).all()
-
-
-class Here(Executor):
-    """Runs tasks in this process, after something has happened."""
-
-    def __init__(self, happens=lambda: None):
-        self.happens = happens
-
-    def submit(self, function, *arguments):
-        self.happens()
-        future = Future()
-        future.set_result(function(*arguments))
-        return future
 
 
 def test_a_scan_that_is_replaced_while_the_ensemble_runs_fails_the_case(tmp_path):

@@ -4,17 +4,9 @@ import csv
 
 import numpy as np
 import pytest
-from ensemble_scenes import (
-    SCENES,
-    STEPS,
-    rows,
-)
+from ensemble_scenes import SCENES, STEPS, rows
 
-from ase_roughcontact.ensemble import (
-    case_of,
-    read_ensemble,
-    write_csv,
-)
+from ase_roughcontact.ensemble import case_of, read_ensemble, write_csv
 
 
 def test_steps_can_be_queried_by_input_and_store_the_whole_scene(undisturbed):

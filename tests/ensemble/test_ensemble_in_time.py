@@ -1,6 +1,5 @@
 """Ensembles of paths in time: killed, continued, averaged and sampled."""
 
-import multiprocessing
 import os
 import re
 import signal
@@ -9,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from ase.db import connect
-from ensemble_scenes import finish, rows
+from ensemble_scenes import finish, killed, rows
 
 from ase_roughcontact.cli import main
 from ase_roughcontact.ensemble import (
@@ -40,7 +39,6 @@ values = [0, "0.4 nm"]
 rate = 0.8
 dwell = 1.0
 """)
-SPAWN = multiprocessing.get_context("spawn")
 DEADLY = 20
 
 
@@ -87,10 +85,7 @@ def die_after_some_rows(scene, database):
 
 def test_a_killed_case_continues_with_its_history(tmp_path, whole):
     database = tmp_path / "e.db"
-    process = SPAWN.Process(target=die_after_some_rows, args=(SCENE, database))
-    process.start()
-    process.join(60)
-    assert process.exitcode == -signal.SIGKILL
+    killed(die_after_some_rows, SCENE, database)
     assert len(rows(database, record="step")) == DEADLY
     relaxed = []
     relax = Scene.relax

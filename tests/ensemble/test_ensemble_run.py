@@ -18,10 +18,12 @@ from ensemble_scenes import (
     LONG,
     SCENE,
     SCENES,
+    SPAWN,
     STEPS,
     assert_same,
     assert_same_states,
     finish,
+    killed,
     rows,
     wait_for,
 )
@@ -35,7 +37,6 @@ from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
 slow = partial(pytest.param, marks=pytest.mark.slow)  # processes of their own
-SPAWN = multiprocessing.get_context("spawn")
 
 
 def new_database(folder):
@@ -268,10 +269,7 @@ def test_a_case_continues_that_was_killed_in_the_middle_of_a_transaction(
     undisturbed, tmp_path, scene, after
 ):
     database = tmp_path / "e.db"
-    process = SPAWN.Process(target=die_writing, args=(scene, database, 7, after))
-    process.start()
-    process.join(60)
-    assert process.exitcode == -signal.SIGKILL
+    killed(die_writing, scene, database, 7, after)
     before = {row.step: row.unique_id for row in rows(database, record="step")}
     assert list(before) == list(range(6))
     assert finish([scene], database).steps == 10

@@ -1,6 +1,5 @@
 """Walls whose states depend on those before, in ensembles that are interrupted."""
 
-import multiprocessing
 import os
 import signal
 from concurrent.futures import ThreadPoolExecutor
@@ -8,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 from ase.db.core import Database
-from ensemble_scenes import finish, rows
+from ensemble_scenes import finish, killed, rows
 
 from ase_roughcontact.ensemble import product, read_ensemble, sample_ensemble
 from ase_roughcontact.scene import InteractionConfig, Scene
@@ -33,7 +32,6 @@ SCENES = {
     "plastic-continuum": SCENE.with_values(CONTINUUM),
     "adhesive": SCENE.with_values({"interaction": ADHESIVE}),
 }
-SPAWN = multiprocessing.get_context("spawn")
 
 
 def assert_rows_are_those_of_the_whole_path(database, scene):
@@ -85,10 +83,7 @@ def die_after_two_rows(scene, database):
 )
 def test_a_killed_case_continues_in_its_plastic_shape(tmp_path, die):
     scene, database = SCENES["plastic-continuum"], tmp_path / "e.db"
-    process = SPAWN.Process(target=die, args=(scene, database))
-    process.start()
-    process.join(60)
-    assert process.exitcode == -signal.SIGKILL
+    killed(die, scene, database)
     assert len(rows(database, record="step")) == 2
     assert finish([scene], database).steps == 3
     assert_rows_are_those_of_the_whole_path(database, scene)

@@ -1,11 +1,11 @@
 """A scene at a grid of places on its scan."""
 
-from concurrent.futures import Executor, Future
 from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 import pytest
+from ensemble_scenes import Here
 from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
@@ -34,19 +34,6 @@ work_of_adhesion = 0.05
 """
 STEPS = 'control = "height"\nvalues = [-1.0, 3.0]\n'
 LOOP = 'kind = "loop"\ndeepest = 0.5\ntolerance = 0.1\n'
-
-
-class Here(Executor):
-    """Runs tasks in this process, and counts them."""
-
-    def __init__(self):
-        self.count = 0
-
-    def submit(self, function, /, *arguments):
-        self.count += 1
-        future = Future()
-        future.set_result(function(*arguments))
-        return future
 
 
 def assert_same(found, expected):

@@ -1,15 +1,16 @@
-"""Order of the cases of an ensemble, and units of its columns."""
+"""Progress and order of the cases of an ensemble, and units of its columns."""
 
-from concurrent.futures import Executor, Future
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from ase.db import connect
+from ensemble_scenes import Here
 
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import scene_columns
-from ase_roughcontact.scene import InteractionConfig, Scene
+from ase_roughcontact.ensemble.progress import ProgressMeter, expected_costs
+from ase_roughcontact.scene import InteractionConfig, PathConfig, Scene
 
 CHARGE = 1.602176634e-19  # eV in J
 NN = 1e-19 / CHARGE  # in eV/Å
@@ -24,18 +25,9 @@ SCENE = Scene.parse(
 )
 
 
-class SerialExecutor(Executor):
-    """Executor that runs a task when it is submitted."""
-
-    def submit(self, function, *arguments, **options):
-        future = Future()
-        future.set_result(function(*arguments, **options))
-        return future
-
-
 def finish(scenes, database):
     """Run one case after another; return the last progress."""
-    return list(run_ensemble(scenes, database, SerialExecutor(), interval=1e-3))[-1]
+    return list(run_ensemble(scenes, database, Here(), interval=1e-3))[-1]
 
 
 def order(database):
@@ -62,6 +54,42 @@ def test_the_most_expensive_cases_are_calculated_first(variants, tmp_path):
     cheap, expensive = product(scene, MOST_EXPENSIVE_LAST[variants])
     finish([cheap, expensive], tmp_path / "e.db")
     assert order(tmp_path / "e.db") == [case_of(expensive), case_of(cheap)]
+
+
+def test_time_left_is_proportional_to_the_remaining_cost():
+    costs = {"a": np.array([0.0, 1.0, 4.0]), "b": np.array([0.0, 2.0])}
+    meter = ProgressMeter(costs)
+    assert np.isnan(meter.progress().left)
+    meter.add(["a", "a case of another ensemble"])
+    progress = meter.progress()
+    assert progress.left == pytest.approx(5.0 * progress.elapsed)
+    assert (progress.steps, progress.total) == (1, 3)
+
+
+def test_steps_of_an_earlier_run_do_not_count_as_done_in_the_time_of_this_one():
+    meter = ProgressMeter({"a": np.array([0.0, 1.0, 4.0, 9.0])})
+    meter.add(["a"])
+    assert np.isnan(meter.progress().left)  # here the run begins
+    meter.add(["a"])
+    progress = meter.progress()
+    assert progress.left == pytest.approx(5.0 / 3.0 * progress.elapsed)
+    assert (progress.steps, progress.total) == (2, 3)
+
+
+def test_failed_and_complete_cases_are_not_expected_to_take_time():
+    meter = ProgressMeter(dict.fromkeys("ab", np.array([0.0, 1.0])))
+    meter.add("a")
+    meter.failures["b"] = "ValueError: too deep"
+    progress = meter.progress()
+    assert not meter.unfinished()
+    assert str(progress) == "1/2 steps, 1 failed, about 0:00:00 left"
+
+
+def test_large_loads_are_expected_to_cost_more():
+    path = PathConfig("load", values=(1.0, 1e6))
+    start, light, both = expected_costs(replace(SCENE, path=path))
+    assert start == 0.0
+    assert both - light > 2 * light
 
 
 @pytest.mark.parametrize("control", ["load", "height"])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from force_curves import sampled
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.elasticity.named_materials import ATTRACTION_RANGE
@@ -100,13 +101,8 @@ def test_a_grid_that_does_not_resolve_the_range_is_reported_with_one_it_resolves
 def test_the_range_can_be_fitted():
     true = scene("full", spacing=0.6, reach=0.3)
     curve = cantilever_curve(true.loop(validity="ignore"), true.cantilever)
-    base = np.linspace(curve.approach.distance[-1], 25.0, 60)
-    order = np.argsort(curve.approach.distance, kind="stable")
-    force = np.interp(base, curve.approach.distance[order], curve.approach.force[order])
-    force += 0.01 * NN * np.random.default_rng(1).normal(size=force.size)
-    measured = ForceCurve(
-        (30.0 - base - force / true.cantilever)[::-1], force[::-1], true.cantilever
-    )
+    both = sampled(curve, 25.0, 60, 0.01 * NN, zero=30.0)
+    measured = ForceCurve(both.depth[:60], both.force[:60], true.cantilever)
     free = ["work_of_adhesion", "attraction_range"]
     found = fit_curve(scene("full", spacing=0.6, reach=0.25), measured, free)
     assert found.converged

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from force_curves import sampled
 from matplotlib.figure import Figure
 
 from ase_roughcontact._util.units import UNITS
@@ -56,16 +57,7 @@ def curve_of(scene, noise=NOISE, points=60):
     """Approach and retraction at equal steps of the base, with noise."""
     exact = cantilever_curve(scene.loop(validity="ignore"), scene.cantilever)
     zero = scene.first_contact
-    base = np.linspace(exact.approach.distance[-1] + zero, 25.0, points)
-    down, up = (
-        np.interp(base - zero, *(x[order] for x in (each.distance, each.force)))
-        for each in (exact.approach, exact.retraction)
-        for order in [np.argsort(each.distance, kind="stable")]
-    )
-    force = np.append(down[::-1], up[1:])
-    force += noise * np.random.default_rng(1).normal(size=force.size)
-    tip = np.append(base[::-1], base[1:]) + force / scene.cantilever
-    return ForceCurve(ZERO - tip, force, scene.cantilever)
+    return sampled(exact, 25.0 - zero, points, noise, ZERO - zero)
 
 
 @pytest.fixture(scope="module")

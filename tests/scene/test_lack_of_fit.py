@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from force_curves import sampled
 
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact.paths.cantilever import cantilever_curve
 from ase_roughcontact.paths.instabilities import AdhesionLoop
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.fit import fit_curve
-from ase_roughcontact.scene.force_curve import ForceCurve
 
 NN = UNITS["nN"]
 BASELINE = ["force_offset", "force_slope"]
@@ -53,16 +53,7 @@ def curve_of(scene, noise=0.1 * NN, capillary=0.0):
     loop = AdhesionLoop(*branches, loop.approach_jumps, loop.retraction_jumps)
     exact = cantilever_curve(loop, scene.cantilever)
     highest = max(exact.approach.distance.max(), exact.retraction.distance.max())
-    base = np.linspace(exact.approach.distance[-1], highest + 10.0, 150)
-    down, up = (
-        np.interp(base, *(values[order] for values in (each.distance, each.force)))
-        for each in (exact.approach, exact.retraction)
-        for order in [np.argsort(each.distance, kind="stable")]
-    )
-    force = np.append(down[::-1], up[1:])
-    force += noise * np.random.default_rng(1).normal(size=force.size)
-    tip = np.append(base[::-1], base[1:]) + force / scene.cantilever
-    return ForceCurve(30.0 - tip, force, scene.cantilever)
+    return sampled(exact, highest + 10.0, 150, noise, zero=30.0)
 
 
 @pytest.mark.parametrize("kind", ["adhesive", "full"])

@@ -100,20 +100,3 @@ def test_the_first_line_of_a_run_names_the_solid(lines, label):
 def test_the_theory_beside_a_layer_names_its_half_space(lines, half_space):
     described = theory(reference_for(scene(f"{LAYER}\n{lines}")))
     assert described["A/A_Hertz"].endswith(half_space)
-
-
-LOOP = 'kind = "loop"\ndeepest = 0.2\n'
-
-
-@pytest.mark.parametrize(
-    "lines, keys",
-    [
-        ("first = 1.0\nlast = 2.0\nsteps = 3", "first, last, steps"),
-        ("values = [1.0]", "values"),
-        ('control = "penetration"', "control"),
-        ('scale = "linear"', "scale"),
-    ],
-)
-def test_keys_of_steps_are_an_error_in_a_loop(lines, keys):
-    with pytest.raises(ValueError, match=f"omit {keys}, or give kind"):
-        Scene.parse(f"[path]\n{LOOP}{lines}")

@@ -86,6 +86,27 @@ def test_the_commands_know_a_kind_from_outside(tmp_path, capsys):
     assert "Force along the path." in (folder / "report.html").read_text()
 
 
+STEPS, LOOP = "values = [1.0]\n", 'kind = "loop"\ndeepest = 0.2\n'
+
+
+@pytest.mark.parametrize(
+    "path, lines, keys",
+    [
+        (LOOP, "first = 1.0\nlast = 2.0\nsteps = 3", "first, last, steps"),
+        (LOOP, "values = [1.0]", "values"),
+        (LOOP, 'control = "penetration"', "control"),
+        (LOOP, 'scale = "linear"', "scale"),
+        *((STEPS, f"{key} = 0.5", key) for key in ("deepest", "step", "cantilever")),
+        (STEPS, "tolerance = 0.5", "tolerance"),
+    ],
+)
+def test_keys_of_another_kind_are_an_error(path, lines, keys):
+    other = "steps" if path == LOOP else "loop"
+    message = rf'\[path\] {keys} need kind = "{other}", .*: omit {keys}, or give kind'
+    with pytest.raises(ValueError, match=message):
+        Scene.parse(f"[path]\n{path}{lines}")
+
+
 def test_another_kind_has_only_its_own_keys():
     steps = Scene(path=Loop(deepest=1.0)).with_values(
         {"path.control": "height", "path.kind": "steps", "path.values": (1.0, 2.0)}

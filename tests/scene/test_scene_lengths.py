@@ -98,9 +98,3 @@ def test_errors_of_lengths_are_in_the_unit_of_the_section():
     rough = rough.replace("0.4", "8.0")
     with pytest.raises(ValueError, match=r"short_wavelength = 8\.0, got 4\.0"):
         scene(MODULI.format("") + rough)
-
-
-@pytest.mark.parametrize("key", ["deepest", "step", "cantilever", "tolerance"])
-def test_keys_of_loops_are_refused_for_steps(key):
-    with pytest.raises(ValueError, match=rf'\[path\] {key} need kind = "loop"'):
-        scene(MODULI.format("") + f"{key} = 0.5\n")

@@ -56,30 +56,20 @@ def test_a_domain_below_window_or_contact_is_an_error_in_spacings_as_the_key_is(
         list(Scene.parse(text.replace("1.0", "1e4")).relax())
 
 
-def test_loads_that_are_too_large_are_left_out_of_the_values():
-    text = """
-[roughness]
-long_wavelength = 16.0
-domain = 64.0
-[path]
-control = "load"
-values = [1.0, 10.0, 1e6, 1e8]
+LOADS = """
+roughness = { long_wavelength = 16.0, domain = 64.0 }
+path = { control = "load", values = %s }
 """
+
+
+def test_loads_that_are_too_large_are_left_out_of_the_values():
     message = r"load of 1e\+06 to 1e\+08 nN: atoms .*; or give values = \[1, 10\]"
     with pytest.raises(ValueError, match=message):
-        Scene.parse(text).check_path()
+        Scene.parse(LOADS % [1.0, 10.0, 1e6, 1e8]).check_path()
 
 
 def test_too_small_a_domain_is_answered_with_that_of_the_largest_step():
-    text = """
-[roughness]
-long_wavelength = 16.0
-domain = 64.0
-[path]
-control = "load"
-values = [1.0, 1e5, 1e6]
-"""
-    scene = Scene.parse(text)
+    scene = Scene.parse(LOADS % [1.0, 1e5, 1e6])
     with pytest.raises(ValueError, match="domain of") as error:
         scene.check_path()
     assert "load of 100000 to 1e+06 nN" in str(error.value)

@@ -67,11 +67,9 @@ def test_theory_for_a_scan_is_that_of_its_statistics(folder):
     rough = scene.rough
     statistics = rough.statistics()
     assert rough.rms_slope == statistics.rms_slope
-    pressure = (
-        statistics.rms_slope * scene.contact_modulus / scene.bodies.kappa_repulsive
-    )
-    light = 1e-4
-    assert scene.predicted_area(light) == pytest.approx(light / pressure, rel=0.02)
+    kappa, light = scene.bodies.kappa_repulsive, 1e-4
+    area = light * kappa / (statistics.rms_slope * scene.contact_modulus)
+    assert scene.predicted_area(light) == pytest.approx(area, rel=0.02)
     assert reference_for(scene).rough_above == 0.0
 
 
@@ -82,10 +80,8 @@ def test_lengths_of_a_scan_may_have_units(folder):
     assert rough.spacing == pytest.approx((2.0, 2.0))
     section = 'center = "highest"\nmargin = "2 nm"\n'
     with_unit = read(folder, SECTION + section).rough.center
-    assert (
-        with_unit
-        == read(folder, SECTION + section.replace('"2 nm"', "2.0")).rough.center
-    )
+    without = read(folder, SECTION + section.replace('"2 nm"', "2.0")).rough.center
+    assert with_unit == without
     assert min(with_unit) >= 20.0 and max(with_unit) <= 106.0
     with pytest.raises(ValueError, match=r"12.8 x 12.8 nm, is 9 nm from all edges"):
         read(folder, SECTION + section.replace('"2 nm"', '"90 Å"'))
@@ -142,12 +138,8 @@ def noisy(folder, points=0.0, lines=0.0, part=64):
     """Write the scan with noise (nm), and read the scene."""
     rng = np.random.default_rng(1)
     noise = points * rng.normal(size=SCAN.shape) + lines * rng.normal(size=64)
-    size = f"{0.2 * part:g} nm"
-    np.savetxt(
-        folder / "scan.txt",
-        (SCAN + noise)[:part, :part].T,
-        header=f"Width: {size}\nHeight: {size}\nValue units: nm",
-    )
+    header = HEADER.replace("12.8", f"{0.2 * part:g}")
+    np.savetxt(folder / "scan.txt", (SCAN + noise)[:part, :part].T, header=header)
 
 
 @pytest.mark.parametrize(
@@ -165,10 +157,8 @@ def test_noise_is_printed_and_keys_that_help_are_offered(folder, noise, advice):
     noisy(folder, **noise)
     scene = read(folder)
     found = scene.scan.measurement.noise
-    assert (
-        f"noise {0.1 * found.points:.2g} nm, of lines {0.1 * found.lines:.2g} nm"
-        in (scene.topography.summary)
-    )
+    text = f"noise {0.1 * found.points:.2g} nm, of lines {0.1 * found.lines:.2g} nm"
+    assert text in scene.topography.summary
     warnings = " ".join(doubts(scene))
     assert advice in warnings
     assert bool(advice) == ("% of the mean square slope" in warnings)

@@ -34,6 +34,7 @@ def scene(lines, modulus="contact_modulus = 100.0"):
 
 
 LAYER = "layer_thickness = 30.0\nlayer_modulus = 50.0"
+CONSTANTS = "elastic_constants = [165.7, 63.9, 79.6]"
 
 
 @pytest.mark.parametrize(
@@ -144,16 +145,13 @@ def test_a_plan_tells_that_uniform_compression_is_left_out():
         ('material = "silica"', "did you mean 'SiO2'"),
         (
             "layer_modulus = 5.0\nlayer_poisson = 0.0",
-            "layer_modulus needs layer_thickness; layer_poisson needs layer_thickness",
+            "layer_thickness; layer_poisson ne",
         ),
         ("layer_thickness = 5.0", "give layer_modulus"),
         (LAYER.replace("50.0", "1e6"), "layer_modulus is in GPa"),
         (f"{LAYER}\nlayer_poisson = 0.7", "poisson must be"),
         (f"{LAYER}\nrigid_base = true", "a rigid base has no contact_modulus"),
-        (
-            f"{LAYER}\nrigid_base = true\nelastic_constants = [165.7, 63.9, 79.6]",
-            "a rigid base has no elastic_constants",
-        ),
+        (f"{LAYER}\nrigid_base = true\n{CONSTANTS}", "rigid base has no elastic_const"),
         (f"{LAYER}\nrigid_base = true\npoisson = 0.3", "a rigid base has no poisson"),
         ("anisotropic = true\nelastic_constants = [168e9, 121e9, 75e9]", "is in GPa"),
         ("elastic_constants = [168e9, 121e9, 75e9]", "elastic_constants is in GPa"),
@@ -172,10 +170,7 @@ def test_contradictions_are_errors(lines, message):
     "lines, message",
     [
         ('calculator = "dft"', "calculator"),
-        (
-            'calculator = "emt"\nsymbol = "Pb"',
-            "EMT knows the metals Al, .*Pt, got .*'Pb'",
-        ),
+        ('calculator = "emt"\nsymbol = "Pb"', "EMT knows .* Al, .*Pt, got .*'Pb'"),
         ('potential = "missing.alloy"', "can't read .*missing.alloy"),
         ('potential = "."', "can't read .*directory"),
         ('crystal = "."', "can't read .*directory"),
@@ -187,10 +182,7 @@ def test_contradictions_are_errors(lines, message):
         ('crystal = "small_scene.py"', "is not a crystal"),
         ('symbol = "Ag"\ncrystal = "springs.json"', "of Cu, not of symbol = 'Ag'"),
         ('crystal = "springs.json"\nspacing = 2.0', "spacing of 2.545584"),
-        (
-            'crystal = "springs.json"\nsurface = "bcc100"',
-            "springs.json has the surface fcc100, not surface = 'bcc100'",
-        ),
+        ('crystal = "springs.json"\nsurface = "bcc100"', "fcc100, not .* 'bcc100'"),
     ],
 )
 def test_unsuitable_files_are_errors(lines, message, crystal_file):
