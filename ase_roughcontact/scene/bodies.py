@@ -10,18 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ase_roughcontact import theory
-from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import Shape
 from ase_roughcontact.contact import Problem
 from ase_roughcontact.elasticity import ElasticSolid
 from ase_roughcontact.interactions import Interaction
-from ase_roughcontact.paths.limits import LEAST_EDGE_ZONE
-from ase_roughcontact.theory.maugis import edge_zone
 from ase_roughcontact.topography import HeightMap
-
-# Part of the necessary zone at the edge below which there is a warning: surfaces jump
-# atom by atom, in many steps.
-_RESOLVED = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,40 +123,6 @@ class Bodies:
         """Work of adhesion, range of the attraction, and kappa without attraction."""
         wall = self.wall
         return wall.work_of_adhesion, wall.attraction_range, self.kappa_repulsive
-
-    def range_warnings(self, spacing: float) -> list[str]:
-        """Return a warning if a grid is far too coarse for the range of the attraction.
-
-        The limits of the model report it, too, but only after the first step.
-
-        Parameters
-        ----------
-        spacing : float
-            Of the grid (Å).
-        """
-        wall, creep = self.wall, self.solid.creep
-        if not wall.attractive:
-            return []
-        modulus = self.contact_modulus * (creep.relaxed if creep else 1.0)
-        work, length = wall.work_of_adhesion, wall.attraction_range
-        zone = edge_zone(modulus, work, length) / spacing
-        if zone >= _RESOLVED * LEAST_EDGE_ZONE:
-            return []
-        least, nm = length * math.sqrt(LEAST_EDGE_ZONE / zone), UNITS["nm"]
-        advice = ""
-        if self.cell is None:
-            number = theory.MaugisDugdale(self.radius, modulus, work, least).parameter
-            advice = (
-                f", for which Maugis' parameter is {number:.2g}: from 3 on, the "
-                "pull-off force is within about 1 % of that of shorter ranges"
-            )
-        return [
-            f"the grid of {spacing / nm:.3g} nm does not resolve the range of the "
-            f"attraction, {length / nm:.3g} nm: at the edge of a contact its zone is "
-            f"{zone:.2g} spacings wide, and should be {LEAST_EDGE_ZONE:g} or more. "
-            "Take a finer grid, or attraction_range = "
-            f'"{1.01 * least / nm:.3g} nm"{advice}'
-        ]
 
     def hertz_area(self, normal_force: ArrayLike) -> np.ndarray:
         """Return the contact area of a smooth sphere without adhesion.

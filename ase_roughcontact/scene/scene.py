@@ -32,6 +32,7 @@ from ase_roughcontact.paths.scan_errors import COPIES_LEFT_OUT, ScanErrors
 from ase_roughcontact.paths.sliding_record import SlidingStep
 from ase_roughcontact.paths.step import FREE, StepOptions, Stepper
 from ase_roughcontact.paths.validity import ValidityReport
+from ase_roughcontact.scene.advice import warnings_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.build import build
 from ase_roughcontact.scene.config import SECTIONS
@@ -51,8 +52,6 @@ Value = TypeVar("Value")
 
 #: One nanonewton in ASE's unit of force, eV/Å.
 NANONEWTON = UNITS["nN"]
-# Contact radius in spacings that resolves a smooth sphere, and one that is too large.
-_RESOLUTION, _WIDE = 60, 240
 # Least side of the atoms before a window is chosen.
 _FIRST_SIDE = 8
 
@@ -138,18 +137,8 @@ class Scene(SceneFile):
 
     @property
     def warnings(self) -> list[str]:
-        """Warnings about the scan, a radius without unit, and the range of the wall."""
-        found = self.bodies.range_warnings(self.grid_change.spacing(self.spacing))
-        radius, unit = self.sphere.radius, self.sphere.unit
-        if self.topography is not None:
-            if isinstance(radius, int | float) and radius < math.inf and unit == "a0":
-                found.append(
-                    f"radius = {radius:g} is in spacings a0 of the atoms, "
-                    f"{self.radius / UNITS['nm']:.4g} nm: give it with a unit"
-                )
-            whole = self.whole_tip is not None
-            found += self.topography.warnings(self.radius, whole)
-        return found + self._spacing_warnings()
+        """Warnings about the scan, lengths without unit, and a grid; `warnings_of`."""
+        return warnings_of(self)
 
     @property
     def expected_areas(self) -> np.ndarray:
@@ -159,24 +148,6 @@ class Scene(SceneFile):
             return self.hertz_area(np.maximum(steps, 0.0))
         depths = steps if control == "penetration" else steps.max() - steps
         return np.pi * self.radius * np.maximum(depths, 0.0)
-
-    def _spacing_warnings(self) -> list[str]:
-        """Return advice on a spacing of given moduli that is that of metals."""
-        substrate = self.substrate
-        given = substrate.name or substrate.spacing or substrate.layer_thickness
-        smooth = self.rough is None and self.whole_tip is None
-        if given or self.shape or not smooth:
-            return []
-        areas = self.planned.expected_areas
-        radius = math.sqrt(areas.max(initial=0.0) / math.pi)
-        if radius < _WIDE * self.grid_change.spacing(self.spacing):
-            return []
-        advised = float(f"{radius / _RESOLUTION / UNITS['nm']:.1g}")  # one digit
-        return [
-            f"the contact has a radius of about {radius / self.spacing:.0f} spacings "
-            f"of the default, {self.spacing / UNITS['nm']:.3g} nm: give [substrate] "
-            f'spacing = "{advised:g} nm", with which a smooth sphere is resolved'
-        ]
 
     @property
     def area_column(self) -> str:
