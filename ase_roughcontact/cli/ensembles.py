@@ -34,7 +34,7 @@ from ase_roughcontact.ensemble import (
     write_csv,
 )
 from ase_roughcontact.ensemble.database import without_password
-from ase_roughcontact.ensemble.scheduler import scheduler_executor
+from ase_roughcontact.ensemble.executors import scheduler_executor
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.file import load_toml
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ase_roughcontact._util.files import locked, table_rows, table_writer
 from ase_roughcontact._util.units import UNITS
-from ase_roughcontact.ensemble.processes import worker_pool
+from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.scene import Scene
 from ase_roughcontact.scene.results import check_folder, write_inputs
 

@@ -16,7 +16,7 @@ from ase_roughcontact._util.files import PathName
 from ase_roughcontact._util.validation import positive
 from ase_roughcontact.ensemble.cases import case_of
 from ase_roughcontact.ensemble.database import EnsembleDatabase, database_address
-from ase_roughcontact.ensemble.processes import worker_pool
+from ase_roughcontact.ensemble.executors import worker_pool
 from ase_roughcontact.ensemble.progress import (
     Progress,
     ProgressMeter,

@@ -24,7 +24,7 @@ from ase_roughcontact.paths.hardness import hardness_of
 from ase_roughcontact.scene.bodies import Bodies
 from ase_roughcontact.scene.config import SubstrateConfig
 from ase_roughcontact.scene.file import SceneFile
-from ase_roughcontact.scene.flats import flat_cell
+from ase_roughcontact.scene.indenter import flat_cell, radius_of
 from ase_roughcontact.scene.random_fields import local_adhesion, random_field
 from ase_roughcontact.scene.section import Problems
 from ase_roughcontact.scene.solid import (
@@ -34,7 +34,6 @@ from ase_roughcontact.scene.solid import (
     solid_of,
     spacing_of,
 )
-from ase_roughcontact.scene.sphere import radius_of
 from ase_roughcontact.topography import (
     HeightMap,
     Heterogeneity,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from ase_roughcontact import theory
 from ase_roughcontact._util.units import UNITS
 from ase_roughcontact._util.validation import FloatArray
-from ase_roughcontact.scene.flats import NominalArea
 from ase_roughcontact.scene.scene import Scene
 
 # Explanation for a sphere that touches with one asperity at all loads.
@@ -20,6 +19,28 @@ _SINGLE = (
     "no Eq. (4), as the sphere is as sharp as an asperity of its roughness; for "
     "comparison, {}"
 )
+
+
+@dataclass(frozen=True)
+class NominalArea:
+    """The nominal contact area, in place of the theory of a smooth sphere.
+
+    Attributes
+    ----------
+    nominal_area : float
+        A0 of the cell (Å^2).
+    """
+
+    nominal_area: float
+    pull_off_force: ClassVar[float] = 0.0
+    name: ClassVar[str] = "nominal area"
+    symbol: ClassVar[str] = "0"
+    sphere: ClassVar[str] = "that of the cell"
+    label: ClassVar[str] = "nominal area"
+
+    def contact_area(self, normal_force: ArrayLike) -> FloatArray:
+        """Return the area A0 for each force, shape of the forces (Å^2)."""
+        return np.full(np.shape(normal_force), self.nominal_area)
 
 
 @dataclass(frozen=True)

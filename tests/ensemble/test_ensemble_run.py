@@ -32,7 +32,7 @@ from ase_roughcontact._util import threads
 from ase_roughcontact.ensemble import case_of, product, read_ensemble, run_ensemble
 from ase_roughcontact.ensemble.columns import step_columns
 from ase_roughcontact.ensemble.database import EnsembleDatabase
-from ase_roughcontact.ensemble.processes import process_pool
+from ase_roughcontact.ensemble.executors import process_pool
 from ase_roughcontact.ensemble.worker import calculate_case
 from ase_roughcontact.scene import Scene
 
